@@ -1,0 +1,119 @@
+"""Blood: density, viscosity, boundary layer, and the friction it exerts on the wall.
+
+Every friction law here has the form ``(k0 + k1 √A) q/A``: two numbers, which the solver takes as they are.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from vasowave import units
+from vasowave.errors import InputError
+
+
+class Friction(Protocol):
+    """The right-hand side of the momentum equation is ``-(k0 + k1 √A) q/A``."""
+
+    def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
+        """Return k0 (cm²/s) and k1 (cm/s) for a kinematic viscosity (cm²/s) and a period (s)."""
+        ...
+
+
+def boundary_layer(viscosity: float, period: float) -> float:
+    """Thickness of the viscous boundary layer δ = √(νT/2π), cm (below eq. 2).
+
+    The paper's section 2.5 prints √(2πν/T), which is not a length; see docs/deviations.md.
+    """
+    return math.sqrt(viscosity * period / (2 * math.pi))
+
+
+@dataclass(frozen=True)
+class BoundaryLayer:
+    """Flat profile with a linear boundary layer: friction 2πνr/δ · q/A (eq. 2).
+
+    Attributes
+    ----------
+    reference_radius : float, optional
+        None (default): r is the local radius √(A/π), as the equation is written. A number (cm): that radius in every
+        vessel at all times; 0.07 cm is what the paper's own fits used.
+    """
+
+    reference_radius: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the radius."""
+        if self.reference_radius is not None:
+            _require_positive("reference_radius", self.reference_radius, "cm")
+
+    def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
+        """Return (2πν r_ref/δ, 0) or (0, 2√π ν/δ)."""
+        delta = boundary_layer(viscosity, period)
+        if self.reference_radius is not None:
+            return 2 * math.pi * viscosity * self.reference_radius / delta, 0.0
+        return 0.0, 2 * math.sqrt(math.pi) * viscosity / delta
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """Profile u ∝ 1 - (s/r)^ζ over the cross-section: friction 2π(ζ + 2)ν · q/A.
+
+    Attributes
+    ----------
+    exponent : float
+        ζ: 2 is Poiseuille's parabola, 9 a blunt profile usual for large arteries. The convective term keeps the
+        factor 1 of a flat profile, as in eq. 2.
+    """
+
+    exponent: float = 9.0
+
+    def __post_init__(self) -> None:
+        """Check the exponent."""
+        _require_positive("exponent", self.exponent, "")
+
+    def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
+        """Return (2π(ζ + 2)ν, 0)."""
+        return 2 * math.pi * (self.exponent + 2) * viscosity, 0.0
+
+
+@dataclass(frozen=True)
+class Poiseuille:
+    """Parabolic profile: friction 8πν · q/A."""
+
+    def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
+        """Return (8πν, 0)."""
+        return 8 * math.pi * viscosity, 0.0
+
+
+@dataclass(frozen=True)
+class Blood:
+    """Blood as a Newtonian fluid; the defaults are the paper's averages for mice.
+
+    Attributes
+    ----------
+    density : float
+        ρ, g/ml.
+    viscosity : float
+        Kinematic viscosity ν, cm²/s.
+    friction : Friction
+        Friction law; by default eq. 2 with the local radius.
+    """
+
+    density: float = 1.057
+    viscosity: float = 0.0462
+    friction: Friction = field(default_factory=BoundaryLayer)
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        _require_positive("density", self.density, "g/ml")
+        if not (math.isfinite(self.viscosity) and self.viscosity >= 0):
+            raise InputError(f"viscosity {self.viscosity:g} cm²/s is negative or not a number")
+
+    @property
+    def inertia(self) -> float:
+        """Density in the units of the model, mmHg s²/cm²."""
+        return self.density / units.MMHG
+
+
+def _require_positive(name: str, value: float, unit: str) -> None:
+    if not (math.isfinite(value) and value > 0):
+        raise InputError(f"{name} {value:g} {unit} is not a positive number".replace("  ", " "))

@@ -1,0 +1,242 @@
+"""The vessel network: topology and undeformed size of every vessel, as arrays."""
+
+import csv
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import InitVar, dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.columns import read_columns
+from vasowave.errors import InputError, VasowaveWarning, did_you_mean
+
+_ALIASES = {"vessel": "name", "id": "name", "l": "length", "r0": "radius", "r": "radius"}
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """A tree of vessels; row i of every array is the same vessel.
+
+    Attributes
+    ----------
+    name : tuple of str
+        Unique name of each vessel.
+    parent : int array, shape (vessel,)
+        Row of the vessel's parent, -1 for the root. Any number of daughters; any order of rows.
+    length : float array, shape (vessel,)
+        Length L, cm.
+    radius : float array, shape (vessel,)
+        Undeformed radius r0 (at zero transmural pressure), cm.
+
+    Raises
+    ------
+    InputError
+        No or two roots, a cycle, an unknown parent, a duplicate name, a size that is not a
+        positive number; the row is named.
+    """
+
+    name: tuple[str, ...]
+    parent: np.ndarray
+    length: np.ndarray
+    radius: np.ndarray
+    where: InitVar[Callable[[int], str] | None] = None
+
+    def __post_init__(self, where: Callable[[int], str] | None) -> None:
+        """Check the tree once and freeze the arrays; `where` says for a row how errors call it."""
+        object.__setattr__(self, "name", tuple(str(name) for name in self.name))
+        object.__setattr__(self, "parent", _frozen(self.parent, np.int64))
+        object.__setattr__(self, "length", _frozen(self.length, np.float64))
+        object.__setattr__(self, "radius", _frozen(self.radius, np.float64))
+        _check_tree(self, where or (lambda row: f"row {row + 1}"))
+
+    def __len__(self) -> int:
+        return len(self.name)
+
+    def __repr__(self) -> str:
+        return (
+            f"Network({len(self)} vessels, {len(self.terminals)} terminals, root '{self.name[self.root]}' "
+            f"r0 {self.radius[self.root]:.4g} cm, total length {self.length.sum():.4g} cm)"
+        )
+
+    @cached_property
+    def root(self) -> int:
+        """Row of the root vessel."""
+        return int(np.flatnonzero(self.parent < 0)[0])
+
+    @cached_property
+    def area0(self) -> np.ndarray:
+        """Undeformed cross-sectional area A0 = π r0², cm², shape (vessel,)."""
+        return np.pi * self.radius**2
+
+    @cached_property
+    def daughters(self) -> tuple[tuple[int, ...], ...]:
+        """Rows of the daughters of each vessel, in the order of the rows."""
+        found: list[list[int]] = [[] for _ in self.name]
+        for row, parent in enumerate(self.parent):
+            if parent >= 0:
+                found[parent].append(row)
+        return tuple(map(tuple, found))
+
+    @cached_property
+    def terminals(self) -> np.ndarray:
+        """Rows of the vessels without daughters, in the order of the rows."""
+        has_daughters = np.zeros(len(self), dtype=bool)
+        has_daughters[self.parent[self.parent >= 0]] = True
+        return np.flatnonzero(~has_daughters)
+
+    @cached_property
+    def generations(self) -> tuple[np.ndarray, ...]:
+        """Rows by distance from the root: the root alone, its daughters, and so on."""
+        by_parent = np.argsort(self.parent, kind="stable")
+        first = np.searchsorted(self.parent[by_parent], np.arange(len(self)))
+        last = np.searchsorted(self.parent[by_parent], np.arange(len(self)), side="right")
+        levels, current = [], np.array([self.root])
+        while len(current):
+            levels.append(current)
+            slices = [by_parent[first[row] : last[row]] for row in current]
+            current = np.concatenate(slices)
+        return tuple(levels)
+
+    @cached_property
+    def flow_fraction(self) -> np.ndarray:
+        """Share of the root's mean flow in each vessel, by Poiseuille's law (eq. 11), shape (vessel,).
+
+        At every junction the flow divides as the conductances π r0⁴/(8 μ L) of the daughters; the viscosity cancels.
+        """
+        conductance = self.radius**4 / self.length
+        siblings = np.bincount(self.parent[self.parent >= 0], conductance[self.parent >= 0], minlength=len(self))
+        fraction = np.ones(len(self))
+        for rows in self.generations[1:]:
+            above = self.parent[rows]
+            fraction[rows] = fraction[above] * conductance[rows] / siblings[above]
+        return fraction
+
+    def row(self, name: str | int) -> int:
+        """Return the row of the vessel called `name`; `InputError` if there is none."""
+        try:
+            return self._rows[str(name)]
+        except KeyError:
+            hint = did_you_mean(str(name), self.name)
+            raise InputError(f"the network has no vessel '{name}'{hint}") from None
+
+    @cached_property
+    def _rows(self) -> dict[str, int]:
+        return {name: row for row, name in enumerate(self.name)}
+
+
+def read_network(path: str | Path) -> Network:
+    """Read a network from CSV (or TSV) with the columns ``name, parent, length [cm], radius [cm]``.
+
+    The root's parent is empty. Lengths may be in any unit of length that the header names. Other columns are ignored.
+
+    Raises
+    ------
+    InputError
+        As `Network`, with the line of the file; also for a missing column, a missing unit,
+        or a unit that is not a length.
+
+    Warns
+    -----
+    VasowaveWarning
+        If the sizes look like another unit than the one stated.
+    """
+    table = read_columns(path, _ALIASES)
+    if not table.names:
+        raise InputError(f"{path}: no header; the first line must read: name,parent,length [cm],radius [cm]")
+    names = [row[table.require("name")] for row in table.cells]
+    parents = [row[table.require("parent")] for row in table.cells]
+    length = table.numbers(table.require("length"), "length")
+    radius = table.numbers(table.require("radius"), "length")
+
+    def where(row: int) -> str:
+        return f"{path}, line {table.lines[row]}"
+
+    parent = np.array(_parent_rows(names, parents, where))
+    network = Network(tuple(names), parent, length, radius, where)
+    for message in implausible_sizes(network):
+        warnings.warn(f"{path}: {message}", VasowaveWarning, stacklevel=2)
+    return network
+
+
+def write_network(network: Network, path: str | Path) -> None:
+    """Write `network` as CSV with units in the header; `read_network` reads it back to the last bit."""
+    with Path(path).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["name", "parent", "length [cm]", "radius [cm]"])
+        for row, name in enumerate(network.name):
+            parent = network.name[network.parent[row]] if network.parent[row] >= 0 else ""
+            writer.writerow([name, parent, repr(float(network.length[row])), repr(float(network.radius[row]))])
+
+
+def implausible_sizes(network: Network) -> list[str]:
+    """Return a sentence for every sign that lengths or radii are in another unit than cm."""
+    found = []
+    ratio = float(np.median(network.length / network.radius))
+    if not 1.5 <= ratio <= 150:
+        found.append(
+            f"vessels are {ratio:.2g} radii long (median); arteries are 3 to 100: is the radius "
+            "in the same unit as the length, and is it a radius, not a diameter?"
+        )
+    widest = float(network.radius[network.root])
+    if not 0.004 <= widest <= 2.0:
+        found.append(
+            f"the root's radius is {widest:.3g} cm; a mouse's main pulmonary artery has 0.05 cm, "
+            "a human aorta 1.5 cm: is the unit in the header right?"
+        )
+    return found
+
+
+def _frozen(values: object, dtype: type) -> np.ndarray:
+    array: np.ndarray = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array
+
+
+def _parent_rows(names: Sequence[str], parents: Sequence[str], where: Callable[[int], str]) -> list[int]:
+    rows = {name: row for row, name in enumerate(names)}
+    found = []
+    for row, parent in enumerate(parents):
+        if parent and parent not in rows:
+            hint = did_you_mean(parent, rows)
+            raise InputError(f"{where(row)} (vessel '{names[row]}'): parent '{parent}' is not in the table{hint}")
+        found.append(rows[parent] if parent else -1)
+    return found
+
+
+def _check_tree(network: Network, where: Callable[[int], str]) -> None:
+    """Raise `InputError`, naming the row through `where`, unless the arrays describe one tree of real vessels."""
+    count = len(network.name)
+    if count == 0:
+        raise InputError("the network has no vessels")
+    for field in ("parent", "length", "radius"):
+        shape = getattr(network, field).shape
+        if shape != (count,):
+            raise InputError(f"network: {count} names but {field} has shape {shape}; give one value per vessel")
+    seen: dict[str, int] = {}
+    for row, name in enumerate(network.name):
+        if not name.strip():
+            raise InputError(f"{where(row)}: the vessel has no name")
+        if name in seen:
+            raise InputError(f"{where(row)}: vessel '{name}' is already defined in {where(seen[name])}; rename one")
+        seen[name] = row
+        for field in ("length", "radius"):
+            value = getattr(network, field)[row]
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"{where(row)} (vessel '{name}'): {field} {value:g} cm is not a positive number")
+        if not -1 <= network.parent[row] < count:
+            raise InputError(f"{where(row)} (vessel '{name}'): parent row {network.parent[row]} does not exist")
+    roots = np.flatnonzero(network.parent < 0)
+    if len(roots) == 0:
+        raise InputError(f"{where(0)}: no root; leave the parent of the vessel that carries the inflow empty")
+    if len(roots) > 1:
+        both = ", ".join(f"'{network.name[row]}' ({where(row)})" for row in roots[:3])
+        raise InputError(f"{len(roots)} vessels have no parent: {both}; one network has one root")
+    reached = np.concatenate(network.generations)
+    if len(reached) < count:
+        row = int(np.setdiff1d(np.arange(count), reached)[0])
+        raise InputError(
+            f"{where(row)} (vessel '{network.name[row]}'): not connected to the root, its parents form a cycle; "
+            "correct the parent column"
+        )

@@ -1,0 +1,5 @@
+"""From files of pressure and flow to one averaged cycle and its hemodynamic indices."""
+
+from vasowave.recording.cycle import INDEX_UNITS, Inflow, Recording, resample
+
+__all__ = ["INDEX_UNITS", "Inflow", "Recording", "resample"]

@@ -1,0 +1,189 @@
+"""One averaged cycle of pressure and flow, and the hemodynamic indices of the paper's Table 1."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.errors import InputError
+
+FEWEST_SAMPLES = 32
+"""A cycle with fewer samples cannot carry the 14 harmonics that the impedance analysis reads."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inflow:
+    """A periodic flow into the root vessel.
+
+    Attributes
+    ----------
+    flow : float array, shape (sample,)
+        Evenly spaced over one period, the first sample at t = 0, not repeated at the end; ml/s.
+    period : float
+        Period T, s.
+    """
+
+    flow: np.ndarray
+    period: float
+
+    def __post_init__(self) -> None:
+        """Check the values and freeze the array."""
+        object.__setattr__(self, "flow", _samples(self.flow, "flow"))
+        object.__setattr__(self, "period", _period(self.period))
+
+    def resampled(self, count: int) -> np.ndarray:
+        """Return `count` evenly spaced samples of the flow, ml/s, by Fourier interpolation."""
+        return resample(self.flow, count)
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """One ensemble-averaged cycle of pressure and flow at the inlet of the root vessel.
+
+    Attributes
+    ----------
+    pressure : float array, shape (pressure sample,)
+        Evenly spaced over one period, the first sample at t = 0, not repeated at the end; mmHg.
+    flow : float array, shape (flow sample,)
+        Likewise, ml/s. The two may be sampled at different rates.
+    period : float
+        Period T, s.
+    source : str
+        Where the recording came from.
+    notes : tuple of str
+        What was noticed or assumed while it was read; stands in every report.
+
+    Raises
+    ------
+    InputError
+        Too few samples, a value that is not finite, a period that is not positive.
+    """
+
+    pressure: np.ndarray
+    flow: np.ndarray
+    period: float
+    source: str = "made in memory"
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the values and freeze the arrays."""
+        object.__setattr__(self, "pressure", _samples(self.pressure, "pressure"))
+        object.__setattr__(self, "flow", _samples(self.flow, "flow"))
+        object.__setattr__(self, "period", _period(self.period))
+
+    def __repr__(self) -> str:
+        return (
+            f"Recording(mPAP {self.mean_pressure:.1f} mmHg, CO {self.cardiac_output:.3f} ml/s, "
+            f"HR {self.heart_rate:.0f}/min, {len(self.pressure)} pressure and {len(self.flow)} flow samples, "
+            f"{self.source})"
+        )
+
+    @property
+    def inflow(self) -> Inflow:
+        """The flow as boundary condition of a simulation."""
+        return Inflow(self.flow, self.period)
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times of the pressure samples, s, shape (pressure sample,)."""
+        return np.arange(len(self.pressure)) * (self.period / len(self.pressure))
+
+    @property
+    def heart_rate(self) -> float:
+        """Heart rate HR, beats/min (Table 1)."""
+        return 60.0 / self.period
+
+    @property
+    def cardiac_output(self) -> float:
+        """Cardiac output CO, the mean flow, ml/s (Table 1)."""
+        return float(self.flow.mean())
+
+    @property
+    def mean_pressure(self) -> float:
+        """Mean pressure mPAP, mmHg (Table 1)."""
+        return float(self.pressure.mean())
+
+    @property
+    def systolic_pressure(self) -> float:
+        """Systolic pressure sPAP, the largest, mmHg (Table 1)."""
+        return float(self.pressure.max())
+
+    @property
+    def diastolic_pressure(self) -> float:
+        """Diastolic pressure dPAP, the smallest, mmHg (Table 1)."""
+        return float(self.pressure.min())
+
+    @property
+    def pulse_pressure(self) -> float:
+        """Pulse pressure pPAP = sPAP - dPAP, mmHg (Table 1)."""
+        return self.systolic_pressure - self.diastolic_pressure
+
+    @property
+    def vascular_resistance(self) -> float:
+        """Total pulmonary vascular resistance PVR = mPAP/CO, mmHg s/ml (Table 1), for capillary pressure zero."""
+        return self.mean_pressure / self.cardiac_output
+
+    def indices(self) -> dict[str, float]:
+        """Return the quantities of the paper's Table 1 under its names: HR, CO, mPAP, sPAP, dPAP, pPAP, PVR."""
+        return {
+            "HR": self.heart_rate,
+            "CO": self.cardiac_output,
+            "mPAP": self.mean_pressure,
+            "sPAP": self.systolic_pressure,
+            "dPAP": self.diastolic_pressure,
+            "pPAP": self.pulse_pressure,
+            "PVR": self.vascular_resistance,
+        }
+
+    def resampled(self, count: int) -> "Recording":
+        """Return the recording with `count` samples of pressure and of flow, by Fourier interpolation."""
+        notes = (*self.notes, f"resampled to {count} samples")
+        return Recording(resample(self.pressure, count), resample(self.flow, count), self.period, self.source, notes)
+
+
+INDEX_UNITS = {
+    "HR": "beats/min",
+    "CO": "ml/s",
+    "mPAP": "mmHg",
+    "sPAP": "mmHg",
+    "dPAP": "mmHg",
+    "pPAP": "mmHg",
+    "PVR": "mmHg s/ml",
+}
+"""Units of the quantities that `Recording.indices` returns."""
+
+
+def resample(samples: np.ndarray, count: int) -> np.ndarray:
+    """Return `count` evenly spaced samples of a periodic signal, by Fourier interpolation along the first axis.
+
+    Upwards it is exact for a band-limited signal; downwards it drops the harmonics the new rate cannot carry.
+    """
+    here = len(samples)
+    if count == here:
+        return np.array(samples)
+    spectrum = np.fft.rfft(samples, axis=0)
+    kept = min(here, count)
+    resized = np.zeros((count // 2 + 1, *samples.shape[1:]), dtype=complex)
+    resized[: kept // 2 + 1] = spectrum[: kept // 2 + 1]
+    if kept % 2 == 0:
+        # The harmonic at the coarser rate's limit is one real cosine: it is split or folded, never doubled.
+        edge = resized[kept // 2].real
+        resized[kept // 2] = edge * (0.5 if count > here else 2.0)
+    return np.fft.irfft(resized, count, axis=0) * (count / here)
+
+
+def _samples(values: object, what: str) -> np.ndarray:
+    array = np.array(values, dtype=np.float64)
+    if array.ndim != 1 or len(array) < FEWEST_SAMPLES:
+        raise InputError(f"{what}: {array.size} samples in one cycle; at least {FEWEST_SAMPLES} are needed")
+    bad = np.flatnonzero(~np.isfinite(array))
+    if len(bad):
+        raise InputError(f"{what}: sample {bad[0] + 1} is {array[bad[0]]}; fill the gap first")
+    array.setflags(write=False)
+    return array
+
+
+def _period(value: object) -> float:
+    period = float(value)  # type: ignore[arg-type]
+    if not (np.isfinite(period) and period > 0):
+        raise InputError(f"period {period:g} s is not a positive number")
+    return period

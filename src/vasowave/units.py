@@ -1,0 +1,71 @@
+"""The one unit system of vasowave: cm, s, ml, mmHg.
+
+Only density carries mass, so only density is converted: in these units it is
+``density / MMHG`` (mmHg s²/cm²), and every equation of the model then holds as printed.
+Other units exist at the edge of the program only, in the headers of files.
+"""
+
+from vasowave.errors import InputError, did_you_mean
+
+MMHG = 1333.22
+"""One mmHg in dyn/cm²."""
+
+_FACTORS = {
+    "pressure": {
+        "mmhg": 1.0,
+        "torr": 1.0,
+        "kpa": 1e4 / MMHG,
+        "pa": 10.0 / MMHG,
+        "dyn/cm2": 1.0 / MMHG,
+        "cmh2o": 980.665 / MMHG,
+    },
+    "flow": {
+        "ml/s": 1.0,
+        "cm3/s": 1.0,
+        "ul/s": 1e-3,
+        "mm3/s": 1e-3,
+        "ml/min": 1.0 / 60.0,
+        "ul/min": 1e-3 / 60.0,
+        "l/min": 1e3 / 60.0,
+        "l/s": 1e3,
+        "m3/s": 1e6,
+    },
+    "length": {"cm": 1.0, "mm": 0.1, "um": 1e-4, "m": 100.0},
+    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0},
+}
+
+CANONICAL = {"pressure": "mmHg", "flow": "ml/s", "length": "cm", "time": "s"}
+"""The unit in which vasowave holds each kind of quantity."""
+
+
+def factor(unit: str, quantity: str) -> float:
+    """Return the number that turns a value in `unit` into the canonical unit of `quantity`.
+
+    Parameters
+    ----------
+    unit : str
+        As written by people: ``mmHg``, ``µl/s``, ``dyn/cm²`` …; case and spaces do not matter.
+    quantity : {"pressure", "flow", "length", "time"}
+
+    Raises
+    ------
+    InputError
+        If `unit` is not a unit of `quantity`.
+    """
+    known = _FACTORS[quantity]
+    name = _plain(unit)
+    if name in known:
+        return known[name]
+    hint = did_you_mean(name, known)
+    raise InputError(f"'{unit}' is not a unit of {quantity}{hint}; known: {', '.join(known)}")
+
+
+def _plain(unit: str) -> str:
+    """Return `unit` in lower case, without spaces, superscripts, carets and Greek letters."""
+    text = unit.strip().lower().replace(" ", "").replace("^", "").replace("**", "")
+    for written, plain in (("µ", "u"), ("μ", "u"), ("²", "2"), ("³", "3"), ("·", ""), ("sec", "s"), ("dynes", "dyn")):
+        text = text.replace(written, plain)
+    for written, plain in (("cc", "cm3"), ("microl", "ul"), ("micron", "um")):
+        if text.startswith(written):
+            text = plain + text[len(written) :]
+    return text
