@@ -1,0 +1,107 @@
+"""What a cycle of pressure and flow must satisfy before a number is read from it."""
+
+import numpy as np
+
+from vasowave.errors import InputError
+
+PERIODS = (0.04, 3.0)
+"""Shortest and longest period taken for a heartbeat, s (1500 and 20 beats/min)."""
+
+MEAN_PRESSURES = (4.0, 150.0)
+"""Lowest and highest mean pressure taken for one in mmHg. Below lie arterial pressures in kPa."""
+
+RODENT_FLOWS = (0.02, 4.0)
+"""Mean flows that are plausible above 240 beats/min, ml/s: mice have 0.1 to 0.3, rats 0.5 to 2."""
+
+OPEN_CYCLE = 0.05
+"""A jump between end and start larger than this fraction of the range means that the cycle does not close."""
+
+
+def check_period(period: float, where: str) -> None:
+    """Raise `InputError` unless `period` (s) can be a heartbeat's."""
+    shortest, longest = PERIODS
+    if not np.isfinite(period) or period <= 0:
+        raise InputError(f"{where}: period {period:g} s is not a positive number")
+    if not shortest <= period <= longest:
+        hint = "is it in ms?" if period > longest else "is the unit of time right, and is it one whole cycle?"
+        raise InputError(
+            f"{where}: period {period:g} s is {60 / period:.3g} beats/min, which no heart has; {hint} "
+            f"One cycle of {shortest:g} to {longest:g} s is needed"
+        )
+
+
+def check_pressure(pressure: np.ndarray, where: str) -> None:
+    """Raise `InputError` if the mean of `pressure` (mmHg) is of another unit, or if it does not pulsate."""
+    mean = float(pressure.mean())
+    lowest, highest = MEAN_PRESSURES
+    if np.ptp(pressure) <= 1e-9 * max(1.0, abs(mean)):
+        raise InputError(f"{where}: the pressure is constant ({mean:g} mmHg); is this the right column?")
+    if mean <= 0:
+        raise InputError(f"{where}: mean pressure {mean:.3g} mmHg is not positive; correct the zero of the transducer")
+    if mean < lowest:
+        raise InputError(
+            f"{where}: mean pressure {mean:.3g} mmHg looks like kPa ({mean:.3g} kPa = {mean * 7.50062:.3g} mmHg); "
+            "correct the unit"
+        )
+    if mean > highest:
+        raise InputError(
+            f"{where}: mean pressure {mean:.4g} mmHg is too high for an artery; the numbers look like "
+            "another unit than the one stated; correct the unit"
+        )
+
+
+def check_flow(flow: np.ndarray, where: str) -> None:
+    """Raise `InputError` if `flow` (ml/s) runs backward or does not pulsate."""
+    mean = float(flow.mean())
+    turn = "flow out of the heart is positive: turn its sign (probe direction)"
+    if np.ptp(flow) == 0:
+        raise InputError(f"{where}: the flow is constant ({mean:g} ml/s); is this the right column?")
+    if mean <= 0:
+        raise InputError(f"{where}: mean flow {mean:.3g} ml/s; {turn} or correct its zero")
+    if -flow.min() > flow.max():
+        raise InputError(
+            f"{where}: the largest flow is backward ({flow.min():.3g} against {flow.max():.3g} ml/s); {turn}"
+        )
+
+
+def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[str]:
+    """Return a sentence for every value that is possible, yet more likely a slip."""
+    found = []
+    if pressure.mean() > 75:
+        found.append(
+            f"mean pressure {pressure.mean():.4g} mmHg is systemic, not pulmonary; is the unit right? "
+            f"({pressure.mean():.4g} mmHg = {pressure.mean() / 7.50062:.3g} kPa)"
+        )
+    if pressure.min() < 0:
+        found.append(f"the lowest pressure is {pressure.min():.3g} mmHg; is the zero of the transducer right?")
+    slowest, fastest = RODENT_FLOWS
+    if period < 0.25 and not slowest <= flow.mean() <= fastest:
+        found.append(
+            f"mean flow {flow.mean():.3g} ml/s at {60 / period:.0f} beats/min; a mouse has about 0.2 ml/s, "
+            "a rat about 1 ml/s: is the unit of flow right?"
+        )
+    return found
+
+
+def repeats_first(values: np.ndarray) -> bool:
+    """Whether the last sample is the first one again (to a millionth of the range)."""
+    return bool(abs(values[-1] - values[0]) <= 1e-6 * np.ptp(values))
+
+
+def check_closure(values: np.ndarray, what: str, where: str) -> list[str]:
+    """Raise `InputError` if a cycle (first sample not repeated) does not close; return notes if it barely does.
+
+    The step from the last sample to the first may be as large as the largest step inside the cycle, and 5 % of the
+    range more.
+    """
+    span = float(np.ptp(values))
+    jump = abs(float(values[0] - values[-1]))
+    excess = (jump - float(np.abs(np.diff(values)).max())) / span
+    if excess > OPEN_CYCLE:
+        raise InputError(
+            f"{where}: the cycle of {what} does not close: it ends at {values[-1]:.4g} and starts at {values[0]:.4g} "
+            f"({100 * jump / span:.0f} % of its range); cut exactly one cycle, or correct the period"
+        )
+    if excess > 0.01:
+        return [f"{what} ends {100 * jump / span:.1f} % of its range away from its start"]
+    return []

@@ -1,0 +1,231 @@
+"""Reading one averaged cycle: round trips through units and files, and what every wrong file is told."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.io import savemat
+
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.recording import read_recording
+
+MOUSE = Path(__file__).parents[1] / ".." / "shared" / "data" / "mouse-c6"
+PERIOD = 0.11
+PHASE = np.arange(256) / 256
+PRESSURE = 14 + 4 * np.sin(2 * np.pi * PHASE) + 1.5 * np.cos(4 * np.pi * PHASE)
+FLOW = 0.18 + 0.2 * np.sin(2 * np.pi * PHASE) + 0.05 * np.cos(4 * np.pi * PHASE)
+TIME = PHASE * PERIOD
+
+
+def write(path: Path, *columns: np.ndarray, header: str = "", decimals: int = 9, separator: str = ",") -> Path:
+    rows = [separator.join(f"{value:.{decimals}f}" for value in row) for row in zip(*columns, strict=True)]
+    path.write_text("\n".join(([header] if header else []) + rows) + "\n", encoding="utf-8")
+    return path
+
+
+def closed(values: np.ndarray) -> np.ndarray:
+    return np.append(values, values[0])
+
+
+@pytest.mark.parametrize(
+    ("pressure_unit", "per_mmhg", "flow_unit", "per_ml_s"),
+    [
+        ("mmHg", 1.0, "ml/s", 1.0),
+        ("kPa", 0.133322, "µl/s", 1000.0),
+        ("dyn/cm²", 1333.22, "ml/min", 60.0),
+        ("Pa", 133.322, "l/min", 0.06),
+    ],
+)
+def test_the_same_cycle_in_other_units_reads_back_the_same(tmp_path, pressure_unit, per_mmhg, flow_unit, per_ml_s):
+    header = f"t [ms],p [{pressure_unit}],Q ({flow_unit})"
+    path = write(tmp_path / "cycle.csv", TIME * 1e3, PRESSURE * per_mmhg, FLOW * per_ml_s, header=header)
+    recording = read_recording(path)
+    np.testing.assert_allclose(recording.pressure, PRESSURE, atol=1e-7)
+    np.testing.assert_allclose(recording.flow, FLOW, atol=1e-7)
+    assert recording.period == pytest.approx(PERIOD, rel=1e-9)
+
+
+@pytest.mark.parametrize(("suffix", "separator"), [("csv", ","), ("csv", ";"), ("tsv", "\t")])
+def test_a_repeated_first_sample_is_dropped_whatever_the_separator(tmp_path, suffix, separator):
+    header = separator.join(["time [s]", "pressure [mmHg]", "flow [ml/s]"])
+    time = np.append(TIME, PERIOD)
+    path = write(
+        tmp_path / f"c.{suffix}", time, closed(PRESSURE), closed(FLOW), header=header, separator=separator, decimals=6
+    )
+    recording = read_recording(path)
+    assert len(recording.pressure) == len(recording.flow) == 256
+    assert recording.period == pytest.approx(PERIOD, rel=1e-6)
+    assert any("repeats the first" in note for note in recording.notes)
+
+
+def test_two_files_of_different_rates_say_which_units_were_assumed(tmp_path):
+    pressure = write(tmp_path / "p.dat", closed(PRESSURE))
+    flow = write(tmp_path / "q.dat", closed(FLOW)[::2])
+    recording = read_recording(pressure, flow, period=PERIOD)
+    assert (len(recording.pressure), len(recording.flow)) == (256, 128)
+    assert sum("assumed" in note for note in recording.notes) == 2
+
+
+def test_a_stated_unit_is_used_and_no_longer_assumed(tmp_path):
+    pressure = write(tmp_path / "p.dat", PRESSURE * 0.133322)
+    flow = write(tmp_path / "q.dat", FLOW * 60)
+    recording = read_recording(pressure, flow, period=PERIOD, pressure_unit="kPa", flow_unit="ml/min")
+    assert recording.mean_pressure == pytest.approx(14, rel=1e-6)
+    assert recording.cardiac_output == pytest.approx(0.18, rel=1e-6)
+    assert not any("assumed" in note for note in recording.notes)
+
+
+def test_a_flow_that_ends_in_zeros_by_chance_keeps_its_last_sample(tmp_path):
+    resting = np.maximum(FLOW - FLOW[0], 0)
+    assert resting[-1] == resting[0] == 0
+    path = write(tmp_path / "c.csv", TIME, PRESSURE, resting, header="t [s],p [mmHg],q [ml/s]")
+    assert len(read_recording(path).flow) == 256
+
+
+def test_mat_variables_of_different_rates_are_read(tmp_path):
+    path = tmp_path / "cycle.mat"
+    savemat(path, {"P": PRESSURE * 0.133322, "q": FLOW[::2, None], "pressure_unit": "kPa", "flow_unit": "ml/s"})
+    recording = read_recording(path, period=PERIOD)
+    np.testing.assert_allclose(recording.pressure, PRESSURE, rtol=1e-12)
+    assert len(recording.flow) == 128
+
+
+def test_times_in_a_mat_file_give_the_period(tmp_path):
+    path = tmp_path / "cycle.mat"
+    savemat(path, {"t": np.append(TIME, PERIOD), "p": closed(PRESSURE), "q": closed(FLOW)})
+    assert read_recording(path).period == pytest.approx(PERIOD, rel=1e-12)
+
+
+GOOD = {"time [s]": TIME, "pressure [mmHg]": PRESSURE, "flow [ml/s]": FLOW}
+GAP = np.where(np.arange(256) == 40, np.nan, PRESSURE)
+SKIPPED = np.where(np.arange(256) >= 100, TIME + PERIOD / 256, TIME)
+
+
+@pytest.mark.parametrize(
+    ("change", "kwargs", "message"),
+    [
+        ({"pressure [mmHg]": GAP}, {}, r"line 42, column 'pressure': nan \(a gap\)"),
+        ({"time [s]": SKIPPED}, {}, r"line 102, column 'time': uneven sampling"),
+        ({"time [s]": TIME[::-1]}, {}, "line 3, column 'time': time does not increase"),
+        ({"pressure [mmHg]": PRESSURE * 0.133322}, {}, "looks like kPa"),
+        ({"pressure [mmHg]": PRESSURE * 0 + 14}, {}, "the pressure is constant"),
+        ({"flow [ml/s]": -FLOW}, {}, "turn its sign"),
+        ({"flow [ml/s]": 0.15 - 0.5 * np.exp(-(((PHASE - 0.5) / 0.08) ** 2))}, {}, "largest flow is backward"),
+        ({"pressure [mmHg]": PRESSURE + 8 * PHASE}, {}, "cycle of pressure does not close"),
+        ({"time [s]": TIME * 1000}, {}, "is it in ms"),
+        ({}, {"period": 0.12}, "the time column covers 0.11 s, the period given is 0.12 s"),
+        ({}, {"period": 110.0}, "is it in ms"),
+        ({}, {"pressure_unit": "kPa"}, "keep one"),
+    ],
+)
+def test_a_wrong_table_is_refused_with_the_place_and_the_cure(tmp_path, change, kwargs, message):
+    columns = {**GOOD, **change}
+    path = write(tmp_path / "cycle.csv", *columns.values(), header=",".join(columns))
+    with pytest.raises(InputError, match=message):
+        read_recording(path, **kwargs)
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        ("time [s],pressure [ml/s],flow [ml/s]", "'ml/s' is not a unit of pressure"),
+        ("time [s],pressure,flow [ml/s]", "has no unit"),
+        ("time [s],presure [mmHg],flow [ml/s]", "did you mean 'presure'"),
+        ("time [s],p [mmHg],flow [ml/s],p [mmHg]", "columns where"),
+        ("", "3 columns without a header"),
+    ],
+)
+def test_a_wrong_header_is_refused(tmp_path, header, message):
+    path = write(tmp_path / "cycle.csv", TIME, PRESSURE, FLOW, header=header)
+    with pytest.raises(InputError, match=message):
+        read_recording(path)
+
+
+def test_too_few_samples_and_a_missing_period_are_refused(tmp_path):
+    short = write(tmp_path / "s.csv", TIME[:20], PRESSURE[:20], FLOW[:20], header=",".join(GOOD))
+    with pytest.raises(InputError, match="line 21: the file ends after 20 samples"):
+        read_recording(short)
+    with pytest.raises(InputError, match="no time column; give the period"):
+        read_recording(write(tmp_path / "p.dat", PRESSURE), write(tmp_path / "q.dat", FLOW))
+
+
+def test_swapped_files_are_told_so(tmp_path):
+    pressure, flow = write(tmp_path / "p.dat", PRESSURE), write(tmp_path / "q.dat", FLOW)
+    with pytest.raises(InputError, match="the first must hold pressure"):
+        read_recording(flow, pressure, period=PERIOD)
+
+
+def test_times_with_too_few_decimals_are_refused_and_enough_are_taken(tmp_path):
+    coarse = write(tmp_path / "c.csv", TIME, PRESSURE, FLOW, header=",".join(GOOD), decimals=3)
+    with pytest.raises(InputError, match="write more decimals"):
+        read_recording(coarse)
+    fine = write(tmp_path / "f.csv", TIME, PRESSURE, FLOW, header=",".join(GOOD), decimals=4)
+    assert read_recording(fine).period == pytest.approx(PERIOD, rel=1e-3)
+
+
+def test_a_flow_of_a_rat_with_the_unit_of_ml_per_min_forgotten_is_warned_about(tmp_path):
+    path = write(tmp_path / "c.csv", TIME, PRESSURE, FLOW * 60, header=",".join(GOOD))
+    with pytest.warns(VasowaveWarning, match="is the unit of flow right"):
+        recording = read_recording(path)
+    assert any("unit of flow" in note for note in recording.notes)
+
+
+def test_mat_files_of_version_73_truncated_or_raw_are_refused_with_the_cure(tmp_path):
+    path = tmp_path / "cycle.mat"
+    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + b"\x89HDF\r\n\x1a\n")
+    with pytest.raises(InputError, match=r"version 7\.3.*'-v7'"):
+        read_recording(path)
+    savemat(path, {"p": PRESSURE, "q": FLOW})
+    path.write_bytes(path.read_bytes()[:2500])
+    with pytest.raises(InputError, match="truncated, damaged"):
+        read_recording(path)
+    savemat(path, {"p": PRESSURE + 1j, "q": FLOW})
+    with pytest.raises(InputError, match="not a vector of real numbers"):
+        read_recording(path)
+    savemat(path, {"data": PRESSURE, "datastart": 1, "dataend": 2})
+    with pytest.raises(InputError, match="read_raw_recording"):
+        read_recording(path)
+
+
+@settings(max_examples=150, deadline=None)
+@given(content=st.binary(max_size=400), suffix=st.sampled_from(["csv", "tsv", "dat"]))
+def test_no_bytes_raise_a_foreign_exception(tmp_path_factory, content, suffix):
+    path = tmp_path_factory.mktemp("fuzz") / f"file.{suffix}"
+    path.write_bytes(content)
+    with pytest.raises(InputError):
+        read_recording(path, period=0.1)
+
+
+@pytest.mark.parametrize(("name", "examples"), [("c.csv", 100), ("c.mat", 12)])
+def test_no_damage_to_a_good_file_raises_a_foreign_exception(tmp_path_factory, name, examples):
+    @settings(max_examples=examples, deadline=None)
+    @given(data=st.data())
+    def damage(data):
+        path = tmp_path_factory.mktemp("fuzz") / name
+        if path.suffix == ".mat":
+            savemat(path, {"t": TIME, "p": PRESSURE, "q": FLOW})
+        else:
+            write(path, *GOOD.values(), header=",".join(GOOD), decimals=6)
+        content = bytearray(path.read_bytes())
+        for place in data.draw(st.lists(st.integers(0, len(content) - 1), max_size=6)):
+            content[place] = data.draw(st.integers(0, 255))
+        path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
+        try:
+            recording = read_recording(path)
+        except (InputError, VasowaveWarning):
+            return
+        assert np.isfinite(recording.pressure).all()
+        assert recording.period > 0
+
+    damage()
+
+
+@pytest.mark.skipif(not MOUSE.exists(), reason="needs shared/data/mouse-c6 beside the project")
+@pytest.mark.parametrize(("p", "q"), [(1024, 1024), (512, 8192), (1024, 512)])
+def test_the_measured_mouse_has_its_published_resistance_at_every_sampling(p, q):
+    recording = read_recording(MOUSE / f"pC6_{p}.dat", MOUSE / f"qC6_{q}.dat", period=0.11)
+    assert recording.vascular_resistance == pytest.approx(87, rel=0.01)  # Table of nominal values, CTL 6
+    assert len(recording.pressure) == p - 1
+    assert len(recording.flow) == {1024: 1023, 512: 511, 8192: 8192}[q]
