@@ -60,6 +60,20 @@ def test_a_repeated_first_sample_is_dropped_whatever_the_separator(tmp_path, suf
     assert any("repeats the first" in note for note in recording.notes)
 
 
+def test_a_blank_separated_table_with_a_header_is_read(tmp_path):
+    header = "time [ms] pressure [kPa] flow [ml/s]"
+    path = write(tmp_path / "c.dat", TIME * 1e3, PRESSURE * 0.133322, FLOW, header=header, separator="  ")
+    np.testing.assert_allclose(read_recording(path).pressure, PRESSURE, atol=1e-6)
+
+
+@pytest.mark.parametrize("line", ['"0.1,12,0.2', "0.1,12," + "1" * 200_000])
+def test_an_open_quotation_mark_or_an_endless_cell_is_refused(tmp_path, line):
+    path = tmp_path / "c.csv"
+    path.write_text("time [s],pressure [mmHg],flow [ml/s]\n" + line + "\n0.2,13,0.3\n")
+    with pytest.raises(InputError, match=r"c\.csv: (not a table|a quotation)"):
+        read_recording(path)
+
+
 def test_two_files_of_different_rates_say_which_units_were_assumed(tmp_path):
     pressure = write(tmp_path / "p.dat", closed(PRESSURE))
     flow = write(tmp_path / "q.dat", closed(FLOW)[::2])

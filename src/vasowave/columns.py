@@ -14,6 +14,8 @@ from vasowave.errors import InputError, did_you_mean
 
 _HEADING = re.compile(r"^\s*(?P<name>[^\[\](]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*)[\])])?\s*$")
 
+_BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
+
 
 @dataclass(frozen=True)
 class Columns:
@@ -154,8 +156,16 @@ def _split(path: Path) -> tuple[list[list[str]], list[int]]:
     if separator is None:
         # Titles hold blanks between name and unit ("pressure [mmHg]"), so only numbers split at blanks.
         rows = [line.split() if all(map(_is_number, line.split())) else [line.strip()] for _, line in kept]
+        titles = _BLANK_SEPARATED.findall(first)
+        if len(kept) > 1 and len(titles) == len(rows[1]):
+            rows[0] = titles
     else:
-        rows = [[cell.strip() for cell in row] for row in csv.reader((line for _, line in kept), delimiter=separator)]
+        try:
+            rows = [[cell.strip() for cell in row] for row in csv.reader([x for _, x in kept], delimiter=separator)]
+        except csv.Error as error:
+            raise InputError(f"{path}: not a table of text ({error})") from None
+        if len(rows) != len(kept):
+            raise InputError(f"{path}: a quotation mark is opened and not closed on its line; remove it")
     return rows, [n for n, _ in kept]
 
 
