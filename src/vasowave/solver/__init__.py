@@ -1,0 +1,1 @@
+"""The compiled 1D solver: grid, kernels, periodic state, simulation."""

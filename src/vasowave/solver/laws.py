@@ -1,0 +1,121 @@
+"""What the kernels may call of a wall law or an outlet, chosen by its type when the kernel is compiled.
+
+The equations stand in `vasowave.walls`; here they are only handed to the compiler. A new wall law needs nothing here.
+An outlet answers ``p = memory + resistance · q`` at the present half step, and then remembers the flow.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numba.extending import overload, register_jitable
+
+# Numba cannot unpack a tuple of arrays at one index, so the call is written out by the count of parameters.
+_CALL = {
+    1: lambda law: lambda wall, j, x: law(x, wall[0][j]),
+    2: lambda law: lambda wall, j, x: law(x, wall[0][j], wall[1][j]),
+    3: lambda law: lambda wall, j, x: law(x, wall[0][j], wall[1][j], wall[2][j]),
+    4: lambda law: lambda wall, j, x: law(x, wall[0][j], wall[1][j], wall[2][j], wall[3][j]),
+}
+
+
+def pressure_at(wall, j, x):
+    """Pressure, mmHg, at area ratio x in cell j."""
+    raise NotImplementedError("compiled code only")
+
+
+def ratio_at(wall, j, x):
+    """Area ratio at pressure x (mmHg) in cell j."""
+    raise NotImplementedError("compiled code only")
+
+
+def slope_at(wall, j, x):
+    """Derivative of the area ratio, 1/mmHg, at pressure x in cell j."""
+    raise NotImplementedError("compiled code only")
+
+
+def _hand_over(name: str, stub: Any) -> None:
+    @overload(stub)
+    def choose(wall, j, x):
+        law_class = wall.instance_class
+        return _CALL[len(law_class._fields)](register_jitable(getattr(law_class, name)))
+
+
+for _stub in (pressure_at, ratio_at, slope_at):
+    _hand_over(_stub.__name__, _stub)
+
+
+class WindkesselSteps(NamedTuple):
+    """A Windkessel's exact response over half a step and a whole one, to a flow that is constant meanwhile.
+
+    Attributes
+    ----------
+    decay_half, decay : array, shape (terminal,)
+        exp(-dt/2τ) and exp(-dt/τ), τ = R2 C.
+    gain_half, gain : array, shape (terminal,)
+        Capacitor pressure per flow, R2 (1 - decay), mmHg s/ml.
+    R1 : array, shape (terminal,)
+        Proximal resistance, mmHg s/ml.
+    """
+
+    decay_half: np.ndarray
+    decay: np.ndarray
+    gain_half: np.ndarray
+    gain: np.ndarray
+    R1: np.ndarray
+
+
+class ConvolutionSteps(NamedTuple):
+    """A periodic impulse response, mmHg s/ml per step, shape (terminal, step); the paper's form of eq. 7."""
+
+    response: np.ndarray
+
+
+def outlet_line(outlet, memory, j, step):
+    """Return memory (mmHg) and resistance (mmHg s/ml) of terminal j at this half step: p = memory + resistance q."""
+    raise NotImplementedError("compiled code only")
+
+
+def remember(outlet, memory, j, step, q):
+    """Let the flow `q` (ml/s) of this half step into the memory of terminal j."""
+    raise NotImplementedError("compiled code only")
+
+
+@overload(outlet_line)
+def _outlet_line(outlet, memory, j, step):
+    if outlet.instance_class is WindkesselSteps:
+        return lambda outlet, memory, j, step: (
+            outlet.decay_half[j] * memory[j, 0],
+            outlet.R1[j] + outlet.gain_half[j],
+        )
+    return lambda outlet, memory, j, step: (
+        _past_flow(outlet.response[j], memory[j], step),
+        outlet.response[j, 0],
+    )
+
+
+@overload(remember)
+def _remember(outlet, memory, j, step, q):
+    if outlet.instance_class is WindkesselSteps:
+
+        def charge(outlet, memory, j, step, q):
+            memory[j, 0] = outlet.decay[j] * memory[j, 0] + outlet.gain[j] * q
+
+        return charge
+
+    def keep(outlet, memory, j, step, q):
+        memory[j, step] = q
+
+    return keep
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+def _past_flow(response, history, step):
+    """Sum response[k] · flow k steps ago over one period; `history` is a ring whose next place is `step`."""
+    total = 0.0
+    count = len(response)
+    for k in range(1, step + 1):
+        total += response[k] * history[step - k]
+    for k in range(step + 1, count):
+        total += response[k] * history[step - k + count]
+    return total
