@@ -1,0 +1,92 @@
+"""The look of every figure: colors, line styles, sizes; readable in grey.
+
+Data are black. The animal's group sets the hue, the wall law sets the dash: linear dashed, tangent solid. The linear
+law is also darker, so that the two stay apart where they overlap and where color is lost.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DATA = "#000000"
+CTL = "#00a7c4"
+HPH = "#d6259b"
+_DARKER = {CTL: "#00596b", HPH: "#7a0f57"}
+_DASH: dict[str, Any] = {"linear": (0, (5, 2)), "tangent": "solid"}
+_SETTINGS: dict[Any, Any] = {
+    "font.size": 9,
+    "font.family": "sans-serif",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 9,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9,
+    "axes.xmargin": 0.02,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.4,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "vasowave",
+    "savefig.dpi": 200,
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw and save in the style of vasowave within this block."""
+    import matplotlib
+
+    with matplotlib.rc_context(_SETTINGS):
+        yield
+
+
+def new_figure(width: float, height: float) -> "Figure":
+    """Return an empty figure of `width` × `height` cm, without any window or global state."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width / 2.54, height / 2.54), layout="constrained")
+
+
+def wall_line(wall: str, color: str = CTL) -> dict[str, Any]:
+    """Return the line style of a wall law; `color` is the group's."""
+    shade = _DARKER.get(color, color) if wall == "linear" else color
+    return {
+        "color": shade,
+        "linestyle": _DASH.get(wall, "dashdot"),
+        "label": f"{wall} wall",
+        "zorder": 4 if wall == "linear" else 3,
+    }
+
+
+def label_axes(ax: "Axes", x: str, y: str) -> "Axes":
+    """Write the labels, ``"pressure [mmHg]"`` and the like, and return `ax`."""
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+    return ax
+
+
+def legend_above(ax: "Axes", columns: int = 1) -> None:
+    """Put the legend above the panel, where it covers no curve."""
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.0)
+
+
+def quantity_label(attributes: dict[str, Any], name: str) -> str:
+    """Return ``"long name [unit]"`` from the attributes of a simulated quantity called `name`."""
+    unit = str(attributes.get("units", "")).replace("cm2", "cm²")
+    return f"{attributes.get('long_name', name)} [{unit}]"
+
+
+def closed(values: np.ndarray) -> np.ndarray:
+    """Return one period with its first sample repeated at the end, so that loops close."""
+    return np.append(values, values[:1])
+
+
+def closed_time(time: np.ndarray, period: float) -> np.ndarray:
+    """Return the times, s, that belong to `closed` values."""
+    return np.append(time, time[0] + period)

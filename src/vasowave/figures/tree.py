@@ -1,0 +1,50 @@
+"""Pressure and flow along the tree ("PQsim"): chosen vessels, both walls."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vasowave.calibration.result import Fit
+from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes, quantity_label, wall_line
+from vasowave.network import Network
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def main_vessels(network: Network, count: int = 6) -> list[str]:
+    """Return the names of up to `count` vessels that show the tree, from the root outwards.
+
+    The root, its two largest daughters, the terminal at the end of each one's main path, then what carries most flow.
+    """
+    flow = network.flow_fraction
+    daughters = sorted(network.daughters[network.root], key=lambda row: -flow[row])[:2]
+    ends = [_main_path(network, row)[-1] for row in daughters]
+    rest = np.argsort(-flow, kind="stable").tolist()
+    chosen = list(dict.fromkeys([network.root, *daughters, *ends, *rest]))[:count]
+    depth = {row: level for level, rows in enumerate(network.generations) for row in rows.tolist()}
+    return [network.name[row] for row in sorted(chosen, key=lambda row: (depth[row], row))]
+
+
+def _main_path(network: Network, row: int) -> list[int]:
+    """Return the rows from `row` to a terminal, at every junction into the daughter with most flow."""
+    path = [row]
+    while network.daughters[path[-1]]:
+        path.append(max(network.daughters[path[-1]], key=lambda daughter: network.flow_fraction[daughter]))
+    return path
+
+
+def plot_vessel(
+    ax: "Axes", fits: Sequence[Fit], vessel: str, quantity: str = "pressure", color: str = CTL, station: str = "middle"
+) -> "Axes":
+    """Draw one simulated quantity at one station of one vessel, one line per wall law; data where measured."""
+    recording, network = fits[0].recording, fits[0].model.network
+    if vessel == network.name[network.root] and quantity == "pressure":
+        time = closed_time(recording.time, recording.period)
+        ax.plot(time, closed(recording.pressure), color=DATA, linewidth=1.0, label="measured (inlet)")
+    for fit in fits:
+        values = fit.simulation[quantity].sel(vessel=vessel, station=station)
+        time = closed_time(values["time"].to_numpy(), recording.period)
+        ax.plot(time, closed(values.to_numpy()), **wall_line(fit.wall, color))
+    return label_axes(ax, "time [s]", quantity_label(fits[0].simulation[quantity].attrs, quantity))

@@ -1,0 +1,33 @@
+"""Where a result came from: versions of the programs that made it, and fingerprints of what they read."""
+
+import hashlib
+import platform
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from vasowave.errors import InputError
+
+_PROGRAMS = ("vasowave", "numpy", "scipy", "numba", "xarray", "netCDF4")
+
+
+def provenance(inputs: Sequence[Path] = ()) -> dict[str, str]:
+    """Return the date (UTC), the versions of the programs, and the SHA-256 of every input file.
+
+    Raises
+    ------
+    InputError
+        An input file cannot be read.
+    """
+    found = {"created": datetime.now(UTC).isoformat(timespec="seconds"), "python": platform.python_version()}
+    found |= {program: version(program) for program in _PROGRAMS}
+    return found | {f"sha256 of {Path(path).name}": _sha256(Path(path)) for path in inputs}
+
+
+def _sha256(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read for its SHA-256 ({error.strerror}); is it still there?") from None
