@@ -29,8 +29,8 @@ def made_recording(source="synthetic: made from formulas", count=128):
     return Recording(np.fft.irfft(np.fft.rfft(flow) * Z, count), flow, PERIOD, source)
 
 
-def made_fit(wall="linear", source="synthetic: made from formulas"):
-    recording, network = made_recording(source), control_network()
+def made_fit(wall="linear", source="synthetic: made from formulas", count=128):
+    recording, network = made_recording(source, count), control_network()
     nominal = estimate_nominal(network, recording)
     values = PARAMETERS[wall]
     law = LinearWall(values["beta"]) if wall == "linear" else TangentWall(values["p1"], values["gamma"])

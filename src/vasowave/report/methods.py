@@ -28,14 +28,16 @@ def numerics_rows(fits: Sequence[Fit]) -> tuple[tuple[str, ...], list[tuple[str,
 
 def _model(fits: Sequence[Fit]) -> str:
     network, blood, period = fits[0].model.network, fits[0].model.blood, fits[0].recording.period
-    settings = ", ".join(f"{key.replace('_', ' ')} {value}" for key, value in asdict(blood.friction).items())  # type: ignore[call-overload]
+    friction = asdict(blood.friction)  # type: ignore[call-overload]
+    settings = ", ".join(f"{key} {'local' if value is None else value}" for key, value in friction.items())
+    settings = settings.replace("_", " ")
     laws = "; ".join(f"{fit.wall}: {_LAWS.get(fit.wall, fit.wall)}" for fit in fits)
     return (
         f"One-dimensional flow in a network of {len(network)} vessels ({len(network.terminals)} terminals, total "
         f"length {number(float(network.length.sum()))} cm). Blood: density {number(blood.density, 4)} g/ml, kinematic "
         f"viscosity {number(blood.viscosity)} cm²/s, friction {type(blood.friction).__name__} ({settings}), "
-        f"boundary layer {number(boundary_layer(blood.viscosity, period))} cm. Wall laws: {laws}. Every terminal vessel ends in a "
-        "three-element Windkessel (eq. 7); the measured flow is the inflow."
+        f"boundary layer {number(boundary_layer(blood.viscosity, period))} cm. Wall laws: {laws}. "
+        "Every terminal vessel ends in a three-element Windkessel (eq. 7); the measured flow is the inflow."
     )
 
 

@@ -83,13 +83,14 @@ def embedded(figure: "Figure", name: str) -> str:
     """Return the figure as SVG to stand inside HTML: no prolog, scalable, ids that are unique in the page."""
     text = svg(figure)
     text = text[text.index("<svg") :]
-    text = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", text)
-    text = re.sub(r'\bid="', f'id="{name}-', text)
-    text = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{name}-", text)
-    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    return re.sub(
-        r'<svg ([^>]*?)width="[^"]*"', r"<svg \1", re.sub(r'(<svg [^>]*?)height="[^"]*"', r"\1", text, count=1), count=1
-    )
+    opening, rest = text.split(">", 1)
+    opening = re.sub(r'\s(xmlns(:\w+)?|width|height|version)="[^"]*"', "", opening)
+    # Letters stay readable: the drawing shrinks to 0.7 of its size at most, then its box scrolls.
+    pixels = 96 * figure.get_figwidth()
+    opening += f' style="width: 100%; min-width: {0.7 * pixels:.0f}px; max-width: {1.3 * pixels:.0f}px"'
+    rest = re.sub(r'\bid="', f'id="{name}-', rest)
+    rest = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{name}-", rest)
+    return f"{opening}>{rest}"
 
 
 def _content(fits: Sequence[Fit], figures: dict[str, "Figure"], origin: dict[str, str]) -> dict[str, Any]:

@@ -64,21 +64,22 @@ def indices_rows(fits: Sequence[Fit]) -> tuple[Row, list[Row]]:
     """Return header and rows: one row per index, one column measured and one per wall law."""
     table = indices_table(fits).set_index("source")
     header = ("index", "unit", *table.index)
-    rows = [(*split_unit(label), *(number(value) for value in table[label])) for label in table.columns]
+    rows = [(*_name_and_unit(label), *(number(value) for value in table[label])) for label in table.columns]
     return header, rows
 
 
 def nominal_rows(fit: Fit) -> tuple[Row, list[Row]]:
     """Return header and rows of the nominal parameters."""
     table = nominal_table(fit)
-    return ("parameter", "unit", "value"), [(*split_unit(str(label)), number(table[label].iloc[0])) for label in table]
+    return ("parameter", "unit", "value"), [(*_name_and_unit(label), number(table[label].iloc[0])) for label in table]
 
 
 def parameter_rows(fit: Fit) -> tuple[Row, list[Row]]:
     """Return header and rows of the calibrated parameters."""
     columns = ["unit", "nominal", "lower", "upper", "value", "standard_error", "at_bound", "free", "determined"]
     header = ("parameter", *(column.replace("_", " ") for column in columns))
-    return header, [(str(name), *(number(row[key]) for key in columns)) for name, row in fit.parameters.iterrows()]
+    plain_units = fit.parameters.assign(unit=fit.parameters["unit"].replace("1", ""))
+    return header, [(str(name), *(number(row[key]) for key in columns)) for name, row in plain_units.iterrows()]
 
 
 def outcome_rows(fits: Sequence[Fit]) -> tuple[Row, list[Row]]:
@@ -111,6 +112,11 @@ def mean_wave_speed(fit: Fit) -> float:
     here = fit.simulation.sel(vessel=network.name[network.root], station="inlet")
     law = type(fit.model.wall)(*(np.asarray(value)[network.root] for value in fit.model.wall))
     return float(wave_speed(law, float(here["pressure"].mean()), fit.model.blood.inertia))
+
+
+def _name_and_unit(label: object) -> tuple[str, str]:
+    name, unit = split_unit(str(label))
+    return name, "" if unit == "1" else unit
 
 
 def _stiffness(fit: Fit) -> str:
