@@ -51,7 +51,8 @@ def made_parameters(values):
     for name, value in values.items():
         rows[name] = {
             "unit": "mmHg" if name in ("beta", "p1") else "1", "nominal": 0.8 * value, "lower": 0.1 * value,
-            "upper": 2.5 * value, "value": value, "standard_error": 0.04 * value, "at_bound": False, "free": True,
+            "upper": 2.5 * value, "value": value, "standard_error": 0.04 * value, "standard_error_correlated": 0.3 * value,
+            "at_bound": False, "free": True,
             "determined": name != "r1",
         }  # fmt: skip
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("parameter")
@@ -105,6 +106,6 @@ def made_simulation(model, recording, misfit):
         },
         attrs={
             "period": recording.period, "cycles": 7, "change": 3.2e-9, "courant": 0.61, "steps_per_cycle": 2048,
-            "cell_size": 0.1, "tolerance": 1e-4, "converged": "true",
+            "cell_size": 0.1, "tolerance": 1e-4, "converged": 1,
         },
     )  # fmt: skip

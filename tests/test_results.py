@@ -75,7 +75,7 @@ def test_every_column_with_a_quantity_names_its_unit(fits):
     tables = results.tables(fits)
     words = {"source", "wall", "stage", "vessel", "parameter", "other", "unit", "start", "simulations", "converged"}
     words |= {"agrees", "message", "at_bound", "free", "determined"}
-    in_unit_column = {"nominal", "lower", "upper", "value", "standard_error"}
+    in_unit_column = {"nominal", "lower", "upper", "value", "standard_error", "standard_error_correlated"}
     for name, table in tables.items():
         bare = {column for column in table.columns if "[" not in column} - words
         assert bare <= (in_unit_column if name == "parameters" else set()), name

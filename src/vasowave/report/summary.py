@@ -55,9 +55,9 @@ def fit_sentences(fit: Fit) -> list[str]:
 
 def warnings(fits: Sequence[Fit]) -> list[str]:
     """Return everything a reader must know, without repetition: of the recording, then of each fit."""
-    notes = [f"Recording: {note}" for note in fits[0].recording.notes]
-    found = [f"{fit.wall.capitalize()} wall: {text}" for fit in fits for text in fit.warnings]
-    return list(dict.fromkeys([*notes, *found]))
+    notes = fits[0].recording.notes
+    found = [f"{fit.wall.capitalize()} wall: {text}" for fit in fits for text in fit.warnings if text not in notes]
+    return [*(f"Recording: {note}" for note in notes), *found]
 
 
 def indices_rows(fits: Sequence[Fit]) -> tuple[Row, list[Row]]:
@@ -76,7 +76,7 @@ def nominal_rows(fit: Fit) -> tuple[Row, list[Row]]:
 
 def parameter_rows(fit: Fit) -> tuple[Row, list[Row]]:
     """Return header and rows of the calibrated parameters."""
-    columns = ["unit", "nominal", "lower", "upper", "value", "standard_error", "at_bound", "free", "determined"]
+    columns = list(fit.parameters.columns)
     header = ("parameter", *(column.replace("_", " ") for column in columns))
     plain_units = fit.parameters.assign(unit=fit.parameters["unit"].replace("1", ""))
     return header, [(str(name), *(number(row[key]) for key in columns)) for name, row in plain_units.iterrows()]
@@ -132,7 +132,7 @@ def _stiffness(fit: Fit) -> str:
 
 def _with_error(row: pd.Series) -> str:
     unit = "" if row["unit"] in ("1", "") else f" {row['unit']}"
-    error = row["standard_error"]
+    error = row.get("standard_error_correlated", row["standard_error"])
     known = isinstance(error, float | np.floating) and math.isfinite(error)
     return f"{number(row['value'])}{f' ± {number(error, 2)}' if known else ''}{unit}"
 
