@@ -91,7 +91,7 @@ def tables(fits: Sequence[Fit]) -> dict[str, pd.DataFrame]:
         "parameters": _stacked(fits, lambda fit: fit.parameters.rename_axis("parameter").reset_index()),
         "outlets": outlets_table(fits),
         "fits": _stacked(fits, _summary),
-        "starts": _stacked(fits, _starts),
+        "starts": _stacked(fits, starts_table),
         "correlation": _stacked(fits, _correlation),
         "waveforms": waveforms_table(fits),
     }
@@ -145,6 +145,12 @@ def outlets_table(fits: Sequence[Fit]) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)
 
 
+def starts_table(fit: Fit) -> pd.DataFrame:
+    """Return where every start of one fit ended, with units in the column names."""
+    units = {name: f"{name} [{unit}]" for name, unit in fit.parameters["unit"].items()}
+    return fit.starts.rename(columns=units)
+
+
 def waveforms_table(fits: Sequence[Fit]) -> pd.DataFrame:
     """Return pressure and flow at the inlet of the root vessel over one cycle: measured, and simulated by each law."""
     recording = fits[0].recording
@@ -162,11 +168,6 @@ def _summary(fit: Fit) -> pd.DataFrame:
     return pd.DataFrame(
         [{f"{name} [{value.attrs['units']}]": value.values.item() for name, value in scalars(fit).items()}]
     )
-
-
-def _starts(fit: Fit) -> pd.DataFrame:
-    units = {name: f"{name} [{unit}]" for name, unit in fit.parameters["unit"].items()}
-    return fit.starts.rename(columns=units)
 
 
 def _correlation(fit: Fit) -> pd.DataFrame:

@@ -13,7 +13,7 @@ from vasowave.figures.gallery import gallery, svg, write_figures
 from vasowave.figures.style import CTL
 from vasowave.provenance import provenance
 from vasowave.report import methods, summary
-from vasowave.results import FIGURES, REPORT, check_fits, check_folder
+from vasowave.results import FIGURES, REPORT, check_fits, check_folder, starts_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -105,7 +105,7 @@ def _content(fits: Sequence[Fit], figures: dict[str, "Figure"], origin: dict[str
                 "sentences": summary.fit_sentences(fit),
                 "parameters": summary.parameter_rows(fit),
                 "correlation": summary.table_rows(fit.correlation.rename_axis("").reset_index(), 2),
-                "starts": summary.table_rows(fit.starts),
+                "starts": summary.table_rows(starts_table(fit)),
             }
             for fit in fits
         ],

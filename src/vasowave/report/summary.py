@@ -99,9 +99,8 @@ def outcome_rows(fits: Sequence[Fit]) -> tuple[Row, list[Row]]:
 
 def table_rows(frame: pd.DataFrame, digits: int = 4) -> tuple[Row, list[Row]]:
     """Return header and rows of any table, numbers written as people do."""
-    return tuple(map(str, frame.columns)), [
-        tuple(number(value, digits) for value in row) for row in frame.itertuples(index=False)
-    ]
+    header = tuple(str(label).replace(" [1]", "").replace("mmHg2", "mmHg²") for label in frame.columns)
+    return header, [tuple(number(value, digits) for value in row) for row in frame.itertuples(index=False)]
 
 
 def mean_wave_speed(fit: Fit) -> float:
