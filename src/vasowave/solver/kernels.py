@@ -146,9 +146,19 @@ def inlet(q, cells, wall, nodes, faces):
 
 
 @_part
-def next_guess(node, faces):
-    """Pressure of a node extrapolated from its last three half steps."""
+def next_guess(node, step, cell, faces):
+    """Pressure of a node extrapolated from its last three half steps; at the start of a cycle its cell's pressure."""
+    if step == 0:
+        for i in range(3):
+            faces.node[node, i] = faces.cell_pressure[cell]
     return 3.0 * (faces.node[node, 0] - faces.node[node, 1]) + faces.node[node, 2]
+
+
+@_part
+def limited(step, p):
+    """Newton step no longer than the pressure allows: laws that saturate throw a full step out of their range."""
+    most = 5.0 + 0.5 * abs(p)
+    return min(max(step, -most), most)
 
 
 @_part
@@ -160,10 +170,10 @@ def keep_pressure(node, p, faces):
 
 
 @njit(**_OPTIONS)
-def junction(k, cells, wall, nodes, faces):
+def junction(k, step_number, cells, wall, nodes, faces):
     """One pressure for all ends that meet, such that the flows sum to zero (eq. 6): Newton's method in p."""
     v = nodes.parent[k]
-    p = next_guess(k, faces)
+    p = next_guess(k, step_number, nodes.last[v] - 1, faces)
     for _ in range(_NEWTON_MOST):
         excess, slope = try_end(v, 1, nodes.last[v] - 1, nodes.last[v], p, wall, cells, faces)
         for i in range(nodes.start[k], nodes.start[k + 1]):
@@ -171,7 +181,7 @@ def junction(k, cells, wall, nodes, faces):
             q, change = try_end(d, 0, nodes.first[d], nodes.first[d], p, wall, cells, faces)
             excess -= q
             slope -= change
-        step = -excess / slope
+        step = limited(-excess / slope, p)
         p += step
         if abs(step) < _NEWTON_CLOSE:
             close_end(v, 1, nodes.last[v], step, faces)
@@ -187,10 +197,10 @@ def terminal(j, node, outlet, memory, step_number, cells, wall, nodes, faces):
     """Outlet: p = memory + resistance · q meets the vessel's line; Newton's method in p (eq. 7)."""
     v = nodes.terminal[j]
     past, resistance = outlet_line(outlet, memory, j, step_number)
-    p = next_guess(node, faces)
+    p = next_guess(node, step_number, nodes.last[v] - 1, faces)
     for _ in range(_NEWTON_MOST):
         q, slope = try_end(v, 1, nodes.last[v] - 1, nodes.last[v], p, wall, cells, faces)
-        step = -(p - past - resistance * q) / (1.0 - resistance * slope)
+        step = limited(-(p - past - resistance * q) / (1.0 - resistance * slope), p)
         p += step
         if abs(step) < _NEWTON_CLOSE:
             close_end(v, 1, nodes.last[v], step, faces)
@@ -202,13 +212,16 @@ def terminal(j, node, outlet, memory, step_number, cells, wall, nodes, faces):
 
 @njit(**_OPTIONS)
 def face_fluxes(cells, wall, fluid, faces):
-    """Pressure, momentum flux q²/A and friction at all faces."""
+    """Pressure, momentum flux q²/A and friction at all faces; False if an area left the wall law."""
+    inside = True
     for j in range(len(faces.area)):
         A, q = faces.area[j], faces.flow[j]
+        inside &= (A > cells.smallest[j]) & (A < cells.largest[j])
         u = q / A
         faces.pressure[j] = pressure_at(wall, j, A / cells.area0[j])
         faces.momentum[j] = q * u
         faces.friction[j] = (fluid.k0 + fluid.k1 * np.sqrt(A)) * u
+    return inside
 
 
 @njit(**_OPTIONS)
@@ -251,7 +264,7 @@ def solve_nodes(q, step, outlet, memory, cells, wall, nodes, faces):
     inlet(q, cells, wall, nodes, faces)
     count = len(nodes.parent)
     for k in range(count):
-        if not junction(k, cells, wall, nodes, faces):
+        if not junction(k, step, cells, wall, nodes, faces):
             return nodes.parent[k]
     for j in range(len(nodes.terminal)):
         if not terminal(j, count + j, outlet, memory, step, cells, wall, nodes, faces):
@@ -305,7 +318,9 @@ def _compiled(fingerprint: str) -> Any:
             if failed >= 0:
                 report[0], report[1], report[2] = NODE_FAILED, failed, n
                 return report
-            face_fluxes(cells, wall, fluid, faces)
+            if not face_fluxes(cells, wall, fluid, faces):
+                report[0], report[1], report[2] = LEFT_LAW, worst_cell(faces.area, cells), n
+                return report
             if sampled:
                 record_stations(n // every, nodes, faces, out)
                 if per_cell:
