@@ -1,0 +1,85 @@
+"""What a calibration returns: the optimum, how well the data determine it, and how it was found."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.model import Model
+from vasowave.nominal import Nominal
+from vasowave.recording import Recording
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A model calibrated to one recording.
+
+    Attributes
+    ----------
+    wall : {"linear", "tangent"}
+        Name of the wall law.
+    model : Model
+        The model at the optimum.
+    recording : Recording
+        What was fitted, at the samples that were compared.
+    nominal : Nominal
+        Where the starts came from.
+    parameters : DataFrame
+        One row per parameter (index: beta, or p1 and gamma; r1, r2, c1), columns ``unit, nominal, lower, upper,
+        value, standard_error, at_bound, free, determined``.
+    correlation : DataFrame
+        Correlation of the free parameters' estimates.
+    starts : DataFrame
+        One row per start: ``start, S [mmHg2], simulations, converged, agrees, message`` and every parameter's value.
+    simulation : Dataset
+        The calibrated model's cycle, as `simulate` returns it.
+    pressure_residual : array, shape (N,)
+        Measured minus simulated pressure at the inlet, mmHg, at the recording's samples.
+    S : float
+        Objective (eq. 14) at the optimum.
+    warnings : tuple of str
+        What a reader must know: parameters at a bound, not determined, starts that disagree.
+    """
+
+    wall: str
+    model: Model
+    recording: Recording
+    nominal: Nominal
+    parameters: pd.DataFrame
+    correlation: pd.DataFrame
+    starts: pd.DataFrame
+    simulation: xr.Dataset
+    pressure_residual: np.ndarray
+    S: float
+    warnings: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name} {value:.4g}" for name, value in self.parameters["value"].items())
+        return f"Fit({self.wall} wall: {values}; S {self.S:.4g}, N {self.N}, RMSE {self.rmse:.3g} mmHg)"
+
+    @property
+    def N(self) -> int:
+        """Number of pressure samples that were compared."""
+        return len(self.pressure_residual)
+
+    @property
+    def rmse(self) -> float:
+        """Root-mean-square pressure residual, mmHg."""
+        return float(np.sqrt(np.mean(self.pressure_residual**2)))
+
+    @property
+    def total_resistance(self) -> float:
+        """Resistance R_T of all vascular beds in parallel, mmHg s/ml."""
+        return self.model.outlets.total_resistance()  # type: ignore[union-attr]
+
+    @property
+    def resistance_ratio(self) -> float:
+        """Ratio a = R1/R_T of the vascular beds."""
+        outlets = self.model.outlets
+        return float(np.mean(outlets.R1 / (outlets.R1 + outlets.R2)))  # type: ignore[union-attr]
+
+    @property
+    def peripheral_compliance(self) -> float:
+        """Weighted compliance Σ Ĉ_p of the vascular beds, ml/mmHg."""
+        return float(self.model.outlets.weighted_compliance().sum())  # type: ignore[union-attr]

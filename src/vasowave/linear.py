@@ -1,0 +1,137 @@
+"""The network in the frequency domain, linearized about its mean pressure.
+
+Every vessel is a transmission line with compliance dA/dp, inertance ρ/A and the friction of eq. 2; junctions join
+admittances, outlets close the ends. It needs no time stepping and shares no code with the solver, which starts from it
+and is tested against it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave import walls
+from vasowave.model import Model
+from vasowave.outlets import Windkessel
+from vasowave.recording import Inflow
+
+
+@dataclass(frozen=True, eq=False)
+class LinearSolution:
+    """Harmonics of pressure and flow in every vessel.
+
+    Attributes
+    ----------
+    period : float
+        s.
+    mean_pressure : array, shape (vessel,)
+        Pressure about which each vessel is linearized, mmHg.
+    input_impedance : complex array, shape (harmonic, vessel)
+        Impedance at each vessel's inlet, mmHg s/ml.
+    pressure, flow : complex array, shape (harmonic, vessel)
+        Spectra at the vessels' inlets (mmHg, ml/s): p(t) = Re Σ P_k exp(iω_k t), the mean at k = 0.
+    propagation : complex array, shape (harmonic, vessel)
+        Propagation constant γ, 1/cm.
+    line_impedance : complex array, shape (harmonic, vessel)
+        Characteristic impedance of the line, mmHg s/ml.
+    resistance : array, shape (vessel,)
+        Steady resistance per length, mmHg s/ml/cm.
+    """
+
+    period: float
+    mean_pressure: np.ndarray
+    input_impedance: np.ndarray
+    pressure: np.ndarray
+    flow: np.ndarray
+    propagation: np.ndarray
+    line_impedance: np.ndarray
+    resistance: np.ndarray
+
+    def at(self, vessel: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the spectra of pressure and flow at distance x (cm) into the vessels (rows), shape (harmonic, place)."""
+        P, Q = self.pressure[:, vessel], self.flow[:, vessel]
+        cosh, sinh = np.cosh(self.propagation[:, vessel] * x), np.sinh(self.propagation[:, vessel] * x)
+        Z = self.line_impedance[:, vessel]
+        p = P * cosh - Z * Q * sinh
+        q = Q * cosh - P / Z * sinh
+        p[0], q[0] = P[0] - self.resistance[vessel] * x * Q[0], Q[0]
+        return p, q
+
+    def in_time(self, spectrum: np.ndarray, t: float | np.ndarray) -> np.ndarray:
+        """Return the signals at time t (s) whose spectra stand on the first axis."""
+        k = np.arange(len(spectrum))
+        phase = np.exp(2j * np.pi / self.period * np.multiply.outer(np.asarray(t), k))
+        return np.tensordot(phase, spectrum, axes=1).real
+
+
+def linear_solution(model: Model, inflow: Inflow, harmonics: int = 32) -> LinearSolution:
+    """Solve the linearized network for the harmonics 0 … `harmonics` of the inflow."""
+    count = min(harmonics, (len(inflow.flow) - 1) // 2) + 1
+    spectrum = np.fft.rfft(inflow.flow)[:count] / len(inflow.flow)
+    spectrum[1:] *= 2
+    mean_pressure = np.zeros(len(model.network))
+    for _ in range(4):  # the mean pressure fixes the areas, which fix the friction, which fixes the mean pressure
+        steady = _solve(model, spectrum[:1], mean_pressure, inflow.period)
+        half_drop = 0.5 * steady.resistance * model.network.length * steady.flow[0].real
+        mean_pressure = steady.pressure[0].real - half_drop
+    return _solve(model, spectrum, mean_pressure, inflow.period)
+
+
+def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period: float) -> LinearSolution:
+    network, inertia = model.network, model.blood.inertia
+    omega = 2 * np.pi / period * np.arange(len(spectrum))[:, np.newaxis]
+    A = walls.area(model.wall, mean_pressure, network.area0)
+    k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
+    drag = (k0 + k1 * np.sqrt(A)) / A
+    series = inertia / A * (1j * omega + drag)
+    shunt = 1j * omega * walls.area_compliance(model.wall, mean_pressure, network.area0)
+    gamma = np.sqrt(series * shunt)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        Z_line = np.sqrt(series / shunt)
+        tanh = np.tanh(gamma * network.length)
+        across, along = Z_line * tanh, tanh / Z_line
+    resistance = inertia / A * drag
+    across[0], along[0] = resistance * network.length, 0.0  # a steady flow meets resistance alone
+    Z_line[0] = 1.0  # has no meaning at zero frequency, where γ = 0 multiplies it
+    Z_in = _input_impedance(model, omega[:, 0], across, along)
+    return _go_down(model, spectrum, period, mean_pressure, Z_in, gamma, Z_line, resistance)
+
+
+def _input_impedance(model: Model, omega: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Impedance at every inlet, from the outlets up, one generation at a time."""
+    network = model.network
+    if isinstance(model.outlets, Windkessel):
+        end = model.outlets.impedance(omega)
+    else:
+        end = model.outlets.impedance_at_harmonics(len(omega))
+    load_admittance = np.zeros((len(omega), len(network)), dtype=complex)
+    load_admittance[:, network.terminals] = 1.0 / end
+    Z_in = np.empty_like(load_admittance)
+    for rows in reversed(network.generations):
+        load = 1.0 / load_admittance[:, rows]
+        Z_in[:, rows] = (load + across[:, rows]) / (1.0 + load * along[:, rows])
+        parents = network.parent[rows]
+        if parents[0] >= 0:
+            np.add.at(load_admittance.T, parents, (1.0 / Z_in[:, rows]).T)
+    return Z_in
+
+
+def _go_down(
+    model: Model,
+    spectrum: np.ndarray,
+    period: float,
+    mean_pressure: np.ndarray,
+    Z_in: np.ndarray,
+    gamma: np.ndarray,
+    Z_line: np.ndarray,
+    resistance: np.ndarray,
+) -> LinearSolution:
+    """Pressure and flow at every inlet, from the root down."""
+    network = model.network
+    P, Q = np.zeros_like(Z_in), np.zeros_like(Z_in)
+    P[:, network.root], Q[:, network.root] = Z_in[:, network.root] * spectrum, spectrum
+    solution = LinearSolution(period, mean_pressure, Z_in, P, Q, gamma, Z_line, resistance)
+    for rows in network.generations[1:]:
+        parents = network.parent[rows]
+        P[:, rows] = solution.at(parents, network.length[parents])[0]
+        Q[:, rows] = P[:, rows] / Z_in[:, rows]
+    return solution

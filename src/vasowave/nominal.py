@@ -1,0 +1,149 @@
+"""Nominal parameters: what the recording and the network say before any fit (section 2.5, eqs. 8 to 13)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.blood import Blood
+from vasowave.errors import InputError
+from vasowave.network import Network
+from vasowave.outlets import Windkessel
+from vasowave.recording import Recording
+from vasowave.walls import LinearWall, TangentWall
+
+RESISTANCE_RATIO = 0.2  # a = R1/R_T before the fit
+_ONSET = 0.05  # ejection has begun when the flow passes this share of its peak
+_DECAY = 0.9  # share of the fall from the end of ejection that is fitted: its end belongs to the next contraction
+_UPSTROKE = 0.95  # the up-slope method ends at this share of the peak flow
+
+
+@dataclass(frozen=True, eq=False)
+class Nominal:
+    """Parameters estimated directly from one recording and one network.
+
+    Attributes
+    ----------
+    characteristic_impedance : float
+        Z_c, mmHg s/ml, slope of p against q during the flow's upstroke (eq. 8).
+    beta : float
+        β0 = 2 (A0 Z_c)²/ρ, mmHg (eq. 9).
+    total_resistance : float
+        R_T0 = mean pressure / mean flow, mmHg s/ml.
+    time_constant : float
+        τ0 of the diastolic pressure decay, s (eq. 12).
+    outlets : Windkessel
+        R1, R2 and C of every terminal (eqs. 11, 13).
+    upstroke : tuple of array
+        Flow (ml/s) and pressure (mmHg) of the samples behind Z_c.
+    decay : tuple of array
+        Time (s) and pressure (mmHg) of the samples behind τ0.
+    """
+
+    characteristic_impedance: float
+    beta: float
+    total_resistance: float
+    time_constant: float
+    outlets: Windkessel
+    upstroke: tuple[np.ndarray, np.ndarray]
+    decay: tuple[np.ndarray, np.ndarray]
+
+    @property
+    def linear_wall(self) -> LinearWall:
+        """Linear law with β0."""
+        return LinearWall(self.beta)
+
+    @property
+    def tangent_wall(self) -> TangentWall:
+        """Tangent law with γ = 2 and p1 = β0/π, the same wave speed at p = 0 (eq. 10)."""
+        return TangentWall(self.beta / np.pi, 2.0)
+
+    def __repr__(self) -> str:
+        return (
+            f"Nominal(Z_c {self.characteristic_impedance:.4g} mmHg s/ml, beta0 {self.beta:.4g} mmHg, "
+            f"R_T0 {self.total_resistance:.4g} mmHg s/ml, tau0 {self.time_constant:.3g} s)"
+        )
+
+
+def estimate_nominal(network: Network, recording: Recording, blood: Blood | None = None) -> Nominal:
+    """Estimate wall stiffness and outlets from one recording (eqs. 8 to 13).
+
+    Raises
+    ------
+    InputError
+        The recording has no upstroke with rising pressure, or no decaying diastolic pressure.
+    """
+    blood = blood or Blood()
+    flow, pressure = upstroke(recording)
+    Z_c = characteristic_impedance(flow, pressure)
+    if not Z_c > 0:
+        raise InputError(
+            f"{recording.source}: pressure does not rise with flow during ejection (slope {Z_c:.3g} mmHg s/ml); "
+            "are pressure and flow aligned in time?"
+        )
+    time, falling = diastole(recording)
+    tau = time_constant(time, falling, recording.source)
+    R_T = recording.vascular_resistance
+    return Nominal(
+        characteristic_impedance=Z_c,
+        beta=stiffness(Z_c, float(network.area0[network.root]), blood),
+        total_resistance=R_T,
+        time_constant=tau,
+        outlets=windkessels(network, R_T, tau),
+        upstroke=(flow, pressure),
+        decay=(time, falling),
+    )
+
+
+def upstroke(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Return flow and pressure from the onset of ejection (5 % of peak flow) to 95 % of peak flow."""
+    count = max(len(recording.pressure), len(recording.flow))
+    even = recording.resampled(count)
+    q, p = even.flow, even.pressure
+    peak = int(np.argmax(q))
+    q, p = np.roll(q, -peak - 1), np.roll(p, -peak - 1)  # the peak is now the last sample
+    above_onset = q > _ONSET * q[-1]
+    start = int(np.flatnonzero(~above_onset)[-1]) if not above_onset.all() else 0
+    stop = start + int(np.argmax(q[start:] >= _UPSTROKE * q[-1])) + 1
+    return q[start:stop], p[start:stop]
+
+
+def characteristic_impedance(flow: np.ndarray, pressure: np.ndarray) -> float:
+    """Characteristic impedance Z_c = ρ c0/A0, mmHg s/ml (eq. 8): the least-squares slope of pressure against flow."""
+    return float(np.polyfit(flow, pressure, 1)[0])
+
+
+def stiffness(Z_c: float, area0: float, blood: Blood) -> float:
+    """Stiffness β = 2 (A0 Z_c)²/ρ, mmHg (eq. 9), of a vessel with undeformed area A0 (cm²)."""
+    return 2.0 * (area0 * Z_c) ** 2 / blood.inertia
+
+
+def diastole(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Return time (s) and pressure (mmHg) of the decay after ejection.
+
+    Ejection ends where the flow first falls below 5 % of its peak. Of the time from there to the lowest pressure the
+    first 90 % are returned.
+    """
+    count = max(len(recording.pressure), len(recording.flow))
+    even = recording.resampled(count)
+    peak = int(np.argmax(even.flow))
+    q, p = np.roll(even.flow, -peak), np.roll(even.pressure, -peak)
+    end_of_ejection = int(np.argmax(q < _ONSET * q[0]))
+    stop = end_of_ejection + round(_DECAY * int(np.argmin(p[end_of_ejection:]))) + 1
+    time = (np.arange(count) + peak) * (recording.period / count)
+    return time[end_of_ejection:stop], p[end_of_ejection:stop]
+
+
+def time_constant(time: np.ndarray, pressure: np.ndarray, source: str = "recording") -> float:
+    """Time constant τ, s, of p(t) = p(t_d) exp(-(t - t_d)/τ) (eq. 12), by a log-linear least-squares fit."""
+    if len(time) < 4 or pressure.min() <= 0:
+        raise InputError(f"{source}: no diastolic decay of positive pressure after ejection; check the cycle")
+    slope = float(np.polyfit(time, np.log(pressure), 1)[0])
+    if slope >= 0:
+        raise InputError(f"{source}: pressure does not fall after ejection; check that pressure and flow are aligned")
+    return -1.0 / slope
+
+
+def windkessels(network: Network, R_T: float, tau: float, a: float = RESISTANCE_RATIO) -> Windkessel:
+    """Windkessels of all terminals: R_T,j = R_T / flow fraction (eq. 11), R1 = a R_T,j, C = τ/R_T,j (eq. 13)."""
+    R_Tj = R_T / network.flow_fraction[network.terminals]
+    return Windkessel(a * R_Tj, (1 - a) * R_Tj, tau / R_Tj)

@@ -1,0 +1,94 @@
+"""Bare arrays of simulations, turned into labelled datasets with units."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from vasowave import walls
+from vasowave.errors import VasowaveError
+from vasowave.solver.run import Run
+
+STATIONS = ("inlet", "middle", "outlet")
+
+_LABELS = {
+    "pressure": ("mmHg", "transmural pressure"),
+    "flow": ("ml/s", "volume flow"),
+    "area": ("cm2", "cross-sectional area"),
+    "velocity": ("cm/s", "mean velocity"),
+    "wave_speed": ("cm/s", "pulse wave velocity"),
+}
+
+
+def as_dataset(run: Run) -> xr.Dataset:
+    """Label one run: dims (time, vessel, station), or (time, cell) if every cell was kept."""
+    network = run.model.network
+    per_cell = run.cells.shape[1] > 0
+    if per_cell:
+        rows, kept = run.grid.vessel[run.grid.is_cell], run.grid.is_cell
+        area, flow = run.cells[0][:, kept], run.cells[1][:, kept]
+        dims = ("time", "cell")
+        coords = {
+            "vessel": ("cell", np.array(network.name)[rows]),
+            "position": ("cell", run.grid.position[kept], {"units": "cm", "long_name": "distance from the inlet"}),
+        }
+    else:
+        rows = np.arange(len(network))
+        area, flow = np.moveaxis(run.stations, -1, -2)[0], np.moveaxis(run.stations, -1, -2)[1]
+        dims = ("time", "station", "vessel")
+        coords = {"vessel": ("vessel", np.array(network.name)), "station": ("station", np.array(STATIONS))}
+    wall = type(run.model.wall)(*(value[rows] for value in run.model.wall))
+    pressure = walls.pressure(wall, area, network.area0[rows])
+    values = {
+        "pressure": pressure,
+        "flow": flow,
+        "area": area,
+        "velocity": flow / area,
+        "wave_speed": walls.wave_speed(wall, pressure, run.model.blood.inertia),
+    }
+    time = np.arange(len(area)) * (run.period / len(area))
+    dataset = xr.Dataset(
+        {
+            name: (dims, np.asarray(value), {"units": _LABELS[name][0], "long_name": _LABELS[name][1]})
+            for name, value in values.items()
+        },
+        coords={"time": ("time", time, {"units": "s"}), **coords},
+        attrs=_attributes(run),
+    )
+    return dataset if per_cell else dataset.transpose("time", "vessel", "station")
+
+
+def stack(outcomes: Sequence[Run | VasowaveError]) -> xr.Dataset:
+    """Label an ensemble: a first dimension `ensemble`, and `failure` with the message of every member that failed.
+
+    Raises the first member's error if all of them failed.
+    """
+    good = {i: as_dataset(outcome) for i, outcome in enumerate(outcomes) if isinstance(outcome, Run)}
+    failures = [str(outcome) if isinstance(outcome, VasowaveError) else "" for outcome in outcomes]
+    if not good:
+        first = outcomes[0]
+        assert isinstance(first, VasowaveError)
+        raise type(first)(f"all {len(outcomes)} members failed; the first: {first}")
+    members = xr.concat(list(good.values()), dim="ensemble", combine_attrs="drop")
+    members = members.assign_coords(ensemble=list(good)).reindex(ensemble=range(len(outcomes)))
+    for name in ("cycles", "change", "courant", "steps_per_cycle", "volume_error"):
+        column = [good[i].attrs[name] if i in good else np.nan for i in range(len(outcomes))]
+        members[name] = ("ensemble", np.array(column, dtype=float))
+    members["failure"] = ("ensemble", np.array(failures))
+    members.attrs = {"period": next(iter(good.values())).attrs["period"]}
+    return members
+
+
+def _attributes(run: Run) -> dict[str, float | int | str]:
+    return {
+        "wall": type(run.model.wall).__name__,
+        "period": run.period,
+        "cycles": len(run.convergence.changes),
+        "change": run.convergence.changes[-1],
+        "tolerance": run.tolerance,
+        "converged": int(run.convergence.converged),
+        "courant": float(run.courant),
+        "steps_per_cycle": run.steps,
+        "cell_size": float(run.grid.spacing.max()),
+        "volume_error": run.volume_error,
+    }
