@@ -21,10 +21,14 @@ from vasowave.solver.laws import outlet_line, pressure_at, ratio_at, remember, s
 
 _OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
 
+_part = njit(
+    inline="always", **_OPTIONS
+)  # for what runs once per vessel end: a real call would cost more than its body
+
 DONE, LEFT_LAW, NODE_FAILED = 0, 1, 2
 """How a cycle ended: well; an area outside the wall law; a node whose pressure was not found."""
 
-_NEWTON_CLOSE = 1e-6  # mmHg; the step after such a small one is quadratically smaller: below round-off
+_NEWTON_CLOSE = 1e-5  # mmHg; a smaller Newton step is taken linearly: what that neglects is below 1e-11 mmHg
 _NEWTON_MOST = 50
 
 
@@ -46,7 +50,7 @@ class Faces(NamedTuple):
     momentum: np.ndarray
     friction: np.ndarray
     line: np.ndarray  # (vessel, 2, 2): q = line[v, end, 0] + line[v, end, 1] · A at the inlet (0) and outlet (1)
-    node: np.ndarray  # (junction + terminal, 2): pressure at the last half step and at the one before
+    node: np.ndarray  # (junction + terminal, 3): pressure at the last three half steps, the latest first
 
 
 @njit(**_OPTIONS)
@@ -76,7 +80,7 @@ def inner_faces(area, flow, cells, fluid, faces):
         faces.flow[j] = 0.5 * (flow[j - 1] + flow[j]) - half * force - drag
 
 
-@njit(**_OPTIONS)
+@_part
 def characteristic(end, inner, side, area, flow, cells, wall, fluid, faces):
     """Line q = α + m A that the characteristic leaving the vessel carries to its end, and the Courant number there.
 
@@ -112,62 +116,79 @@ def all_ends(area, flow, cells, wall, fluid, nodes, faces):
     return largest, where
 
 
-@njit(**_OPTIONS)
-def end_flow(v, end, cell, p, wall, cells, faces):
-    """Flow into the node's pressure p at one vessel end, its derivative by p, and the area there."""
-    A = cells.area0[cell] * ratio_at(wall, cell, p)
+@_part
+def try_end(v, end, cell, face, p, wall, cells, faces):
+    """Put pressure p on a vessel end; returns the flow there and its derivative by p."""
     m = faces.line[v, end, 1]
-    return faces.line[v, end, 0] + m * A, m * cells.area0[cell] * slope_at(wall, cell, p), A
-
-
-@njit(**_OPTIONS)
-def set_end(face, A, q, p, faces):
-    """Write the state of a vessel end."""
+    A = cells.area0[cell] * ratio_at(wall, cell, p)
+    q = faces.line[v, end, 0] + m * A
     faces.area[face] = A
     faces.flow[face] = q
-    faces.pressure[face] = p
+    faces.momentum[face] = cells.area0[cell] * slope_at(wall, cell, p)  # kept until the end is closed
+    return q, m * faces.momentum[face]
 
 
-@njit(**_OPTIONS)
+@_part
+def close_end(v, end, face, dp, faces):
+    """Move a vessel end by the last, small Newton step; linear, so that the flows at its node sum to zero exactly."""
+    dA = faces.momentum[face] * dp
+    faces.area[face] += dA
+    faces.flow[face] += faces.line[v, end, 1] * dA
+
+
+@_part
 def inlet(q, cells, wall, nodes, faces):
     """Root: the inflow is given, the line gives the area, the wall law the pressure."""
     v = nodes.root[0]
     face = nodes.first[v]
-    A = (q - faces.line[v, 0, 0]) / faces.line[v, 0, 1]
-    set_end(face, A, q, pressure_at(wall, face, A / cells.area0[face]), faces)
+    faces.area[face] = (q - faces.line[v, 0, 0]) / faces.line[v, 0, 1]
+    faces.flow[face] = q
+
+
+@_part
+def next_guess(node, step, cell, faces):
+    """Pressure of a node extrapolated from its last three half steps; at the start of a cycle its cell's pressure."""
+    if step == 0:
+        for i in range(3):
+            faces.node[node, i] = faces.cell_pressure[cell]
+    return 3.0 * (faces.node[node, 0] - faces.node[node, 1]) + faces.node[node, 2]
+
+
+@_part
+def limited(step, p):
+    """Newton step no longer than the pressure allows: laws that saturate throw a full step out of their range."""
+    most = 5.0 + 0.5 * abs(p)
+    return min(max(step, -most), most)
+
+
+@_part
+def keep_pressure(node, p, faces):
+    """Let a node's new pressure into its history."""
+    faces.node[node, 2] = faces.node[node, 1]
+    faces.node[node, 1] = faces.node[node, 0]
+    faces.node[node, 0] = p
 
 
 @njit(**_OPTIONS)
-def next_guess(node, faces):
-    """Pressure of a node extrapolated from its last two half steps."""
-    last = faces.node[node, 0]
-    guess = 2.0 * last - faces.node[node, 1]
-    faces.node[node, 1] = last
-    return guess
-
-
-@njit(**_OPTIONS)
-def junction(k, cells, wall, nodes, faces):
+def junction(k, step_number, cells, wall, nodes, faces):
     """One pressure for all ends that meet, such that the flows sum to zero (eq. 6): Newton's method in p."""
     v = nodes.parent[k]
-    p = next_guess(k, faces)
-    closing = False
+    p = next_guess(k, step_number, nodes.last[v] - 1, faces)
     for _ in range(_NEWTON_MOST):
-        q, slope, A = end_flow(v, 1, nodes.last[v] - 1, p, wall, cells, faces)
-        set_end(nodes.last[v], A, q, p, faces)
-        excess = q
+        excess, slope = try_end(v, 1, nodes.last[v] - 1, nodes.last[v], p, wall, cells, faces)
         for i in range(nodes.start[k], nodes.start[k + 1]):
             d = nodes.daughter[i]
-            q, change, A = end_flow(d, 0, nodes.first[d], p, wall, cells, faces)
-            set_end(nodes.first[d], A, q, p, faces)
+            q, change = try_end(d, 0, nodes.first[d], nodes.first[d], p, wall, cells, faces)
             excess -= q
             slope -= change
-        if closing:
-            faces.node[k, 0] = p
+        step = limited(-excess / slope, p)
+        p += step
+        if abs(step) < _NEWTON_CLOSE:
+            close_end(v, 1, nodes.last[v], step, faces)
+            for i in range(nodes.start[k], nodes.start[k + 1]):
+                close_end(nodes.daughter[i], 0, nodes.first[nodes.daughter[i]], step, faces)
+            keep_pressure(k, p, faces)
             return True
-        step = excess / slope
-        p -= step
-        closing = abs(step) < _NEWTON_CLOSE
     return False
 
 
@@ -176,30 +197,31 @@ def terminal(j, node, outlet, memory, step_number, cells, wall, nodes, faces):
     """Outlet: p = memory + resistance · q meets the vessel's line; Newton's method in p (eq. 7)."""
     v = nodes.terminal[j]
     past, resistance = outlet_line(outlet, memory, j, step_number)
-    p = next_guess(node, faces)
-    closing = False
+    p = next_guess(node, step_number, nodes.last[v] - 1, faces)
     for _ in range(_NEWTON_MOST):
-        q, slope, A = end_flow(v, 1, nodes.last[v] - 1, p, wall, cells, faces)
-        if closing:
-            set_end(nodes.last[v], A, q, p, faces)
-            remember(outlet, memory, j, step_number, q)
-            faces.node[node, 0] = p
+        q, slope = try_end(v, 1, nodes.last[v] - 1, nodes.last[v], p, wall, cells, faces)
+        step = limited(-(p - past - resistance * q) / (1.0 - resistance * slope), p)
+        p += step
+        if abs(step) < _NEWTON_CLOSE:
+            close_end(v, 1, nodes.last[v], step, faces)
+            remember(outlet, memory, j, step_number, faces.flow[nodes.last[v]])
+            keep_pressure(node, p, faces)
             return True
-        step = (p - past - resistance * q) / (1.0 - resistance * slope)
-        p -= step
-        closing = abs(step) < _NEWTON_CLOSE
     return False
 
 
 @njit(**_OPTIONS)
 def face_fluxes(cells, wall, fluid, faces):
-    """Pressure at the inner faces, and momentum flux and friction at all of them."""
+    """Pressure, momentum flux q²/A and friction at all faces; False if an area left the wall law."""
+    inside = True
     for j in range(len(faces.area)):
         A, q = faces.area[j], faces.flow[j]
+        inside &= (A > cells.smallest[j]) & (A < cells.largest[j])
         u = q / A
         faces.pressure[j] = pressure_at(wall, j, A / cells.area0[j])
         faces.momentum[j] = q * u
         faces.friction[j] = (fluid.k0 + fluid.k1 * np.sqrt(A)) * u
+    return inside
 
 
 @njit(**_OPTIONS)
@@ -214,7 +236,7 @@ def update_cells(area, flow, cells, fluid, faces):
         flow[j] -= twice * force + 0.5 * cells.dt[j] * (faces.friction[j] + faces.friction[j + 1])
 
 
-@njit(**_OPTIONS)
+@_part
 def worst_cell(area, cells):
     """First slot whose area is outside its wall law or not a number."""
     for j in range(len(area)):
@@ -242,7 +264,7 @@ def solve_nodes(q, step, outlet, memory, cells, wall, nodes, faces):
     inlet(q, cells, wall, nodes, faces)
     count = len(nodes.parent)
     for k in range(count):
-        if not junction(k, cells, wall, nodes, faces):
+        if not junction(k, step, cells, wall, nodes, faces):
             return nodes.parent[k]
     for j in range(len(nodes.terminal)):
         if not terminal(j, count + j, outlet, memory, step, cells, wall, nodes, faces):
@@ -296,7 +318,9 @@ def _compiled(fingerprint: str) -> Any:
             if failed >= 0:
                 report[0], report[1], report[2] = NODE_FAILED, failed, n
                 return report
-            face_fluxes(cells, wall, fluid, faces)
+            if not face_fluxes(cells, wall, fluid, faces):
+                report[0], report[1], report[2] = LEFT_LAW, worst_cell(faces.area, cells), n
+                return report
             if sampled:
                 record_stations(n // every, nodes, faces, out)
                 if per_cell:
@@ -322,7 +346,7 @@ advance_cycle = _compiled(_source_fingerprint())
 def make_faces(slots: int, nodes: Nodes) -> Faces:
     """Return scratch memory for one simulation."""
     arrays = [np.ones(slots) for _ in range(6)]
-    return Faces(*arrays, np.zeros((len(nodes.first), 2, 2)), np.zeros((len(nodes.parent) + len(nodes.terminal), 2)))
+    return Faces(*arrays, np.zeros((len(nodes.first), 2, 2)), np.zeros((len(nodes.parent) + len(nodes.terminal), 3)))
 
 
 __all__ = ["DONE", "LEFT_LAW", "NODE_FAILED", "Cells", "Faces", "Fluid", "advance_cycle", "make_faces"]

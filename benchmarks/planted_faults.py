@@ -1,0 +1,153 @@
+"""Break the source in known ways, one at a time, and see which test notices.
+
+uv run python benchmarks/planted_faults.py             every fault
+uv run python benchmarks/planted_faults.py friction    only those with this word in their name
+
+Every fault is planted in a fresh copy of src/. Exit code 1: a fault survived. Exit code 2: nothing can be concluded,
+because a fault does not fit the source, the tests fail without any fault, or they did not run to a verdict.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+WORDS = "solver conservation nodes linear order newton inflow steady impedance walls blood"
+LONGEST = 1800  # s for one run of the tests; a fault that makes them hang has no verdict
+TESTS = ["tests", "-m", "not validation", "-k", " or ".join(WORDS.split())]
+
+
+class Fault(NamedTuple):
+    """A wrong edit: every (old, new) text is replaced in `file`, where old must stand exactly once."""
+
+    name: str
+    file: str
+    edits: tuple[tuple[str, str], ...]
+
+
+KERNELS, GRID, LAWS = "solver/kernels.py", "solver/grid.py", "solver/laws.py"
+FAULTS = [
+    Fault(
+        "friction halved",
+        KERNELS,
+        (("0.5 * cells.dt[j] * (faces.friction[j]", "0.25 * cells.dt[j] * (faces.friction[j]"),),
+    ),
+    Fault(
+        "friction missing in the first half of the step",
+        KERNELS,
+        (("drag = 0.25 * cells.dt[j - 1]", "drag = 0.0 * cells.dt[j - 1]"),),
+    ),
+    Fault(
+        "friction missing at vessel ends",
+        KERNELS,
+        ((" - 0.5 * cells.dt[end] * faces.friction[end]", ""),),
+    ),
+    Fault(
+        "boundary layer as the paper misprints it",
+        "blood.py",
+        (("math.sqrt(viscosity * period / (2 * math.pi))", "math.sqrt(2 * math.pi * viscosity / period)"),),
+    ),
+    Fault(
+        "convective term dropped",
+        KERNELS,
+        (
+            (
+                "faces.cell_pressure[j] = pressure_at(wall, j, A / cells.area0[j])\n        faces.momentum[j] = q * u",
+                "faces.cell_pressure[j] = pressure_at(wall, j, A / cells.area0[j])\n        faces.momentum[j] = 0.0",
+            ),
+            (
+                "faces.pressure[j] = pressure_at(wall, j, A / cells.area0[j])\n        faces.momentum[j] = q * u",
+                "faces.pressure[j] = pressure_at(wall, j, A / cells.area0[j])\n        faces.momentum[j] = 0.0",
+            ),
+        ),
+    ),
+    Fault("one Newton step", KERNELS, (("_NEWTON_CLOSE = 1e-", "_NEWTON_CLOSE = 1e+"),)),
+    Fault("inflow late by a step", KERNELS, (("solve_nodes(inflow[n], n,", "solve_nodes(inflow[n - 1], n,"),)),
+    Fault("junction adds a daughter's flow", KERNELS, (("excess -= q", "excess += q"),)),
+    Fault(
+        "characteristics start at the cell's center",
+        KERNELS,
+        (("reach = 0.5 - side * (u + side * c) * half", "reach = 0.0"),),
+    ),
+    Fault("half step of area halved", KERNELS, (("A - half * (flow[j]", "A - 0.5 * half * (flow[j]"),)),
+    Fault("R1 dropped", GRID, (("np.array(R1))", "np.zeros_like(R1))"),)),
+    Fault("capacitor discharges a whole step early", LAWS, (("outlet.decay_half[j] *", "outlet.decay[j] *"),)),
+    Fault("capacitor not charged between steps", LAWS, (("R1[j] + outlet.gain_half[j]", "R1[j]"),)),
+    Fault("tangent wall of constant slope", "walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),
+]
+
+
+def broken(text: str, fault: Fault) -> str:
+    """Return the source with the fault in it; ValueError where it does not fit."""
+    for old, new in fault.edits:
+        if (count := text.count(old)) != 1:
+            raise ValueError(f"{fault.name}: {fault.file} contains {old!r} {count} times, not once")
+        text = text.replace(old, new)
+    return text
+
+
+def run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
+    """Run Python so that `import vasowave` takes the copy of the source in `folder`."""
+    environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(
+        [sys.executable, *command],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=LONGEST,
+        check=False,
+    )
+
+
+def first_failure(fault: Fault | None) -> str | None:
+    """Run the tests on a copy of the source with the fault in it; return the test that failed, or None."""
+    with tempfile.TemporaryDirectory(prefix="planted-fault-") as name:
+        folder = Path(name).resolve()
+        shutil.copytree(ROOT / "src", folder, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
+        if fault:
+            path = folder / "vasowave" / fault.file
+            path.write_text(broken(path.read_text(encoding="utf-8"), fault), encoding="utf-8")
+        imported = run(folder, "-c", "import vasowave; print(vasowave.__file__)").stdout.strip()
+        if Path(imported) != folder / "vasowave" / "__init__.py":
+            raise RuntimeError(f"the copy in {folder} was not imported, but {imported or 'nothing'}")
+        done = run(folder, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *TESTS)
+    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
+    if done.returncode == 0:
+        return None
+    if done.returncode != 1 or not failed:
+        raise RuntimeError(f"the tests ended with code {done.returncode}:\n{done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return failed[1]
+
+
+def main(words: list[str]) -> int:
+    """Plant the faults whose name contains one of `words` (all of them by default); print one row for each."""
+    chosen = [fault for fault in FAULTS if not words or any(word in fault.name for word in words)]
+    if not chosen:
+        print(f"no fault is named like that; there are: {', '.join(fault.name for fault in FAULTS)}")
+        return 2
+    survived = 0
+    try:
+        for fault in chosen:
+            broken((ROOT / "src" / "vasowave" / fault.file).read_text(encoding="utf-8"), fault)
+        if failed := first_failure(None):
+            raise RuntimeError(f"{failed} fails without any fault")
+        width = max(len(fault.name) for fault in chosen)
+        for fault in chosen:
+            failed = first_failure(fault)
+            survived += failed is None
+            print(f"{fault.name:{width}}  {failed or 'SURVIVED'}", flush=True)
+    except (RuntimeError, ValueError, subprocess.TimeoutExpired) as error:
+        print(error)
+        return 2
+    print(f"{len(chosen) - survived} of {len(chosen)} planted faults caught")
+    return 1 if survived else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,207 @@
+"""Calibrate a model to one recording from several starts in parallel."""
+
+import os
+import threading
+import warnings
+from collections.abc import Callable, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pandas as pd
+
+from vasowave.blood import Blood
+from vasowave.calibration.objective import Objective, Stopped
+from vasowave.calibration.parameters import Space, parameter_space
+from vasowave.calibration.result import Fit
+from vasowave.calibration import search as searching
+from vasowave.calibration.search import Found
+from vasowave.calibration.uncertainty import correlations, parameter_table, sentences
+from vasowave.errors import InputError, NumericalError, VasowaveWarning
+from vasowave.network import Network
+from vasowave.nominal import estimate_nominal
+from vasowave.recording import Recording
+from vasowave.solver.dataset import as_dataset
+from vasowave.solver.simulate import Numerics
+
+_NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
+_SAME = 1e-3  # starts agree when their S differ by less than this share
+_MOST_SAMPLES = 1024  # a longer recording is compared at this many samples, which carry all its harmonics
+
+
+@dataclass(frozen=True)
+class Search:
+    """How to search.
+
+    Attributes
+    ----------
+    starts : int
+        Number of starts: the nominal parameters and others nearby.
+    method : {"least-squares", "sqp"}
+        Bounded least squares (trust region), or SLSQP as in the paper.
+    paper_bounds : bool
+        The paper's bounds instead of wide ones.
+    bounds : mapping of str to (float, float)
+        Own bounds of single parameters.
+    fixed : mapping of str to float
+        Parameters held at a value.
+    seed : int
+        Of the starts.
+    """
+
+    starts: int = 4
+    method: str = "least-squares"
+    paper_bounds: bool = False
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if self.starts < 1:
+            raise InputError(f"starts = {self.starts}; at least one is needed")
+        if self.method not in ("least-squares", "sqp"):
+            raise InputError(f"unknown method '{self.method}'; choose 'least-squares' or 'sqp'")
+
+
+def calibrate(
+    network: Network,
+    recording: Recording,
+    wall: str = "linear",
+    *,
+    blood: Blood | None = None,
+    search: Search | None = None,
+    numerics: Numerics | None = None,
+    progress: Callable[[int, int, float], None] | None = None,
+) -> Fit:
+    """Find the parameters that minimize S (eq. 14) between measured and simulated pressure and flow at the inlet.
+
+    Parameters
+    ----------
+    network : Network
+    recording : Recording
+    wall : {"linear", "tangent"}
+        Fits {β, r1, r2, c1} or {p1, γ, r1, r2, c1}.
+    blood : Blood, optional
+    search : Search, optional
+        Starts, method, bounds.
+    numerics : Numerics, optional
+        Its `samples` is ignored: the recording's are compared (at most 1024).
+    progress : callable, optional
+        Called with finished starts, all starts and the best S so far.
+
+    Returns
+    -------
+    Fit
+        After an interrupt (Ctrl-C) from the starts that had finished, with a warning that says so.
+
+    Raises
+    ------
+    InputError
+        Wrong wall, bounds or parameter names; a recording without nominal parameters.
+    NumericalError
+        No start could be simulated.
+    """
+    plan = search or Search()
+    blood = blood or Blood()
+    nominal = estimate_nominal(network, recording, blood)
+    space = parameter_space(wall, network, nominal, blood, plan.bounds, plan.fixed, plan.paper_bounds)
+    compared = _compared(recording)
+    numerics = replace(numerics or Numerics(tolerance=1e-7), samples=len(compared.pressure), every_cell=False)
+    found, stopped = _search_all(space, compared, numerics, plan, progress)
+    objective, best = _polish(space, compared, numerics, plan, found)
+    residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
+    table = parameter_table(space, best.x, jacobian, residual)
+    correlation = correlations(space, jacobian, residual)
+    starts = _starts_table(space, found, best)
+    notes = [*compared.notes, *sentences(table, correlation, starts)]
+    if stopped:
+        notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")
+    run = objective.run(best.x)
+    N = len(compared.pressure)
+    return Fit(
+        wall, run.model, compared, nominal, table, correlation, starts, as_dataset(run),
+        residual[:N], float(residual @ residual), tuple(notes),
+    )  # fmt: skip
+
+
+def _compared(recording: Recording) -> Recording:
+    """Return the recording with pressure and flow at the same samples."""
+    count = min(len(recording.pressure), _MOST_SAMPLES)
+    if len(recording.pressure) == len(recording.flow) == count:
+        return recording
+    return recording.resampled(count)
+
+
+def _starts(space: Space, plan: Search) -> list[np.ndarray]:
+    low, high = space.log_bounds
+    inside = 0.02 * (high - low)
+    nominal = np.log(space.nominal[space.free])
+    random = np.random.default_rng(plan.seed)
+    moved = nominal + random.uniform(-_NEARBY, _NEARBY, (plan.starts - 1, len(nominal)))
+    return [np.clip(x, low + inside, high - inside) for x in (nominal, *moved)]
+
+
+def _search_all(
+    space: Space,
+    recording: Recording,
+    numerics: Numerics,
+    plan: Search,
+    progress: Callable[[int, int, float], None] | None,
+) -> tuple[list[Found], bool]:
+    """Search from every start, as many at once as there are cores; returns what finished, and whether it was stopped."""
+    cores = os.cpu_count() or 1
+    stop = threading.Event()
+    objectives = [Objective(space, recording, numerics, max(1, cores // plan.starts), stop) for _ in range(plan.starts)]
+    found: list[Found] = []
+    with ThreadPoolExecutor(min(cores, plan.starts)) as pool:
+        pending: set[Future[Found]] = {
+            pool.submit(searching.search, objective, start, plan.method)
+            for objective, start in zip(objectives, _starts(space, plan), strict=True)
+        }
+        try:
+            while pending:
+                done, pending = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
+                found += [future.result() for future in done]
+                if done and progress is not None:
+                    progress(len(found), plan.starts, min(one.S for one in found))
+        except KeyboardInterrupt:
+            stop.set()
+            for future in pending:
+                future.cancel()
+            if not any(np.isfinite(one.S) for one in found):
+                raise
+    if not any(np.isfinite(one.S) for one in found):
+        raise NumericalError(f"no start of the fit could be simulated; the first: {found[0].message}")
+    return found, stop.is_set()
+
+
+def _polish(
+    space: Space, recording: Recording, numerics: Numerics, plan: Search, found: list[Found]
+) -> tuple[Objective, Found]:
+    """Search again from the best end, with the step that suits it, so that no start's detours stay in the result."""
+    best = min(found, key=lambda one: one.S)
+    objective = Objective(space, recording, numerics, os.cpu_count() or 1, threading.Event())
+    again = searching.search(objective, best.x, plan.method)
+    if not np.isfinite(again.S):
+        warnings.warn("the optimum could not be simulated a second time", VasowaveWarning, stacklevel=3)
+        return objective, best
+    return objective, again
+
+
+def _starts_table(space: Space, found: list[Found], best: Found) -> pd.DataFrame:
+    rows = []
+    for number, one in enumerate(sorted(found, key=lambda one: one.S), 1):
+        row: dict[str, object] = {
+            "start": number,
+            "S [mmHg2]": one.S,
+            "simulations": one.simulations,
+            "converged": one.converged,
+            "agrees": bool(one.S <= best.S * (1 + _SAME) + 1e-9),
+            "message": one.message,
+        }
+        rows.append(row | dict(zip(space.names, space.values(one.x), strict=True)))
+    return pd.DataFrame(rows)
+
+
+__all__ = ["Search", "Stopped", "calibrate"]

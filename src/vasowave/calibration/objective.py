@@ -1,0 +1,99 @@
+"""The objective S (eq. 14), its residuals and their Jacobian, by simulation."""
+
+import threading
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vasowave.calibration.parameters import Space
+from vasowave.errors import NumericalError, VasowaveError
+from vasowave.recording import Recording
+from vasowave.solver.run import Run
+from vasowave.solver.simulate import Numerics, simulate_run, simulate_runs
+
+_LOG_STEP = 1e-4  # finite difference in the logarithm of a parameter: far above the tolerance, far below curvature
+_FAILED = 1e3  # mmHg, residual of a parameter set that cannot be simulated: the search turns back
+
+
+class Stopped(Exception):  # noqa: N818  a request, not an error
+    """The search was asked to stop."""
+
+
+@dataclass(eq=False)
+class Objective:
+    """Residuals of one search. It remembers its last good simulation, from which the next one starts: that is its state.
+
+    Attributes
+    ----------
+    space : Space
+    recording : Recording
+        Pressure and flow at the same samples.
+    numerics : Numerics
+    workers : int
+        Threads for the columns of the Jacobian.
+    stop : Event
+        Set from outside to end the search.
+    """
+
+    space: Space
+    recording: Recording
+    numerics: Numerics
+    workers: int
+    stop: threading.Event
+    simulations: int = 0
+    last: Run | None = None
+    _at: np.ndarray | None = field(default=None, repr=False)
+
+    def run(self, x: np.ndarray) -> Run:
+        """Simulate at the logarithms `x` of the free parameters."""
+        if self.stop.is_set():
+            raise Stopped
+        self.simulations += 1
+        model = self.space.model(self.space.values(x))
+        try:
+            return simulate_run(model, self.recording.inflow, self.numerics, self.last)
+        except NumericalError:
+            if self.last is None:
+                raise
+            return simulate_run(model, self.recording.inflow, self.numerics, None)  # the neighbour may mislead
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """Measured minus simulated pressure (mmHg) and flow (ml/s) at the inlet, shape (2 N,) (eq. 14)."""
+        try:
+            run = self.run(x)
+        except NumericalError:
+            return np.full(2 * len(self.recording.pressure), _FAILED)
+        self.last, self._at = run, x.copy()
+        return _residuals(run, self.recording)
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Derivative of the residuals by the logarithms, shape (2 N, free), from one ensemble of simulations."""
+        if self._at is None or not np.array_equal(self._at, x):
+            self.residuals(x)
+        base = self.last
+        if base is None or self._at is None or not np.array_equal(self._at, x):
+            raise NumericalError("the parameters at which a derivative is asked cannot be simulated")
+        here = _residuals(base, self.recording)
+        numerics = replace(self.numerics, steps_per_cycle=base.steps)
+        columns = self._columns(x, _LOG_STEP, base, numerics)
+        for i, column in enumerate(columns):
+            if column is None:  # over the edge of what can be simulated: look to the other side
+                back = self._columns(x, -_LOG_STEP, base, numerics, only=i)[0]
+                columns[i] = here if back is None else 2 * here - back
+        return np.stack([(column - here) / _LOG_STEP for column in columns if column is not None], axis=1)
+
+    def _columns(
+        self, x: np.ndarray, step: float, base: Run, numerics: Numerics, only: int | None = None
+    ) -> list[np.ndarray | None]:
+        if self.stop.is_set():
+            raise Stopped
+        moved = [x + step * unit for i, unit in enumerate(np.eye(len(x))) if only is None or i == only]
+        models = [self.space.model(self.space.values(y)) for y in moved]
+        self.simulations += len(models)
+        runs = simulate_runs(models, self.recording.inflow, numerics, base, workers=self.workers)
+        return [None if isinstance(run, VasowaveError) else _residuals(run, self.recording) for run in runs]
+
+
+def _residuals(run: Run, recording: Recording) -> np.ndarray:
+    root = run.model.network.root
+    return np.concatenate([recording.pressure - run.inlet_pressure(), recording.flow - run.stations[1, :, root, 0]])

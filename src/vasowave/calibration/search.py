@@ -1,0 +1,78 @@
+"""One search from one start, by bounded least squares or by sequential quadratic programming (SQP, the paper's)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.calibration.objective import Objective
+from vasowave.errors import NumericalError
+
+TOLERANCE = 1e-8  # the paper's
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Where one search ended.
+
+    Attributes
+    ----------
+    x : array, shape (free,)
+        Logarithms of the free parameters.
+    S : float
+        Objective (eq. 14); infinite if the start could not be simulated.
+    simulations : int
+    converged : bool
+    message : str
+    """
+
+    x: np.ndarray
+    S: float
+    simulations: int
+    converged: bool
+    message: str
+
+
+def search(objective: Objective, start: np.ndarray, method: str) -> Found:
+    """Minimize S from the logarithms `start` of the free parameters."""
+    try:
+        objective.run(start)
+    except NumericalError as error:
+        return Found(start, np.inf, objective.simulations, False, f"the start cannot be simulated: {error}")
+    solve = _least_squares if method == "least-squares" else _sqp
+    x, S, converged, message = solve(objective, start)
+    return Found(x, S, objective.simulations, converged, message)
+
+
+def _least_squares(objective: Objective, start: np.ndarray) -> tuple[np.ndarray, float, bool, str]:
+    from scipy.optimize import least_squares
+
+    found = least_squares(
+        objective.residuals,
+        start,
+        objective.jacobian,
+        bounds=objective.space.log_bounds,
+        method="trf",
+        ftol=TOLERANCE,
+        xtol=TOLERANCE,
+        gtol=TOLERANCE,
+        max_nfev=100,
+    )
+    return found.x, float(2 * found.cost), bool(found.success), str(found.message)
+
+
+def _sqp(objective: Objective, start: np.ndarray) -> tuple[np.ndarray, float, bool, str]:
+    from scipy.optimize import Bounds, minimize
+
+    first = float(np.sum(objective.residuals(start) ** 2)) or 1.0  # S is scaled to 1 at the start
+
+    def scaled(x: np.ndarray) -> float:
+        return float(np.sum(objective.residuals(x) ** 2)) / first
+
+    def gradient(x: np.ndarray) -> np.ndarray:
+        J = objective.jacobian(x)
+        return 2 * J.T @ objective.residuals(x) / first
+
+    low, high = objective.space.log_bounds
+    options = {"ftol": TOLERANCE, "maxiter": 200}
+    found = minimize(scaled, start, jac=gradient, method="SLSQP", bounds=Bounds(low, high), options=options)
+    return found.x, float(found.fun) * first, bool(found.success), str(found.message)

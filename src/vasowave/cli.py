@@ -1,0 +1,161 @@
+"""The command line: `vasowave demo`, `vasowave simulate`, `vasowave fit`. Heavy modules are imported where they are used."""
+
+import sys
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from vasowave.calibration import Fit
+    from vasowave.network import Network
+    from vasowave.recording import Recording
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="From one animal's vessels and one catheter recording to a calibrated, explained pulse-wave model.",
+    epilog="Example: vasowave fit network.csv cycle.csv --output my-mouse",
+)
+
+_PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
+_OUTPUT = typer.Option("--output", "-o", help="Folder for the results.")
+
+
+@app.command(epilog="Example: vasowave demo --output vasowave-demo")
+def demo(output: Annotated[Path, _OUTPUT] = Path("vasowave-demo"), starts: int = 4) -> None:
+    """Fit both wall laws to an embedded synthetic mouse and write its report."""
+    from vasowave.datasets import control_network
+    from vasowave.datasets.virtual import virtual_mouse
+
+    typer.echo("The recording is synthetic: a virtual control mouse made by vasowave from known parameters, with noise.")
+    _fit_and_report(control_network(), virtual_mouse(), output, ("linear", "tangent"), starts=starts)
+
+
+@app.command(
+    epilog="Example: vasowave fit network.csv pressure.dat flow.dat --period 0.11 --output mouse-6. "
+    "The network has the columns name, parent, length [cm], radius [cm]; the recording time [s], pressure [mmHg], "
+    "flow [ml/s], or two files of one column each."
+)
+def fit(
+    network: Annotated[Path, typer.Argument(help="Vessel table, CSV.")],
+    recording: Annotated[list[Path], typer.Argument(help="One averaged cycle: one table, or pressure and flow.")],
+    output: Annotated[Path, _OUTPUT] = Path("vasowave-fit"),
+    period: Annotated[float | None, _PERIOD] = None,
+    wall: Annotated[str, typer.Option(help="linear, tangent or both.")] = "both",
+    starts: Annotated[int, typer.Option(help="Number of starts of each fit.")] = 4,
+    method: Annotated[str, typer.Option(help="least-squares, or sqp as in the paper.")] = "least-squares",
+    paper_bounds: Annotated[bool, typer.Option(help="Use the paper's bounds.")] = False,
+) -> None:
+    """Calibrate the model to one recording and write results, figures and a report."""
+    from vasowave.network import read_network
+    from vasowave.recording import read_recording
+
+    laws = ("linear", "tangent") if wall == "both" else (wall,)
+    vessels = read_network(network)
+    cycle = read_recording(*recording, period=period)
+    _fit_and_report(
+        vessels, cycle, output, laws, [network, *recording], starts=starts, method=method, paper_bounds=paper_bounds
+    )
+
+
+@app.command(epilog="Example: vasowave simulate network.csv cycle.csv --beta 60 --output waveforms.nc")
+def simulate(
+    network: Annotated[Path, typer.Argument(help="Vessel table, CSV.")],
+    recording: Annotated[list[Path], typer.Argument(help="One averaged cycle; its flow is the inflow.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="netCDF file to write.")] = Path("waveforms.nc"),
+    period: Annotated[float | None, _PERIOD] = None,
+    beta: Annotated[float | None, typer.Option(help="Stiffness of the linear wall, mmHg; default: nominal.")] = None,
+    ratio: Annotated[float, typer.Option(help="a = R1/R_T of the vascular beds.")] = 0.2,
+) -> None:
+    """Simulate the network with nominal parameters (or a given stiffness) and write the waveforms of every vessel."""
+    from vasowave import solver
+    from vasowave.errors import InputError
+    from vasowave.model import Model
+    from vasowave.network import read_network
+    from vasowave.nominal import estimate_nominal, windkessels
+    from vasowave.recording import read_recording
+    from vasowave.walls import LinearWall
+
+    if not 0 < ratio < 1:
+        raise InputError(f"--ratio {ratio:g} must lie between 0 and 1")
+    vessels = read_network(network)
+    cycle = read_recording(*recording, period=period)
+    nominal = estimate_nominal(vessels, cycle)
+    typer.echo(repr(nominal))
+    outlets = windkessels(vessels, nominal.total_resistance, nominal.time_constant, ratio)
+    result = solver.simulate(Model(vessels, LinearWall(beta or nominal.beta), outlets), cycle)
+    unfinished = output.with_name(output.name + ".part")
+    try:
+        result.to_netcdf(unfinished)
+        unfinished.replace(output)
+    except OSError as error:
+        raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
+    finally:
+        unfinished.unlink(missing_ok=True)
+    pressure = result["pressure"].values[:, vessels.root, 0]
+    typer.echo(
+        f"Periodic after {result.attrs['cycles']} cycles (change {result.attrs['change']:.1g} mmHg, "
+        f"Courant number {result.attrs['courant']:.2f}); pressure at the root {pressure.min():.1f} to "
+        f"{pressure.max():.1f} mmHg, mean {pressure.mean():.1f}. Waveforms: {output}"
+    )
+
+
+def _fit_and_report(
+    network: "Network",
+    recording: "Recording",
+    output: Path,
+    laws: "Sequence[str]",
+    inputs: "Sequence[Path]" = (),
+    **search: object,
+) -> None:
+    from vasowave.calibration import Search, calibrate
+    from vasowave.report import write_report
+    from vasowave.results import check_folder, write_results
+
+    check_folder(output)
+    typer.echo(repr(recording))
+    plan = Search(**search)  # type: ignore[arg-type]
+    fits: list[Fit] = []
+    try:
+        for law in laws:
+            typer.echo(f"Fitting the {law} wall from {plan.starts} starts (the first run compiles: half a minute) …")
+            fits.append(calibrate(network, recording, law, search=plan, progress=_say))
+            typer.echo(f"  {fits[-1]!r}")
+    except KeyboardInterrupt:
+        if not fits:
+            raise
+        typer.echo("Interrupted: the report holds what had finished.")
+    write_results(fits, output, inputs)
+    page = write_report(fits, output, inputs)
+    for one in fits:
+        for note in one.warnings:
+            typer.echo(f"  note ({one.wall}): {note}")
+    typer.echo(f"Report: {page}")
+
+
+def _say(done: int, count: int, best: float) -> None:
+    typer.echo(f"  {done} of {count} starts finished, best S {best:.4g} mmHg²")
+
+
+def run() -> None:
+    """Run the command line; every error of ours becomes one readable message and exit status 1."""
+    from vasowave.errors import VasowaveError, VasowaveWarning
+
+    def show(message: Warning | str, category: type[Warning], *rest: object, **more: object) -> None:
+        if issubclass(category, VasowaveWarning):
+            typer.echo(f"Warning: {message}", err=True)
+
+    warnings.showwarning = show  # type: ignore[assignment]
+    try:
+        app()
+    except VasowaveError as error:
+        typer.echo(f"Error: {error}", err=True)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        typer.echo("Interrupted; nothing was written.", err=True)
+        sys.exit(130)

@@ -1,0 +1,54 @@
+"""A virtual mouse: a recording that the package makes itself from known parameters. It is synthetic and says so."""
+
+import numpy as np
+
+from vasowave.datasets.published import control_network
+from vasowave.model import Model
+from vasowave.nominal import windkessels
+from vasowave.recording import Inflow, Recording
+from vasowave.solver import Numerics, simulate
+from vasowave.walls import LinearWall
+
+TRUTH = {"beta": 57.0, "R_T": 76.0, "a": 0.12, "tau": 0.12}
+"""Parameters of the virtual mouse: mmHg, mmHg s/ml, 1, s; near those of the published control mouse 6."""
+
+_PERIOD = 60 / 533  # s, the published mean heart rate of the control mice
+_CARDIAC_OUTPUT = 0.18  # ml/s, likewise
+_SAMPLES = 512
+
+
+def ejection(samples: int = _SAMPLES) -> Inflow:
+    """Return a pulmonary flow: a rounded ejection over two fifths of the cycle, a small backflow, rest; 0.18 ml/s."""
+    phase = np.arange(samples) / samples
+    systole = np.clip((phase - 0.05) / 0.40, 0, 1)
+    flow = np.sin(np.pi * systole) ** 2 * (1.35 - 0.7 * systole)
+    flow -= 0.03 * np.exp(-0.5 * ((phase - 0.47) / 0.015) ** 2)
+    return Inflow(_CARDIAC_OUTPUT * flow / flow.mean(), _PERIOD)
+
+
+def virtual_mouse(noise: float = 0.15, seed: int = 6) -> Recording:
+    """Return the synthetic recording of a control mouse with the linear wall and the parameters `TRUTH`.
+
+    Parameters
+    ----------
+    noise : float
+        Standard deviation of the pressure noise, mmHg: smooth over a few milliseconds, as what remains after averaging
+        twenty beats.
+    seed : int
+        Of the noise.
+    """
+    network = control_network()
+    outlets = windkessels(network, TRUTH["R_T"], TRUTH["tau"], TRUTH["a"])
+    inflow = ejection()
+    result = simulate(Model(network, LinearWall(TRUTH["beta"]), outlets), inflow, Numerics(samples=_SAMPLES))
+    pressure = result["pressure"].values[:, network.root, 0]
+    rough = np.random.default_rng(seed).standard_normal(_SAMPLES)
+    k = np.fft.rfftfreq(_SAMPLES, 1 / _SAMPLES)
+    smooth = np.fft.irfft(np.fft.rfft(rough) * np.exp(-0.5 * (k / 25) ** 2), _SAMPLES)
+    return Recording(
+        pressure + noise * smooth / smooth.std() if noise > 0 else pressure,
+        inflow.flow,
+        _PERIOD,
+        "virtual mouse, synthetic",
+        ("This recording is synthetic: vasowave made it from known parameters and added noise.",),
+    )

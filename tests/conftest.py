@@ -1,0 +1,36 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vasowave.datasets import control_network
+from vasowave.model import Model
+from vasowave.nominal import windkessels
+from vasowave.recording import Inflow
+from vasowave.walls import LinearWall, TangentWall
+
+SHARED = Path(__file__).parents[1] / ".." / "shared" / "data"
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """Return the folder of measured data beside the project, or skip."""
+    if not SHARED.is_dir():
+        pytest.skip(f"measured data are not beside the project ({SHARED.name} is absent)")
+    return SHARED
+
+
+@pytest.fixture(scope="session")
+def inflow() -> Inflow:
+    """Return a smooth, strictly periodic ejection of a control mouse: 0.17 ml/s at 545 beats/min."""
+    t = np.arange(256) / 256
+    q = np.exp(-0.5 * ((t - 0.45) / 0.09) ** 2)
+    return Inflow(0.17 * q / q.mean(), 0.11)
+
+
+@pytest.fixture(scope="session", params=["linear", "tangent"])
+def control(request) -> Model:
+    """Return the control network with either wall law at parameters of a control mouse."""
+    network = control_network()
+    wall = LinearWall(57.0) if request.param == "linear" else TangentWall(7.0, 4.0)
+    return Model(network, wall, windkessels(network, 76.0, 0.11, a=0.12))
