@@ -7,13 +7,13 @@ import pandas as pd
 import pytest
 
 from vasowave.blood import Blood, BoundaryLayer
-from vasowave.calibration import Search, calibrate
+from vasowave.calibration import calibrate
 from vasowave.datasets import control_network
 from vasowave.model import Model
 from vasowave.network import Network
 from vasowave.nominal import estimate_nominal
 from vasowave.outlets import Windkessel
-from vasowave.recording import Inflow, Recording, read_recording
+from vasowave.recording import Inflow, read_recording
 from vasowave.solver import Numerics, simulate
 from vasowave.units import MMHG
 from vasowave.walls import LinearWall

@@ -88,9 +88,7 @@ def test_order_of_accuracy_is_two_through_junctions_and_outlets(inflow, wall):
     model = Model(network, wall, windkessels(network, 76.0, 0.11))
     runs = []
     for level in range(3):
-        numerics = Numerics(
-            cell_size=0.05 / 2**level, samples=256, steps_per_cycle=1024 * 2**level, tolerance=1e-9
-        )
+        numerics = Numerics(cell_size=0.05 / 2**level, samples=256, steps_per_cycle=1024 * 2**level, tolerance=1e-9)
         runs.append(simulate(model, inflow, numerics))
     for quantity in ("pressure", "flow"):
         coarse, middle, fine = (run[quantity].values[:, :, [0, 2]] for run in runs)

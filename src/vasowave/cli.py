@@ -1,4 +1,4 @@
-"""The command line: `vasowave demo`, `vasowave simulate`, `vasowave fit`. Heavy modules are imported where they are used."""
+"""The command line. Heavy modules are imported where they are used, so that help answers at once."""
 
 import sys
 import warnings
@@ -32,7 +32,9 @@ def demo(output: Annotated[Path, _OUTPUT] = Path("vasowave-demo"), starts: int =
     from vasowave.datasets import control_network
     from vasowave.datasets.virtual import virtual_mouse
 
-    typer.echo("The recording is synthetic: a virtual control mouse made by vasowave from known parameters, with noise.")
+    typer.echo(
+        "The recording is synthetic: a virtual control mouse made by vasowave from known parameters, with noise."
+    )
     _fit_and_report(control_network(), virtual_mouse(), output, ("linear", "tangent"), starts=starts)
 
 
@@ -150,7 +152,7 @@ def run() -> None:
         if issubclass(category, VasowaveWarning):
             typer.echo(f"Warning: {message}", err=True)
 
-    warnings.showwarning = show  # type: ignore[assignment]
+    warnings.showwarning = show
     try:
         app()
     except VasowaveError as error:

@@ -47,7 +47,7 @@ class LinearSolution:
     resistance: np.ndarray
 
     def at(self, vessel: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the spectra of pressure and flow at distance x (cm) into the vessels (rows), shape (harmonic, place)."""
+        """Return the spectra of pressure and flow at x (cm) into the vessels (rows), shape (harmonic, place)."""
         P, Q = self.pressure[:, vessel], self.flow[:, vessel]
         cosh, sinh = np.cosh(self.propagation[:, vessel] * x), np.sinh(self.propagation[:, vessel] * x)
         Z = self.line_impedance[:, vessel]

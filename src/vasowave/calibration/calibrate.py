@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 
 from vasowave.blood import Blood
+from vasowave.calibration import search as searching
 from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
-from vasowave.calibration import search as searching
 from vasowave.calibration.search import Found
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
@@ -149,7 +149,7 @@ def _search_all(
     plan: Search,
     progress: Callable[[int, int, float], None] | None,
 ) -> tuple[list[Found], bool]:
-    """Search from every start, as many at once as there are cores; returns what finished, and whether it was stopped."""
+    """Search from every start, as many at once as there are cores; returns what finished, and if it was stopped."""
     cores = os.cpu_count() or 1
     stop = threading.Event()
     objectives = [Objective(space, recording, numerics, max(1, cores // plan.starts), stop) for _ in range(plan.starts)]

@@ -21,7 +21,7 @@ class Stopped(Exception):  # noqa: N818  a request, not an error
 
 @dataclass(eq=False)
 class Objective:
-    """Residuals of one search. It remembers its last good simulation, from which the next one starts: that is its state.
+    """Residuals of one search; its state is the last good simulation, from which the next one starts.
 
     Attributes
     ----------

@@ -37,7 +37,7 @@ WIDE_BOUNDS: dict[str, tuple[float, float, bool]] = {
     "gamma": (0.3, 6 * math.pi, False),
     **_FACTOR_BOUNDS_WIDE,
 }
-"""Bounds that only keep the search among possible animals; the published optima of three mice lie outside the paper's."""
+"""Bounds that only keep the search among possible animals; three published optima lie outside the paper's."""
 
 _WALLS = {"linear": LinearWall, "tangent": TangentWall}
 

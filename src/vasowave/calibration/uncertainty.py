@@ -71,12 +71,12 @@ def sentences(table: pd.DataFrame, correlation: pd.DataFrame, starts: pd.DataFra
         found.append(f"{name} = {row['value']:.4g} lies at its {end} bound: the data ask for more; widen the bound.")
     loose = table.index[table["free"] & ~table["determined"] & ~table["at_bound"]]
     for name in loose:
-        share = table.loc[name, "standard_error_correlated"] / table.loc[name, "value"]
+        share = table["standard_error_correlated"][name] / table["value"][name]
         found.append(f"The data do not determine {name}: its standard error is {100 * share:.0f} % of its value.")
     names: Sequence[str] = list(correlation.index)
     for i, first in enumerate(names):
         for second in names[i + 1 :]:
-            r = float(correlation.loc[first, second])
+            r = float(correlation[second][first])
             if abs(r) > _INSEPARABLE:
                 other = "ratio" if r > 0 else "product"
                 found.append(

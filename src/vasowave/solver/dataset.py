@@ -1,6 +1,7 @@
 """Bare arrays of simulations, turned into labelled datasets with units."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -27,8 +28,8 @@ def as_dataset(run: Run) -> xr.Dataset:
     if per_cell:
         rows, kept = run.grid.vessel[run.grid.is_cell], run.grid.is_cell
         area, flow = run.cells[0][:, kept], run.cells[1][:, kept]
-        dims = ("time", "cell")
-        coords = {
+        dims: tuple[str, ...] = ("time", "cell")
+        coords: dict[str, Any] = {
             "vessel": ("cell", np.array(network.name)[rows]),
             "position": ("cell", run.grid.position[kept], {"units": "cm", "long_name": "distance from the inlet"}),
         }

@@ -1,25 +1,26 @@
 """The compiled scheme: two-step Lax-Wendroff in the vessels, characteristics at their ends, one pressure a node.
 
-One step goes from level n to n + 1. At the half step between, every face has a state (A, q, p): inner faces by the first
-Lax-Wendroff step, vessel ends from their node. The cells then take the difference of the faces' fluxes, so whatever
-volume leaves a cell enters its neighbour, and the network keeps volume to round-off.
+One step goes from level n to n + 1. At the half step between, every face has a state (A, q, p): inner faces by the
+first Lax-Wendroff step, vessel ends from their node. The cells then take the difference of the faces' fluxes, so
+whatever volume leaves a cell enters its neighbour, and the network keeps volume to round-off.
 
 Half steps lie at t = 0, dt, 2dt …: inflow, outlets and output live there, and nothing is interpolated in time.
 """
 
 import hashlib
 import inspect
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 
 from vasowave import walls
-from vasowave.solver import laws
+from vasowave.solver import grid, laws
 from vasowave.solver.grid import Cells, Nodes
 from vasowave.solver.laws import outlet_line, pressure_at, ratio_at, remember, slope_at
 
-_OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
 
 _part = njit(
     inline="always", **_OPTIONS
@@ -287,9 +288,7 @@ def record_stations(sample, nodes, faces, out):
 
 def _source_fingerprint() -> str:
     """Hash of everything that is compiled: it stands in the kernel's closure, so that no stale binary is ever run."""
-    from vasowave.solver import grid, kernels
-
-    text = "".join(inspect.getsource(module) for module in (walls, laws, grid, kernels))
+    text = "".join(inspect.getsource(module) for module in (walls, laws, grid, sys.modules[__name__]))
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -345,8 +344,10 @@ advance_cycle = _compiled(_source_fingerprint())
 
 def make_faces(slots: int, nodes: Nodes) -> Faces:
     """Return scratch memory for one simulation."""
-    arrays = [np.ones(slots) for _ in range(6)]
-    return Faces(*arrays, np.zeros((len(nodes.first), 2, 2)), np.zeros((len(nodes.parent) + len(nodes.terminal), 3)))
+    area, flow, pressure, cell_pressure, momentum, friction = np.ones((6, slots))
+    line = np.zeros((len(nodes.first), 2, 2))
+    node = np.zeros((len(nodes.parent) + len(nodes.terminal), 3))
+    return Faces(area, flow, pressure, cell_pressure, momentum, friction, line, node)
 
 
 __all__ = ["DONE", "LEFT_LAW", "NODE_FAILED", "Cells", "Faces", "Fluid", "advance_cycle", "make_faces"]

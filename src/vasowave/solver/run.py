@@ -130,8 +130,8 @@ class _Stepper:
             raise _TooFast(
                 report[3],
                 f"vessel '{network.name[vessel]}' ({network.length[vessel]:.4g} cm), t = {self._time(report[5])}: "
-                f"Courant number {report[3]:.2f} at |u| + c = {speed:.0f} cm/s; raise steps_per_cycle from {self.steps} "
-                f"to {needed}",
+                f"Courant number {report[3]:.2f} at |u| + c = {speed:.0f} cm/s; raise steps_per_cycle "
+                f"from {self.steps} to {needed}",
             )
         if report[0] == kernels.LEFT_LAW:
             slot = int(report[1])
@@ -174,8 +174,8 @@ def run_to_periodic(model: Model, inflow: Inflow, numerics: Numerics, start: Run
         if not convergence.converged:
             raise NumericalError(
                 f"not periodic after {numerics.most_cycles} cycles: the last one still changed by "
-                f"{convergence.changes[-1]:.2g} mmHg (tolerance {numerics.tolerance:.2g}); raise most_cycles or tolerance, "
-                "and look whether a Windkessel's R2 C is many periods long"
+                f"{convergence.changes[-1]:.2g} mmHg (tolerance {numerics.tolerance:.2g}); raise most_cycles "
+                "or tolerance, and look whether a Windkessel's R2 C is many periods long"
             )
         return _finished(stepper, scale.state(x), convergence, numerics)
 
@@ -245,7 +245,7 @@ def _first_steps(
 
 
 def _range_of_pressure(model: Model) -> tuple[float, float]:
-    """Pressures beyond which a linear guess is cut: where the softest linear wall would collapse, and ten kPa·10."""
+    """Pressures beyond which a linear guess is cut: near the collapse of the softest wall, and 100 kPa."""
     rest = np.sqrt(model.wall.wave_speed_squared_at_rest(model.blood.inertia, *model.wall))
     return float(-0.5 * model.blood.inertia * np.min(rest) ** 2), 750.0
 
@@ -256,10 +256,10 @@ class _Scale:
     def __init__(self, grid: Grid, mean_pressure: np.ndarray, memory_length: int) -> None:
         model = grid.model
         area0 = model.network.area0
-        compliance = walls.area_compliance(model.wall, mean_pressure, area0)
+        compliance = np.asarray(walls.area_compliance(model.wall, mean_pressure, area0))
         area = walls.area(model.wall, mean_pressure, area0)
         speed = walls.wave_speed(model.wall, mean_pressure, model.blood.inertia)
-        impedance = model.blood.inertia * speed / area
+        impedance = np.asarray(model.blood.inertia * speed / area)
         self.cell = grid.is_cell
         self.ghost_area = area0[grid.vessel]
         vessel = grid.vessel[self.cell]
@@ -325,5 +325,5 @@ def _memory(
 ) -> np.ndarray:
     """What the terminals remember in the linear solution: capacitor pressure, or one cycle of flow."""
     if grid.memory_length(steps) == 1:
-        return linear.in_time(P - Q * grid.model.outlets.R1, t)[:, np.newaxis]
+        return linear.in_time(P - Q * grid.model.outlets.R1, t)[:, np.newaxis]  # type: ignore[union-attr]
     return linear.in_time(Q, np.arange(steps) * (period / steps)).T.copy()

@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
-import numpy as np
 import xarray as xr
 
 from vasowave.errors import InputError, VasowaveError
@@ -107,7 +106,7 @@ def simulate(
 
 
 def simulate_run(model: Model, inflow: Inflow, numerics: Numerics, start: Run | None = None) -> Run:
-    """Simulate and return the bare arrays; `start` is a neighbouring run to begin from instead of the linear solution."""
+    """Simulate and return the bare arrays, from the linear solution or a neighbouring run `start`."""
     if numerics.cycles_from_rest is not None:
         return run_cycles(model, inflow, numerics, numerics.cycles_from_rest)
     return run_to_periodic(model, inflow, numerics, start)
