@@ -7,7 +7,7 @@ import numpy as np
 
 from vasowave import walls
 from vasowave.calibration.result import Fit
-from vasowave.figures.style import CTL, closed, label_axes, wall_line
+from vasowave.figures.style import CTL, label_axes, wall_line
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,10 +19,12 @@ def plot_pressure_area(ax: "Axes", fits: Sequence[Fit], vessel: str | None = Non
     row = network.root if vessel is None else network.row(vessel)
     for fit in fits:
         here = fit.simulation.sel(vessel=network.name[row], station="middle")
-        pressure, area = closed(here["pressure"].to_numpy()), closed(here["area"].to_numpy())
+        # An elastic wall goes up and down the same curve; in order of pressure its dashes do not cover each other.
+        order = np.argsort(here["pressure"].to_numpy())
+        pressure, area = here["pressure"].to_numpy()[order], here["area"].to_numpy()[order]
         line = wall_line(fit.wall, color)
         law = type(fit.model.wall)(*(np.asarray(value)[row] for value in fit.model.wall))
-        whole = np.linspace(0.0, pressure.max(), 100)
+        whole = np.linspace(0.0, pressure[0], 100)
         ax.plot(walls.area(law, whole, network.area0[row]), whole, **(line | {"linewidth": 0.8, "label": None}))
         ax.plot(area, pressure, **(line | {"linewidth": 2.2}))
     ax.axvline(network.area0[row], color="0.6", linewidth=0.8)
