@@ -1,6 +1,16 @@
 """From files of pressure and flow to one averaged cycle and its hemodynamic indices."""
 
 from vasowave.recording.cycle import INDEX_UNITS, Inflow, Recording, resample
+from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
+from vasowave.recording.read_raw import read_raw_recording
 
-__all__ = ["INDEX_UNITS", "Inflow", "Recording", "read_recording", "resample"]
+__all__ = [
+    "INDEX_UNITS",
+    "Inflow",
+    "RawRecording",
+    "Recording",
+    "read_raw_recording",
+    "read_recording",
+    "resample",
+]
