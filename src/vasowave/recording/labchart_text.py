@@ -117,14 +117,14 @@ def _block(place: str, header: dict[str, list[str]], line: int, rows: _Lines, co
     width = max(len(cells) for _, cells in rows)
     if width not in (len(titles), len(titles) + 1):
         raise InputError(f"{place}, line {rows[0][0]}: {width} columns under {len(titles)} channel titles")
-    columns = list(zip_longest(*(cells for _, cells in rows), fillvalue=""))
+    columns: list[tuple[str, ...]] = list(zip_longest(*(cells for _, cells in rows), fillvalue=""))
     if width > len(titles):
         _check_times(place, _column(place, rows, columns.pop(0), "time", comma, clock=True), interval, rows)
     channel_units = _units(header, len(titles))
     consecutive = rows[-1][0] - rows[0][0] == len(rows) - 1
     channels = []
-    for title, unit, cells in zip(titles, channel_units, columns, strict=True):
-        values = _column(place, rows, cells, title, comma)
+    for title, unit, column in zip(titles, channel_units, columns, strict=True):
+        values = _column(place, rows, column, title, comma)
         first_line = rows[0][0] if consecutive else 0
         channels.append(Channel(title, unit, values, 1.0 / interval, f"{place}, channel '{title}'", first_line))
     return Block(tuple(channels), tuple(comments))
