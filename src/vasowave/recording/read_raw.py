@@ -10,6 +10,7 @@ from vasowave import units
 from vasowave.columns import read_columns
 from vasowave.errors import InputError, did_you_mean
 from vasowave.recording.channels import Block, Channel, read_bytes
+from vasowave.recording.labchart_mat import read_labchart_mat
 from vasowave.recording.labchart_text import is_labchart_text, read_labchart_text
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.signal import ALIASES, Signal, even_step, written_to
@@ -46,7 +47,7 @@ def read_raw_recording(
     ----------
     path : path
         A CSV, TSV or blank-separated table whose header names columns and units (``time [s]``, ``pressure [mmHg]``,
-        ``flow [ml/s]``, ``ecg [mV]``), or LabChart's text export.
+        ``flow [ml/s]``, ``ecg [mV]``), or LabChart's text or MATLAB export.
     pressure, flow, ecg : str, optional
         Titles of the channels; needed where no title, or more than one, says what it holds.
     pressure_unit, flow_unit : str, optional
@@ -101,7 +102,12 @@ def _blocks(path: str | Path, sampling_rate: float | None) -> list[Block]:
     suffix = Path(path).suffix.lower()
     if suffix in (".adicht", ".adidat", ".adibin"):
         raise InputError(f"{path}: {_ADICHT}")
-    blocks = read_labchart_text(path) if is_labchart_text(read_bytes(path)) else [_table(path, sampling_rate)]
+    if suffix == ".mat":
+        blocks = read_labchart_mat(path)
+    elif is_labchart_text(read_bytes(path)):
+        blocks = read_labchart_text(path)
+    else:
+        blocks = [_table(path, sampling_rate)]
     if not blocks:
         raise InputError(f"{path}: headers and no samples")
     return blocks
