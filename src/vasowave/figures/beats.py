@@ -1,6 +1,6 @@
 """What was detected in a continuous recording, what of it was kept, and the average with its scatter."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ _KEPT, _REJECTED = "#0072b2", "#d55e00"
 def plot_detected_beats(
     ax: "Axes", raw: RawRecording, average: EnsembleAverage, signal: str = "pressure", margin: float = 0.5
 ) -> "Axes":
-    """Draw a signal around the averaged beats, every detected beat as a line, and what became of the beats.
+    """Draw a signal around the averaged beats, a mark at every detected beat, and what became of the beats.
 
     Averaged beats are shaded, rejected ones hatched, so the two differ in grey too.
 
@@ -45,11 +45,9 @@ def plot_detected_beats(
     for beat in shown:
         kind = "averaged" if beat.averaged else "rejected" if beat.rejected else ""
         if kind:
-            look = (
-                {"color": _KEPT, "alpha": 0.18}
-                if beat.averaged
-                else {"color": _REJECTED, "alpha": 0.25, "hatch": "///"}
-            )
+            look: dict[str, Any] = {"color": _KEPT, "alpha": 0.18}
+            if beat.rejected:
+                look = {"color": _REJECTED, "alpha": 0.25, "hatch": "///"}
             ax.axvspan(beat.start, beat.end, lw=0, label=kind if kind in labels else None, **look)
             labels.discard(kind)
     inside = (raw.time >= start) & (raw.time <= end)
@@ -74,8 +72,8 @@ def plot_ensemble(ax: "Axes", average: EnsembleAverage, signal: str = "pressure"
     mean, deviation = getattr(average.recording, signal), getattr(average, f"{signal}_sd")
     time = 1e3 * average.recording.time
     count = sum(beat.averaged for beat in average.beats)
-    ax.fill_between(time, mean - deviation, mean + deviation, color="0.8", lw=0, label="± 1 SD of the beats")
-    ax.plot(time, mean, color="black", lw=1.5, label=f"mean of {count} beats")
+    ax.fill_between(time, mean - deviation, mean + deviation, color="0.6", lw=0, label="± 1 SD of the beats")
+    ax.plot(time, mean, color="black", lw=0.9, label=f"mean of {count} beats")
     ax.set(xlabel="time (ms)", ylabel=_LABELS[signal], xlim=(0.0, 1e3 * average.recording.period))
     ax.legend(frameon=False, fontsize="small")
     return ax
