@@ -11,12 +11,7 @@ from vasowave.recording.beats import HEART_RATES, find_beats, foot
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
 from vasowave.recording.raw import RawRecording
-
-_BREATHS = 31
-"""Beats over which the end-expiratory level is followed: three breaths or more."""
-
-_OFF = 2.5
-"""A beat further off the end-expiratory level than this many SD is one of inspiration."""
+from vasowave.recording.rejection import rejection_reasons
 
 
 @dataclass(frozen=True)
@@ -139,7 +134,7 @@ def average_beats(
             f"{raw.source}: {len(starts)} whole beats found, {beats} wanted; record longer or average fewer"
         )
     pressure, flow = (_cut(values, raw.sampling_rate, found.times, samples + 1) for values in (raw.pressure, raw.flow))
-    reasons = _reasons(ends - starts, pressure, flow, length_tolerance, least_correlation, reject_ventilation)
+    reasons = rejection_reasons(ends - starts, pressure, flow, length_tolerance, least_correlation, reject_ventilation)
     used, run = _choose(reasons, beats, raw.source)
     period = float(np.mean((ends - starts)[used]))
     cycles, notes = [], [] if harmonics is None else [f"harmonics above {harmonics} of the cycle were left out"]
@@ -178,67 +173,6 @@ def _cut(values: np.ndarray, rate: float, times: np.ndarray, count: int) -> np.n
     phase = np.linspace(0.0, 1.0, count)
     at = times[:-1, None] + np.diff(times)[:, None] * phase
     return CubicSpline(np.arange(len(values)) / rate, values)(at)
-
-
-def _reasons(
-    lengths: np.ndarray,
-    pressure: np.ndarray,
-    flow: np.ndarray,
-    length_tolerance: float,
-    least_correlation: float,
-    reject_ventilation: bool,
-) -> list[str]:
-    """Return for every beat why it may not be averaged, empty if it may."""
-    from scipy.ndimage import median_filter
-
-    reasons = [""] * len(lengths)
-    usual = median_filter(lengths, min(11, len(lengths)), mode="nearest")
-    for i in np.flatnonzero(np.abs(lengths / usual - 1.0) > length_tolerance):
-        reasons[i] = f"length {1e3 * lengths[i]:.1f} ms, {1e3 * usual[i]:.1f} ms around it"
-    for name, beats in (("pressure", pressure), ("flow", flow)):
-        alike = _correlation(beats, np.median(beats, axis=0))
-        for i in np.flatnonzero(~(alike >= least_correlation)):
-            reasons[i] = reasons[i] or f"correlation of {name} {alike[i]:.2f} with the median beat"
-    if reject_ventilation:
-        for name, beats, unit in (("pressure", pressure, "mmHg"), ("flow", flow, "ml/s")):
-            off, limit = _off_level(beats.mean(axis=1))
-            for i in np.flatnonzero(np.abs(off) > limit):
-                reasons[i] = reasons[i] or f"ventilation: mean {name} {off[i]:+.3g} {unit} from end-expiration"
-    return reasons
-
-
-def _correlation(beats: np.ndarray, median: np.ndarray) -> np.ndarray:
-    centred, reference = beats - beats.mean(axis=1, keepdims=True), median - median.mean()
-    scale = np.sqrt((centred**2).sum(axis=1) * (reference**2).sum())
-    return np.divide(centred @ reference, scale, out=np.zeros(len(beats)), where=scale > 0)
-
-
-def _off_level(means: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return how far each beat's mean stands off the end-expiratory level nearby, and what is too far.
-
-    At end-expiration the level is a plateau, so its beats are the narrowest interval that holds a quarter of all; the
-    rest of the plateau is judged by their scatter. Then the level is followed through the plateau's beats alone.
-    """
-    from scipy.ndimage import median_filter
-
-    here = np.arange(len(means))
-    plateau = here
-    for _ in range(3):
-        followed = median_filter(means[plateau], min(_BREATHS, len(plateau)), mode="nearest")
-        level = means - np.interp(here, plateau, followed)
-        middle, spread = _narrowest_quarter(level)
-        plateau = np.flatnonzero(np.abs(level - middle) <= _OFF * spread)
-    return level - middle, _OFF * spread
-
-
-def _narrowest_quarter(level: np.ndarray) -> tuple[float, float]:
-    """Return the middle of the narrowest interval with a quarter of the values, and the SD of a normal so narrow."""
-    ordered = np.sort(level)
-    count = max(2, (len(ordered) + 3) // 4)
-    widths = ordered[count - 1 :] - ordered[: len(ordered) - count + 1]
-    first = int(np.argmin(widths))
-    middle = 0.5 * (ordered[first] + ordered[first + count - 1])
-    return float(middle), 0.5 * float(widths[first]) / 0.319
 
 
 def _choose(reasons: list[str], beats: int, source: str) -> tuple[np.ndarray, range]:
