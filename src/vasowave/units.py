@@ -31,10 +31,11 @@ _FACTORS = {
         "m3/s": 1e6,
     },
     "length": {"cm": 1.0, "mm": 0.1, "um": 1e-4, "m": 100.0},
-    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "voltage": {"mv": 1.0, "v": 1e3, "uv": 1e-3},
 }
 
-CANONICAL = {"pressure": "mmHg", "flow": "ml/s", "length": "cm", "time": "s"}
+CANONICAL = {"pressure": "mmHg", "flow": "ml/s", "length": "cm", "time": "s", "voltage": "mV"}
 """The unit in which vasowave holds each kind of quantity."""
 
 
@@ -45,7 +46,7 @@ def factor(unit: str, quantity: str) -> float:
     ----------
     unit : str
         As written by people: ``mmHg``, ``µl/s``, ``dyn/cm²`` …; case and spaces do not matter.
-    quantity : {"pressure", "flow", "length", "time"}
+    quantity : {"pressure", "flow", "length", "time", "voltage"}
 
     Raises
     ------

@@ -92,12 +92,12 @@ def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) ->
     if column_of_time is None:
         return Signal(quantity, values, None, 0.0, table.source, places, assumed)
     time = table.numbers(column_of_time, "time")
-    quantum = _written_to([row[column_of_time] for row in table.cells])
+    quantum = written_to([row[column_of_time] for row in table.cells])
     quantum *= units.factor(table.units[column_of_time], "time")
     return Signal(quantity, values, time, quantum, table.source, places, assumed)
 
 
-def _written_to(cells: list[str]) -> float:
+def written_to(cells: list[str]) -> float:
     """Return the place value of the last digit written in any of the cells: 0.001 for '0.2', '0.213'."""
     finest = 0
     for cell in cells:

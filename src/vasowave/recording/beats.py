@@ -1,0 +1,211 @@
+"""Find the beats of a rodent: R waves of the ECG, or feet of the pressure where there is none.
+
+Detectors made for people take 0.1 to 0.2 s for one QRS complex or one refractory time; a mouse's beat lasts 0.11 s.
+Here no such time is fixed: the beat length is first read from the signal's own repetition, and everything else is
+measured in beat lengths.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.errors import InputError, NumericalError
+from vasowave.recording.raw import RawRecording
+
+HEART_RATES = (250.0, 900.0)
+"""Heart rates searched by default, beats/min."""
+
+_REPEATS = 0.75
+"""The first lag whose autocorrelation reaches this fraction of the best one is the beat; later ones are multiples."""
+
+_REFRACTORY = 0.55
+"""Two beats are at least this fraction of the beat length apart."""
+
+_MISSED = 1.6
+"""An interval longer than this many beat lengths is searched again with a lower threshold."""
+
+
+@dataclass(frozen=True, eq=False)
+class Beats:
+    """Where the beats of a recording start.
+
+    Attributes
+    ----------
+    times : float array, shape (beat,)
+        s since the first sample.
+    fiducial : str
+        ``ecg`` (R wave) or ``pressure`` (foot of the upstroke).
+    """
+
+    times: np.ndarray
+    fiducial: str
+
+    @property
+    def heart_rate(self) -> float:
+        """Heart rate, beats/min, from the median interval."""
+        return float(60.0 / np.median(np.diff(self.times)))
+
+
+def find_beats(raw: RawRecording, fiducial: str | None = None, heart_rates: tuple[float, float] = HEART_RATES) -> Beats:
+    """Return the time of every beat, to a fraction of a sample.
+
+    Parameters
+    ----------
+    raw : RawRecording
+    fiducial : {"ecg", "pressure"}, optional
+        R wave of the ECG, or foot of the pressure's upstroke. The ECG by default, where there is one.
+    heart_rates : (float, float), optional
+        Slowest and fastest heart rate to look for, beats/min.
+
+    Raises
+    ------
+    InputError
+        An unknown fiducial, no ECG, a range of heart rates that is none, a recording of fewer than three beats.
+    NumericalError
+        If the signal does not repeat: there are no beats in that range of rates, or noise hides them.
+    """
+    fiducial = fiducial or ("pressure" if raw.ecg is None else "ecg")
+    slowest, fastest = heart_rates
+    if not 0 < slowest < fastest:
+        raise InputError(f"heart_rates={heart_rates}: give the slowest and the fastest, for example (250, 900)")
+    if raw.duration < 180.0 / slowest:
+        raise InputError(f"{raw.source}: {raw.duration:.3g} s hold fewer than three beats at {slowest:g} beats/min")
+    if fiducial == "ecg":
+        if raw.ecg is None:
+            raise InputError(f"{raw.source}: no ECG; use fiducial='pressure'")
+        shape = _band(raw.ecg, raw.sampling_rate, 30.0, 300.0)
+        strength = _smooth(np.gradient(shape) ** 2, 0.004 * raw.sampling_rate) ** 0.5
+        reach = 0.006
+    elif fiducial == "pressure":
+        shape = np.gradient(_band(raw.pressure, raw.sampling_rate, slowest / 120.0, 60.0))
+        strength = np.maximum(shape, 0.0)
+        reach = 0.0
+    else:
+        raise InputError(f"fiducial '{fiducial}' is neither 'ecg' nor 'pressure'")
+    length = _beat_length(strength, raw.sampling_rate, heart_rates, f"{raw.source}, {fiducial}")
+    peaks = _peaks(strength, length)
+    half = round(reach * raw.sampling_rate) if reach else round(0.2 * length)
+    times, shape_of_beat = _align(shape, peaks, max(half, 3))
+    offset = _extremum(shape_of_beat) if fiducial == "ecg" else -_foot_before(raw, times, length)
+    times = times + offset
+    times = times[(times >= 0) & (times <= len(shape) - 1)] / raw.sampling_rate
+    return Beats(times, fiducial)
+
+
+def _band(values: np.ndarray, rate: float, low: float, high: float) -> np.ndarray:
+    """Return the signal between two frequencies (Hz), without delay."""
+    from scipy.signal import butter, sosfiltfilt
+
+    high = min(high, 0.4 * rate)
+    return sosfiltfilt(butter(2, (min(low, 0.5 * high), high), "bandpass", fs=rate, output="sos"), values)
+
+
+def _smooth(values: np.ndarray, samples: float) -> np.ndarray:
+    from scipy.ndimage import gaussian_filter1d
+
+    return gaussian_filter1d(values, max(samples / 2.0, 0.5))
+
+
+def _beat_length(strength: np.ndarray, rate: float, heart_rates: tuple[float, float], where: str) -> float:
+    """Return the beat length in samples: the first strong peak of the autocorrelation in the range of heart rates."""
+    from scipy.signal import find_peaks
+
+    # Large beats must not outweigh the others, nor an artefact all of them.
+    centred = np.minimum(strength, 4.0 * np.quantile(strength, 0.9))
+    centred = _smooth(centred, 0.04 * rate * 60.0 / heart_rates[1])
+    centred = centred - centred.mean()
+    spectrum = np.abs(np.fft.rfft(centred, 2 * len(centred))) ** 2
+    repetition = np.fft.irfft(spectrum)[: len(centred)] / np.arange(len(centred), 0, -1)
+    first, last = int(rate * 60.0 / heart_rates[1]), int(np.ceil(rate * 60.0 / heart_rates[0]))
+    window = repetition[: last + 2]
+    peaks = find_peaks(window)[0]
+    peaks = peaks[(peaks >= first) & (peaks <= last)]
+    if len(peaks) == 0 or window[peaks].max() < 0.15 * repetition[0]:
+        raise NumericalError(
+            f"{where}: the signal does not repeat between {heart_rates[0]:g} and {heart_rates[1]:g} beats/min; "
+            "is it the right channel, is it covered by noise, is the heart rate in another range (heart_rates)?"
+        )
+    return float(peaks[window[peaks] >= _REPEATS * window[peaks].max()][0])
+
+
+def _peaks(strength: np.ndarray, length: float) -> np.ndarray:
+    """Return the samples of the beats: peaks a beat apart, against a threshold that follows their height."""
+    from scipy.ndimage import median_filter
+    from scipy.signal import find_peaks
+
+    peaks = find_peaks(strength, distance=max(1, int(_REFRACTORY * length)))[0]
+    if len(peaks) == 0:
+        return peaks
+    # The largest peak of every beat length is a beat's; their running median is the height beats have here.
+    width = max(1, int(length))
+    blocks = strength[: len(strength) // width * width].reshape(-1, width).max(axis=1)
+    typical = median_filter(blocks, 15, mode="nearest")
+    height = typical[np.minimum(peaks // width, len(typical) - 1)]
+    strong = peaks[strength[peaks] > 0.4 * height]
+    weak = peaks[(strength[peaks] > 0.15 * height) & (strength[peaks] <= 0.4 * height)]
+    gaps = np.flatnonzero(np.diff(strong) > _MISSED * length)
+    for gap in gaps[::-1]:
+        inside = weak[(weak > strong[gap]) & (weak < strong[gap + 1])]
+        strong = np.insert(strong, gap + 1, inside)
+    return strong
+
+
+def _align(shape: np.ndarray, peaks: np.ndarray, half: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return where every beat best matches the mean beat (in samples, sub-sample), and the mean beat around it.
+
+    A peak of the noisy signal jitters; the match of a whole complex does not.
+    """
+    times = peaks.astype(float)
+    template = np.zeros(2 * half + 1)
+    for _ in range(2):
+        inside = times[(times >= 2 * half + 1) & (times < len(shape) - 2 * half - 1)]
+        if len(inside) == 0:
+            return times, template
+        centres = np.rint(inside).astype(int)
+        template = np.median(shape[centres[:, None] + np.arange(-half, half + 1)], axis=0)
+        times = np.array([_best_match(shape, template, round(t), half) for t in times])
+    return times, template
+
+
+def _best_match(shape: np.ndarray, template: np.ndarray, centre: int, half: int) -> float:
+    """Return the place within `half` of `centre` where the correlation with the template peaks, by a parabola."""
+    if centre < 2 * half or centre >= len(shape) - 2 * half:
+        return float(centre)
+    score = np.correlate(shape[centre - 2 * half : centre + 2 * half + 1], template, "valid")
+    best = int(np.argmax(score))
+    if not 0 < best < len(score) - 1:
+        return float(centre)
+    return centre - half + best + _vertex(score[best - 1 : best + 2])
+
+
+def _extremum(template: np.ndarray) -> float:
+    """Return where the R wave stands in the mean complex, relative to its middle, in samples."""
+    top = int(np.argmax(np.abs(template)))
+    inner = 0 < top < len(template) - 1
+    return top - len(template) // 2 + (_vertex(np.abs(template[top - 1 : top + 2])) if inner else 0.0)
+
+
+def _vertex(three: np.ndarray) -> float:
+    """Return the place of a parabola's vertex through three samples, relative to the middle one."""
+    bend = three[0] - 2 * three[1] + three[2]
+    return float(np.clip(0.5 * (three[0] - three[2]) / bend, -0.5, 0.5)) if bend else 0.0
+
+
+def _foot_before(raw: RawRecording, times: np.ndarray, length: float) -> float:
+    """Return by how many samples the foot precedes the steepest rise, from the mean beat (intersecting tangents)."""
+    reach = round(0.45 * length)
+    centres = np.rint(times).astype(int)
+    centres = centres[(centres >= reach) & (centres < len(raw.pressure) - reach)]
+    if len(centres) == 0:
+        return 0.0
+    mean = raw.pressure[centres[:, None] + np.arange(-reach, reach + 1)].mean(axis=0)
+    return reach - foot(_smooth(mean, 0.03 * length), reach)
+
+
+def foot(values: np.ndarray, steepest: int) -> float:
+    """Return where the tangent at the steepest rise meets the level of the lowest value before it, in samples."""
+    near = slice(max(steepest - 3, 1), steepest + 4)
+    slopes = np.gradient(values)
+    steepest = near.start + int(np.argmax(slopes[near]))
+    lowest = values[: steepest + 1].min()
+    return steepest - (values[steepest] - lowest) / slopes[steepest] if slopes[steepest] > 0 else float(steepest)

@@ -1,0 +1,117 @@
+"""A continuous recording of pressure, flow and ECG, before its beats are averaged."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.recording.channels import Comment
+
+SHORTEST = 1.0
+"""A shorter recording than this (s) holds too few beats to average."""
+
+
+@dataclass(frozen=True, eq=False)
+class RawRecording:
+    """Continuous pressure and flow, and the ECG if there is one, sampled together.
+
+    Attributes
+    ----------
+    pressure : float array, shape (sample,)
+        mmHg.
+    flow : float array, shape (sample,)
+        ml/s.
+    sampling_rate : float
+        Samples per second.
+    ecg : float array, shape (sample,), or None
+        mV (any scale if the file names no unit: only its shape is used).
+    source : str
+        Where the recording came from.
+    notes : tuple of str
+        What was noticed or assumed while it was read.
+    comments : tuple of Comment
+        Remarks of the experimenter; times count from the first sample, s.
+
+    Raises
+    ------
+    InputError
+        Signals of different length, a gap, less than a second, a rate below 250 samples/s.
+    """
+
+    pressure: np.ndarray
+    flow: np.ndarray
+    sampling_rate: float
+    ecg: np.ndarray | None = None
+    source: str = "made in memory"
+    notes: tuple[str, ...] = ()
+    comments: tuple[Comment, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the values and freeze the arrays."""
+        rate = float(self.sampling_rate)
+        if not (np.isfinite(rate) and rate >= 250.0):
+            raise InputError(
+                f"{self.source}: {rate:g} samples/s; at 600 beats/min a cycle of 0.1 s needs at least 250 samples/s "
+                "(1000 or more is usual); export at the full rate"
+            )
+        object.__setattr__(self, "sampling_rate", rate)
+        for name in ("pressure", "flow", "ecg"):
+            values = getattr(self, name)
+            if values is not None:
+                object.__setattr__(self, name, self._frozen(name, values))
+        if self.duration < SHORTEST:
+            raise InputError(
+                f"{self.source}: {self.duration:.3g} s; at least {SHORTEST:g} s are needed to average beats"
+            )
+
+    def _frozen(self, name: str, values: object) -> np.ndarray:
+        array = np.array(values, dtype=np.float64)
+        if array.ndim != 1 or len(array) != len(self.pressure):
+            raise InputError(f"{self.source}: {name} has {array.size} samples, pressure {len(self.pressure)}")
+        gaps = np.flatnonzero(~np.isfinite(array))
+        if len(gaps):
+            raise InputError(
+                f"{self.source}: {name} has a gap at {gaps[0] / self.sampling_rate:.4f} s; choose a stretch without"
+            )
+        array.setflags(write=False)
+        return array
+
+    def __repr__(self) -> str:
+        ecg = "with" if self.ecg is not None else "without"
+        return f"RawRecording({self.duration:.4g} s at {self.sampling_rate:g} samples/s, {ecg} ECG, {self.source})"
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times of the samples, s, shape (sample,)."""
+        return np.arange(len(self.pressure)) / self.sampling_rate
+
+    @property
+    def duration(self) -> float:
+        """Length, s."""
+        return len(self.pressure) / self.sampling_rate
+
+    def between(self, start: float, end: float) -> "RawRecording":
+        """Return the stretch from `start` to `end` (s); times then count from `start`.
+
+        Raises
+        ------
+        InputError
+            If the stretch does not lie in the recording or is shorter than a second.
+        """
+        first, last = round(start * self.sampling_rate), round(end * self.sampling_rate)
+        if not 0 <= first < last <= len(self.pressure):
+            raise InputError(
+                f"{self.source}: {start:g} to {end:g} s does not lie in the recording (0 to {self.duration:.4g} s)"
+            )
+        origin = first / self.sampling_rate
+        kept = tuple(
+            replace(c, time=c.time - origin) for c in self.comments if origin <= c.time <= last / self.sampling_rate
+        )
+        return replace(
+            self,
+            pressure=self.pressure[first:last],
+            flow=self.flow[first:last],
+            ecg=None if self.ecg is None else self.ecg[first:last],
+            notes=(*self.notes, f"{start:g} to {end:g} s of the recording"),
+            comments=kept,
+        )

@@ -1,0 +1,80 @@
+"""Which beats may not be averaged, and why: by their length, their shape, and the breath they fall into."""
+
+import numpy as np
+
+_BREATHS = 31
+"""Beats over which the end-expiratory level is followed: three breaths or more."""
+
+_OFF = 2.5
+"""A beat further off the end-expiratory level than this many SD is one of inspiration."""
+
+
+def rejection_reasons(
+    lengths: np.ndarray,
+    pressure: np.ndarray,
+    flow: np.ndarray,
+    length_tolerance: float,
+    least_correlation: float,
+    reject_ventilation: bool,
+) -> list[str]:
+    """Return for every beat why it may not be averaged, empty if it may.
+
+    Parameters
+    ----------
+    lengths : float array, shape (beat,)
+        s.
+    pressure, flow : float array, shape (beat, sample)
+        mmHg and ml/s.
+    length_tolerance, least_correlation, reject_ventilation
+        As in `average_beats`.
+    """
+    from scipy.ndimage import median_filter
+
+    reasons = [""] * len(lengths)
+    usual = median_filter(lengths, min(11, len(lengths)), mode="nearest")
+    for i in np.flatnonzero(np.abs(lengths / usual - 1.0) > length_tolerance):
+        reasons[i] = f"length {1e3 * lengths[i]:.1f} ms, {1e3 * usual[i]:.1f} ms around it"
+    for name, beats in (("pressure", pressure), ("flow", flow)):
+        alike = _correlation(beats, np.median(beats, axis=0))
+        for i in np.flatnonzero(~(alike >= least_correlation)):
+            reasons[i] = reasons[i] or f"correlation of {name} {alike[i]:.2f} with the median beat"
+    if reject_ventilation:
+        for name, beats, unit in (("pressure", pressure, "mmHg"), ("flow", flow, "ml/s")):
+            off, limit = _off_level(beats.mean(axis=1))
+            for i in np.flatnonzero(np.abs(off) > limit):
+                reasons[i] = reasons[i] or f"ventilation: mean {name} {off[i]:+.3g} {unit} from end-expiration"
+    return reasons
+
+
+def _correlation(beats: np.ndarray, median: np.ndarray) -> np.ndarray:
+    centred, reference = beats - beats.mean(axis=1, keepdims=True), median - median.mean()
+    scale = np.sqrt((centred**2).sum(axis=1) * (reference**2).sum())
+    return np.divide(centred @ reference, scale, out=np.zeros(len(beats)), where=scale > 0)
+
+
+def _off_level(means: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return how far each beat's mean stands off the end-expiratory level nearby, and what is too far.
+
+    At end-expiration the level is a plateau, so its beats are the narrowest interval that holds a quarter of all; the
+    rest of the plateau is judged by their scatter. Then the level is followed through the plateau's beats alone.
+    """
+    from scipy.ndimage import median_filter
+
+    here = np.arange(len(means))
+    plateau = here
+    for _ in range(3):
+        followed = median_filter(means[plateau], min(_BREATHS, len(plateau)), mode="nearest")
+        level = means - np.interp(here, plateau, followed)
+        middle, spread = _narrowest_quarter(level)
+        plateau = np.flatnonzero(np.abs(level - middle) <= _OFF * spread)
+    return level - middle, _OFF * spread
+
+
+def _narrowest_quarter(level: np.ndarray) -> tuple[float, float]:
+    """Return the middle of the narrowest interval with a quarter of the values, and the SD of a normal so narrow."""
+    ordered = np.sort(level)
+    count = max(2, (len(ordered) + 3) // 4)
+    widths = ordered[count - 1 :] - ordered[: len(ordered) - count + 1]
+    first = int(np.argmin(widths))
+    middle = 0.5 * (ordered[first] + ordered[first + count - 1])
+    return float(middle), 0.5 * float(widths[first]) / 0.319
