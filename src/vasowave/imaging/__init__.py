@@ -1,0 +1,1 @@
+"""From a micro-CT volume to a vessel network: volume, segmentation, centerlines, tree."""

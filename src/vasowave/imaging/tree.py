@@ -1,0 +1,102 @@
+"""From center paths to vessels: cut at junctions, smooth, measure lengths and radii."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from vasowave.errors import InputError
+from vasowave.imaging.centerlines import Paths
+from vasowave.network import Network
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """Vessels in space; row i of every field is the same vessel, parents before daughters.
+
+    Attributes
+    ----------
+    lines : tuple of float array, shape (point, 4)
+        z, y, x, inscribed radius of each vessel from its junction to its end, cm.
+    parent : int array, shape (vessel,)
+        Row of the parent, -1 for the root.
+    """
+
+    lines: tuple[np.ndarray, ...]
+    parent: np.ndarray
+
+
+def vessel_tree(paths: Paths) -> Tree:
+    """Cut `paths` at their junctions into vessels and collapse junctions that lie inside one another.
+
+    An inner vessel shorter than 0.6 r + the point distance is no vessel: its junctions are one.
+
+    Raises
+    ------
+    InputError
+        Paths without a root or shorter than two points.
+    """
+    starts = np.flatnonzero(paths.above < 0)
+    if len(starts) != 1 or len(paths.above) < 2:
+        raise InputError(f"the paths have {len(starts)} roots and {len(paths.above)} points; one root is needed")
+    below: list[list[int]] = [[] for _ in paths.above]
+    for point, up in enumerate(paths.above):
+        if up >= 0:
+            below[up].append(point)
+    lines, parent = [], []
+    waiting = [(int(starts[0]), first, -1) for first in below[starts[0]]]
+    while waiting:
+        junction, point, above = waiting.pop(0)
+        run = [junction, point]
+        while len(below[run[-1]]) == 1:
+            run.append(below[run[-1]][0])
+        line = paths.points[run]
+        if below[run[-1]] and above >= 0 and _length(line) < _shortest(line):
+            waiting.extend((run[-1], first, above) for first in below[run[-1]])
+            continue
+        waiting.extend((run[-1], first, len(lines)) for first in below[run[-1]])
+        lines.append(line)
+        parent.append(above)
+    return Tree(tuple(_smoothed(line) for line in lines), np.array(parent))
+
+
+def _shortest(line: np.ndarray) -> float:
+    return float(0.6 * line[:, 3].mean() + np.linalg.norm(line[1, :3] - line[0, :3]))
+
+
+def _length(line: np.ndarray) -> float:
+    """Length: sum of the distances of successive points, cm (eq. 1)."""
+    return float(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1).sum())
+
+
+def _smoothed(line: np.ndarray) -> np.ndarray:
+    """Return `line` without the stairs of the voxel grid; its ends stay."""
+    width = min(3.0, len(line) / 6)
+    ends = line[[0, -1], :3]
+    straight = np.linspace(ends[0], ends[1], len(line))
+    middle = straight + gaussian_filter1d(line[:, :3] - straight, width, axis=0, mode="mirror")
+    middle[[0, -1]] = ends
+    return np.column_stack([middle, line[:, 3]])
+
+
+def network_of(tree: Tree) -> Network:
+    """Return lengths and mean radii of `tree` (eq. 1); vessels are numbered from 1 in the order of the tree.
+
+    The radius is the mean over the points outside the junctions' inscribed balls and farther than a radius from a
+    free end; the median of all points where no such point exists.
+
+    Raises
+    ------
+    InputError
+        As `Network`.
+    """
+    ends = set(range(len(tree.lines))) - set(tree.parent.tolist())
+    length, radius = [], []
+    for row, line in enumerate(tree.lines):
+        run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1))])
+        typical = float(np.median(line[len(line) // 3 :, 3]))
+        tail = typical if row in ends else line[-1, 3]
+        away = (run > line[0, 3]) & (run < run[-1] - tail)
+        radius.append(float(line[away, 3].mean()) if away.any() else typical)
+        length.append(float(run[-1]))
+    return Network(tuple(str(i + 1) for i in range(len(length))), tree.parent, np.array(length), np.array(radius))
