@@ -215,7 +215,7 @@ def write_dicom_series(volume: Volume, folder: str | Path) -> None:
         meta = FileMetaDataset()
         meta.TransferSyntaxUID, meta.MediaStorageSOPClassUID = ExplicitVRLittleEndian, CTImageStorage
         meta.MediaStorageSOPInstanceUID = generate_uid()
-        image = FileDataset(None, {}, file_meta=meta, preamble=b"\0" * 128)
+        image = FileDataset("", {}, file_meta=meta, preamble=b"\0" * 128)
         image.SOPClassUID, image.SOPInstanceUID = CTImageStorage, meta.MediaStorageSOPInstanceUID
         image.SeriesInstanceUID, image.StudyInstanceUID, image.FrameOfReferenceUID = series, frame, frame
         image.Modality, image.PatientName, image.PatientID = "CT", "Phantom", "phantom"

@@ -8,7 +8,10 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError
-from vasowave.imaging.segmentation import Segmentation, surface_distance
+from vasowave.imaging.segmentation import Segmentation, surface_points
+
+BALL, MARGIN = 1.1, 1.9
+"""A tip counts if it protrudes from all balls of BALL inscribed radii + MARGIN voxels around longer paths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,10 +24,13 @@ class Paths:
         z, y, x and inscribed radius, cm.
     above : int array, shape (point,)
         The next point toward the root, -1 at the root.
+    surface : float array, shape (corner, 3)
+        Points of the lumen's surface, cm.
     """
 
     points: np.ndarray
     above: np.ndarray
+    surface: np.ndarray
 
 
 def center_paths(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Paths:
@@ -43,9 +49,9 @@ def center_paths(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | No
     InputError
         The root or an outlet farther than 5 voxels from the lumen; each is named.
     """
-    radius = surface_distance(lumen)
+    surface = surface_points(lumen)
     voxels = np.argwhere(lumen.mask)
-    depth = radius[lumen.mask]
+    depth = cKDTree(surface).query(voxels * lumen.spacing + lumen.origin)[0] / lumen.spacing
     graph, lengths = _neighbors(lumen.mask, depth)
     start = _nearest(lumen, voxels, np.atleast_2d(root), "root")[0]
     travelled = dijkstra(lengths, indices=start)
@@ -60,7 +66,7 @@ def center_paths(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | No
     new[rows] = np.arange(len(rows))
     up = np.where(rows == start, -1, new[above[rows]])
     points = np.column_stack([voxels[rows] * lumen.spacing + lumen.origin, depth[rows] * lumen.spacing])
-    return Paths(points, up)
+    return Paths(points, up, surface)
 
 
 def _neighbors(mask: np.ndarray, depth: np.ndarray) -> tuple[coo_array, coo_array]:
@@ -77,14 +83,14 @@ def _neighbors(mask: np.ndarray, depth: np.ndarray) -> tuple[coo_array, coo_arra
         here.append(number[both])
         there.append(other[both])
         length.append(np.full(both.sum(), np.linalg.norm(np.array(offset) - 1)))
-    i, j, l = np.concatenate(here), np.concatenate(there), np.concatenate(length)
+    i, j, far = np.concatenate(here), np.concatenate(there), np.concatenate(length)
     # Cost 1/depth² per length: a detour through the middle of the vessel is always the cheaper way.
-    cost = l / (0.5 * (np.maximum(depth[i], 0.2) + np.maximum(depth[j], 0.2))) ** 2
+    cost = far / (0.5 * (np.maximum(depth[i], 0.2) + np.maximum(depth[j], 0.2))) ** 2
     shape = (len(depth), len(depth))
     both_ways = (np.concatenate([i, j]), np.concatenate([j, i]))
     return (
         coo_array((np.tile(cost, 2), both_ways), shape=shape).tocsr(),
-        coo_array((np.tile(l, 2), both_ways), shape=shape).tocsr(),
+        coo_array((np.tile(far, 2), both_ways), shape=shape).tocsr(),
     )
 
 
@@ -121,6 +127,6 @@ def _tips(voxels: np.ndarray, depth: np.ndarray, travelled: np.ndarray, above: n
             kept[tip] = True
             path.append(tip)
             tip = above[tip]
-        for near in tree.query_ball_point(voxels[path], 1.15 * depth[path] + 2.5):
+        for near in tree.query_ball_point(voxels[path], BALL * depth[path] + MARGIN):
             free[near] = False
     return kept

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
-from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.volume import Volume
@@ -103,7 +102,9 @@ def _component(volume: Volume, labels: np.ndarray, sizes: np.ndarray, seed: np.n
         voxel = np.round((np.asarray(seed) - volume.origin) / volume.spacing).astype(int)
         inside = bool((voxel >= 0).all() and (voxel < labels.shape).all())
         if not inside or labels[tuple(voxel)] == 0:
-            raise InputError(f"the seed {np.asarray(seed)} cm (z, y, x) is not inside a vessel; move it or the threshold")
+            raise InputError(
+                f"the seed {np.asarray(seed)} cm (z, y, x) is not inside a vessel; move it or the threshold"
+            )
         return int(labels[tuple(voxel)])
     largest, second = np.argsort(sizes)[::-1][:2]
     if sizes[second] > 0.1 * sizes[largest]:
@@ -111,21 +112,14 @@ def _component(volume: Volume, labels: np.ndarray, sizes: np.ndarray, seed: np.n
     return int(largest)
 
 
-def surface_distance(lumen: Segmentation) -> np.ndarray:
-    """Return the distance of every lumen voxel to the iso-surface, voxels, shape (z, y, x); 0 outside.
-
-    The surface is that of the grey levels, not of the mask, so distances are finer than a voxel.
-    """
+def surface_points(lumen: Segmentation) -> np.ndarray:
+    """Return corners of the iso-surface of the grey levels (not of the mask), z, y, x, cm, shape (corner, 3)."""
     try:
         from skimage.measure import marching_cubes
     except ImportError:
         raise InputError("the iso-surface needs the extra 'imaging': install vasowave[imaging]") from None
     grey = np.pad(lumen.grey, 1, constant_values=float(lumen.grey.min()))
-    corners = marching_cubes(grey, lumen.threshold)[0] - 1
-    voxels = np.argwhere(lumen.mask)
-    distance = np.zeros(lumen.mask.shape)
-    distance[lumen.mask] = cKDTree(corners).query(voxels)[0]
-    return distance
+    return (marching_cubes(grey, lumen.threshold)[0] - 1) * lumen.spacing + lumen.origin
 
 
 def _warn(message: str) -> None:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
+from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError
 from vasowave.imaging.centerlines import Paths
@@ -43,7 +44,8 @@ def vessel_tree(paths: Paths) -> Tree:
     for point, up in enumerate(paths.above):
         if up >= 0:
             below[up].append(point)
-    lines, parent = [], []
+    lines: list[np.ndarray] = []
+    parent: list[int] = []
     waiting = [(int(starts[0]), first, -1) for first in below[starts[0]]]
     while waiting:
         junction, point, above = waiting.pop(0)
@@ -57,7 +59,8 @@ def vessel_tree(paths: Paths) -> Tree:
         waiting.extend((run[-1], first, len(lines)) for first in below[run[-1]])
         lines.append(line)
         parent.append(above)
-    return Tree(tuple(_smoothed(line) for line in lines), np.array(parent))
+    surface = cKDTree(paths.surface)
+    return Tree(tuple(_smoothed(line, surface) for line in lines), np.array(parent))
 
 
 def _shortest(line: np.ndarray) -> float:
@@ -69,14 +72,14 @@ def _length(line: np.ndarray) -> float:
     return float(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1).sum())
 
 
-def _smoothed(line: np.ndarray) -> np.ndarray:
-    """Return `line` without the stairs of the voxel grid; its ends stay."""
+def _smoothed(line: np.ndarray, surface: cKDTree) -> np.ndarray:
+    """Return `line` without the stairs of the voxel grid, radii measured anew; its ends stay."""
     width = min(3.0, len(line) / 6)
     ends = line[[0, -1], :3]
     straight = np.linspace(ends[0], ends[1], len(line))
     middle = straight + gaussian_filter1d(line[:, :3] - straight, width, axis=0, mode="mirror")
     middle[[0, -1]] = ends
-    return np.column_stack([middle, line[:, 3]])
+    return np.column_stack([middle, surface.query(middle)[0]])
 
 
 def network_of(tree: Tree) -> Network:

@@ -111,7 +111,9 @@ def read_dicom_series(folder: Path) -> Volume:
         height = np.array([normal @ np.array(image.ImagePositionPatient, dtype=float) for _, image in slices])
         in_plane = np.array(slices[0][1].PixelSpacing, dtype=float)
     except (AttributeError, TypeError, ValueError):
-        raise InputError(f"{folder}: slices without position, orientation or pixel spacing; export them again") from None
+        raise InputError(
+            f"{folder}: slices without position, orientation or pixel spacing; export them again"
+        ) from None
     order = np.argsort(height)
     gap = _slice_distance(folder, height[order], [slices[i][0] for i in order])
     planes = [_pixels(folder / slices[i][0], slices[i][1]) for i in order]
@@ -140,7 +142,9 @@ def _slice_distance(folder: Path, height: np.ndarray, names: list[str]) -> float
     if gaps.max() > 1.5 * usual:
         i = int(gaps.argmax())
         lost = round(gaps[i] / usual) - 1
-        raise InputError(f"{folder}: {lost} slices missing between {names[i]} and {names[i + 1]}; export the series again")
+        raise InputError(
+            f"{folder}: {lost} slices missing between {names[i]} and {names[i + 1]}; export the series again"
+        )
     return float(gaps.mean())
 
 
