@@ -16,6 +16,7 @@ from vasowave.datasets.phantom import embed, render
 from vasowave.errors import VasowaveError, VasowaveWarning
 from vasowave.imaging.cannula import without_cannula
 from vasowave.imaging.centerlines import center_paths
+from vasowave.imaging.junctions import with_met_axes
 from vasowave.imaging.matching import match
 from vasowave.imaging.radii import densitometric_radii
 from vasowave.imaging.segmentation import segment
@@ -26,12 +27,12 @@ def one(network, seed, voxels, noise, threshold, guided):
     """Return (topology right, scale error, relative errors of length, inscribed and densitometric radius, seconds)."""
     rng = np.random.default_rng(seed)
     embedding = embed(network, rng)
-    spacing = 2.12 / voxels
+    spacing = 2.2 / voxels
     volume = render(embedding, voxels, spacing, rng, noise=noise)
     begin = time.process_time()
     outlets = np.array([embedding.lines[t][-1] for t in network.terminals]) if guided else None
     lumen = segment(volume, threshold, embedding.cannula[0] + [2 * spacing, 0, 0])
-    tree, measured = without_cannula(vessel_tree(center_paths(lumen, embedding.cannula[0], outlets)))
+    tree, measured = without_cannula(with_met_axes(vessel_tree(center_paths(lumen, embedding.cannula[0], outlets))))
     found = network_of(tree)
     dense = densitometric_radii(tree, volume, found.radius)
     seconds = time.process_time() - begin

@@ -14,6 +14,7 @@ import numpy as np
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.cannula import PE90_RADIUS, without_cannula
 from vasowave.imaging.centerlines import center_paths
+from vasowave.imaging.junctions import with_met_axes
 from vasowave.imaging.radii import densitometric_radii
 from vasowave.imaging.segmentation import segment
 from vasowave.imaging.tree import Tree, network_of, vessel_tree
@@ -115,7 +116,7 @@ def _tree(volume: Volume, options: Options, threshold: float) -> tuple[Tree, flo
     root = np.asarray(options.root, dtype=float)
     lumen = segment(volume, threshold, root)
     outlets = None if options.outlets is None else np.asarray(options.outlets, dtype=float)
-    tree = vessel_tree(center_paths(lumen, root, outlets))
+    tree = with_met_axes(vessel_tree(center_paths(lumen, root, outlets)))
     return (tree, None) if options.cannula_radius is None else without_cannula(tree)
 
 
