@@ -1,5 +1,6 @@
 """From center paths to vessels: cut at junctions, smooth, measure lengths and radii."""
 
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,43 +29,60 @@ class Tree:
 
 
 def vessel_tree(paths: Paths) -> Tree:
-    """Cut `paths` at their junctions into vessels and collapse junctions that lie inside one another.
+    """Cut `paths` into vessels (see `cut_at_junctions`), smooth away the voxel stairs and measure radii anew."""
+    rough = cut_at_junctions(paths.points, paths.above)
+    surface = cKDTree(paths.surface)
+    return Tree(tuple(_smoothed(line, surface) for line in rough.lines), rough.parent)
 
-    An inner vessel shorter than 0.6 r + the point distance is no vessel: its junctions are one.
+
+def cut_at_junctions(points: np.ndarray, above: np.ndarray, collapse: float = 0.6) -> Tree:
+    """Cut a tree of points into vessels and collapse junctions that lie inside one another.
+
+    An inner vessel shorter than `collapse` radii + the point distance is no vessel: its junctions are one.
+
+    Parameters
+    ----------
+    points : float array, shape (point, 4)
+        z, y, x, inscribed radius, cm.
+    above : int array, shape (point,)
+        The next point toward the root, -1 at the root.
+    collapse : float
+        In radii; 0 keeps every vessel longer than the point distance.
 
     Raises
     ------
     InputError
-        Paths without a root or shorter than two points.
+        No root or more than one, fewer than two points, a root from which several vessels leave.
     """
-    starts = np.flatnonzero(paths.above < 0)
-    if len(starts) != 1 or len(paths.above) < 2:
-        raise InputError(f"the paths have {len(starts)} roots and {len(paths.above)} points; one root is needed")
-    below: list[list[int]] = [[] for _ in paths.above]
-    for point, up in enumerate(paths.above):
+    starts = np.flatnonzero(above < 0)
+    if len(starts) != 1 or len(above) < 2:
+        raise InputError(f"the paths have {len(starts)} roots and {len(above)} points; one root is needed")
+    below: list[list[int]] = [[] for _ in above]
+    for point, up in enumerate(above):
         if up >= 0:
             below[up].append(point)
+    if len(below[starts[0]]) > 1:
+        raise InputError(f"{len(below[starts[0]])} vessels leave the first point of the root; move the root outward")
     lines: list[np.ndarray] = []
     parent: list[int] = []
-    waiting = [(int(starts[0]), first, -1) for first in below[starts[0]]]
+    waiting = deque((int(starts[0]), first, -1) for first in below[starts[0]])
     while waiting:
-        junction, point, above = waiting.pop(0)
+        junction, point, upstream = waiting.popleft()
         run = [junction, point]
         while len(below[run[-1]]) == 1:
             run.append(below[run[-1]][0])
-        line = paths.points[run]
-        if below[run[-1]] and above >= 0 and _length(line) < _shortest(line):
-            waiting.extend((run[-1], first, above) for first in below[run[-1]])
+        line = points[run]
+        if below[run[-1]] and upstream >= 0 and _length(line) < _shortest(line, collapse):
+            waiting.extend((run[-1], first, upstream) for first in below[run[-1]])
             continue
         waiting.extend((run[-1], first, len(lines)) for first in below[run[-1]])
         lines.append(line)
-        parent.append(above)
-    surface = cKDTree(paths.surface)
-    return Tree(tuple(_smoothed(line, surface) for line in lines), np.array(parent))
+        parent.append(upstream)
+    return Tree(tuple(lines), np.array(parent))
 
 
-def _shortest(line: np.ndarray) -> float:
-    return float(0.6 * line[:, 3].mean() + np.linalg.norm(line[1, :3] - line[0, :3]))
+def _shortest(line: np.ndarray, collapse: float) -> float:
+    return float(collapse * line[:, 3].mean() + np.linalg.norm(line[1, :3] - line[0, :3]))
 
 
 def _length(line: np.ndarray) -> float:
