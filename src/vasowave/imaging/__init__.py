@@ -1,0 +1,23 @@
+"""From a micro-CT volume to a vessel network: volume, segmentation, centerlines, tree, radii, extraction."""
+
+from importlib import import_module
+from typing import Any
+
+_HOMES = {
+    "Extraction": "extraction",
+    "Options": "extraction",
+    "Volume": "volume",
+    "extract": "extraction",
+    "read_volume": "volume",
+    "write_extraction": "extraction",
+    "write_volume": "volume",
+}
+
+__all__ = ["Extraction", "Options", "Volume", "extract", "read_volume", "write_extraction", "write_volume"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load what is asked for when it is asked for: imaging is heavy, the rest of the package is not."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'vasowave.imaging' has no attribute '{name}'")
+    return getattr(import_module(f"vasowave.imaging.{_HOMES[name]}"), name)

@@ -1,0 +1,226 @@
+"""VTK PolyData lines: read .vtp (XML) and .vtk (legacy), write .vtp; no VTK needed."""
+
+import base64
+import lzma
+import re
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from vasowave.errors import InputError
+
+_TYPES = {
+    "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4",
+    "Int64": "i8", "UInt64": "u8", "Float32": "f4", "Float64": "f8",
+}  # fmt: skip
+_LEGACY = {
+    "char": "i1", "unsigned_char": "u1", "short": "i2", "unsigned_short": "u2", "int": "i4", "unsigned_int": "u4",
+    "long": "i8", "vtktypeint64": "i8", "vtkIdType": "i8", "float": "f4", "double": "f8",
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class PolyLines:
+    """Lines through numbered points.
+
+    Attributes
+    ----------
+    points : float array, shape (point, 3)
+        x, y, z in the unit of the file.
+    lines : tuple of int array
+        Numbers of the points of each line, in order.
+    fields : dict of str to array, shape (point,) or (point, component)
+        Values at the points.
+    """
+
+    points: np.ndarray
+    lines: tuple[np.ndarray, ...]
+    fields: dict[str, np.ndarray]
+
+    def __post_init__(self) -> None:
+        """Check that lines and values refer to the points there are."""
+        count = len(self.points)
+        if self.points.ndim != 2 or self.points.shape[1] != 3 or not np.isfinite(self.points).all():
+            raise InputError("points are not finite triples x, y, z; write the file again")
+        for number, line in enumerate(self.lines):
+            if len(line) and (line.min() < 0 or line.max() >= count):
+                raise InputError(f"line {number} names a point that does not exist ({count} points)")
+        for name, values in self.fields.items():
+            if len(values) != count:
+                raise InputError(f"array '{name}' has {len(values)} values for {count} points")
+
+
+def read_polydata(path: str | Path) -> PolyLines:
+    """Read the lines of a PolyData file: .vtp (ascii, binary or appended, zlib or lzma) or legacy .vtk.
+
+    Raises
+    ------
+    InputError
+        Missing, truncated or foreign file; an encoding that is not one of these.
+    """
+    path = Path(path)
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
+        raise InputError(f"{path}: {reason}") from None
+    try:
+        return _legacy(raw) if raw.startswith(b"# vtk") else _xml(raw)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    except (ValueError, KeyError, IndexError, TypeError, OverflowError, zlib.error, lzma.LZMAError) as error:
+        raise InputError(f"{path}: damaged or truncated PolyData ({error}); write the file again") from None
+    except ElementTree.ParseError as error:
+        raise InputError(f"{path}: not valid XML ({error}); truncated, or no .vtp file") from None
+
+
+def write_vtp(data: PolyLines, path: str | Path) -> None:
+    """Write `data` as .vtp: binary, compressed with zlib, little endian."""
+
+    def array(name: str, values: np.ndarray, kind: str) -> str:
+        width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
+        content = np.ascontiguousarray(values, dtype="<" + _TYPES[kind]).tobytes()
+        packed = zlib.compress(content)
+        header = np.array([1, len(content), len(content), len(packed)], "<u8").tobytes()
+        text = base64.b64encode(header).decode() + base64.b64encode(packed).decode()
+        return f'<DataArray type="{kind}" Name="{name}"{width} format="binary">{text}</DataArray>'
+
+    ends = np.cumsum([len(line) for line in data.lines])
+    fields = "\n".join(array(name, values, "Float64") for name, values in data.fields.items())
+    Path(path).write_text(
+        '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" '
+        'header_type="UInt64" compressor="vtkZLibDataCompressor"><PolyData>\n'
+        f'<Piece NumberOfPoints="{len(data.points)}" NumberOfVerts="0" NumberOfLines="{len(data.lines)}" '
+        'NumberOfStrips="0" NumberOfPolys="0">\n'
+        f"<PointData>{fields}</PointData>\n<Points>{array('Points', data.points, 'Float64')}</Points>\n"
+        f"<Lines>{array('connectivity', np.concatenate(data.lines), 'Int64')}\n{array('offsets', ends, 'Int64')}"
+        "</Lines>\n</Piece></PolyData></VTKFile>\n",
+        encoding="utf-8",
+    )
+
+
+def _xml(raw: bytes) -> PolyLines:
+    appended, begin = b"", raw.find(b"<AppendedData")
+    if begin >= 0:  # may hold raw bytes, which no XML parser takes
+        start = raw.index(b"_", raw.index(b">", begin)) + 1
+        end = raw.rindex(b"</AppendedData>")
+        appended, raw = raw[start:end], raw[:start] + raw[end:]
+    top = ElementTree.fromstring(raw)
+    if top.tag != "VTKFile" or top.get("type") != "PolyData":
+        raise InputError("not VTK PolyData; export the centerlines as .vtp")
+    pieces = top.findall("./PolyData/Piece")
+    points, lines, fields, count = [], [], [], 0
+    for piece in pieces:
+        holder = piece.find("./Points/DataArray")
+        if holder is None or not int(piece.get("NumberOfPoints", 0)):
+            continue
+        points.append(_array(holder, top, appended).reshape(-1, 3).astype(float))
+        values = {a.get("Name"): a for a in piece.findall("./Lines/DataArray")}
+        joined, ends = (_array(values[name], top, appended) for name in ("connectivity", "offsets"))
+        if len(ends) and ends[-1] != len(joined):
+            raise InputError(f"the lines hold {len(joined)} point numbers, their offsets say {ends[-1]}")
+        lines += [line.astype(np.int64) + count for line in np.split(joined, ends[:-1])]
+        fields.append(
+            {str(a.get("Name")): _array(a, top, appended) for a in piece.findall("./PointData/DataArray")
+             if a.get("type") in _TYPES}
+        )  # fmt: skip
+        count += len(points[-1])
+    if not points:
+        raise InputError("no points; are these centerlines?")
+    names = set.intersection(*(set(f) for f in fields))
+    return PolyLines(np.concatenate(points), tuple(lines), {n: np.concatenate([f[n] for f in fields]) for n in names})
+
+
+def _array(element: Any, top: Any, appended: bytes) -> np.ndarray:
+    """Return the values of a DataArray element."""
+    order = "<" if top.get("byte_order", "LittleEndian") == "LittleEndian" else ">"
+    kind = np.dtype(order + _TYPES[element.get("type")])
+    form = element.get("format", "ascii")
+    if form == "ascii":
+        return _shaped(np.array((element.text or "").split(), dtype=kind), element)
+    header = np.dtype(order + _TYPES[top.get("header_type", "UInt32")])
+    encoded = True
+    if form == "appended":
+        source = appended[int(element.get("offset")) :]
+        found = top.find("AppendedData")
+        encoded = found is None or found.get("encoding", "base64") != "raw"
+    else:
+        source = b"".join((element.text or "").encode().split())
+    content = _unpacked(source, encoded, header, top.get("compressor"))
+    return _shaped(np.frombuffer(content, kind), element)
+
+
+def _shaped(values: np.ndarray, element: Any) -> np.ndarray:
+    width = int(element.get("NumberOfComponents", 1))
+    return values.reshape(-1, width) if width > 1 else values
+
+
+def _unpacked(source: bytes, encoded: bool, header: np.dtype, compressor: str | None) -> bytes:
+    """Return the bytes of one array: header and blocks, each base64 by itself, or raw."""
+
+    def taken(start: int, count: int) -> tuple[bytes, int]:
+        """Return `count` bytes of the stream that begins at `start`, and where the next stream begins."""
+        size = -(-count // 3) * 4 if encoded else count
+        piece = source[start : start + size]
+        content = base64.b64decode(piece, validate=True) if encoded else piece
+        if len(content) < count:
+            raise InputError("truncated; write the file again")
+        return content[:count], start + size
+
+    width = header.itemsize
+    first = int(np.frombuffer(taken(0, width)[0], header)[0])
+    if compressor is None:
+        joint = not encoded or not source[: -(-width // 3) * 4].endswith(b"=")
+        if joint:  # length and values in one stream, as VTK writes them
+            return taken(0, width + first)[0][width:]
+        return taken(-(-width // 3) * 4, first)[0]
+    unpack = {"vtkZLibDataCompressor": zlib.decompress, "vtkLZMADataCompressor": lzma.decompress}.get(compressor)
+    if unpack is None:
+        raise InputError(f"compressed with {compressor}; write it with zlib")
+    if first == 0:
+        return b""
+    head, start = taken(0, width * (3 + first))
+    sizes = np.frombuffer(head, header)[3:].astype(int)
+    packed = taken(start, int(sizes.sum()))[0]
+    ends = np.cumsum(sizes)
+    return b"".join(unpack(packed[end - size : end]) for end, size in zip(ends, sizes, strict=True))
+
+
+def _legacy(raw: bytes) -> PolyLines:
+    """Read the legacy format up to version 4.2, where LINES holds counts and numbers in one list."""
+    version, _, form, kind = raw.split(b"\n", 4)[:4]
+    if float(version.split()[-1]) > 4.2:
+        raise InputError("legacy .vtk of version 5; write version 4.2, or .vtp")
+    if kind.split() != [b"DATASET", b"POLYDATA"]:
+        raise InputError("not PolyData; export the centerlines as PolyData")
+    binary = form.strip() == b"BINARY"
+    number = re.search(rb"\nPOINTS (\d+) (\w+)[^\n]*\n", raw)
+    listed = re.search(rb"\nLINES (\d+) (\d+)[^\n]*\n", raw)
+    if number is None or listed is None:
+        raise InputError("no POINTS or no LINES; are these centerlines?")
+
+    def values(at: int, count: int, name: str) -> np.ndarray:
+        if binary:
+            return np.frombuffer(raw, ">" + _LEGACY[name], count, at)
+        found = np.array(raw[at : at + 64 * count].split(maxsplit=count)[:count], dtype=_LEGACY[name])
+        if len(found) < count:
+            raise InputError("truncated; write the file again")
+        return found
+
+    count = int(number[1])
+    points = values(number.end(), 3 * count, number[2].decode()).reshape(-1, 3).astype(float)
+    packed = values(listed.end(), int(listed[2]), "int").astype(np.int64)
+    lines, at = [], 0
+    for _ in range(int(listed[1])):
+        lines.append(packed[at + 1 : at + 1 + packed[at]])
+        at += 1 + packed[at]
+    fields = {}
+    for found in re.finditer(rb"\nSCALARS (\S+) (\w+)[^\n]*\nLOOKUP_TABLE [^\n]*\n", raw):
+        fields[found[1].decode()] = values(found.end(), count, found[2].decode())
+    for found in re.finditer(rb"\n(\S+) 1 %d (float|double) *\n" % count, raw):
+        fields[found[1].decode()] = values(found.end(), count, found[2].decode())
+    return PolyLines(points, tuple(lines), fields)

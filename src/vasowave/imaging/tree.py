@@ -1,0 +1,123 @@
+"""From center paths to vessels: cut at junctions, smooth, measure lengths and radii."""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial import cKDTree
+
+from vasowave.errors import InputError
+from vasowave.imaging.centerlines import Paths
+from vasowave.network import Network
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """Vessels in space; row i of every field is the same vessel, parents before daughters.
+
+    Attributes
+    ----------
+    lines : tuple of float array, shape (point, 4)
+        z, y, x, inscribed radius of each vessel from its junction to its end, cm.
+    parent : int array, shape (vessel,)
+        Row of the parent, -1 for the root.
+    """
+
+    lines: tuple[np.ndarray, ...]
+    parent: np.ndarray
+
+
+def vessel_tree(paths: Paths) -> Tree:
+    """Cut `paths` into vessels (see `cut_at_junctions`), smooth away the voxel stairs and measure radii anew."""
+    rough = cut_at_junctions(paths.points, paths.above)
+    surface = cKDTree(paths.surface)
+    return Tree(tuple(_smoothed(line, surface) for line in rough.lines), rough.parent)
+
+
+def cut_at_junctions(points: np.ndarray, above: np.ndarray, collapse: float = 0.6) -> Tree:
+    """Cut a tree of points into vessels and collapse junctions that lie inside one another.
+
+    An inner vessel shorter than `collapse` radii + the point distance is no vessel: its junctions are one.
+
+    Parameters
+    ----------
+    points : float array, shape (point, 4)
+        z, y, x, inscribed radius, cm.
+    above : int array, shape (point,)
+        The next point toward the root, -1 at the root.
+    collapse : float
+        In radii; 0 keeps every vessel longer than the point distance.
+
+    Raises
+    ------
+    InputError
+        No root or more than one, fewer than two points, a root from which several vessels leave.
+    """
+    starts = np.flatnonzero(above < 0)
+    if len(starts) != 1 or len(above) < 2:
+        raise InputError(f"the paths have {len(starts)} roots and {len(above)} points; one root is needed")
+    below: list[list[int]] = [[] for _ in above]
+    for point, up in enumerate(above):
+        if up >= 0:
+            below[up].append(point)
+    if len(below[starts[0]]) > 1:
+        raise InputError(f"{len(below[starts[0]])} vessels leave the first point of the root; move the root outward")
+    lines: list[np.ndarray] = []
+    parent: list[int] = []
+    waiting = deque((int(starts[0]), first, -1) for first in below[starts[0]])
+    while waiting:
+        junction, point, upstream = waiting.popleft()
+        run = [junction, point]
+        while len(below[run[-1]]) == 1:
+            run.append(below[run[-1]][0])
+        line = points[run]
+        if below[run[-1]] and upstream >= 0 and _length(line) < _shortest(line, collapse):
+            waiting.extend((run[-1], first, upstream) for first in below[run[-1]])
+            continue
+        waiting.extend((run[-1], first, len(lines)) for first in below[run[-1]])
+        lines.append(line)
+        parent.append(upstream)
+    return Tree(tuple(lines), np.array(parent))
+
+
+def _shortest(line: np.ndarray, collapse: float) -> float:
+    return float(collapse * line[:, 3].mean() + np.linalg.norm(line[1, :3] - line[0, :3]))
+
+
+def _length(line: np.ndarray) -> float:
+    """Length: sum of the distances of successive points, cm (eq. 1)."""
+    return float(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1).sum())
+
+
+def _smoothed(line: np.ndarray, surface: cKDTree) -> np.ndarray:
+    """Return `line` without the stairs of the voxel grid, radii measured anew; its ends stay."""
+    width = min(3.0, len(line) / 6)
+    ends = line[[0, -1], :3]
+    straight = np.linspace(ends[0], ends[1], len(line))
+    middle = straight + gaussian_filter1d(line[:, :3] - straight, width, axis=0, mode="mirror")
+    middle[[0, -1]] = ends
+    return np.column_stack([middle, surface.query(middle)[0]])
+
+
+def network_of(tree: Tree) -> Network:
+    """Return lengths and mean radii of `tree` (eq. 1); vessels are numbered from 1 in the order of the tree.
+
+    The radius is the mean over the points outside the junctions' inscribed balls and farther than a radius from a
+    free end; the median of all points where no such point exists.
+
+    Raises
+    ------
+    InputError
+        As `Network`.
+    """
+    ends = set(range(len(tree.lines))) - set(tree.parent.tolist())
+    length, radius = [], []
+    for row, line in enumerate(tree.lines):
+        run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1))])
+        typical = float(np.median(line[len(line) // 3 :, 3]))
+        tail = typical if row in ends else line[-1, 3]
+        away = (run > line[0, 3]) & (run < run[-1] - tail)
+        radius.append(float(line[away, 3].mean()) if away.any() else typical)
+        length.append(float(run[-1]))
+    return Network(tuple(str(i + 1) for i in range(len(length))), tree.parent, np.array(length), np.array(radius))
