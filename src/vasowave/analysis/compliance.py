@@ -1,0 +1,86 @@
+"""Compliance of the network and of its beds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.model import Model
+from vasowave.network import Network
+from vasowave.outlets import Windkessel
+from vasowave.walls import area_compliance
+
+
+@dataclass(frozen=True, eq=False)
+class Compliance:
+    """Compliances, ml/mmHg. The published rule and the plain sum of C_v differ widely: see docs/analysis.md.
+
+    Attributes
+    ----------
+    vessel : array, shape (vessel,)
+        L dA/dp of each vessel.
+    network_published, network_sum : float
+        C_v by the series/parallel rule (eqs. 28, 29), and as ΣL dA/dp.
+    peripheral : float
+        C_p = ΣĈ_p of the beds.
+    resistance : float
+        R_T, mmHg s/ml.
+    """
+
+    vessel: np.ndarray
+    network_published: float
+    network_sum: float
+    peripheral: float
+    resistance: float
+
+    def total(self, published: bool = True) -> float:
+        """C_T = C_v + ΣĈ_p (eq. 30)."""
+        return self.peripheral + (self.network_published if published else self.network_sum)
+
+    def peripheral_share(self, published: bool = True) -> float:
+        """C_p/C_T."""
+        return self.peripheral / self.total(published)
+
+    def time_constant(self, published: bool = True) -> float:
+        """τ = R_T C_T, s."""
+        return self.resistance * self.total(published)
+
+
+def compliance(model: Model, pressure: float | np.ndarray) -> Compliance:
+    """Compliances of a model, ml/mmHg (eqs. 25 to 30), at a transmural pressure (the paper takes the diastolic).
+
+    Parameters
+    ----------
+    model : Model
+        With `Windkessel` outlets.
+    pressure : float or array, shape (vessel,)
+        mmHg.
+
+    Raises
+    ------
+    InputError
+        Other outlets, or a pressure that is not finite or of another shape.
+    """
+    if not isinstance(model.outlets, Windkessel):
+        raise InputError("compliance needs Windkessel outlets; an impedance spectrum names no capacitor")
+    if np.shape(pressure) not in ((), (len(model.network),)) or not np.all(np.isfinite(pressure)):
+        raise InputError(f"pressure must be one finite number or {len(model.network)} of them")
+    vessel = model.network.length * area_compliance(model.wall, pressure, model.network.area0)
+    return Compliance(
+        vessel,
+        series_parallel(model.network, vessel),
+        float(vessel.sum()),
+        float(model.outlets.weighted_compliance().sum()),
+        model.outlets.total_resistance(),
+    )
+
+
+def series_parallel(network: Network, vessel: np.ndarray) -> float:
+    """C_v, ml/mmHg, by the published rule: each vessel in series with its daughters in parallel (eqs. 28, 29)."""
+    tree = np.array(vessel, dtype=float)
+    for rows in network.generations[::-1]:
+        for row in rows:
+            if network.daughters[row]:
+                below = sum(tree[d] for d in network.daughters[row])
+                tree[row] = tree[row] * below / (tree[row] + below)
+    return float(tree[network.root])

@@ -1,0 +1,105 @@
+"""Incident and reflected waves: separation, intensity, reflection coefficient."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave import units
+from vasowave.errors import InputError
+
+_WATT = units.MMHG * 1e-7
+"""One mmHg cm/s in W/cm²."""
+
+
+@dataclass(frozen=True, eq=False)
+class WaveIntensity:
+    """Separated waves of one period; time is the last axis of every array.
+
+    Attributes
+    ----------
+    forward_pressure, backward_pressure : array
+        p₊ and p₋, mmHg (eq. 15); both start at p(0), so p₊ + p₋ - p(0) = p.
+    forward_intensity, backward_intensity : array
+        Time-normalized WI₊ ≥ 0 and WI₋ ≤ 0, W/(cm² s²) (eq. 16).
+    reflection_coefficient : array
+        I_R = Δp₋/Δp₊ (eq. 17); the amplitude Δ is the largest minus the smallest value in the period.
+    drift : array
+        p₊ after one period minus p₊(0), mmHg; zero for a constant wave speed, not removed for a varying one.
+    """
+
+    forward_pressure: np.ndarray
+    backward_pressure: np.ndarray
+    forward_intensity: np.ndarray
+    backward_intensity: np.ndarray
+    reflection_coefficient: np.ndarray
+    drift: np.ndarray
+
+
+def wave_intensity(
+    pressure: np.ndarray,
+    flow: np.ndarray,
+    period: float,
+    area: float | np.ndarray,
+    wave_speed: float | np.ndarray,
+    inertia: float,
+) -> WaveIntensity:
+    """Separate the waves of a periodic signal and compute WI±, W/(cm² s²) (eqs. 15, 16, 17).
+
+    Nothing is smoothed; derivatives are central differences around the closed cycle.
+
+    Parameters
+    ----------
+    pressure, flow : array, shape (..., time)
+        mmHg and ml/s, evenly spaced over one period, the first sample not repeated.
+    period : float
+        T, s.
+    area, wave_speed : float or array, shape (..., time)
+        A (cm²) and c (cm/s), from the wall law; for measured data A0 and c = A0 Z_c/ρ (eq. 8).
+    inertia : float
+        Density, mmHg s²/cm², see `Blood.inertia`.
+
+    Raises
+    ------
+    InputError
+        Shapes that differ, values that are not finite, or A, c, ρ, T not positive.
+    """
+    p, q = np.asarray(pressure, dtype=float), np.asarray(flow, dtype=float)
+    if p.shape != q.shape or p.ndim == 0 or p.shape[-1] < 4:
+        raise InputError(f"pressure has shape {p.shape}, flow {q.shape}; give both on the same times, at least 4")
+    try:
+        A, c = (np.broadcast_to(np.asarray(value, dtype=float), p.shape) for value in (area, wave_speed))
+    except ValueError:
+        raise InputError(f"area or wave speed does not fit the shape {p.shape} of pressure") from None
+    for name, values in (("area", A), ("wave speed", c), ("density", inertia), ("period", period)):
+        if not np.all(np.isfinite(values) & (np.asarray(values) > 0)):
+            raise InputError(f"{name} must be positive and finite everywhere")
+    if not (np.all(np.isfinite(p)) and np.all(np.isfinite(q))):
+        raise InputError("pressure or flow holds a value that is not finite; fill the gap first")
+    u = q / A
+    acoustic = inertia * c
+    forward, drift = _accumulated(p, u, acoustic)
+    backward = p + p[..., :1] - forward
+    step = period / p.shape[-1]
+    dp, du = _derivative(p, step), _derivative(u, step)
+    plus, minus = 0.5 * (dp + acoustic * du), 0.5 * (dp - acoustic * du)
+    return WaveIntensity(
+        forward,
+        backward,
+        _WATT * plus**2 / acoustic,
+        -_WATT * minus**2 / acoustic,
+        np.ptp(backward, axis=-1) / np.ptp(forward, axis=-1),
+        drift,
+    )
+
+
+def _accumulated(p: np.ndarray, u: np.ndarray, acoustic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return p₊, starting at p(0), and its change over the closed cycle."""
+    mean = 0.5 * (acoustic + np.roll(acoustic, -1, axis=-1))
+    rises = 0.5 * (np.roll(p, -1, axis=-1) - p + mean * (np.roll(u, -1, axis=-1) - u))
+    total = np.cumsum(rises, axis=-1)
+    forward = p[..., :1] + np.concatenate([np.zeros_like(p[..., :1]), total[..., :-1]], axis=-1)
+    return forward, total[..., -1]
+
+
+def _derivative(values: np.ndarray, step: float) -> np.ndarray:
+    return (np.roll(values, -1, axis=-1) - np.roll(values, 1, axis=-1)) / (2 * step)
