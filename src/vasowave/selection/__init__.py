@@ -1,11 +1,24 @@
 """Which wall law the data prefer: residual covariance, regularization, AICc and BIC."""
 
+from vasowave.selection.compare import NOISE, compare_models, fit_noise
 from vasowave.selection.covariance import matern32, matern52, neural_network, periodic, regularize, squared_exponential
 from vasowave.selection.criteria import aicc, bic, log_likelihood, whiten
+from vasowave.selection.likelihood import KERNELS, Kernel, fit_circulant, fit_kernel
+from vasowave.selection.noise import CirculantNoise, DenseNoise, Noise
 
 __all__ = [
+    "KERNELS",
+    "NOISE",
+    "CirculantNoise",
+    "DenseNoise",
+    "Kernel",
+    "Noise",
     "aicc",
     "bic",
+    "compare_models",
+    "fit_circulant",
+    "fit_kernel",
+    "fit_noise",
     "log_likelihood",
     "matern32",
     "matern52",

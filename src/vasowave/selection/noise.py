@@ -1,0 +1,103 @@
+"""Noise models: what is known about the covariance of the residuals, as likelihood and as whitening."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.selection.criteria import log_likelihood, whiten
+
+
+class Noise(Protocol):
+    """What model comparison and generalized least squares ask of a noise model."""
+
+    @property
+    def weight(self) -> float:
+        """λ of the regularization; 0 where none is needed."""
+        ...
+
+    @property
+    def hyperparameters(self) -> dict[str, float]:
+        """Fitted values by name, with units in the names."""
+        ...
+
+    def log_likelihood(self, residuals: np.ndarray) -> float:
+        """Gaussian log-likelihood of residuals, shape (sample,) (eq. 23)."""
+        ...
+
+    def whiten(self, values: np.ndarray) -> np.ndarray:
+        """Return residuals (sample,) or a Jacobian (sample, parameter) in coordinates where the noise is white."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class DenseNoise:
+    """Any covariance matrix Σ*, mmHg², shape (sample, sample), regularized with λ = `weight`."""
+
+    covariance: np.ndarray
+    weight: float
+    hyperparameters: dict[str, float]
+
+    def log_likelihood(self, residuals: np.ndarray) -> float:
+        """Gaussian log-likelihood (eq. 23)."""
+        return log_likelihood(residuals, self.covariance)
+
+    def whiten(self, values: np.ndarray) -> np.ndarray:
+        """Return L⁻¹ values with Σ* = LLᵀ."""
+        return whiten(values, self.covariance)
+
+
+@dataclass(frozen=True, eq=False)
+class CirculantNoise:
+    """Periodic stationary noise: its covariance is circulant, so Fourier coefficients are independent.
+
+    Attributes
+    ----------
+    power : array, shape (sample//2 + 1,)
+        Eigenvalues S_k of the covariance at harmonics 0 … N//2, mmHg².
+    samples : int
+        N.
+    hyperparameters : dict
+    """
+
+    power: np.ndarray
+    samples: int
+    hyperparameters: dict[str, float]
+    weight: float = 0.0
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """The circulant matrix itself, mmHg², shape (sample, sample)."""
+        from scipy.linalg import circulant
+
+        return circulant(np.fft.irfft(self.power, self.samples))
+
+    def log_likelihood(self, residuals: np.ndarray) -> float:
+        """Gaussian log-likelihood (eq. 23), summed over harmonics; no matrix is formed."""
+        white = self.whiten(residuals)
+        every = self.power[real_harmonics(self.samples)]
+        return float(-0.5 * (self.samples * np.log(2 * np.pi) + np.log(every).sum() + white @ white))
+
+    def whiten(self, values: np.ndarray) -> np.ndarray:
+        """Return the real Fourier coefficients divided by their standard deviations; shape as `values`."""
+        values = np.asarray(values, dtype=float)
+        if len(values) != self.samples:
+            raise InputError(f"{len(values)} residuals, but the noise model was fitted to {self.samples}")
+        scale = np.sqrt(self.power[real_harmonics(self.samples)])
+        return real_fourier(values) / scale.reshape(-1, *([1] * (values.ndim - 1)))
+
+
+def real_fourier(values: np.ndarray) -> np.ndarray:
+    """Orthonormal real Fourier coefficients along the first axis: cosines 0 … N//2, then sines 1 … (N-1)//2."""
+    count = len(values)
+    spectrum = np.fft.rfft(values, axis=0) / np.sqrt(count)
+    inner = slice(1, (count - 1) // 2 + 1)
+    cosines = spectrum.real.copy()
+    cosines[inner] *= np.sqrt(2)
+    return np.concatenate([cosines, -np.sqrt(2) * spectrum.imag[inner]])
+
+
+def real_harmonics(count: int) -> np.ndarray:
+    """Harmonic of each coefficient that `real_fourier` returns."""
+    return np.concatenate([np.arange(count // 2 + 1), np.arange(1, (count - 1) // 2 + 1)])

@@ -1,0 +1,152 @@
+import numpy as np
+import pytest
+from scipy.linalg import circulant, toeplitz
+from scipy.stats import multivariate_normal
+
+from vasowave import selection
+from vasowave.errors import InputError
+from vasowave.selection.likelihood import _kernel_objective
+
+T, N = 0.11, 64
+TIME = np.arange(N) * T / N
+D = {"linear": 4, "tangent": 5}
+
+
+def drawn(covariance, count, seed):
+    return np.random.default_rng(seed).multivariate_normal(np.zeros(len(covariance)), covariance, count)
+
+
+def periodic_power(count=N):
+    return 2.0 * ((1 + (np.arange(count // 2 + 1) / 3.0) ** 2) ** -1.5 + 0.01)
+
+
+def two_series(seed=5):
+    return dict(zip(D, drawn(0.25 * selection.matern32(TIME, 0.01), 2, seed)))
+
+
+@pytest.mark.parametrize("count", [N, N - 1])
+def test_the_circulant_likelihood_is_that_of_its_dense_matrix(count):
+    power = periodic_power(count)
+    noise = selection.CirculantNoise(power, count, {})
+    dense = circulant(np.fft.irfft(power, count))
+    residuals = drawn(dense, 1, 0)[0]
+    assert noise.log_likelihood(residuals) == pytest.approx(multivariate_normal(cov=dense).logpdf(residuals))
+    white = noise.whiten(np.linalg.cholesky(dense))
+    np.testing.assert_allclose(white @ white.T, np.eye(count), atol=1e-10)
+    np.testing.assert_allclose(noise.covariance, dense, atol=1e-12)
+
+
+def test_the_spectrum_of_periodic_noise_is_found_again():
+    dense = circulant(np.fft.irfft(periodic_power(), N))
+    found = selection.fit_circulant(drawn(dense, 400, 1), np.random.default_rng(0))
+    # 400 series: each harmonic's power has a standard error of √(2/800) = 5 %, a fit of four numbers less.
+    np.testing.assert_allclose(found.power, periodic_power(), rtol=0.08)
+
+
+@pytest.mark.parametrize("name", selection.KERNELS)
+def test_the_gradient_of_the_likelihood_is_its_slope(name):
+    kernel, residuals = selection.KERNELS[name], drawn(selection.matern32(TIME, 0.01), 2, 2)
+    x = np.array([0.5 * np.log(low * high) for _, low, high, _ in kernel.hyperparameters]) + 0.1
+    slopes = [
+        (value(1e-5) - value(-1e-5)) / 2e-5
+        for value in (
+            lambda step, e=e: _kernel_objective(kernel.matrix, TIME / T, residuals, x + step * e)[0]
+            for e in np.eye(len(x))
+        )
+    ]
+    np.testing.assert_allclose(_kernel_objective(kernel.matrix, TIME / T, residuals, x)[1], slopes, rtol=1e-4)
+
+
+def test_the_fitted_kernel_has_the_greatest_likelihood_of_a_grid_and_is_near_the_truth():
+    residuals = drawn(0.25 * selection.matern32(TIME, 0.01), 60, 3)
+    fitted, values = selection.fit_kernel(selection.KERNELS["Matern 3/2"], residuals, T, np.random.default_rng(0))
+    assert values["length [s]"] == pytest.approx(0.01, rel=0.05)
+    assert values["amplitude [mmHg2]"] == pytest.approx(0.25, rel=0.15)
+
+    def joint(sigma):
+        return multivariate_normal(cov=selection.regularize(sigma)[0]).logpdf(residuals).sum()
+
+    for length in values["length [s]"] * np.array([0.97, 1.03]):
+        assert joint(fitted) > joint(values["amplitude [mmHg2]"] * selection.matern32(TIME, length))
+    assert joint(fitted) > joint(1.03 * fitted)
+    assert joint(fitted) > joint(0.97 * fitted)
+
+
+def test_the_one_norm_is_met_by_the_smallest_weight_that_meets_it():
+    sigma = 2.5 * selection.squared_exponential(TIME, 0.02)
+    better, weight = selection.regularize(sigma, norm=1)
+    assert np.linalg.cond(better, 1) == pytest.approx(1e4, rel=1e-4)
+    less = (1 - 0.99 * weight) * sigma + 0.99 * weight * 2.5 * np.eye(N)
+    assert np.linalg.cond(less, 1) > 1e4
+    assert weight > selection.regularize(sigma)[1]
+    assert selection.regularize(toeplitz([2.0, 1.0, 0.0]), norm=1)[1] == 0
+    with pytest.raises(InputError, match="norm"):
+        selection.regularize(sigma, norm=3)
+
+
+def test_discarding_at_a_tenth_happens_in_the_one_norm_only():
+    t = np.arange(512) / 512
+    for length, discarded in ((0.2, False), (1.0, True)):
+        sigma = selection.squared_exponential(t, length)
+        assert (selection.regularize(sigma, norm=1)[1] > 0.1) == discarded
+        assert selection.regularize(sigma, norm=2)[1] < 512 / (1e4 - 1 + 512)
+
+
+def test_the_table_has_the_scores_of_eq_21_to_23_best_first():
+    residuals = two_series()
+    table = selection.compare_models(residuals, D, T, noise=("Matern 3/2", "circulant"))
+    assert len(table) == 8
+    noise = selection.fit_noise("Matern 3/2", np.stack(list(residuals.values())), T, rng=np.random.default_rng(0))
+    for row in table[table["noise"] == "Matern 3/2"].itertuples():
+        logL = multivariate_normal(cov=noise.covariance).logpdf(residuals[row.model])
+        D_, expected = D[row.model], -2 * logL
+        expected += D_ * np.log(N) if row.criterion == "BIC" else 2 * D_ * N / (N - D_ - 1)
+        assert row.score == pytest.approx(expected)
+    for _, scores in table.groupby(["noise", "criterion"])["score"]:
+        assert scores.is_monotonic_increasing
+
+
+@pytest.mark.parametrize("sharing", ["joint", "average"])
+def test_another_unit_of_pressure_changes_no_difference(sharing):
+    residuals = two_series()
+    plain = selection.compare_models(residuals, D, T, sharing=sharing)
+    scaled = selection.compare_models({k: 0.1333 * r for k, r in residuals.items()}, D, T, sharing=sharing)
+    np.testing.assert_allclose(scaled["difference"], plain["difference"], atol=1e-3)
+    np.testing.assert_allclose(scaled["score"] - plain["score"], 2 * N * np.log(0.1333), atol=1e-3)
+
+
+def test_equal_residuals_prefer_fewer_parameters_by_less_than_can_be_decided():
+    r = two_series()["linear"]
+    table = selection.compare_models({"tangent": r, "linear": r}, D, T, noise=("circulant",))
+    assert table["model"].tolist() == ["linear", "tangent"] * 2
+    assert set(table["verdict"]) == {"undecided"}
+    assert table.loc[table["criterion"] == "BIC", "difference"].max() == pytest.approx(np.log(N))
+
+
+def test_a_noise_model_that_needs_too_much_regularization_stands_last_with_its_weight():
+    table = selection.compare_models(
+        two_series(), D, T, noise=("periodic", "Matern 3/2"), norm=1, largest_weight=1.5e-3
+    )
+    weights = table.groupby("noise")["lambda"].first()
+    assert weights["periodic"] > 1.5e-3 > weights["Matern 3/2"]
+    assert table["noise"].tolist() == ["Matern 3/2"] * 4 + ["periodic"] * 4
+    assert set(table.loc[table["noise"] == "periodic", "verdict"]) == {"discarded"}
+
+
+@pytest.mark.parametrize(
+    ("residuals", "words"),
+    [
+        ({"linear": np.ones(N)}, "two models"),
+        ({"linear": np.ones(N), "tangent": np.zeros(N)}, "tangent"),
+        ({"linear": np.ones(N), "tangent": np.ones(N - 1)}, "shape"),
+        ({"linear": np.ones(N), "other": np.ones(N)}, "n_parameters"),
+    ],
+)
+def test_residuals_that_cannot_be_compared_are_refused(residuals, words):
+    with pytest.raises(InputError, match=words):
+        selection.compare_models(residuals, D, T)
+
+
+def test_an_unknown_noise_model_is_named_with_the_known_ones():
+    with pytest.raises(InputError, match=r"Matern 7/2.*circulant"):
+        selection.compare_models(two_series(), D, T, noise=("Matern 7/2",))
