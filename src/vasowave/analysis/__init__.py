@@ -1,15 +1,24 @@
-"""What waveforms and calibrated models say: waves, impedance, compliance."""
+"""What waveforms and calibrated models say: waves, impedance, compliance, and what changes along the tree."""
 
+from vasowave.analysis.characteristic import characteristic_impedances
 from vasowave.analysis.compliance import Compliance, compliance
+from vasowave.analysis.events import WAVES, largest_waves, named_waves
 from vasowave.analysis.impedance import InputImpedance, fourier_series, impedance
+from vasowave.analysis.tree import pressure_drop, wave_speeds
 from vasowave.analysis.waves import WaveIntensity, wave_intensity
 
 __all__ = [
+    "WAVES",
     "Compliance",
     "InputImpedance",
     "WaveIntensity",
+    "characteristic_impedances",
     "compliance",
     "fourier_series",
     "impedance",
+    "largest_waves",
+    "named_waves",
+    "pressure_drop",
     "wave_intensity",
+    "wave_speeds",
 ]
