@@ -1,8 +1,19 @@
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
-from vasowave.cohort import contrasts, describe, exact_mann_whitney, holm, what_n_can_show
+from vasowave.cohort import (
+    contrasts,
+    describe,
+    exact_mann_whitney,
+    hedges_g,
+    holm,
+    leave_one_out,
+    pairwise_contrasts,
+    several_groups,
+    what_n_can_show,
+)
 from vasowave.datasets import published_table
 from vasowave.errors import InputError
 
@@ -38,3 +49,78 @@ def test_groups_with_any_labels_are_described():
     assert found["mean"].round(1).tolist() == [56.3, 116.8]
     with pytest.raises(InputError, match="gamma"):
         describe(table, ["gamma"])
+
+
+def test_the_interval_of_hedges_g_holds_the_truth_as_often_as_it_says():
+    rng = np.random.default_rng(0)
+    inside = 0
+    for _ in range(1000):
+        _, low, high = hedges_g(rng.normal(0, 2, 7), rng.normal(3, 2, 5))
+        inside += low <= 1.5 * (1 - 3 / 39) <= high
+    # Binomial standard error of 95 % in 1000: 0.7 %.
+    assert 0.93 < inside / 1000 < 0.97
+
+
+def test_hedges_g_is_the_t_statistic_scaled_and_its_interval_touches_zero_at_the_t_test():
+    x, y = np.array([3.0, 4.5, 5.0, 2.0, 4.0]), np.array([6.0, 5.5, 4.9, 7.5])
+    test = stats.ttest_ind(y, x)
+    g, _, _ = hedges_g(x, y)
+    assert g == pytest.approx(test.statistic * np.sqrt(1 / 5 + 1 / 4) * (1 - 3 / (4 * 9 - 9)))
+    assert hedges_g(x, y, level=1 - test.pvalue)[1] == pytest.approx(0, abs=1e-4)
+    low, high = (bound / ((1 - 3 / 27) * np.sqrt(9 / 20)) for bound in hedges_g(x, y)[1:])
+    assert stats.nct.cdf(test.statistic, 7, [low, high]) == pytest.approx([0.975, 0.025], abs=1e-5)
+    with pytest.raises(InputError, match="variation"):
+        hedges_g(np.ones(3), np.ones(3))
+
+
+def test_one_animal_that_carries_the_result_is_found_out():
+    rng = np.random.default_rng(3)
+    values = np.concatenate([rng.uniform(1, 2, 7), rng.uniform(2.1, 3, 4), [1.0]])
+    table = pd.DataFrame({"group": ["a"] * 7 + ["b"] * 5, "x": values}, index=[f"m{i}" for i in range(12)])
+    found = leave_one_out(table, ["x"], "a", "b").set_index("left out")
+    assert len(found) == 12
+    assert found["ratio shift"].idxmax() == "m11"
+    apart = table.drop("m11")
+    assert found.loc["m11", "p"] == pytest.approx(
+        stats.mannwhitneyu(*(apart.loc[apart.group == g, "x"] for g in "ab"), method="exact").pvalue
+    )
+    assert found.loc["m11", "decides"] == (
+        (found.loc["m11", "p"] < 0.05) != (contrasts(table, ["x"], "a", "b")["p"][0] < 0.05)
+    )
+    with pytest.raises(InputError, match="three animals"):
+        leave_one_out(table.iloc[5:9], ["x"], "a", "b")
+
+
+def three_groups():
+    table = published_table("optimized_linear")
+    table = table.assign(group=["sham", "early", "late"] * 4)
+    table.loc[table["group"] == "late", BETA] *= 3
+    return table
+
+
+def test_kruskal_wallis_has_the_statistic_of_scipy_and_the_p_of_all_relabelings():
+    table = pd.DataFrame({"group": list("aabbcc"), "x": [1.0, 2.0, 2.0, 4.0, 5.0, 6.0]})
+    samples = [table.loc[table.group == g, "x"] for g in "abc"]
+    exact = stats.permutation_test(
+        samples,
+        lambda *s: stats.kruskal(*s).statistic,
+        permutation_type="independent",
+        alternative="greater",
+        n_resamples=720,
+    )
+    found = several_groups(table, ["x"]).iloc[0]
+    assert found["H"] == pytest.approx(stats.kruskal(*samples).statistic)
+    # Standard error of a share p of 20000 relabelings: √(p/20000); four of them.
+    assert found["p"] == pytest.approx(exact.pvalue, abs=4 * np.sqrt(exact.pvalue / 20_000))
+
+
+def test_three_groups_are_compared_two_by_two_with_holm_over_all():
+    found = pairwise_contrasts(three_groups(), [BETA, S])
+    assert (
+        list(zip(found["reference"], found["other"]))
+        == [("sham", "early")] * 2 + [("sham", "late")] * 2 + [("early", "late")] * 2
+    )
+    np.testing.assert_allclose(found["p Holm"], holm(found["p"].to_numpy()))
+    assert several_groups(three_groups(), [BETA])["groups"][0] == 3
+    with pytest.raises(InputError, match="two labels"):
+        several_groups(three_groups().assign(group="one"), [BETA])

@@ -38,7 +38,7 @@ def contrasts(
 ) -> pd.DataFrame:
     """Compare two groups: η (eq. 20), ratio of geometric means with Welch interval, exact Mann-Whitney, Holm.
 
-    Hedges' g is given without an interval. The ratio needs positive values.
+    Hedges' g stands with its interval from the noncentral t distribution. The ratio needs positive values.
 
     Raises
     ------
@@ -55,16 +55,124 @@ def contrasts(
         if min(x.min(), y.min()) <= 0:
             raise InputError(f"'{quantity}' holds a value that is not positive; a ratio needs positive values")
         welch = stats.ttest_ind(np.log(y), np.log(x), equal_var=False).confidence_interval(level)
-        pooled = np.sqrt(((len(x) - 1) * x.var(ddof=1) + (len(y) - 1) * y.var(ddof=1)) / (len(x) + len(y) - 2))
-        small = 1 - 3 / (4 * (len(x) + len(y)) - 9)
         ratio = np.exp(np.log(y).mean() - np.log(x).mean())
         p = exact_mann_whitney(x, y)
         eta = importance_index(x.mean(), y.mean())
-        g = small * (y.mean() - x.mean()) / pooled
-        rows.append((quantity, eta, ratio, np.exp(welch.low), np.exp(welch.high), g, p))
-    found = pd.DataFrame(rows, columns=["quantity", "eta", "ratio", "ratio low", "ratio high", "Hedges g", "p"])
+        rows.append((quantity, eta, ratio, np.exp(welch.low), np.exp(welch.high), *hedges_g(x, y, level), p))
+    columns = ["quantity", "eta", "ratio", "ratio low", "ratio high", "Hedges g", "g low", "g high", "p"]
+    found = pd.DataFrame(rows, columns=columns)
     found["p Holm"] = holm(found["p"].to_numpy())
     return found
+
+
+def leave_one_out(table: pd.DataFrame, quantities: list[str], reference: str, other: str) -> pd.DataFrame:
+    """Repeat `contrasts` without each animal in turn, to see whether one of them carries the result.
+
+    Returns
+    -------
+    DataFrame
+        One row per quantity and animal: ``left out`` (the index of `table`), ``group``, ``eta``, ``ratio``,
+        ``Hedges g`` and ``p`` without it, ``ratio shift``, that ratio over the one of all animals, and ``decides``:
+        whether leaving it out moves p across 0.05 (before Holm).
+
+    Raises
+    ------
+    InputError
+        As `contrasts`; a group with fewer than three animals.
+    """
+    pair = table[table["group"].isin([reference, other])] if "group" in table.columns else table
+    everyone = contrasts(pair, quantities, reference, other)
+    if pair["group"].value_counts().min() < 3:
+        raise InputError(f"leaving one animal out needs three animals in each of '{reference}' and '{other}'")
+    parts = []
+    for row, animal in enumerate(pair.index):
+        without = contrasts(pair[np.arange(len(pair)) != row], quantities, reference, other)
+        part = without[["quantity", "eta", "ratio", "Hedges g", "p"]].copy()
+        part.insert(1, "left out", animal)
+        part.insert(2, "group", pair["group"].iloc[row])
+        part["ratio shift"] = without["ratio"] / everyone["ratio"]
+        part["decides"] = (without["p"] < 0.05) != (everyone["p"] < 0.05)
+        parts.append(part)
+    return pd.concat(parts, ignore_index=True).sort_values("quantity", kind="stable", ignore_index=True)
+
+
+def several_groups(
+    table: pd.DataFrame, quantities: list[str], rng: np.random.Generator | None = None, permutations: int = 20_000
+) -> pd.DataFrame:
+    """Kruskal-Wallis test over all groups, its p from random relabelings of the animals, Holm over the quantities.
+
+    With these group sizes the χ² approximation is poor, and all relabelings are too many: the p value counts those
+    with at least the observed H, the observed one included, so it is never below 1/(permutations + 1).
+
+    Raises
+    ------
+    InputError
+        As `describe`; fewer than two groups.
+    """
+    rng = rng or np.random.default_rng(0)
+    labels = table["group"].unique().tolist() if "group" in table.columns else []
+    if len(labels) < 2:
+        raise InputError("a comparison needs a column 'group' with at least two labels")
+    rows = []
+    for quantity in quantities:
+        samples = [_values(table, quantity, label) for label in labels]
+        sizes = [len(x) for x in samples]
+        H, drawn = _kruskal(samples, rng, permutations)
+        p = (1 + np.sum(drawn >= H - 1e-9)) / (permutations + 1)
+        rows.append((quantity, len(labels), sum(sizes), H, float(p)))
+    found = pd.DataFrame(rows, columns=["quantity", "groups", "n", "H", "p"])
+    found["p Holm"] = holm(found["p"].to_numpy())
+    return found
+
+
+def pairwise_contrasts(table: pd.DataFrame, quantities: list[str], level: float = 0.95) -> pd.DataFrame:
+    """`contrasts` of every pair of groups, first-named as reference; Holm runs over all pairs and quantities."""
+    from itertools import combinations
+
+    labels = table["group"].unique().tolist() if "group" in table.columns else []
+    parts = []
+    for reference, other in combinations(labels, 2):
+        part = contrasts(table, quantities, reference, other, level)
+        part.insert(0, "reference", reference)
+        part.insert(1, "other", other)
+        parts.append(part)
+    if not parts:
+        raise InputError("a comparison needs a column 'group' with at least two labels")
+    found = pd.concat(parts, ignore_index=True)
+    found["p Holm"] = holm(found["p"].to_numpy())
+    return found
+
+
+def hedges_g(x: np.ndarray, y: np.ndarray, level: float = 0.95) -> tuple[float, float, float]:
+    """Hedges' g of y against x with its interval, by inverting the noncentral t distribution (equal variances).
+
+    Raises
+    ------
+    InputError
+        Fewer than two values in a group, or no variation in either.
+    """
+    from scipy.optimize import brentq
+    from scipy.special import gammaincinv, ndtr
+
+    if min(len(x), len(y)) < 2:
+        raise InputError("Hedges' g needs two values in each group")
+    freedom = len(x) + len(y) - 2
+    pooled = np.sqrt(((len(x) - 1) * x.var(ddof=1) + (len(y) - 1) * y.var(ddof=1)) / freedom)
+    if not pooled > 0:
+        raise InputError("Hedges' g needs variation within a group")
+    scale = np.sqrt(1 / len(x) + 1 / len(y))
+    t = float((y.mean() - x.mean()) / pooled / scale)
+
+    # The noncentral t distribution, averaged over the pooled SD; SciPy's own is NaN far out in its tail.
+    u, share = np.polynomial.legendre.leggauss(400)
+    sd = np.sqrt(2 * gammaincinv(freedom / 2, 0.5 * (1 + u)) / freedom)
+
+    def center(tail: float) -> float:
+        reach = 10 + 5 * abs(t)
+        return float(brentq(lambda shift: 0.5 * share @ ndtr(t * sd - shift) - tail, t - reach, t + reach))
+
+    correction = (1 - 3 / (4 * freedom - 1)) * scale
+    return correction * t, correction * center((1 + level) / 2), correction * center((1 - level) / 2)
 
 
 def importance_index(reference: float, other: float) -> float:
@@ -115,3 +223,22 @@ def _values(table: pd.DataFrame, quantity: str, label: str) -> np.ndarray:
     if len(x) == 0 or not np.all(np.isfinite(x)):
         raise InputError(f"'{quantity}' of group '{label}' is empty or holds a value that is not finite")
     return x
+
+
+def _kruskal(samples: list[np.ndarray], rng: np.random.Generator, permutations: int) -> tuple[float, np.ndarray]:
+    """Return H of the samples, corrected for ties, and H of random relabelings."""
+    from scipy.stats import rankdata
+
+    ranks = rankdata(np.concatenate(samples))
+    sizes = np.array([len(x) for x in samples])
+    spread = ((ranks - ranks.mean()) ** 2).sum() / (len(ranks) - 1)
+    if spread == 0:
+        return 0.0, np.zeros(permutations)
+    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+
+    def statistic(rows: np.ndarray) -> np.ndarray:
+        means = np.add.reduceat(rows, starts, axis=-1) / sizes
+        return (sizes * (means - ranks.mean()) ** 2).sum(-1) / spread
+
+    shuffled = rng.permuted(np.tile(ranks, (permutations, 1)), axis=1)
+    return float(statistic(ranks)), statistic(shuffled)
