@@ -54,11 +54,11 @@ def test_groups_with_any_labels_are_described():
 def test_the_interval_of_hedges_g_holds_the_truth_as_often_as_it_says():
     rng = np.random.default_rng(0)
     inside = 0
-    for _ in range(1000):
+    for _ in range(500):
         _, low, high = hedges_g(rng.normal(0, 2, 7), rng.normal(3, 2, 5))
         inside += low <= 1.5 * (1 - 3 / 39) <= high
-    # Binomial standard error of 95 % in 1000: 0.7 %.
-    assert 0.93 < inside / 1000 < 0.97
+    # Binomial standard error of 95 % in 500: 1 %.
+    assert 0.92 < inside / 500 < 0.98
 
 
 def test_hedges_g_is_the_t_statistic_scaled_and_its_interval_touches_zero_at_the_t_test():
@@ -68,7 +68,7 @@ def test_hedges_g_is_the_t_statistic_scaled_and_its_interval_touches_zero_at_the
     assert g == pytest.approx(test.statistic * np.sqrt(1 / 5 + 1 / 4) * (1 - 3 / (4 * 9 - 9)))
     assert hedges_g(x, y, level=1 - test.pvalue)[1] == pytest.approx(0, abs=1e-4)
     low, high = (bound / ((1 - 3 / 27) * np.sqrt(9 / 20)) for bound in hedges_g(x, y)[1:])
-    assert stats.nct.cdf(test.statistic, 7, [low, high]) == pytest.approx([0.975, 0.025], abs=1e-5)
+    assert stats.nct.cdf(test.statistic, 7, [low, high]) == pytest.approx([0.975, 0.025], abs=2e-5)
     with pytest.raises(InputError, match="variation"):
         hedges_g(np.ones(3), np.ones(3))
 

@@ -164,12 +164,13 @@ def hedges_g(x: np.ndarray, y: np.ndarray, level: float = 0.95) -> tuple[float, 
     t = float((y.mean() - x.mean()) / pooled / scale)
 
     # The noncentral t distribution, averaged over the pooled SD; SciPy's own is NaN far out in its tail.
-    u, share = np.polynomial.legendre.leggauss(400)
-    sd = np.sqrt(2 * gammaincinv(freedom / 2, 0.5 * (1 + u)) / freedom)
+    turn = (np.arange(400) + 0.5) * np.pi / 400  # quantiles that crowd towards 0 and 1, where the tails are
+    sd = np.sqrt(2 * gammaincinv(freedom / 2, 0.5 * (1 - np.cos(turn))) / freedom)
+    share = np.sin(turn) / np.sin(turn).sum()
 
     def center(tail: float) -> float:
         reach = 10 + 5 * abs(t)
-        return float(brentq(lambda shift: 0.5 * share @ ndtr(t * sd - shift) - tail, t - reach, t + reach))
+        return float(brentq(lambda shift: (share * ndtr(t * sd - shift)).sum() - tail, t - reach, t + reach))
 
     correction = (1 - 3 / (4 * freedom - 1)) * scale
     return correction * t, correction * center((1 + level) / 2), correction * center((1 - level) / 2)
