@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.imaging.tree import Tree
+from vasowave.imaging.radii import densitometric_radius
+from vasowave.imaging.tree import Tree, distance_along
+from vasowave.imaging.volume import Volume
 
 PE90_RADIUS = 0.043
 """Inner radius of PE-90 tubing, cm."""
@@ -21,7 +23,7 @@ def cannula_tip(line: np.ndarray) -> int:
     InputError
         A line too short, or one whose two radii differ by less than 3 %: no cannula can be told from the vessel.
     """
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1))])
+    run = distance_along(line)
     typical = np.median(line[:, 3])
     inner = np.flatnonzero((run > 1.2 * typical) & (run < run[-1] - 1.2 * typical))
     if len(inner) < 12:
@@ -37,14 +39,26 @@ def cannula_tip(line: np.ndarray) -> int:
     return int(inner[best])
 
 
-def without_cannula(tree: Tree) -> tuple[Tree, float]:
-    """Return `tree` with its root cut at the cannula's tip, and the cannula's mean radius, cm."""
+def without_cannula(tree: Tree) -> tuple[Tree, np.ndarray]:
+    """Return `tree` with its root cut at the cannula's tip, and the cannula's line from its outer end to the tip."""
     root = int(np.flatnonzero(tree.parent < 0)[0])
     line = tree.lines[root]
     tip = cannula_tip(line)
-    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1))])
-    inside = (run > 1.2 * np.median(line[:, 3])) & (run < run[tip] - 0.5 * line[tip, 3])
-    measured = float(line[inside, 3].mean()) if inside.any() else float(line[tip // 2, 3])
     lines = list(tree.lines)
     lines[root] = line[tip:]
-    return replace(tree, lines=tuple(lines)), measured
+    return replace(tree, lines=tuple(lines)), line[: tip + 1]
+
+
+def cannula_radius(line: np.ndarray, volume: Volume, lumen: float) -> float:
+    """Return the densitometric radius of the cannula's `line`, cm, the estimator of the vessels' radii.
+
+    Raises
+    ------
+    InputError
+        If the line has no stretch clear of its outer end and its tip.
+    """
+    run, typical = distance_along(line), float(np.median(line[:, 3]))
+    free = np.flatnonzero((run > 1.2 * typical) & (run < run[-1] - 0.5 * typical))
+    if len(free) == 0:
+        raise InputError(f"the cannula shows only {run[-1]:.3g} cm, too little to measure its radius; give the spacing")
+    return densitometric_radius(line, free, typical, volume, lumen)

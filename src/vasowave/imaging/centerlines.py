@@ -64,7 +64,7 @@ def center_paths(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | No
     rows = np.flatnonzero(kept)
     new = np.full(len(voxels), -1)
     new[rows] = np.arange(len(rows))
-    up = np.where(rows == start, -1, new[above[rows]])
+    up = np.where(rows == start, -1, new[np.maximum(above[rows], 0)])
     points = np.column_stack([voxels[rows] * lumen.spacing + lumen.origin, depth[rows] * lumen.spacing])
     return Paths(points, up, surface)
 

@@ -12,14 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.cannula import PE90_RADIUS, without_cannula
+from vasowave.imaging.cannula import PE90_RADIUS, cannula_radius, without_cannula
 from vasowave.imaging.centerlines import center_paths
 from vasowave.imaging.junctions import with_met_axes
-from vasowave.imaging.radii import densitometric_radii
-from vasowave.imaging.segmentation import segment
-from vasowave.imaging.tree import Tree, network_of, vessel_tree
+from vasowave.imaging.loops import loop_count, loop_places
+from vasowave.imaging.radii import densitometric_radii, lumen_grey
+from vasowave.imaging.segmentation import Segmentation, segment
+from vasowave.imaging.terminals import with_ends_at_the_surface
+from vasowave.imaging.tree import Tree, free_length, network_of, vessel_tree
 from vasowave.imaging.volume import Volume, isotropic, read_volume
 from vasowave.network import Network
+
+RELIABLE = 2.0
+"""A radius is reliable if it was measured over a free length of at least this many radii."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +61,13 @@ class Extraction:
     network : Network
         Radii are densitometric where a vessel has a free stretch, inscribed elsewhere.
     tree : Tree
-    inscribed, densitometric, radius_sd : float array, shape (vessel,)
-        Radii and the SD of the inscribed radius over the thresholds, cm; NaN where not measured.
+    inscribed, densitometric : float array, shape (vessel,)
+        Radii by the two estimators, cm; NaN where not measured.
+    radius_sd : float array, shape (vessel,)
+        SD of `network.radius` over three thresholds, each vessel by its own estimator, cm; NaN if it was not
+        measured at all three.
+    reliable : bool array, shape (vessel,)
+        Whether the vessel's free length is at least two radii and its radius densitometric.
     scale : float
         Known over measured radius of the cannula; 1 without a cannula. It is reported, not applied.
     """
@@ -67,6 +77,7 @@ class Extraction:
     inscribed: np.ndarray
     densitometric: np.ndarray
     radius_sd: np.ndarray
+    reliable: np.ndarray
     scale: float
 
 
@@ -88,49 +99,86 @@ def extract(volume: Volume | str | Path, options: Options, progress: Callable[[s
     Warns
     -----
     VasowaveWarning
-        The cannula contradicts the file's voxel size by more than 1 %; another threshold gives another tree.
+        The cannula contradicts the file's voxel size by more than 1 %; another threshold gives another tree; the lumen
+        closes loops.
     """
     say = progress or (lambda stage: None)
     say("volume")
     volume = isotropic(volume if isinstance(volume, Volume) else read_volume(volume, options.spacing))
     say("centerlines")
-    tree, measured = _tree(volume, options, options.threshold)
+    tree, cannula = _tree(volume, options, options.threshold, report_loops=True)
     first = network_of(tree)
     say("radii")
     dense = densitometric_radii(tree, volume, first.radius)
-    say("uncertainty")
-    others = [_radii_at(volume, options, factor, first) for factor in (0.8, 1.2)]
-    spread = np.std([first.radius, *others], axis=0, ddof=1)
-    scale = 1.0 if measured is None or options.cannula_radius is None else options.cannula_radius / measured
-    if abs(scale - 1) > 0.01:
-        _warn(
-            f"the cannula measures {measured:.4g} cm instead of {options.cannula_radius:.4g}: its scale differs by "
-            f"{100 * (scale - 1):+.1f} % from the file's voxel size, which was used; check the spacing or threshold"
-        )
     radius = np.where(np.isfinite(dense), dense, first.radius)
+    scale = _scale(cannula, volume, tree, options.cannula_radius)
+    say("uncertainty")
+    found = [radius, *(_radii_at(volume, options, factor, first, np.isfinite(dense)) for factor in (0.8, 1.2))]
     network = Network(first.name, first.parent, first.length, radius)
-    return Extraction(network, tree, first.radius, dense, spread, scale)
+    reliable = np.isfinite(dense) & (free_length(tree) >= RELIABLE * radius)
+    return Extraction(network, tree, first.radius, dense, _spread(np.array(found)), reliable, scale)
 
 
-def _tree(volume: Volume, options: Options, threshold: float) -> tuple[Tree, float | None]:
+def _spread(found: np.ndarray) -> np.ndarray:
+    """Return the SD over the rows of `found`, NaN where a value is missing: two of three say too little."""
+    return found.std(axis=0, ddof=1)
+
+
+def _tree(
+    volume: Volume, options: Options, threshold: float, report_loops: bool = False
+) -> tuple[Tree, np.ndarray | None]:
+    """Return the tree without its cannula, and the cannula's line if there is one."""
     root = np.asarray(options.root, dtype=float)
     lumen = segment(volume, threshold, root)
     outlets = None if options.outlets is None else np.asarray(options.outlets, dtype=float)
-    tree = with_met_axes(vessel_tree(center_paths(lumen, root, outlets)))
+    tree = tree_of(lumen, root, outlets)
+    count = loop_count(lumen) if report_loops else 0
+    if count > 0:
+        places = "; ".join(", ".join(f"{value:.3g}" for value in place) for place in loop_places(tree))
+        _warn(
+            f"the lumen closes {count} loop(s), which the tree opens, probably at (z, y, x, cm) {places or 'unknown'}: "
+            "vessels touch there; raise the threshold or give the outlets"
+        )
     return (tree, None) if options.cannula_radius is None else without_cannula(tree)
 
 
-def _radii_at(volume: Volume, options: Options, factor: float, network: Network) -> np.ndarray:
-    """Return the inscribed radii at another threshold, NaN if the tree is another one there."""
+def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Tree:
+    """Return the vessels of `lumen`, the cannula being part of the root; see `center_paths` for the arguments."""
+    paths = center_paths(lumen, root, outlets)
+    return with_ends_at_the_surface(with_met_axes(vessel_tree(paths)), paths.surface)
+
+
+def _scale(cannula: np.ndarray | None, volume: Volume, tree: Tree, known: float | None) -> float:
+    if cannula is None or known is None:
+        return 1.0
+    measured = cannula_radius(cannula, volume, lumen_grey(tree, volume))
+    scale = known / measured
+    if abs(scale - 1) > 0.01:
+        _warn(
+            f"the cannula measures {measured:.4g} cm instead of {known:.4g}: its scale differs by "
+            f"{100 * (scale - 1):+.1f} % from the file's voxel size, which was used; check the spacing"
+        )
+    return scale
+
+
+def _radii_at(volume: Volume, options: Options, factor: float, network: Network, dense: np.ndarray) -> np.ndarray:
+    """Return the radii at another threshold by the same estimators, NaN for vessels that are not found there."""
     from vasowave.imaging.matching import match
 
     found = np.full(len(network), np.nan)
-    other = network_of(_tree(volume, options, options.threshold * factor)[0])
+    threshold = options.threshold * factor
+    try:
+        tree = _tree(volume, options, threshold)[0]
+    except InputError as error:
+        _warn(f"at threshold {threshold:g} no tree, so radius_sd is unknown: {error}")
+        return found
+    other = network_of(tree)
     pairs = match(network, other)
     if len(other) != len(network) or len(pairs) < len(network):
-        _warn(f"at threshold {options.threshold * factor:g} the tree has {len(other)} vessels, not {len(network)}")
+        _warn(f"at threshold {threshold:g} the tree has {len(other)} vessels, not {len(network)}")
+    radius = densitometric_radii(tree, volume, other.radius)
     for row, same in pairs.items():
-        found[row] = other.radius[same]
+        found[row] = radius[same] if dense[row] else other.radius[same]
     return found
 
 
@@ -162,9 +210,10 @@ def _write_tables(extraction: Extraction, folder: Path) -> None:
     heads = ("length", "radius", "radius_sd", "radius_inscribed", "radius_densitometric")
     with (folder / "network.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["name", "parent", *(f"{head} [cm]" for head in heads)])
+        writer.writerow(["name", "parent", *(f"{head} [cm]" for head in heads), "radius_reliable"])
         for row, name in enumerate(network.name):
-            writer.writerow([name, names[row], *(repr(float(c[row])) if np.isfinite(c[row]) else "" for c in columns)])
+            cells = [repr(float(column[row])) if np.isfinite(column[row]) else "" for column in columns]
+            writer.writerow([name, names[row], *cells, "yes" if extraction.reliable[row] else "no"])
     with (folder / "centerlines.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["vessel", "x [cm]", "y [cm]", "z [cm]", "radius [cm]"])

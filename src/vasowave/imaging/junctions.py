@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vasowave.imaging.tree import Tree
+from vasowave.imaging.tree import Tree, distance_along
 
 
 def with_met_axes(tree: Tree) -> Tree:
@@ -31,15 +31,11 @@ def with_met_axes(tree: Tree) -> Tree:
     return replace(tree, lines=tuple(lines))
 
 
-def _run(line: np.ndarray) -> np.ndarray:
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1))])
-
-
 def _meeting_point(arms: list[np.ndarray], radius: float) -> np.ndarray | None:
     """Return the point nearest to the axes of `arms`, which all begin at the junction; None if undetermined."""
     matrix, right, used = np.zeros((3, 3)), np.zeros(3), 0
     for arm in arms:
-        run = _run(arm)
+        run = distance_along(arm)
         straight = arm[(run > 1.5 * radius) & (run < min(3.5 * radius, run[-1] - 0.5 * arm[-1, 3])), :3]
         if len(straight) < 4:
             continue
@@ -55,7 +51,7 @@ def _meeting_point(arms: list[np.ndarray], radius: float) -> np.ndarray | None:
 
 def _rerouted(arm: np.ndarray, junction: np.ndarray, within: float) -> np.ndarray:
     """Return `arm` from `junction` on, straight to where it leaves the ball `within`, at most half its length."""
-    run = _run(arm)
+    run = distance_along(arm)
     kept = arm[run >= min(within, 0.5 * run[-1])]
     count = max(2, int(np.linalg.norm(kept[0, :3] - junction[:3]) / max(run[1], 1e-9)))
     way = np.linspace(junction, kept[0], count, endpoint=False)

@@ -4,6 +4,7 @@ import base64
 import lzma
 import re
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -178,7 +179,11 @@ def _unpacked(source: bytes, encoded: bool, header: np.dtype, compressor: str | 
         if joint:  # length and values in one stream, as VTK writes them
             return taken(0, width + first)[0][width:]
         return taken(-(-width // 3) * 4, first)[0]
-    unpack = {"vtkZLibDataCompressor": zlib.decompress, "vtkLZMADataCompressor": lzma.decompress}.get(compressor)
+    known: dict[str, Callable[[bytes], bytes]] = {
+        "vtkZLibDataCompressor": zlib.decompress,
+        "vtkLZMADataCompressor": lzma.decompress,
+    }
+    unpack = known.get(compressor)
     if unpack is None:
         raise InputError(f"compressed with {compressor}; write it with zlib")
     if first == 0:

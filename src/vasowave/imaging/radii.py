@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-from vasowave.imaging.tree import Tree
+from vasowave.imaging.tree import Tree, distance_along
 from vasowave.imaging.volume import Volume
 
 
@@ -21,20 +21,27 @@ def densitometric_radii(tree: Tree, volume: Volume, inscribed: np.ndarray) -> np
     inscribed : float array, shape (vessel,)
         First estimate of the radii, cm.
     """
-    lumen = _lumen_grey(tree, volume)
+    lumen = lumen_grey(tree, volume)
     ends = set(range(len(tree.lines))) - set(tree.parent.tolist())
     found = np.full(len(tree.lines), np.nan)
     for row, line in enumerate(tree.lines):
-        run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1))])
+        run = distance_along(line)
         tail = 1.3 * inscribed[row] if row in ends else 1.5 * line[-1, 3]
         free = np.flatnonzero((run > 1.5 * line[0, 3] + 0.5 * inscribed[row]) & (run < run[-1] - tail))
-        areas = [_section_area(line, int(point), inscribed[row], volume, lumen) for point in free]
-        if areas:
-            found[row] = np.sqrt(np.median(areas) / np.pi)
+        found[row] = densitometric_radius(line, free, inscribed[row], volume, lumen)
     return found
 
 
-def _lumen_grey(tree: Tree, volume: Volume) -> float:
+def densitometric_radius(
+    line: np.ndarray, sections: np.ndarray, inscribed: float, volume: Volume, lumen: float
+) -> float:
+    """Return the radius from the median area of `sections` (points of `line`), cm; NaN without sections."""
+    areas = [_section_area(line, int(point), inscribed, volume, lumen) for point in sections]
+    return float(np.sqrt(np.median(areas) / np.pi)) if areas else np.nan
+
+
+def lumen_grey(tree: Tree, volume: Volume) -> float:
+    """Return the grey level of the lumen: the median on the axes of the wide vessels, which blur does not reach."""
     points = np.concatenate(tree.lines)
     deep = points[points[:, 3] > min(4 * volume.spacing[0], np.quantile(points[:, 3], 0.8))]
     at = ((deep[:, :3] - volume.origin) / volume.spacing).T

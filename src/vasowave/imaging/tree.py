@@ -90,6 +90,11 @@ def _length(line: np.ndarray) -> float:
     return float(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1).sum())
 
 
+def distance_along(line: np.ndarray) -> np.ndarray:
+    """Distance of each point from the first, along `line`, cm."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1))])
+
+
 def _smoothed(line: np.ndarray, surface: cKDTree) -> np.ndarray:
     """Return `line` without the stairs of the voxel grid, radii measured anew; its ends stay."""
     width = min(3.0, len(line) / 6)
@@ -111,13 +116,29 @@ def network_of(tree: Tree) -> Network:
     InputError
         As `Network`.
     """
-    ends = set(range(len(tree.lines))) - set(tree.parent.tolist())
-    length, radius = [], []
-    for row, line in enumerate(tree.lines):
-        run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1))])
-        typical = float(np.median(line[len(line) // 3 :, 3]))
-        tail = typical if row in ends else line[-1, 3]
-        away = (run > line[0, 3]) & (run < run[-1] - tail)
-        radius.append(float(line[away, 3].mean()) if away.any() else typical)
-        length.append(float(run[-1]))
+    length = [distance_along(line)[-1] for line in tree.lines]
+    radius = []
+    for line, (begin, end) in zip(tree.lines, _free_stretches(tree), strict=True):
+        run = distance_along(line)
+        away = (run > begin) & (run < end)
+        radius.append(float(line[away, 3].mean()) if away.any() else _typical_radius(line))
     return Network(tuple(str(i + 1) for i in range(len(length))), tree.parent, np.array(length), np.array(radius))
+
+
+def free_length(tree: Tree) -> np.ndarray:
+    """Return the length of each vessel outside its junctions' inscribed balls and its free end, cm, shape (vessel,)."""
+    return np.array([max(end - begin, 0.0) for begin, end in _free_stretches(tree)])
+
+
+def _free_stretches(tree: Tree) -> list[tuple[float, float]]:
+    """Return where each vessel leaves its first junction's ball and where it enters the last or nears its end, cm."""
+    ends = set(range(len(tree.lines))) - set(tree.parent.tolist())
+    found = []
+    for row, line in enumerate(tree.lines):
+        tail = _typical_radius(line) if row in ends else line[-1, 3]
+        found.append((float(line[0, 3]), float(distance_along(line)[-1] - tail)))
+    return found
+
+
+def _typical_radius(line: np.ndarray) -> float:
+    return float(np.median(line[len(line) // 3 :, 3]))

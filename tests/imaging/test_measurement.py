@@ -1,0 +1,126 @@
+import warnings
+
+import numpy as np
+import pytest
+
+from vasowave.datasets.phantom import embed, render
+from vasowave.errors import VasowaveWarning
+from vasowave.imaging import Options, Volume, extract, write_extraction
+from vasowave.imaging.cannula import cannula_radius, without_cannula
+from vasowave.imaging.extraction import tree_of
+from vasowave.imaging.loops import loop_count
+from vasowave.imaging.radii import lumen_grey
+from vasowave.imaging.segmentation import segment
+from vasowave.imaging.terminals import with_ends_at_the_surface
+from vasowave.imaging.tree import Tree, free_length, network_of
+from vasowave.network import Network
+
+
+def cylinder_surface(length, radius, rng, points=4000):
+    """Side and flat ends of a cylinder along x (columns z, y, x)."""
+    angle, x = rng.uniform(0, 2 * np.pi, points), rng.uniform(0, length, points)
+    side = np.column_stack([radius * np.sin(angle), radius * np.cos(angle), x])
+    rho = radius * np.sqrt(rng.uniform(size=points))
+    cap = np.column_stack([rho * np.sin(angle), rho * np.cos(angle), np.full(points, length)])
+    return np.concatenate([side, cap])
+
+
+def test_a_path_that_turns_into_a_corner_is_prolonged_to_the_flat_end_instead():
+    radius, length = 0.05, 0.6
+    x = np.linspace(0, length, 121)
+    line = np.column_stack([np.zeros(121), np.clip(x - 0.58, 0, None) * 1.2, x, np.full(121, radius)])
+    surface = cylinder_surface(length, radius, np.random.default_rng(0))
+    before = Tree((line,), np.array([-1]))
+    after = with_ends_at_the_surface(before, surface)
+    assert network_of(before).length[0] > length + 0.01
+    assert network_of(after).length[0] == pytest.approx(length, rel=1e-6)
+    np.testing.assert_allclose(after.lines[0][-1, :2], 0, atol=1e-6)
+    assert after.lines[0][-1, 3] == pytest.approx(0, abs=1e-6)
+
+
+def test_only_terminals_are_prolonged_and_an_end_without_surface_ahead_stays():
+    x = np.linspace(0, 0.6, 61)
+    line = np.column_stack([0 * x, 0 * x, x, np.full(61, 0.05)])
+    tree = Tree((line, line + np.array([0, 0, 0.6, 0])), np.array([-1, 0]))
+    after = with_ends_at_the_surface(tree, cylinder_surface(3.0, 0.05, np.random.default_rng(0)))
+    np.testing.assert_array_equal(after.lines[0], line)
+    np.testing.assert_array_equal(after.lines[1], tree.lines[1])
+
+
+def test_the_free_length_is_what_junction_balls_and_blind_ends_leave():
+    x = np.linspace(0, 0.6, 61)
+    line = np.column_stack([0 * x, 0 * x, x, np.full(61, 0.05)])
+    tree = Tree((line, line[:9]), np.array([-1, 0]))
+    np.testing.assert_allclose(free_length(tree), [0.5, 0], atol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def stubby():
+    """A fork one of whose daughters hardly leaves the parent."""
+    network = Network(("a", "b", "c"), np.array([-1, 0, 0]), np.array([0.4, 0.4, 0.11]), np.array([0.052, 0.04, 0.03]))
+    rng = np.random.default_rng(5)
+    embedding = embed(network, rng)
+    return embedding, render(embedding, 140, 0.0085, rng)
+
+
+def test_a_stub_is_marked_unreliable_and_the_spread_is_that_of_the_radius_in_the_table(stubby, tmp_path):
+    embedding, volume = stubby
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)
+        options = Options(root=embedding.cannula[0], outlets=[embedding.lines[1][-1], embedding.lines[2][-1]])
+        found = extract(volume, options)
+        at = [extract(volume, Options(options.root, options.outlets, threshold)) for threshold in (36, 45, 54)]
+    stub = int(np.argmin(found.network.length))
+    np.testing.assert_array_equal(np.flatnonzero(~found.reliable), [stub])
+    expected = np.std([other.network.radius for other in at], axis=0, ddof=1)
+    same = np.flatnonzero(found.reliable)
+    np.testing.assert_allclose(found.radius_sd[same], expected[same], rtol=1e-9)
+    # The densitometric radius hardly knows the threshold; the inscribed one moves with it.
+    inscribed = np.std([other.inscribed for other in at], axis=0, ddof=1)
+    assert (found.radius_sd[same] < 0.5 * inscribed[same]).all()
+    write_extraction(found, tmp_path / "out")
+    rows = (tmp_path / "out" / "network.csv").read_text().splitlines()
+    assert rows[0].endswith("radius_reliable")
+    assert [row.rsplit(",", 1)[1] for row in rows[1:]] == ["yes" if mark else "no" for mark in found.reliable]
+
+
+@pytest.mark.filterwarnings("ignore:the cannula measures")
+def test_the_spread_is_unknown_where_another_threshold_gives_no_tree(stubby):
+    embedding, volume = stubby
+    # At 91.2 (76 + 20 %) nothing of the lumen is left: it is cut off at 90.
+    dim = Volume(np.where(volume.grey > 50, np.minimum(volume.grey, 90), volume.grey), volume.spacing, volume.origin)
+    with pytest.warns(VasowaveWarning, match="so radius_sd is unknown") as told:
+        found = extract(
+            dim, Options(embedding.cannula[0] + [0.01, 0, 0], [line[-1] for line in embedding.lines[1:]], 76)
+        )
+    assert np.isnan(found.radius_sd).all()
+    assert np.isfinite(found.network.radius).all()
+    assert len(told) >= 1
+
+
+def test_the_cannula_has_its_known_radius_at_every_threshold(stubby):
+    embedding, volume = stubby
+    for threshold in (36, 45, 54):
+        lumen = segment(volume, threshold, embedding.cannula[0])
+        tree, line = without_cannula(tree_of(lumen, embedding.cannula[0]))
+        assert cannula_radius(line, volume, lumen_grey(tree, volume)) == pytest.approx(0.043, rel=0.02)
+
+
+def ring_volume(closed):
+    z, y, x = np.indices((24, 60, 60))
+    rho = np.hypot(y - 30, x - 36)
+    ring = np.hypot(rho - 14, z - 12) < 3.5
+    if not closed:
+        ring &= ~((x > 36) & (np.abs(y - 30) < 4))
+    stem = (np.hypot(y - 30, z - 12) < 3.5) & (x < 24) & (x > 3)
+    noise = np.random.default_rng(0).normal(0, 2, ring.shape)
+    return Volume(np.where(ring | stem, 100, 12) + noise, np.full(3, 0.01), np.zeros(3))
+
+
+def test_a_ring_is_one_loop_reported_where_it_closes_and_an_open_ring_is_none():
+    root = np.array([0.12, 0.30, 0.05])
+    assert loop_count(segment(ring_volume(closed=False), 45, root)) == 0
+    volume = ring_volume(closed=True)
+    assert loop_count(segment(volume, 45, root)) == 1
+    with pytest.warns(VasowaveWarning, match=r"closes 1 loop.* 0\.1\d*, 0\.[23]\d*, 0\.[45]"):
+        extract(volume, Options(root=root, cannula_radius=None))
