@@ -41,7 +41,8 @@ def test_least_squares_and_sqp_find_the_same_optimum(inflow):
     pressure = recording.pressure + 0.3 * np.sin(2 * np.pi * 3 * np.arange(256) / 256)
     noisy = Recording(pressure, recording.flow, recording.period)
     fits = [
-        calibrate(control_network(), noisy, search=Search(starts=1, method=method)) for method in ("least-squares", "sqp")
+        calibrate(control_network(), noisy, search=Search(starts=1, method=method))
+        for method in ("least-squares", "sqp")
     ]
     assert fits[1].S == pytest.approx(fits[0].S, rel=1e-3)
     np.testing.assert_allclose(fits[1].parameters["value"], fits[0].parameters["value"], rtol=0.02)

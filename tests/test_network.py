@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+
+from vasowave.datasets import control_network, hypertensive_network
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.network import Network, read_network, write_network
+
+HEADER = "name,parent,length [cm],radius [cm]\n"
+
+
+def table(folder, rows, header=HEADER):
+    path = folder / "network.csv"
+    path.write_text(header + rows, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        ("a,b,0.4,0.04\nb,a,0.4,0.04\n", r"network\.csv, line 2: no root"),
+        ("a,,0.4,0.04\nb,,0.4,0.04\n", r"'a' \(.*line 2\), 'b' \(.*line 3\)"),
+        ("a,,0.4,0.04\nb,c,0.4,0.04\nc,b,0.4,0.04\n", r"line 3 \(vessel 'b'\).*cycle"),
+        ("trunk,,0.4,0.04\nb,trnk,0.4,0.04\n", r"line 3 .*'trnk'.*did you mean 'trunk'"),
+        ("a,,0.4,0.04\nb,a,0.4,0.04\nb,a,0.4,0.04\n", r"line 4: vessel 'b' is already defined in .*line 3"),
+        ("a,,0.4,0.04\nb,a,0,0.04\n", r"line 3 \(vessel 'b'\): length 0 cm"),
+        ("a,,0.4,0.04\nb,a,0.4,-0.04\n", r"line 3 \(vessel 'b'\): radius -0\.04 cm"),
+        ("a,,0.4,0.04\nb,a,long,0.04\n", r"line 3, column 'length': 'long' is not a number"),
+        ("# scan 6\n\na,,0.4,0.04\nb,a,0.4,-1\n", r"line 5 "),
+    ],
+    ids=["no root", "two roots", "cycle", "unknown", "duplicate", "zero", "negative", "text", "comments"],
+)
+def test_a_wrong_row_is_named_by_its_line(tmp_path, rows, message):
+    with pytest.raises(InputError, match=message):
+        read_network(table(tmp_path, rows))
+
+
+def test_in_memory_errors_name_the_row():
+    with pytest.raises(InputError, match=r"row 2 \(vessel 'b'\): radius nan cm"):
+        Network(("a", "b"), [-1, 0], [1.0, 1.0], [0.1, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        ("name,parent,length [mmHg],radius [cm]\n", "column 'length'.*mmHg"),
+        ("name,parent,length [cm],radius\n", "column 'radius' has no unit"),
+    ],
+)
+def test_a_missing_or_wrong_unit_is_an_error_naming_the_column(tmp_path, header, message):
+    with pytest.raises(InputError, match=message):
+        read_network(table(tmp_path, "a,,0.4,0.04\n", header))
+
+
+def test_a_radius_in_mm_that_is_declared_in_cm_warns(tmp_path):
+    with pytest.warns(VasowaveWarning, match="radius"):
+        read_network(table(tmp_path, "a,,0.41,0.47\n"))
+
+
+def test_millimetres_are_converted_to_centimetres(tmp_path):
+    network = read_network(table(tmp_path, "a,,4.1,0.47\n", "name,parent,length [mm],radius [mm]\n"))
+    assert network.length[0] == pytest.approx(0.41, rel=1e-14)
+    assert network.radius[0] == pytest.approx(0.047, rel=1e-14)
+
+
+@pytest.mark.parametrize("published", [control_network, hypertensive_network])
+def test_a_network_survives_csv_to_the_last_bit(tmp_path, published):
+    before = published()
+    write_network(before, tmp_path / "copy.csv")
+    after = read_network(tmp_path / "copy.csv")
+    assert after.name == before.name
+    for field in ("parent", "length", "radius"):
+        np.testing.assert_array_equal(getattr(after, field), getattr(before, field))
+
+
+@pytest.mark.parametrize("published", [control_network, hypertensive_network])
+def test_the_published_networks_have_21_vessels_and_11_terminals_that_share_the_flow(published):
+    network = published()
+    assert len(network) == 21
+    assert len(network.terminals) == 11
+    assert network.flow_fraction[network.terminals].sum() == pytest.approx(1, rel=1e-12)
+
+
+def test_flow_divides_at_a_junction_as_r4_over_length():
+    network = Network(("b", "root", "c"), [1, -1, 1], [1.0, 2.0, 2.0], [0.2, 0.3, 0.1])
+    # r^4/L: 16e-4 and 0.5e-4, so 32/33 and 1/33 of the flow
+    np.testing.assert_allclose(network.flow_fraction, [32 / 33, 1, 1 / 33], rtol=1e-12)

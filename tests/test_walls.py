@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+
+from vasowave import walls
+from vasowave.walls import LinearWall, TangentWall
+
+AREA0 = 0.0069
+INERTIA = 1.057 / 1333.22
+PRESSURE = np.linspace(-2.0, 45.0, 13)
+both_laws = pytest.mark.parametrize("wall", [LinearWall(57.0), TangentWall(7.0, 4.0)], ids=["linear", "tangent"])
+
+
+def slope(wall):
+    h = 1e-3
+    return (walls.area(wall, PRESSURE + h, AREA0) - walls.area(wall, PRESSURE - h, AREA0)) / (2 * h)
+
+
+@both_laws
+def test_area_compliance_is_the_derivative_of_area(wall):
+    np.testing.assert_allclose(walls.area_compliance(wall, PRESSURE, AREA0), slope(wall), rtol=1e-6)
+
+
+@both_laws
+def test_squared_wave_speed_is_area_over_density_and_compliance(wall):
+    expected = walls.area(wall, PRESSURE, AREA0) / (INERTIA * slope(wall))
+    np.testing.assert_allclose(walls.wave_speed(wall, PRESSURE, INERTIA) ** 2, expected, rtol=1e-6)
+
+
+@both_laws
+def test_pressure_and_area_are_inverse(wall):
+    there = walls.area(wall, PRESSURE, AREA0)
+    np.testing.assert_allclose(walls.pressure(wall, there, AREA0), PRESSURE, rtol=1e-10, atol=1e-10)
+    assert walls.area(wall, 0.0, AREA0) == pytest.approx(AREA0, rel=1e-14)
+
+
+def test_the_linear_wall_has_the_wave_speed_of_equation_32():
+    found = walls.wave_speed(LinearWall(57.0), PRESSURE, INERTIA) ** 2
+    np.testing.assert_allclose(found, (57.0 + PRESSURE) / (2 * INERTIA), rtol=1e-12)
+
+
+def test_the_tangent_wall_has_the_wave_speed_of_equation_32():
+    p1, gamma = 7.0, 4.0
+    x = PRESSURE / p1
+    expected = np.pi * p1 / (gamma * INERTIA) * (gamma / np.pi * np.arctan(x) + 1) * (1 + x**2)
+    np.testing.assert_allclose(walls.wave_speed(TangentWall(p1, gamma), PRESSURE, INERTIA) ** 2, expected, rtol=1e-12)
+
+
+@both_laws
+def test_the_wave_speed_at_rest_of_equation_33_is_that_at_zero_pressure(wall):
+    expected = walls.wave_speed(wall, 0.0, INERTIA) ** 2
+    assert type(wall).wave_speed_squared_at_rest(INERTIA, *wall) == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_largest_area_is_that_at_infinite_pressure():
+    wall = TangentWall(7.0, 4.0)
+    assert walls.largest_area(wall, AREA0) == pytest.approx(3 * AREA0, rel=1e-14)
+    assert walls.area(wall, 1e12, AREA0) == pytest.approx(3 * AREA0, rel=1e-9)
+    assert np.isinf(walls.largest_area(LinearWall(57.0), AREA0))
+
+
+def test_at_small_strain_the_laws_agree_where_beta_is_2_pi_p1_over_gamma():
+    p, p1, gamma = 1e-4, 7.0, 4.0
+    beta = 2 * np.pi * p1 / gamma
+    for wall in (LinearWall(beta), TangentWall(p1, gamma)):
+        assert walls.area(wall, p, 1.0) - 1 == pytest.approx(2 * p / beta, rel=1e-4)
+
+
+def test_one_parameter_per_vessel_gives_one_pressure_per_vessel():
+    found = walls.pressure(LinearWall(np.array([50.0, 80.0])), np.array([[4.0, 2.25]]), 1.0)
+    np.testing.assert_allclose(found, [[50.0, 40.0]], rtol=1e-14)
