@@ -49,7 +49,8 @@ def main() -> None:
         rate = cells * steps * cycles / seconds
         print(f"{type(wall).__name__}: first call {first:.2f} s (compiling, or loading what was compiled)")
         print(
-            f"  {1e3 * seconds:.1f} ms a simulation: {cycles} cycles, {steps} steps, {cells} cells, {rate:.3g} cell steps/s"
+            f"  {1e3 * seconds:.1f} ms a simulation: {cycles} cycles, {steps} steps, {cells} cells, "
+            f"{rate:.3g} cell steps/s"
         )
         many = [model] * 16
         one, all_cores = (
@@ -65,7 +66,8 @@ def main() -> None:
         cost = seconds / count / steps
         base = base or cost
         print(
-            f"{count} vessels: {seconds:.2f} s for 2 cycles of {steps} steps; per vessel and step {cost / base:.2f} times that of 21"
+            f"{count} vessels: {seconds:.2f} s for 2 cycles of {steps} steps; "
+            f"per vessel and step {cost / base:.2f} times that of 21"
         )
     for wall in ("linear", "tangent"):
         start = time.perf_counter()
