@@ -1,11 +1,11 @@
-"""The command line. Heavy modules are imported where they are used, so that help answers at once."""
+"""Commands on one mouse: demo, fit, simulate."""
 
-import sys
-import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from vasowave.cli.app import app
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -13,14 +13,6 @@ if TYPE_CHECKING:
     from vasowave.calibration import Fit
     from vasowave.network import Network
     from vasowave.recording import Recording
-
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    help="From one animal's vessels and one catheter recording to a calibrated, explained pulse-wave model.",
-    epilog="Example: vasowave fit network.csv cycle.csv --output my-mouse",
-)
 
 _PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
 _OUTPUT = typer.Option("--output", "-o", help="Folder for the results.")
@@ -142,22 +134,3 @@ def _fit_and_report(
 
 def _say(done: int, count: int, best: float) -> None:
     typer.echo(f"  {done} of {count} starts finished, best S {best:.4g} mmHg²")
-
-
-def run() -> None:
-    """Run the command line; every error of ours becomes one readable message and exit status 1."""
-    from vasowave.errors import VasowaveError, VasowaveWarning
-
-    def show(message: Warning | str, category: type[Warning], *rest: object, **more: object) -> None:
-        if issubclass(category, VasowaveWarning):
-            typer.echo(f"Warning: {message}", err=True)
-
-    warnings.showwarning = show
-    try:
-        app()
-    except VasowaveError as error:
-        typer.echo(f"Error: {error}", err=True)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        typer.echo("Interrupted; nothing was written.", err=True)
-        sys.exit(130)
