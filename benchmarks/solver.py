@@ -82,8 +82,8 @@ def one_simulation(name: str, wall: LinearWall | TangentWall) -> None:
     seconds = timed(lambda: simulate_run(model, inflow, Numerics()))
     cycles, cells = len(run.convergence.changes), int(run.grid.is_cell.sum())
     print(
-        f"{name} wall: {1e3 * seconds:.1f} ms a simulation of {cycles} cycles ({7e3 * seconds / cycles:.1f} ms would be "
-        f"7), {run.steps} steps, {cells} cells; {cells * run.steps * cycles / seconds:.3g} cell steps/s"
+        f"{name} wall: {1e3 * seconds:.1f} ms a simulation of {cycles} cycles ({7e3 * seconds / cycles:.1f} ms for 7), "
+        f"{run.steps} steps, {cells} cells; {cells * run.steps * cycles / seconds:.3g} cell steps/s"
     )
     one, all_cores = (
         timed(lambda w=w: simulate_runs([model] * 16, inflow, Numerics(), workers=w), 3) for w in (1, None)
