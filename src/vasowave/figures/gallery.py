@@ -107,12 +107,9 @@ def pdf(figure: "Figure") -> bytes:
     return data.getvalue()
 
 
-def write_figures(figures: dict[str, "Figure"], folder: Path, *, pixels: bool = True) -> None:
-    """Write every figure to `folder` as SVG and PDF, and as PNG if `pixels`."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, figure in figures.items():
-        (folder / f"{name}.svg").write_text(svg(figure), encoding="utf-8")
-        (folder / f"{name}.pdf").write_bytes(pdf(figure))
-        if pixels:
-            with style():
-                figure.savefig(folder / f"{name}.png", format="png", metadata={"Software": None})
+def png(figure: "Figure") -> bytes:
+    """Return the figure as pixels, 200 dpi."""
+    data = io.BytesIO()
+    with style():
+        figure.savefig(data, format="png", metadata={"Software": None})
+    return data.getvalue()

@@ -8,11 +8,12 @@ import xarray as xr
 
 from vasowave.archive import groups
 from vasowave.calibration.result import Fit
-from vasowave.figures.gallery import gallery, write_figures
+from vasowave.figures.gallery import gallery
 from vasowave.figures.style import CTL
 from vasowave.provenance import provenance
 from vasowave.report import methods, summary
 from vasowave.report.document import Block, Bullets, Document, Drawing, Heading, Notice, Paragraph, Section, Table
+from vasowave.report.files import write_figures
 from vasowave.report.html import page
 from vasowave.report.place import placing
 from vasowave.report.wording import table_rows
@@ -60,10 +61,10 @@ def write_report(fits: Sequence[Fit], folder: Path, inputs: Sequence[Path] = (),
     """
     folder = prepared_folder(fits, folder)
     drawn = gallery(xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups(fits).items()}), color)
-    text = page(animal_document(fits, drawn, provenance(inputs)))
+    document = animal_document(fits, drawn, provenance(inputs))
     with placing(folder) as fresh:
-        write_figures(drawn, fresh / FIGURES)
-        (fresh / REPORT).write_text(text, encoding="utf-8")
+        write_figures(document.drawings(), fresh / FIGURES, pixels=True)
+        (fresh / REPORT).write_text(page(document), encoding="utf-8")
     return folder / REPORT
 
 

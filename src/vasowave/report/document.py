@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from vasowave.figures.gallery import pdf, svg
 from vasowave.report.wording import Row, table_rows
 
 if TYPE_CHECKING:
@@ -76,14 +78,24 @@ class Table:
         return cls(name, caption, *table_rows(data, digits), note, data)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Drawing:
-    """A figure with its caption."""
+    """A figure with its caption; it is drawn once as SVG and once as PDF, whoever asks."""
 
     name: str
     caption: str
     figure: "Figure"
     kind: str = "drawing"
+
+    @cached_property
+    def svg(self) -> str:
+        """The figure as SVG text."""
+        return svg(self.figure)
+
+    @cached_property
+    def pdf(self) -> bytes:
+        """The figure as PDF."""
+        return pdf(self.figure)
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,8 @@
 """A report as one HTML page that needs no network."""
 
 import re
-from typing import TYPE_CHECKING
 
-from vasowave.figures.gallery import svg
-from vasowave.report.document import Document
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from vasowave.report.document import Document, Drawing
 
 
 def page(document: Document) -> str:
@@ -22,18 +17,17 @@ def page(document: Document) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals["drawn"] = lambda drawing: Markup(embedded(drawing.figure, drawing.name))
+    environment.globals["drawn"] = lambda drawing: Markup(embedded(drawing))
     return environment.get_template("report.html").render(document=document)
 
 
-def embedded(figure: "Figure", name: str) -> str:
+def embedded(drawing: Drawing) -> str:
     """Return the figure as SVG to stand inside HTML: no prolog, scalable, ids that are unique in the page."""
-    text = svg(figure)
-    text = text[text.index("<svg") :]
+    text, name = drawing.svg[drawing.svg.index("<svg") :], drawing.name
     opening, rest = text.split(">", 1)
     opening = re.sub(r'\s(xmlns(:\w+)?|width|height|version)="[^"]*"', "", opening)
     # Letters stay readable: the drawing shrinks to 0.7 of its size at most, then its box scrolls.
-    pixels = 96 * figure.get_figwidth()
+    pixels = 96 * drawing.figure.get_figwidth()
     opening += f' style="width: 100%; min-width: {0.7 * pixels:.0f}px; max-width: {1.3 * pixels:.0f}px"'
     rest = re.sub(r'\bid="', f'id="{name}-', rest)
     rest = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{name}-", rest)

@@ -5,7 +5,6 @@ import warnings
 from pathlib import Path
 
 from vasowave.errors import VasowaveWarning
-from vasowave.figures.gallery import pdf as drawn
 from vasowave.report.document import Block, Bullets, Document, Drawing, Fold, Heading, Notice, Paragraph, Table
 
 _STYLE = """
@@ -45,7 +44,7 @@ def write_pdf(document: Document, path: Path) -> bool:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for drawing in document.drawings():
-            (folder / f"{drawing.name}.pdf").write_bytes(drawn(drawing.figure))
+            (folder / f"{drawing.name}.pdf").write_bytes(drawing.pdf)
         (folder / "report.typ").write_text(markup(document), encoding="utf-8")
         fonts = str(Path(matplotlib.get_data_path()) / "fonts" / "ttf")
         typst.compile(
