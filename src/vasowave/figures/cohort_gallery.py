@@ -17,7 +17,7 @@ from vasowave.figures.network import plot_network
 from vasowave.figures.nominal import plot_decay, plot_upstroke
 from vasowave.figures.spectra import plot_modulus, plot_phase
 from vasowave.figures.starts import plot_waterfall
-from vasowave.figures.style import GroupLook, group_looks, label_axes, new_figure, wall_line
+from vasowave.figures.style import GroupLook, group_looks, label_axes, new_figure, plain_log, wall_line
 from vasowave.figures.trees import network, wall_laws
 from vasowave.figures.waves import plot_separated_pressure, plot_wave_intensity
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLUMN = 8.5  # cm, width of one group's panels
+_WIDE_RANGE = 3.0  # a waterfall that rises more gets a logarithmic axis
 Panel = Callable[["Axes", xr.DataTree, str], object]
 
 
@@ -109,7 +110,11 @@ def pressure_area_figure(cohort: Cohort) -> "Figure":
 
 def residuals_figure(cohort: Cohort) -> "Figure":
     """Residuals and their autocorrelation ("Residuals")."""
-    return _shown_figure(cohort, [plot_residuals, plot_autocorrelation], 12)
+    figure = _shown_figure(cohort, [plot_residuals, plot_autocorrelation], 12.5)
+    for ax, (group, tree) in zip(figure.axes, cohort.shown.items(), strict=False):
+        errors = [f"{wall} {float(tree[f'{wall}/calibration']['RMSE']):.2f}" for wall in wall_laws(tree)]
+        ax.set_title(f"{cohort.name(group)}\nRMSE [mmHg]: {', '.join(errors)}")
+    return _shared_legend(figure, figure.axes[-1], 3)
 
 
 def impedance_figure(cohort: Cohort) -> "Figure":
@@ -218,6 +223,9 @@ def waterfall_figure(cohort: Cohort) -> "Figure":
     for ax in axes[1:]:
         ax.set_ylabel("")
     axes[0].legend()
+    if max(ax.get_ylim()[1] for ax in axes) > _WIDE_RANGE:
+        axes[0].set_yscale("log")
+        plain_log(axes[0].yaxis)
     return figure
 
 
@@ -243,8 +251,7 @@ def _shown_figure(cohort: Cohort, panels: Sequence[Panel], height: float, share:
     for column, (group, tree) in enumerate(cohort.shown.items()):
         for row, panel in enumerate(panels):
             panel(axes[row, column], tree, cohort.looks[group].color)
-        title = axes[0, column].get_legend()
-        axes[0, column].set_title(cohort.name(group), pad=18 if title and len(panels) == 2 and share == "row" else None)
+        axes[0, column].set_title(cohort.name(group))
     return figure if share == "none" else _outer(figure, axes)
 
 

@@ -99,14 +99,6 @@ def svg(figure: "Figure") -> str:
     return text.getvalue()
 
 
-def pdf(figure: "Figure") -> bytes:
-    """Return the figure as PDF with editable letters."""
-    data = io.BytesIO()
-    with style():
-        figure.savefig(data, format="pdf", metadata={"CreationDate": None, "Creator": None, "Producer": None})
-    return data.getvalue()
-
-
 def png(figure: "Figure") -> bytes:
     """Return the figure as pixels, 200 dpi."""
     data = io.BytesIO()

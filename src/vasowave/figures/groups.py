@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-_HATCH = {"linear": "////"}
-_SHORT = {"linear": "lin.", "tangent": "tan."}
+_HATCH = {"linear": "//////"}
+_SHORT = {"linear": "lin.", "tangent": "tan.", "measured": "data"}
 
 
 def plot_groups(ax: "Axes", table: "pd.DataFrame", quantity: str, label: str = "") -> "Axes":
@@ -34,18 +34,22 @@ def plot_groups(ax: "Axes", table: "pd.DataFrame", quantity: str, label: str = "
     if not {quantity, "group"} <= set(table.columns):
         raise InputError(f"no column '{quantity}' or 'group'; there are: {', '.join(map(str, table.columns))}")
     sources = table["source"].unique().tolist() if "source" in table.columns else [None]
-    looks = group_looks(table["group"])
-    ticks = []
-    for column, (group, look) in enumerate(looks.items()):
+    step = len(sources) + 0.6
+    ticks: dict[float, str] = {}
+    for column, (group, look) in enumerate(group_looks(table["group"]).items()):
+        count = 0
         for place, source in enumerate(sources):
-            rows = table[table["group"] == group]
-            rows = rows if source is None else rows[rows["source"] == source]
+            rows = table[(table["group"] == group) & (True if source is None else table["source"] == source)]
             x = rows[quantity].to_numpy(dtype=float)
-            at = column * (len(sources) + 0.6) + place
-            _box(ax, at, x[np.isfinite(x)], look, _HATCH.get(str(source), ""))
-            ticks.append((at, _tick(group, source, len(x), len(sources), place)))
-    ax.set_xticks([at for at, _ in ticks], [text for _, text in ticks])
-    ax.set_xlim(-0.7, ticks[-1][0] + 0.7)
+            count = max(count, len(x))
+            _box(ax, column * step + place, x[np.isfinite(x)], look, _HATCH.get(str(source), ""))
+            if len(sources) > 1:
+                ticks[column * step + place] = _SHORT.get(str(source), str(source))
+        middle = column * step + (len(sources) - 1) / 2
+        ticks[middle] = f"{ticks.get(middle, '')}\n{group}" if len(sources) > 1 else f"{group}\n(n = {count})"
+    ax.set_xticks(list(ticks), list(ticks.values()), fontsize=7.5)
+    ax.tick_params(axis="x", length=0)
+    ax.set_xlim(-0.7, max(ticks) + (len(sources) - 1) / 2 + 0.7)
     return label_axes(ax, "", label or quantity)
 
 
@@ -103,17 +107,10 @@ def _box(ax: "Axes", at: float, x: np.ndarray, look: GroupLook, hatch: str) -> N
         [x], positions=[at], widths=0.7, patch_artist=True, showfliers=False, showmeans=True, manage_ticks=False,
         meanprops={"marker": "x", "markeredgecolor": DATA, "markersize": 5}, medianprops={"color": DATA},
     )  # fmt: skip
-    drawn["boxes"][0].set(facecolor=look.color, alpha=0.45, hatch=hatch)
+    drawn["boxes"][0].set(facecolor=(look.color, 0.45), hatch=hatch)
     # Animals side by side in order of rank, so that equal values stay visible.
     spread = (np.argsort(np.argsort(x)) % 3 - 1) * 0.14
     ax.plot(at + spread, x, look.marker, color=DATA, markersize=2.5, ls="none")
-
-
-def _tick(group: str, source: str | None, count: int, sources: int, place: int) -> str:
-    if sources == 1:
-        return f"{group}\n(n = {count})"
-    short = _SHORT.get(str(source), str(source))
-    return f"{short}\n{group}" if place == 0 else short
 
 
 def _inside(tick: float, contrasts: "pd.DataFrame") -> bool:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vasowave.figures.style import DATA, FAINT, label_axes
+from vasowave.figures.style import DATA, FAINT, label_axes, plain_log
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,6 +15,7 @@ def plot_modulus(ax: "Axes", spectrum: "xr.DataTree | xr.Dataset", **line: Any) 
     """Draw |Z| over frequency (eq. 19); harmonics whose flow is at noise level are grey and hollow."""
     _draw(ax, spectrum, "modulus", line)
     ax.set_yscale("log")
+    plain_log(ax.yaxis)
     return label_axes(ax, "frequency [Hz]", "|Z| [mmHg s/ml]")
 
 

@@ -16,5 +16,5 @@ def plot_waterfall(ax: "Axes", calibration: "xr.DataTree | xr.Dataset", **line: 
     S = calibration["start_S"].values
     S = np.sort(S[np.isfinite(S)])
     ax.plot(np.arange(1, len(S) + 1), S / S[0], **({"marker": "o", "markersize": 3, "linewidth": 0.9} | line))
-    ax.set_yscale("log")
+    ax.xaxis.get_major_locator().set_params(integer=True)
     return label_axes(ax, "start, in order of S", "S / best S [1]")

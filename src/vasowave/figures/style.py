@@ -13,6 +13,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 DATA = "#000000"
@@ -106,6 +107,15 @@ def quantity_label(attributes: dict[str, Any], name: str) -> str:
     """Return ``"long name [unit]"`` from the attributes of a simulated quantity called `name`."""
     unit = str(attributes.get("units", "")).replace("cm2", "cm²")
     return f"{attributes.get('long_name', name)} [{unit}]"
+
+
+def plain_log(axis: "Axis") -> None:
+    """Label a logarithmic axis at 1, 2 and 5 of every decade, as plain numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def closed(values: np.ndarray) -> np.ndarray:

@@ -73,7 +73,7 @@ def write_cohort_report(
         write_figures(document.drawings(), fresh / FIGURES)
         write_tables(document.tables(), fresh / TABLES)
         if pdf:
-            write_pdf(document, fresh / PDF)
+            write_pdf(document, fresh / PDF, fresh / FIGURES)
         (fresh / REPORT).write_text(page(document), encoding="utf-8")
     if not pdf:
         (folder / PDF).unlink(missing_ok=True)  # an earlier one would contradict the page
@@ -154,12 +154,9 @@ def _failed(failures: Mapping[str, str]) -> list[str]:
 
 def _considered(cohort: Cohort) -> list[Notice]:
     """Return where the notes are; each stands in full with its animal."""
-    items = [
-        f"{tree.attrs['animal']}: {len(cohort_words.notes(tree))} "
-        f"{'note' if len(cohort_words.notes(tree)) == 1 else 'notes'}, see “Every animal”."
-        for tree in cohort.trees
-        if cohort_words.notes(tree)
-    ]
+    counts = {str(tree.attrs["animal"]): len(cohort_words.notes(tree)) for tree in cohort.trees}
+    noted = ", ".join(f"{animal} ({count})" for animal, count in counts.items() if count)
+    items = [f"Notes stand with the animals under “Every animal”: {noted}."] if noted else []
     missing = {wall: [t for t in cohort.trees if wall not in wall_laws(t)] for wall in cohort.walls}
     items += [
         f"{tree.attrs['animal']} was not calibrated with the {wall} wall."

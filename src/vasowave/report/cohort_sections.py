@@ -11,7 +11,7 @@ from vasowave.figures.trees import wall_laws
 from vasowave.report import cohort_tables as tables
 from vasowave.report import cohort_words as words
 from vasowave.report.cohort_statistics import INDICES, Comparison, column, importance
-from vasowave.report.document import Block, Drawing, Fold, Notice, Paragraph, Section
+from vasowave.report.document import Block, Drawing, Fold, Heading, Notice, Paragraph, Section
 from vasowave.report.wording import column_label
 
 _BOXES = ("beta", "p1", "gamma", "R_T", "C_T", "C_p_over_C_T", "tau", "a", "p1_over_gamma", "wave_speed", "I_R", "S")
@@ -101,7 +101,7 @@ def groups_section(cohort: Cohort, found: Mapping[str, Comparison], written: dic
         blocks.append(Paragraph("There is one group; importance indices and tests need two."))
     for source, one in found.items():
         blocks += _compared(one, source, written)
-    blocks.append(tables.groups(cohort))
+    blocks.append(Fold("All quantities by group", [tables.groups(cohort)]))
     return Section("groups", "Groups", blocks)
 
 
@@ -126,6 +126,7 @@ def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
 def _compared(one: Comparison, source: str, written: dict[str, str]) -> list[Block]:
     blocks: list[Block] = []
     if len(one.contrasts):
+        blocks.append(Heading("Measured indices" if source == "measured" else f"{source.capitalize()} wall"))
         blocks.append(tables.contrasts(one, source, written))
         pairs = one.contrasts[["reference", "other"]].drop_duplicates()
         if len(pairs) == 1:
@@ -135,7 +136,8 @@ def _compared(one: Comparison, source: str, written: dict[str, str]) -> list[Blo
     if len(one.all_groups):
         blocks.append(tables.all_groups(one, source))
     if len(one.without_one):
-        blocks.append(tables.without_one(one, source, written))
+        left_out = tables.without_one(one, source, written)
+        blocks.append(Fold(left_out.caption, [left_out]))
     if one.left_out:
         why = [f"{column_label(what)}: {reason}" for what, reason in one.left_out.items()]
         blocks.append(Notice(f"Not compared ({source})", why))

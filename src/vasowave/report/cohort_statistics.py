@@ -1,6 +1,7 @@
 """What the groups of a cohort show: described, compared, and the animal that stands for each."""
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,7 +72,7 @@ def compare(table: pd.DataFrame, source: str) -> Comparison:
     usable = []
     for label in columns(rows, family(source)):
         try:
-            pairwise_contrasts(rows, [label])
+            _strictly(pairwise_contrasts, rows, [label])
             usable.append(label)
         except InputError as error:
             left_out[label] = str(error)
@@ -127,6 +128,16 @@ def typical_animal(table: pd.DataFrame, group: str) -> str:
     return str(rows.index[np.argmin((away**2).sum(axis=1))])
 
 
+def _strictly(test: Callable[..., pd.DataFrame], *arguments: object) -> pd.DataFrame:
+    """Return what a test finds; values without any scatter, on which it can only warn, are an `InputError`."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        try:
+            return test(*arguments)
+        except RuntimeWarning:
+            raise InputError("the values hardly vary within the groups; there is nothing to test") from None
+
+
 def _without_one(rows: pd.DataFrame, usable: list[str]) -> pd.DataFrame:
     groups = rows["group"].unique().tolist()
     parts = []
@@ -134,7 +145,7 @@ def _without_one(rows: pd.DataFrame, usable: list[str]) -> pd.DataFrame:
         for other in groups[place + 1 :]:
             for label in usable:
                 try:
-                    part = leave_one_out(rows, [label], reference, other)
+                    part = _strictly(leave_one_out, rows, [label], reference, other)
                 except InputError:
                     continue  # two animals in a group, or none of its scatter left: nothing to leave out
                 part.insert(0, "reference", reference)

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.analysis import WAVES
 from vasowave.archive import split_unit
 from vasowave.cohort import describe
 from vasowave.figures.cohort_gallery import Cohort
@@ -215,6 +216,7 @@ def waves(cohort: Cohort) -> Table:
         for source in ["measured", *wall_laws(tree)]:
             rows += [_who(tree) | {"source": source} | wave for wave in _largest_waves(tree[f"{source}/waves"])]
     data = pd.DataFrame(rows)
+    data = data.sort_values("wave", key=lambda wave: wave.map(list(WAVES).index), kind="stable", ignore_index=True)
     measures = [label for label in data.columns if "[" in label]
     header = ("wave", "source", "group", "n", *map(column_label, measures))
     cells = [
@@ -226,7 +228,7 @@ def waves(cohort: Cohort) -> Table:
         "Mean ± SD of the largest wave of each kind: F forward, B backward, C compression, D decompression; backward "
         "intensities are negative. Measured: with A₀ and the wave speed that the up-slope gives."
     )
-    return Table("Waves", "Single waves at the inlet", header, sorted(cells), note, data)
+    return Table("Waves", "Single waves at the inlet", header, cells, note, data)
 
 
 def selection(cohort: Cohort) -> Table:

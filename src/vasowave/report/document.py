@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from vasowave.figures.gallery import pdf, svg
+from vasowave.figures.gallery import svg
 from vasowave.report.wording import Row, table_rows
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ class Table:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A figure with its caption; it is drawn once as SVG and once as PDF, whoever asks."""
+    """A figure with its caption; it is drawn once, whoever asks."""
 
     name: str
     caption: str
@@ -91,11 +91,6 @@ class Drawing:
     def svg(self) -> str:
         """The figure as SVG text."""
         return svg(self.figure)
-
-    @cached_property
-    def pdf(self) -> bytes:
-        """The figure as PDF."""
-        return pdf(self.figure)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Figures and tables of a report as files: SVG and PDF; CSV in full precision, LaTeX as they stand on the page."""
+"""Figures and tables of a report as files: SVG; CSV in full precision, LaTeX as they stand on the page."""
 
 import re
 from collections.abc import Sequence
@@ -27,11 +27,10 @@ _PIECE = re.compile(
 
 
 def write_figures(drawings: Sequence[Drawing], folder: Path, *, pixels: bool = False) -> None:
-    """Write every figure to `folder` as SVG and PDF with editable letters, and as PNG if `pixels`."""
+    """Write every figure to `folder` as SVG with editable letters, and as PNG if `pixels`."""
     folder.mkdir(parents=True, exist_ok=True)
     for drawing in drawings:
         (folder / f"{drawing.name}.svg").write_text(drawing.svg, encoding="utf-8")
-        (folder / f"{drawing.name}.pdf").write_bytes(drawing.pdf)
         if pixels:
             (folder / f"{drawing.name}.png").write_bytes(png(drawing.figure))
 

@@ -1,4 +1,4 @@
-"""A report as PDF, typeset by Typst: no browser, the figures as vectors, the letters as text."""
+"""A report and its figures as PDF, by Typst: no browser, the figures as vectors, the letters as text."""
 
 import tempfile
 import warnings
@@ -22,8 +22,8 @@ _STYLE = """
 _WIDE, _VERY_WIDE = 8, 12  # columns from which a table gets smaller letters
 
 
-def write_pdf(document: Document, path: Path) -> bool:
-    """Write the report to `path`, and return whether that was possible.
+def write_pdf(document: Document, path: Path, figures: Path) -> bool:
+    """Write the report to `path` and each figure to the folder `figures`; return whether that was possible.
 
     Warns
     -----
@@ -31,7 +31,7 @@ def write_pdf(document: Document, path: Path) -> bool:
         The typesetting library is not installed; nothing is written.
     """
     try:
-        import typst
+        from typst import Compiler
     except ImportError:
         warnings.warn(
             "the report has no PDF: install vasowave with the extra 'pdf', or print the page from a browser",
@@ -41,20 +41,24 @@ def write_pdf(document: Document, path: Path) -> bool:
         return False
     import matplotlib
 
+    fonts = [str(Path(matplotlib.get_data_path()) / "fonts" / "ttf")]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for drawing in document.drawings():
-            (folder / f"{drawing.name}.pdf").write_bytes(drawing.pdf)
+            (folder / f"{drawing.name}.svg").write_text(drawing.svg, encoding="utf-8")
         (folder / "report.typ").write_text(markup(document), encoding="utf-8")
-        fonts = str(Path(matplotlib.get_data_path()) / "fonts" / "ttf")
-        typst.compile(
-            str(folder / "report.typ"), output=str(path), format="pdf", font_paths=[fonts], ignore_system_fonts=True
-        )
+        alone = "#set page(width: auto, height: auto, margin: 0pt)\n"
+        compiler = Compiler(root=str(folder), font_paths=fonts, ignore_system_fonts=True)  # type: ignore[arg-type]
+        for drawing in document.drawings():
+            source = folder / f"{drawing.name}.typ"
+            source.write_text(f"{alone}#image({quoted(drawing.name + '.svg')})", encoding="utf-8")
+            compiler.compile(str(source), output=str(figures / f"{drawing.name}.pdf"), format="pdf")
+        compiler.compile(str(folder / "report.typ"), output=str(path), format="pdf")
     return True
 
 
 def markup(document: Document) -> str:
-    """Return the report in Typst's markup; figures are files ``NAME.pdf`` beside it."""
+    """Return the report in Typst's markup; figures are files ``NAME.svg`` beside it."""
     parts = [
         f"#set document(title: {quoted(document.title)})",
         _STYLE,
@@ -90,7 +94,7 @@ def _block(block: Block) -> str:
             return _table(block)
         case Drawing():
             width = f"{min(block.figure.get_figwidth(), 17.4 / 2.54):.3f}in"
-            image = f"image({quoted(block.name + '.pdf')}, width: {width})"
+            image = f"image({quoted(block.name + '.svg')}, width: {width})"
             return f"#block(breakable: false)[#{image}\n#text(7.5pt, {quoted(block.caption)})]"
         case Fold():
             return "\n\n".join([f"=== #{quoted(block.title)}", *map(_block, block.blocks)])

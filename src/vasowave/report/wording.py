@@ -23,7 +23,7 @@ def number(value: Any, digits: int = 3) -> str:
     value = float(value)
     if not math.isfinite(value):
         return "–"
-    if value != 0 and not 1e-3 <= abs(value) < 1e5:
+    if value != 0 and not 1e-4 <= abs(value) < 1e5:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
         return f"{mantissa}·10" + str(int(exponent)).translate(_SUPERSCRIPT)
     decimals = max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0
