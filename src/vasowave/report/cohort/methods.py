@@ -117,8 +117,8 @@ def _analyses() -> str:
         "Waves were separated and their time-normalized intensity computed without smoothing (eqs. 15, 16); I_R is the "
         "ratio of the ranges of the backward and the forward pressure wave over the cycle (eq. 17). Impedance spectra "
         "came from Fourier series (eqs. 18, 19), harmonics whose flow was near the noise level were marked. "
-        "Compliances were taken at diastolic pressure, C_v by the published series/parallel rule and as plain sum (eqs. 25 "
-        "to 30), wave speeds at mean pressure (eqs. 31, 32)."
+        "Compliances were taken at diastolic pressure, C_v by the published series/parallel rule and as plain sum "
+        "(eqs. 25 to 30), wave speeds at mean pressure (eqs. 31, 32)."
     )
 
 
