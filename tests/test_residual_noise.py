@@ -6,12 +6,12 @@ from scipy.special import stdtrit
 from scipy.stats import multivariate_normal
 
 from vasowave.calibration.residual_noise import (
-    _restricted,
     _variance,
     fourier,
     harmonics,
     least_squares_covariance,
     noise_spectrum,
+    restricted_likelihood,
 )
 
 N = 256
@@ -41,10 +41,12 @@ def test_the_restricted_likelihood_is_that_of_what_no_parameter_can_imitate():
 
     def direct(x):
         sigma = np.diag(_variance(x, k))
-        return -multivariate_normal(np.zeros(29), free.T @ sigma @ free).logpdf(free.T @ y)
+        return multivariate_normal(np.zeros(29), free.T @ sigma @ free).logpdf(free.T @ y)
 
     one, other = np.log([2.0, 3.0, 2.0]), np.log([0.5, 6.0, 1.2])
-    assert _restricted(one, k, y, J) - _restricted(other, k, y, J) == pytest.approx(direct(one) - direct(other))
+    assert restricted_likelihood(one, k, y, J) - restricted_likelihood(other, k, y, J) == pytest.approx(
+        direct(one) - direct(other)
+    )
 
 
 @pytest.mark.validation
@@ -83,3 +85,20 @@ def test_intervals_do_not_shrink_because_the_same_cycle_is_sampled_more_finely()
         matrix, _ = least_squares_covariance(coarse[::step], J[::step], noise_spectrum(coarse[::step], J[::step]))
         errors.append(np.sqrt(np.diag(matrix)))
     np.testing.assert_allclose(errors[0], errors[1], rtol=0.02)
+
+
+def test_a_combination_that_the_data_do_not_see_is_as_uncertain_as_the_bounds_and_leaves_the_others_alone():
+    rng = np.random.default_rng(4)
+    J = _jacobian()
+    e = _noise(rng, lambda k: (1 + (k / 3) ** 2) ** -2.5)
+    residual = e - J @ np.linalg.lstsq(J, e, rcond=None)[0]
+    spectrum = noise_spectrum(residual, J)
+    alone, _ = least_squares_covariance(residual, J, spectrum)
+    blind = np.column_stack([J, J[:, 3] + 1e-7 * J[:, 0]])  # a fifth parameter that does what the fourth does
+    ranges = np.full(5, 4.0)
+    free, _ = least_squares_covariance(residual, blind, spectrum)
+    held, _ = least_squares_covariance(residual, blind, spectrum, ranges)
+    assert free[0, 0] > 100 * alone[0, 0]
+    assert held[0, 0] == pytest.approx(alone[0, 0], rel=1e-3)
+    difference = np.array([0, 0, 0, 1, -1]) / np.sqrt(2)
+    assert difference @ held @ difference == pytest.approx(4.0**2 / 12, rel=1e-3)

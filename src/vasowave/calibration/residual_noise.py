@@ -1,4 +1,4 @@
-"""What the residual of a fit says about the noise: a smooth spectrum, estimated by restricted maximum likelihood.
+"""What the residual of a fit says about the noise: a smooth spectrum, from its restricted likelihood.
 
 A measured cycle closes, so its noise is stationary and periodic: its Fourier coefficients are independent, with a
 variance that falls with the harmonic. A fit removes from the residual what its parameters can imitate, above all at low
@@ -12,11 +12,13 @@ import numpy as np
 HARMONICS = 20
 """Harmonics from which the spectrum is estimated: those that the averaged cycle of a mouse carries."""
 
+_USUAL = np.log([1.0, 4.0, 2.5])  # the shape of the residual of a measured mouse; σ² is free
+_SPREAD = np.array([np.inf, 0.7, 0.5])  # SD of the logarithms around it
 _LOG_BOUNDS = np.log([(1e-9, 1e4), (0.5, 30.0), (0.5, 8.0)])
-_CORNERS = (4.0, 8.0)  # starts of the corner harmonic
+_CORNERS = (3.0, 8.0)  # starts of the corner harmonic
 _STEP = 1e-2  # of the finite differences, in logarithms
 _FLATTEST = 1e-2  # curvature below which a hyperparameter counts as known to its bounds only
-_FEWEST = 1.5  # degrees of freedom; with fewer an interval would be as good as infinite
+_FEWEST = 2.0  # degrees of freedom; with fewer an interval would be as good as infinite
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,26 +60,29 @@ def noise_spectrum(residual: np.ndarray, jacobian: np.ndarray) -> NoiseSpectrum:
     y = y / np.sqrt(scale)
     J = np.linalg.qr(J)[0]  # any basis of what the parameters can imitate serves
     fits = [
-        minimize(_restricted, np.log([10.0, corner, 2.0]), (k, y, J), "L-BFGS-B", bounds=_LOG_BOUNDS)
+        minimize(_objective, np.log([10.0, corner, 2.0]), (k, y, J), "L-BFGS-B", bounds=_LOG_BOUNDS)
         for corner in _CORNERS
     ]
     best = min(fits, key=lambda one: one.fun).x
-    curvature, axes = np.linalg.eigh(_hessian(lambda x: _restricted(x, k, y, J), best))
+    curvature, axes = np.linalg.eigh(_hessian(lambda x: _objective(x, k, y, J), best))
     covariance = (axes / np.maximum(curvature, _FLATTEST)) @ axes.T
     return NoiseSpectrum(best + np.array([np.log(scale), 0.0, 0.0]), covariance)
 
 
 def least_squares_covariance(
-    residual: np.ndarray, jacobian: np.ndarray, spectrum: NoiseSpectrum
+    residual: np.ndarray, jacobian: np.ndarray, spectrum: NoiseSpectrum, ranges: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Covariance of least-squares estimates under this noise, J⁺ Σ J⁺ᵀ, and the degrees of freedom of each variance.
 
     The noise is known from one short residual only; Satterthwaite's degrees of freedom, 2 V²/Var V, say how well, and
-    the quantiles of Student's t distribution with them make intervals that cover.
+    the quantiles of Student's t distribution with them make intervals that cover. Parameters with a range (of the
+    bounds) are nowhere less certain than it allows: a combination that the data do not see would otherwise spread its
+    endless error over the others.
     """
     k = harmonics(len(residual))
-    inverse = np.linalg.pinv(fourier(jacobian), rcond=1e-12)
-    matrix = (inverse * spectrum.variance(k)) @ inverse.T
+    variance = spectrum.variance(k)
+    inverse = _inverse(fourier(jacobian), variance, ranges)
+    matrix = (inverse * variance) @ inverse.T
     slopes = []
     for unit in np.eye(3):
         up, down = (_variance(spectrum.logarithms + sign * _STEP * unit, k) for sign in (1, -1))
@@ -87,6 +92,17 @@ def least_squares_covariance(
     with np.errstate(divide="ignore", invalid="ignore"):
         freedom = 2 * np.diag(matrix) ** 2 / uncertain
     return matrix, np.where(np.isfinite(freedom), np.maximum(freedom, _FEWEST), np.inf)
+
+
+def _inverse(J: np.ndarray, variance: np.ndarray, ranges: np.ndarray | None) -> np.ndarray:
+    """Return the pseudo-inverse of J, its gain limited where noise would carry parameters out of their ranges."""
+    left, singular, right = np.linalg.svd(J, full_matrices=False)
+    with np.errstate(divide="ignore"):
+        gain = 1 / singular
+    if ranges is not None:
+        uniform = (right**2) @ (ranges**2 / 12)  # variance along each singular direction if all is possible
+        gain = np.minimum(gain, np.sqrt(uniform / (variance @ left**2)))
+    return (right.T * gain) @ left.T
 
 
 def harmonics(count: int) -> np.ndarray:
@@ -109,14 +125,23 @@ def _variance(logarithms: np.ndarray, harmonic: np.ndarray) -> np.ndarray:
     return power * (1 + (harmonic / corner) ** 2) ** -slope
 
 
-def _restricted(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> float:
-    """Return minus the restricted log-likelihood of the residual, whatever the parameters took from it."""
+def _objective(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> float:
+    """Return minus the restricted log-likelihood and minus the log-prior of the shape.
+
+    One residual has few harmonics left after a fit; without the prior a spectrum that rises without end towards
+    harmonic 0, which the parameters hide, is sometimes the likeliest.
+    """
+    return 0.5 * float(np.sum(((x - _USUAL) / _SPREAD) ** 2)) - restricted_likelihood(x, k, y, J)
+
+
+def restricted_likelihood(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> float:
+    """Log-likelihood of what the parameters could not take from the residual, up to a constant."""
     s = _variance(x, k)
     weighted = J / s[:, np.newaxis]
     information = J.T @ weighted
     taken = weighted.T @ y
     quadratic = y @ (y / s) - taken @ np.linalg.solve(information, taken)
-    return 0.5 * float(np.log(s).sum() + np.linalg.slogdet(information)[1] + quadratic)
+    return -0.5 * float(np.log(s).sum() + np.linalg.slogdet(information)[1] + quadratic)
 
 
 def _hessian(function, x: np.ndarray) -> np.ndarray:  # type: ignore[no-untyped-def]
