@@ -157,5 +157,10 @@ def largest_area(wall: Wall, area0: Values) -> Values:
     return area0 * wall.limits(*_parameters(wall))[1]
 
 
+def equivalent_beta(p1: Values, gamma: Values) -> Values:
+    """Stiffness β = 2π p1/γ, mmHg (eq. 24), of the linear law that the tangent law becomes at small strain."""
+    return 2.0 * np.pi * p1 / gamma
+
+
 def _parameters(wall: Wall) -> tuple[np.ndarray, ...]:
     return tuple(np.asarray(value, dtype=float) for value in wall)  # type: ignore[attr-defined]

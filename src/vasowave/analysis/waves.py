@@ -19,6 +19,8 @@ class WaveIntensity:
     ----------
     forward_pressure, backward_pressure : array
         p₊ and p₋, mmHg (eq. 15); both start at p(0), so p₊ + p₋ - p(0) = p.
+    forward_velocity, backward_velocity : array
+        u₊ and u₋, cm/s (eq. 15), likewise; du± = ±dp±/(ρc).
     forward_intensity, backward_intensity : array
         Time-normalized WI₊ ≥ 0 and WI₋ ≤ 0, W/(cm² s²) (eq. 16).
     reflection_coefficient : array
@@ -29,6 +31,8 @@ class WaveIntensity:
 
     forward_pressure: np.ndarray
     backward_pressure: np.ndarray
+    forward_velocity: np.ndarray
+    backward_velocity: np.ndarray
     forward_intensity: np.ndarray
     backward_intensity: np.ndarray
     reflection_coefficient: np.ndarray
@@ -79,12 +83,15 @@ def wave_intensity(
     acoustic = inertia * c
     forward, drift = _accumulated(p, u, acoustic)
     backward = p + p[..., :1] - forward
+    forward_u, _ = _accumulated(u, p, 1 / acoustic)
     step = period / p.shape[-1]
     dp, du = _derivative(p, step), _derivative(u, step)
     plus, minus = 0.5 * (dp + acoustic * du), 0.5 * (dp - acoustic * du)
     return WaveIntensity(
         forward,
         backward,
+        forward_u,
+        u + u[..., :1] - forward_u,
         _WATT * plus**2 / acoustic,
         -_WATT * minus**2 / acoustic,
         np.ptp(backward, axis=-1) / np.ptp(forward, axis=-1),
@@ -93,7 +100,7 @@ def wave_intensity(
 
 
 def _accumulated(p: np.ndarray, u: np.ndarray, acoustic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return p₊, starting at p(0), and its change over the closed cycle."""
+    """Return p₊, starting at p(0), and its change over the closed cycle; with p and u exchanged and 1/ρc, u₊."""
     mean = 0.5 * (acoustic + np.roll(acoustic, -1, axis=-1))
     rises = 0.5 * (np.roll(p, -1, axis=-1) - p + mean * (np.roll(u, -1, axis=-1) - u))
     total = np.cumsum(rises, axis=-1)

@@ -1,0 +1,45 @@
+"""The beats of a continuous recording and a few seconds of it, as labelled data."""
+
+import numpy as np
+import xarray as xr
+
+from vasowave.recording import EnsembleAverage, RawRecording
+
+EXCERPT = 6.0
+"""Length of the stretch of raw signals that is kept for a figure, s."""
+
+
+def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Dataset:
+    """Return onset, length and fate of every beat, and an excerpt of the signals around the averaged ones."""
+    beats = average.beats
+    found = {
+        "onset": _along("beat", [beat.start for beat in beats], "s", "start of the beat"),
+        "length": _along("beat", [beat.end - beat.start for beat in beats], "s", "length of the beat"),
+        "kept": _along("beat", np.array([beat.averaged for beat in beats], dtype=np.int8), "1", "part of the average"),
+        "reason": xr.Variable(
+            "beat", np.array([beat.rejected for beat in beats], dtype=object), {"long_name": "why it was rejected"}
+        ),
+        "delay": xr.Variable((), average.delay, {"units": "s", "long_name": "flow behind pressure (p-q delay)"}),
+    }
+    dataset = xr.Dataset(found, attrs={"fiducial": average.fiducial, "delay_corrected": int(average.delay_corrected)})
+    return dataset if raw is None else dataset.merge(_excerpt(average, raw))
+
+
+def _excerpt(average: EnsembleAverage, raw: RawRecording) -> xr.Dataset:
+    """Return the signals from the first averaged beat on, or as near as the recording's end allows."""
+    used = [beat for beat in average.beats if beat.averaged]
+    count = min(len(raw.pressure), round(EXCERPT * raw.sampling_rate))
+    middle = 0.5 * (used[0].start + used[-1].end) * raw.sampling_rate
+    first = int(np.clip(middle - count / 2, 0, len(raw.pressure) - count))
+    part = slice(first, first + count)
+    traces = {
+        "trace_pressure": _along("trace_time", raw.pressure[part], "mmHg", "pressure as recorded"),
+        "trace_flow": _along("trace_time", raw.flow[part], "ml/s", "flow as recorded"),
+    }
+    if raw.ecg is not None:
+        traces["trace_ecg"] = _along("trace_time", raw.ecg[part], "mV", "ECG as recorded")
+    return xr.Dataset(traces, coords={"trace_time": _along("trace_time", raw.time[part], "s", "time")})
+
+
+def _along(dim: str, values: object, unit: str, meaning: str) -> xr.Variable:
+    return xr.Variable(dim, np.asarray(values), {"units": unit, "long_name": meaning})

@@ -1,0 +1,206 @@
+"""The single numbers of an animal, each with its unit, symbol, equation and, where it was fitted, its 95 % interval."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from vasowave.analysis import compliance
+from vasowave.calibration import Fit
+from vasowave.calibration.parameters import FACTORS
+from vasowave.model import Model
+from vasowave.nominal import Nominal
+from vasowave.outlets import Windkessel
+from vasowave.recording import Recording
+from vasowave.subject.signals import Station
+from vasowave.walls import LinearWall, equivalent_beta, wave_speed
+
+
+class Quantity(NamedTuple):
+    """What a number is."""
+
+    unit: str
+    symbol: str
+    meaning: str
+    equation: str = ""
+
+
+_RESISTANCE, _COMPLIANCE = "mmHg s/ml", "ml/mmHg"
+
+QUANTITIES: dict[str, Quantity] = {
+    "HR": Quantity("beats/min", "HR", "heart rate", "Table 1"),
+    "CO": Quantity("ml/s", "CO", "cardiac output", "Table 1"),
+    "mPAP": Quantity("mmHg", "mPAP", "mean pressure", "Table 1"),
+    "sPAP": Quantity("mmHg", "sPAP", "systolic pressure", "Table 1"),
+    "dPAP": Quantity("mmHg", "dPAP", "diastolic pressure", "Table 1"),
+    "pPAP": Quantity("mmHg", "pPAP", "pulse pressure", "Table 1"),
+    "PVR": Quantity(_RESISTANCE, "PVR", "total pulmonary vascular resistance, mean pressure over mean flow", "Table 1"),
+    "Z_c": Quantity(_RESISTANCE, "Z_c", "characteristic impedance, up-slope", "8"),
+    "Z_0": Quantity(_RESISTANCE, "Z_0", "impedance at zero frequency", "19"),
+    "I_R": Quantity("1", "I_R", "wave reflection coefficient", "17"),
+    "beta": Quantity("mmHg", "β", "wall stiffness", "3"),
+    "p1": Quantity("mmHg", "p_1", "half-width pressure of the wall", "4"),
+    "gamma": Quantity("1", "γ", "scale of the largest area", "4"),
+    "p1_over_gamma": Quantity("mmHg", "p_1/γ", "wall stiffness of the tangent law", "10"),
+    "stiffness": Quantity("mmHg", "β or 2πp_1/γ", "wall stiffness at small strain, comparable between laws", "24"),
+    "wave_speed": Quantity("cm/s", "c", "wave speed in the root at the measured mean pressure", "31, 32"),
+    "R_T": Quantity(_RESISTANCE, "R_T", "total resistance of the vascular beds", "11"),
+    "a": Quantity("1", "a = R_1/R_T", "resistance ratio", "7"),
+    "C_p": Quantity(_COMPLIANCE, "C_p", "weighted compliance of the vascular beds", "30"),
+    "C_v": Quantity(_COMPLIANCE, "C_v", "compliance of the network, series/parallel rule", "28, 29"),
+    "C_v_plain": Quantity(_COMPLIANCE, "ΣC", "compliance of the network, sum over vessels", "25"),
+    "C_T": Quantity(_COMPLIANCE, "C_T", "total compliance, with C_v by the series/parallel rule", "30"),
+    "C_T_plain": Quantity(_COMPLIANCE, "C_T (sum)", "total compliance, with the sum over vessels", "30"),
+    "C_p_over_C_T": Quantity("1", "C_p/C_T", "share of the beds in the total compliance", "30"),
+    "C_p_over_C_T_plain": Quantity("1", "C_p/C_T (sum)", "share of the beds, with the sum over vessels", "30"),
+    "tau": Quantity("s", "τ", "time constant: of the diastolic decay if measured, R_T C_T of a model", "12"),
+    "tau_plain": Quantity("s", "τ (sum)", "time constant R_T C_T, with the sum over vessels", "12"),
+    "r1": Quantity("1", "r_1", "factor of the nominal R_1 of all beds"),
+    "r2": Quantity("1", "r_2", "factor of the nominal R_2 of all beds"),
+    "c1": Quantity("1", "c_1", "factor of the nominal C of all beds"),
+    "pressure_drop": Quantity("mmHg", "Δp", "fall of the mean pressure to the terminals, their average"),
+    "S": Quantity("mmHg2", "S", "objective at the optimum", "14"),
+    "RMSE": Quantity("mmHg", "RMSE", "root-mean-square pressure residual"),
+}
+"""All quantities by the name of their variable."""
+
+_LOG_STEP = 1e-4
+
+
+def measured_quantities(recording: Recording, nominal: Nominal, station: Station, waves: xr.Dataset) -> xr.Dataset:
+    """Return what the recording alone says; compliance and stiffness are the nominal ones (eqs. 8 to 12)."""
+    R_T, tau = nominal.total_resistance, nominal.time_constant
+    values = recording.indices() | {
+        "Z_c": nominal.characteristic_impedance,
+        "Z_0": recording.vascular_resistance,
+        "I_R": float(waves["I_R"]),
+        "beta": nominal.beta,
+        "stiffness": nominal.beta,
+        "wave_speed": float(station.wave_speed),
+        "R_T": R_T,
+        "C_T": tau / R_T,
+        "tau": tau,
+    }
+    found = quantities_dataset(values)
+    found["wave_speed"].attrs["long_name"] = "wave speed at zero pressure, A0 Z_c/ρ"
+    found["beta"].attrs["long_name"] = "nominal wall stiffness"
+    return found
+
+
+def model_quantities(
+    fit: Fit, station: Station, waves: xr.Dataset, impedance: xr.Dataset, vessels: xr.Dataset
+) -> xr.Dataset:
+    """Return what the calibrated model says; what follows from the parameters alone carries its 95 % interval."""
+    diastolic, mean = vessels["diastolic_pressure"].to_numpy(), fit.recording.mean_pressure
+
+    def derive(values: Mapping[str, float]) -> dict[str, float]:
+        return derived(model_of(fit, values), values, diastolic, mean)
+
+    parameters = _values(fit)
+    estimator = {str(name): float(value) for name, value in zip(impedance["estimator"].values, impedance["Z_c"].values)}
+    values = station.recording.indices() | {
+        **derive(parameters),
+        "Z_c": estimator["up-slope"],
+        "Z_0": float(impedance["modulus"][0]),
+        "I_R": float(waves["I_R"]),
+        "pressure_drop": float(vessels["mean_drop"].mean()),
+        "S": fit.S,
+        "RMSE": fit.rmse,
+    }
+    return quantities_dataset(values, relative_errors(fit, derive))
+
+
+def derived(model: Model, values: Mapping[str, float], diastolic: np.ndarray, mean: float) -> dict[str, float]:
+    """Return the parameters and what follows from them without a simulation.
+
+    Parameters
+    ----------
+    model : Model
+        With one value of every wall parameter for all vessels.
+    values : mapping
+        Its parameters.
+    diastolic : array, shape (vessel,)
+        Diastolic pressure of the vessels, mmHg, at which their compliance is taken.
+    mean : float
+        Pressure at which the wave speed is taken, mmHg.
+    """
+    found = dict(values)
+    at_diastole = compliance(model, diastolic)
+    outlets = model.outlets
+    assert isinstance(outlets, Windkessel)
+    speed = np.asarray(wave_speed(model.wall, mean, model.blood.inertia))
+    if isinstance(model.wall, LinearWall):
+        found["stiffness"] = values["beta"]
+    else:
+        found["p1_over_gamma"] = values["p1"] / values["gamma"]
+        found["stiffness"] = float(equivalent_beta(values["p1"], values["gamma"]))
+    return found | {
+        "wave_speed": float(speed[model.network.root]),
+        "R_T": outlets.total_resistance(),
+        "a": float(np.mean(np.asarray(outlets.R1) / (np.asarray(outlets.R1) + np.asarray(outlets.R2)))),
+        "C_p": at_diastole.peripheral,
+        "C_v": at_diastole.network_published,
+        "C_v_plain": at_diastole.network_sum,
+        "C_T": at_diastole.total(),
+        "C_T_plain": at_diastole.total(published=False),
+        "C_p_over_C_T": at_diastole.peripheral_share(),
+        "C_p_over_C_T_plain": at_diastole.peripheral_share(published=False),
+        "tau": at_diastole.time_constant(),
+        "tau_plain": at_diastole.time_constant(published=False),
+    }
+
+
+def model_of(fit: Fit, values: Mapping[str, float]) -> Model:
+    """Return the model of a fit with other values of its parameters."""
+    wall = type(fit.model.wall)(*(values[name] for name in fit.model.wall._fields))
+    r1, r2, c1 = (values[name] for name in FACTORS)
+    R1, R2, C = fit.nominal.outlets
+    return Model(fit.model.network, wall, Windkessel(r1 * R1, r2 * R2, c1 * C), fit.model.blood)
+
+
+def relative_errors(fit: Fit, derive) -> dict[str, float]:  # type: ignore[no-untyped-def]
+    """Standard errors of the logarithms of all derived quantities, from those of the parameters (delta method)."""
+    names = list(fit.correlation.index)
+    table = fit.parameters.loc[names]
+    spread = (table["standard_error_correlated"] / table["value"]).to_numpy(float)
+    cov = fit.correlation.to_numpy(float) * np.outer(spread, spread)
+    values = _values(fit)
+    up = [derive(values | {name: values[name] * np.exp(_LOG_STEP)}) for name in names]
+    down = [derive(values | {name: values[name] * np.exp(-_LOG_STEP)}) for name in names]
+    errors = {}
+    for key in up[0]:
+        slope = np.array([np.log(one[key] / other[key]) / (2 * _LOG_STEP) for one, other in zip(up, down)])
+        errors[key] = float(np.sqrt(max(0.0, slope @ cov @ slope)))
+    return errors
+
+
+def _values(fit: Fit) -> dict[str, float]:
+    return {str(name): float(value) for name, value in fit.parameters["value"].items()}
+
+
+def quantities_dataset(values: Mapping[str, float], errors: Mapping[str, float] | None = None) -> xr.Dataset:
+    """Return the values as labelled scalars, in the order of `QUANTITIES`; `errors` are those of the logarithms."""
+    found = {}
+    for name, what in QUANTITIES.items():
+        if name not in values:
+            continue
+        attrs: dict[str, str | float] = {"units": what.unit, "long_name": what.meaning, "symbol": what.symbol}
+        if what.equation:
+            attrs["equation"] = what.equation
+        error = (errors or {}).get(name)
+        if error is not None and np.isfinite(error):
+            attrs |= _interval(float(values[name]), error)
+        found[name] = xr.Variable((), float(values[name]), attrs)
+    return xr.Dataset(found)
+
+
+def _interval(value: float, error: float) -> dict[str, str | float]:
+    """95 % interval of a positive quantity, symmetric in the logarithm; a huge error stays a finite number."""
+    reach = min(1.959964 * error, 200.0)
+    return {
+        "standard_error": value * error,
+        "interval_low": float(value * np.exp(-reach)),
+        "interval_high": float(value * np.exp(reach)),
+        "interval_level": 0.95,
+    }

@@ -1,0 +1,143 @@
+"""Waves and impedance at the inlet of the root, of measured or simulated waveforms, as labelled data."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from vasowave.analysis import characteristic_impedances, fourier_series, impedance, named_waves, wave_intensity
+from vasowave.calibration import Fit
+from vasowave.network import Network
+from vasowave.nominal import Nominal
+from vasowave.recording import EnsembleAverage, Recording
+
+_WAVE_COLUMNS = {
+    "start [s]": ("wave_start", "s"),
+    "peak time [s]": ("wave_time", "s"),
+    "duration [s]": ("wave_duration", "s"),
+    "peak [W/cm2/s2]": ("wave_peak", "W/cm2/s2"),
+    "area [W/cm2/s]": ("wave_area", "W/cm2/s"),
+    "pressure change [mmHg]": ("wave_pressure_change", "mmHg"),
+}
+_FLOOR = 20
+"""Harmonics of the flow above this one are taken for noise where no beats tell it."""
+_RELIABLE = 2.0
+"""A harmonic is reliable if its flow is this many times the noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Station:
+    """Pressure, flow, area and wave speed at one place over one cycle.
+
+    Attributes
+    ----------
+    recording : Recording
+        Pressure (mmHg) and flow (ml/s) at the same times.
+    area, wave_speed : float or array, shape (time,)
+        cm² and cm/s.
+    """
+
+    recording: Recording
+    area: float | np.ndarray
+    wave_speed: float | np.ndarray
+
+
+def measured_station(recording: Recording, network: Network, nominal: Nominal, inertia: float) -> Station:
+    """Return the measured waveforms, with A0 and c = A0 Z_c/ρ (eq. 8): area and wave speed were not measured."""
+    count = max(len(recording.pressure), len(recording.flow))
+    area = float(network.area0[network.root])
+    even = recording if len(recording.pressure) == len(recording.flow) else recording.resampled(count)
+    return Station(even, area, area * nominal.characteristic_impedance / inertia)
+
+
+def simulated_station(fit: Fit) -> Station:
+    """Return the calibrated model's waveforms where the catheter was, with area and wave speed from the wall law."""
+    network = fit.model.network
+    here = fit.simulation.sel(vessel=network.name[network.root], station="inlet")
+    pressure, flow, area, speed = (here[name].to_numpy() for name in ("pressure", "flow", "area", "wave_speed"))
+    source = f"{fit.wall} wall calibrated to {fit.recording.source}"
+    return Station(Recording(pressure, flow, fit.recording.period, source), area, speed)
+
+
+def waves_dataset(station: Station, inertia: float) -> xr.Dataset:
+    """Return separated waves, time-normalized intensity, I_R and the single waves (eqs. 15 to 17)."""
+    recording = station.recording
+    period = recording.period
+    waves = wave_intensity(recording.pressure, recording.flow, period, station.area, station.wave_speed, inertia)
+    named = named_waves(waves, period)
+    area = station.area
+    found = {
+        "pressure": _series(recording.pressure, "mmHg", "pressure"),
+        "p_plus": _series(waves.forward_pressure, "mmHg", "forward pressure wave (eq. 15)"),
+        "p_minus": _series(waves.backward_pressure, "mmHg", "backward pressure wave (eq. 15)"),
+        "q_plus": _series(area * waves.forward_velocity, "ml/s", "flow of the forward wave, A u+ (eq. 15)"),
+        "q_minus": _series(area * waves.backward_velocity, "ml/s", "flow of the backward wave, A u- (eq. 15)"),
+        "WI_plus": _series(waves.forward_intensity, "W/cm2/s2", "forward wave intensity (eq. 16)"),
+        "WI_minus": _series(waves.backward_intensity, "W/cm2/s2", "backward wave intensity (eq. 16)"),
+        "I_R": _number(waves.reflection_coefficient, "1", "reflection coefficient (eq. 17)"),
+        "drift": _number(waves.drift, "mmHg", "p+ after one period minus p+ at its start"),
+        "wave_name": xr.Variable("wave", named["wave"].to_numpy(object), {"long_name": "kind of wave"}),
+    }
+    for column, (name, unit) in _WAVE_COLUMNS.items():
+        found[name] = _along("wave", named[column].to_numpy(float), unit, f"{column.split(' [')[0]} of the wave")
+    time = recording.time
+    return xr.Dataset(
+        found,
+        coords={
+            "time": ("time", time, {"units": "s", "long_name": "time"}),
+            "normalized_time": ("time", time / period, {"units": "1", "long_name": "time/T"}),
+        },
+        attrs={"period": period, "smoothing": "none", "amplitude": "largest minus smallest value in the cycle"},
+    )
+
+
+def impedance_dataset(station: Station, harmonics: int, noise: float) -> xr.Dataset:
+    """Return the impedance spectrum (eqs. 18, 19) and several estimates of Z_c (eq. 8)."""
+    recording = station.recording
+    most = min(harmonics, (len(recording.pressure) - 1) // 2)
+    spectrum = impedance(recording.pressure, recording.flow, recording.period, most, _RELIABLE * noise)
+    amplitude = np.abs(fourier_series(recording.flow, most))
+    estimates = characteristic_impedances(recording, (4, min(10, most)), _RELIABLE * noise)
+    per = "harmonic"
+    return xr.Dataset(
+        {
+            "modulus": _along(per, spectrum.modulus, "mmHg s/ml", "impedance modulus |Z| (eq. 19)"),
+            "phase": _along(per, spectrum.phase, "rad", "impedance phase (eq. 19)"),
+            "flow_amplitude": _along(per, amplitude, "ml/s", "amplitude of the flow harmonic (eq. 18)"),
+            "reliable": _along(per, (~spectrum.at_noise).astype(np.int8), "1", "whether the flow is above the noise"),
+            "Z_c": _along("estimator", estimates.to_numpy(float), "mmHg s/ml", "characteristic impedance (eq. 8)"),
+            "flow_noise": _number(noise, "ml/s", "noise of a flow harmonic"),
+        },
+        coords={
+            "harmonic": ("harmonic", np.arange(most + 1), {"units": "1"}),
+            "frequency": ("harmonic", spectrum.frequency, {"units": "Hz", "long_name": "frequency"}),
+            "estimator": ("estimator", np.array(estimates.index, dtype=object)),
+        },
+    )
+
+
+def flow_noise(recording: Recording, beats: EnsembleAverage | None) -> float:
+    """Amplitude of the noise in one harmonic of the averaged flow, ml/s.
+
+    From the scatter of the averaged beats, spread evenly over the harmonics; where no beats are known, the largest
+    harmonic above the 20th; zero where the recording carries none.
+    """
+    if beats is not None:
+        count = sum(beat.averaged for beat in beats.beats)
+        variance = float(np.mean(beats.flow_sd**2)) / max(1, count)
+        return float(np.sqrt(2 * variance / (len(beats.flow_sd) // 2)))
+    carried = (len(recording.flow) - 1) // 2
+    beyond = np.abs(fourier_series(recording.flow, carried))[_FLOOR + 1 :]
+    return float(beyond.max()) if len(beyond) else 0.0
+
+
+def _series(values: np.ndarray, unit: str, meaning: str) -> xr.Variable:
+    return _along("time", values, unit, meaning)
+
+
+def _along(dim: str, values: np.ndarray, unit: str, meaning: str) -> xr.Variable:
+    return xr.Variable(dim, values, {"units": unit, "long_name": meaning})
+
+
+def _number(value: float | np.ndarray, unit: str, meaning: str) -> xr.Variable:
+    return xr.Variable((), float(value), {"units": unit, "long_name": meaning})
