@@ -28,6 +28,7 @@ COLUMNS = {
     "start [s]": "raw: start of the stretch to use, since the start of the block.",
     "end [s]": "raw: end of the stretch to use.",
     "sampling rate [1/s]": "raw: samples per second of a table without a time column.",
+    "synthetic": "yes if the recording was made and not measured; the report then says so.",
     "R_T [mmHg s/ml]": "Total resistance known from elsewhere (a published table): `check` compares, `run` ignores it.",
     "C_T [ml/mmHg]": "Total compliance known from elsewhere, likewise.",
     "tau [s]": "Time constant known from elsewhere, likewise.",
@@ -70,6 +71,7 @@ class AnimalRow:
     start: float | None = None
     end: float | None = None
     sampling_rate: float | None = None
+    synthetic: bool = False
     R_T: float | None = None
     C_T: float | None = None
     tau: float | None = None
@@ -104,7 +106,9 @@ def read_animals(path: Path, groups: Sequence[str] | None) -> tuple[list[AnimalR
         problems += wrong
         if row is not None:
             rows.append(row)
-    return rows, problems + _duplicates(path, rows) + _group_sizes(path, rows, groups)
+    problems += _duplicates(path, rows)
+    complete = not any(problem.error for problem in problems)
+    return rows, problems + (_group_sizes(path, rows, groups or ()) if complete else [])
 
 
 def _unreadable(path: Path, message: str) -> Problem:
@@ -159,6 +163,9 @@ def _row(
     kind = cell.get("kind", "").lower() or "cycle"
     if kind not in ("cycle", "raw"):
         say("kind", f"'{cell['kind']}'{did_you_mean(kind, ('cycle', 'raw'))}; write cycle or raw")
+    synthetic = cell.get("synthetic", "").lower()
+    if synthetic not in ("", "no", "yes"):
+        say("synthetic", f"'{cell['synthetic']}'; write yes or no")
     for title in _CYCLE_ONLY if kind == "raw" else _RAW_ONLY:
         if cell.get(title):
             say(title, f"has no meaning for an animal of kind '{kind}' and is ignored", error=False)
@@ -182,7 +189,7 @@ def _row(
     block = numbers.pop("block")
     row = AnimalRow(
         cell["animal"], cell["group"], files["network"], tuple(recordings), line, kind,
-        block=None if block is None else int(block), **texts, **numbers,
+        synthetic=synthetic == "yes", block=None if block is None else int(block), **texts, **numbers,
     )  # fmt: skip
     return row, wrong
 
@@ -223,11 +230,11 @@ def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[Problem]:
     return found
 
 
-def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str] | None) -> list[Problem]:
+def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str]) -> list[Problem]:
     found = []
-    for label in groups or ():
+    for label in groups:
         size = sum(row.group == label for row in rows)
-        if rows and size < 2:
+        if size < 2:
             many = "no animal" if size == 0 else "one animal"
             found.append(Problem(str(path), f"group '{label}' has {many}; a comparison needs two or more", False))
     return found

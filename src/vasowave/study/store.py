@@ -61,7 +61,7 @@ class Store:
             final = self.folder / f"{key}-{digest(part)}.nc"
             part.replace(final)
             flush(self.folder)
-        except OSError as error:
+        except (OSError, RuntimeError) as error:  # the netCDF library reports a full disk as RuntimeError
             raise not_written(self.folder, error) from None
         finally:
             part.unlink(missing_ok=True)
@@ -82,7 +82,7 @@ def replace_file(path: Path, write: Callable[[Path], object]) -> None:
         flush(part)
         part.replace(path)
         flush(path.parent)
-    except OSError as error:
+    except (OSError, RuntimeError) as error:
         raise not_written(path, error) from None
     finally:
         part.unlink(missing_ok=True)
@@ -99,11 +99,11 @@ def is_full(error: BaseException) -> bool:
     return isinstance(error, OSError) and error.errno in _FULL
 
 
-def not_written(path: Path, error: OSError) -> InputError:
+def not_written(path: Path, error: OSError | RuntimeError) -> InputError:
     """Return the error that says why `path` could not be written, and what to do."""
     if is_full(error):
         return InputError(f"{path}: no space left; what had finished is kept, make room and run again")
-    return InputError(f"{path}: cannot be written ({error.strerror or error}); what had finished is kept")
+    return InputError(f"{path}: cannot be written ({getattr(error, 'strerror', None) or error}); what had finished is kept")
 
 
 def flush(path: Path) -> None:
