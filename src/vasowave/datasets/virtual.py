@@ -17,12 +17,21 @@ _CARDIAC_OUTPUT = 0.18  # ml/s, likewise
 _SAMPLES = 512
 
 
-def ejection(samples: int = _SAMPLES) -> Inflow:
-    """Return a pulmonary flow: a rounded ejection over two fifths of the cycle, a small backflow, rest; 0.18 ml/s."""
+def ejection(samples: int = _SAMPLES, length: float = 0.40, skewness: float = 0.70) -> Inflow:
+    """Return a pulmonary flow: a rounded, early-peaked ejection, a small backflow, rest; 0.18 ml/s.
+
+    Parameters
+    ----------
+    samples : int
+    length : float
+        Of the ejection, as a share of the cycle.
+    skewness : float
+        How much weaker the ejection's end is than its start.
+    """
     phase = np.arange(samples) / samples
-    systole = np.clip((phase - 0.05) / 0.40, 0, 1)
-    flow = np.sin(np.pi * systole) ** 2 * (1.35 - 0.7 * systole)
-    flow -= 0.03 * np.exp(-0.5 * ((phase - 0.47) / 0.015) ** 2)
+    systole = np.clip((phase - 0.05) / length, 0, 1)
+    flow = np.sin(np.pi * systole) ** 2 * (1.35 - skewness * systole)
+    flow -= 0.03 * np.exp(-0.5 * ((phase - 0.07 - length) / 0.015) ** 2)
     return Inflow(_CARDIAC_OUTPUT * flow / flow.mean(), _PERIOD)
 
 

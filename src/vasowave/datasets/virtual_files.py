@@ -1,0 +1,103 @@
+"""The virtual cohort as the files a lab would have, and one file that a lab never has: the truth."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from vasowave.datasets.virtual_cohort import VirtualAnimal
+from vasowave.errors import InputError
+from vasowave.network import Network
+from vasowave.recording import RawRecording
+
+SYNTHETIC = "SYNTHETIC: made by vasowave from published parameters, no animal was measured"
+"""Stands in every file of the cohort."""
+
+_UNITS = {
+    "beta": "mmHg",
+    "p1": "mmHg",
+    "gamma": "1",
+    "R_T": "mmHg s/ml",
+    "a": "1",
+    "C_p": "ml/mmHg",
+    "tau": "s",
+    "discrepancy": "mmHg",
+    "HR": "beats/min",
+    "CO": "ml/s",
+}
+
+
+def write_virtual_cohort(animals: Sequence[VirtualAnimal], folder: Path) -> Path:
+    """Write raw recordings, networks, ``animals.csv`` and ``truth.csv`` to `folder`; returns the table of animals.
+
+    Recordings of control animals are LabChart text exports, the others CSV tables, so that a study reads both.
+
+    Raises
+    ------
+    InputError
+        A file cannot be written.
+    """
+    folder = Path(folder)
+    rows, truths = [], []
+    try:
+        for sub in ("networks", "recordings"):
+            (folder / sub).mkdir(parents=True, exist_ok=True)
+        for animal in animals:
+            network = Path("networks") / f"{animal.group.lower()}.csv"
+            labchart = animal.group == "CTL"
+            recording = Path("recordings") / f"{animal.name.replace(' ', '-').lower()}{'.txt' if labchart else '.csv'}"
+            (folder / network).write_text(network_text(animal.network), encoding="utf-8", newline="\n")
+            text = labchart_text(animal.raw) if labchart else table_text(animal.raw)
+            (folder / recording).write_text(text, encoding="utf-8", newline="\n")
+            rows.append((animal.name, animal.group, network.as_posix(), recording.as_posix(), "raw"))
+            truths.append({"animal": animal.name, "group": animal.group, **_labelled(animal.truth)})
+        truth = f"# {SYNTHETIC}\n" + pd.DataFrame(truths).to_csv(index=False, lineterminator="\n")
+        (folder / "truth.csv").write_text(truth, encoding="utf-8", newline="\n")
+        header = "# " + SYNTHETIC + "\nanimal,group,network,recording,kind\n"
+        table = folder / "animals.csv"
+        table.write_text(header + "".join(",".join(row) + "\n" for row in rows), encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror}); choose another place") from None
+    return table
+
+
+def network_text(network: Network) -> str:
+    """Return a vessel table, lengths in mm as in the paper."""
+    lines = [f"# {SYNTHETIC}; vessels as published", "name,parent,length [mm],radius [mm]"]
+    for row, name in enumerate(network.name):
+        parent = network.name[network.parent[row]] if network.parent[row] >= 0 else ""
+        lines.append(f"{name},{parent},{10 * network.length[row]:.6g},{10 * network.radius[row]:.6g}")
+    return "\n".join(lines) + "\n"
+
+
+def labchart_text(raw: RawRecording) -> str:
+    """Return a recording as LabChart's text export: one block, flow in µl/s, a comment at its start."""
+    header = [
+        f"Interval=\t{1 / raw.sampling_rate:.9g} s",
+        "ExcelDateTime=\t4.3466500000000000e+004\t01/01/2019 12:00:00.000000",
+        "TimeFormat=\tStartOfBlock",
+        "DateFormat=\t",
+        "ChannelTitle=\tPAP\tFlow\tECG",
+        "Range=\t10 V\t10 V\t10 mV",
+        "UnitName=\tmmHg\tul/s\tmV",
+    ]
+    rows = _formatted("{:.5f}\t{:.4f}\t{:.3f}\t{:.4f}", raw, 1e3).split("\n")
+    rows[0] += f"\t#* {SYNTHETIC}"
+    return "\n".join([*header, *rows]) + "\n"
+
+
+def table_text(raw: RawRecording) -> str:
+    """Return a recording as a CSV table."""
+    header = f"# {SYNTHETIC}\ntime [s],pressure [mmHg],flow [ml/s],ecg [mV]\n"
+    return header + _formatted("{:.5f},{:.4f},{:.6f},{:.4f}", raw, 1.0) + "\n"
+
+
+def _formatted(line: str, raw: RawRecording, flow_scale: float) -> str:
+    ecg = raw.ecg if raw.ecg is not None else np.zeros(len(raw.pressure))
+    columns = (raw.time, raw.pressure, flow_scale * raw.flow, ecg)
+    return "\n".join(map(line.format, *(column.tolist() for column in columns)))
+
+
+def _labelled(truth: dict[str, float]) -> dict[str, float]:
+    return {f"{name} [{_UNITS[name]}]": value for name, value in truth.items()}
