@@ -50,11 +50,11 @@ def write_virtual_cohort(animals: Sequence[VirtualAnimal], folder: Path) -> Path
             (folder / network).write_text(network_text(animal.network), encoding="utf-8", newline="\n")
             text = labchart_text(animal.raw) if labchart else table_text(animal.raw)
             (folder / recording).write_text(text, encoding="utf-8", newline="\n")
-            rows.append((animal.name, animal.group, network.as_posix(), recording.as_posix(), "raw"))
+            rows.append((animal.name, animal.group, network.as_posix(), recording.as_posix(), "raw", "yes"))
             truths.append({"animal": animal.name, "group": animal.group, **_labelled(animal.truth)})
         truth = f"# {SYNTHETIC}\n" + pd.DataFrame(truths).to_csv(index=False, lineterminator="\n")
         (folder / "truth.csv").write_text(truth, encoding="utf-8", newline="\n")
-        header = "# " + SYNTHETIC + "\nanimal,group,network,recording,kind\n"
+        header = "# " + SYNTHETIC + "\nanimal,group,network,recording,kind,synthetic\n"
         table = folder / "animals.csv"
         table.write_text(header + "".join(",".join(row) + "\n" for row in rows), encoding="utf-8", newline="\n")
     except OSError as error:

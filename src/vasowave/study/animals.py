@@ -5,6 +5,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from vasowave import units
 from vasowave.columns import Columns, read_columns
@@ -175,7 +176,7 @@ def _row(
                 units.factor(cell[title], quantity)
         except InputError as error:
             say(title, str(error))
-    numbers = {field: _number(cell.get(title, ""), title, say) for title, field in _NUMBERS.items()}
+    numbers: dict[str, Any] = {field: _number(cell.get(title, ""), title, say) for title, field in _NUMBERS.items()}
     recordings = [folder / cell["recording"]]
     if cell.get("flow") and kind == "cycle":
         recordings.append(folder / cell["flow"])
@@ -185,7 +186,9 @@ def _row(
             say(title, f"'{cell[title]}' {_missing(file)}")
     if any(problem.error for problem in wrong):
         return None, wrong
-    texts = {title.replace(" ", "_"): cell.get(title, "") for title in COLUMNS if title.endswith((" unit", " channel"))}
+    texts: dict[str, Any] = {
+        title.replace(" ", "_"): cell.get(title, "") for title in COLUMNS if title.endswith((" unit", " channel"))
+    }
     block = numbers.pop("block")
     row = AnimalRow(
         cell["animal"], cell["group"], files["network"], tuple(recordings), line, kind,

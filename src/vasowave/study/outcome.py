@@ -76,7 +76,7 @@ def read_outcome(folder: Path) -> Outcome:
         raise InputError(f"{path}: not the results of a study (its title is not '{_KIND}')")
     names = json.loads(tree.attrs["animals"])
     trees = {
-        name: xr.DataTree.from_dict({path: node.to_dataset(inherit=False) for path, node in _nodes(tree[name])})
+        name: xr.DataTree.from_dict({at: node.to_dataset(inherit=False) for at, node in _nodes(tree.children[name])})
         for name in names
     }
     settings = StudyFile.model_validate_json(tree.attrs["study"])

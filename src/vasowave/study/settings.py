@@ -37,9 +37,7 @@ class Averaging(Section):
         None,
         description="What beats are aligned by: ecg (R wave) or pressure (foot). Empty: the ECG where there is one.",
     )
-    heart_rates: Range = Field(
-        (250.0, 900.0), description="Slowest and fastest heart rate to look for, beats/min."
-    )
+    heart_rates: Range = Field((250.0, 900.0), description="Slowest and fastest heart rate to look for, beats/min.")
     length_tolerance: float = Field(
         0.1, gt=0, le=1, description="A beat whose length differs by a larger fraction from its neighbors is rejected."
     )
@@ -135,12 +133,12 @@ class StudyFile(Section):
     groups: list[Annotated[str, Field(min_length=1)]] = Field(
         ["CTL", "HPH"], min_length=1, description="Group labels in the order of tables; the first is the reference."
     )
-    averaging: Averaging = Field(default_factory=Averaging)
-    calibration: Calibration = Field(default_factory=Calibration)
+    averaging: Averaging = Averaging()
+    calibration: Calibration = Calibration()
     model_selection: bool = Field(True, description="Whether the wall laws are compared by AICc and BIC.")
-    blood: BloodSection = Field(default_factory=BloodSection)
-    numerics: NumericsSection = Field(default_factory=NumericsSection)
-    report: ReportSection = Field(default_factory=ReportSection)
+    blood: BloodSection = BloodSection()
+    numerics: NumericsSection = NumericsSection()
+    report: ReportSection = ReportSection()
 
     @field_validator("groups")
     @classmethod

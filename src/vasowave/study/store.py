@@ -103,7 +103,9 @@ def not_written(path: Path, error: OSError | RuntimeError) -> InputError:
     """Return the error that says why `path` could not be written, and what to do."""
     if is_full(error):
         return InputError(f"{path}: no space left; what had finished is kept, make room and run again")
-    return InputError(f"{path}: cannot be written ({getattr(error, 'strerror', None) or error}); what had finished is kept")
+    return InputError(
+        f"{path}: cannot be written ({getattr(error, 'strerror', None) or error}); what had finished is kept"
+    )
 
 
 def flush(path: Path) -> None:
