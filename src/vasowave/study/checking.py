@@ -29,8 +29,8 @@ NORMAL = {
         "CO": (0.4, 4.0, "ml/s"),
     },
 }
-"""Values outside are taken for slips until somebody has looked. For mice: more than three SD beyond the means of the
-paper's Table 1."""
+"""Values outside are taken for slips until somebody has looked. For mice: well beyond three SD from the means
+of the paper's Table 1."""
 
 _TAU = (0.02, 0.6)
 _SLIP = 3.0  # a known value that differs by more than this factor is no other method, but another number
@@ -74,8 +74,8 @@ def _settings(study: Study, document: Document) -> list[Problem]:
         say("is fixed, so these bounds have no meaning", "calibration", "bounds", name)
     if calibration.paper_bounds:
         say(
-            "the published optima of CTL 3, CTL 5 and HPH 3 lie outside the paper's own bounds of β, and c1 of CTL 2 is "
-            "3.0 where 2.5 is allowed; expect parameters that end at a bound",
+            "the published optima of CTL 3, CTL 5 and HPH 3 lie outside the paper's own bounds of β, and c1 of CTL 2 "
+            "is 3.0 where 2.5 is allowed; expect parameters that end at a bound",
             "calibration",
             "paper_bounds",
         )

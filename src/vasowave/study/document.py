@@ -109,12 +109,14 @@ class _Builder:
     def build(self, node: Any, path: Path_) -> Any:
         import yaml
 
-        self.document._values.setdefault(path, _mark(node))
-        if id(node) in self.seen or len(path) > _DEEPEST:
-            why = "is nested too deeply" if len(path) > _DEEPEST else "is an alias; write the value out"
-            self._problem(path, why)
-            return None
+        if id(node) in self.seen:  # the node stands elsewhere, so its place is that of the key
+            self._problem(path, "this is an alias; write the value out")
+            return node.value if isinstance(node, yaml.ScalarNode) else None
         self.seen.add(id(node))
+        self.document._values[path] = _mark(node)
+        if len(path) > _DEEPEST:
+            self._problem(path, "nested too deeply to be a study file")
+            return None
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, path)
         if isinstance(node, yaml.SequenceNode):

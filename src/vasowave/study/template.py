@@ -120,5 +120,6 @@ def _written(value: Any) -> str:
     if isinstance(value, dict):
         return f"{{{', '.join(f'{key}: {_written(inner)}' for key, inner in value.items())}}}"
     if isinstance(value, float):
-        return f"{value:g}"
+        text = f"{value:g}"
+        return text if "." in text else text.replace("e", ".0e")  # 1e-7 is text to many readers of YAML
     return str(value)
