@@ -189,7 +189,10 @@ def test_a_write_that_fails_leaves_what_was_there(tmp_path):
 
 
 def test_a_scheduler_that_does_not_answer_is_named():
-    with pytest.raises(InputError, match="no Dask scheduler answers at 'tcp://127.0.0.1:9'"), dask_cluster("tcp://127.0.0.1:9", 1):
+    with (
+        pytest.raises(InputError, match="no Dask scheduler answers at 'tcp://127.0.0.1:9'"),
+        dask_cluster("tcp://127.0.0.1:9", 1),
+    ):
         pass
 
 

@@ -38,7 +38,9 @@ def test_every_key_of_the_template_has_its_comment_and_example_lines_are_valid()
         if line.strip() and not line.lstrip().startswith("#"):
             before = lines[number - 1].lstrip()
             assert before.startswith("#"), line
-    uncommented = study_text().replace("  bounds: {}\n  # bounds:", "  bounds:").replace("  fixed: {}\n  # fixed:", "  fixed:")
+    uncommented = (
+        study_text().replace("  bounds: {}\n  # bounds:", "  bounds:").replace("  fixed: {}\n  # fixed:", "  fixed:")
+    )
     found, problems = parse_settings(uncommented.encode())
     assert problems == []
     assert found.calibration.bounds["beta"] == (10, 400)
@@ -46,7 +48,9 @@ def test_every_key_of_the_template_has_its_comment_and_example_lines_are_valid()
 
 
 def test_all_slips_are_named_at_once_with_line_column_and_nearest_key():
-    text = "speces: rat\ncalibration:\n  starts: four\n  walls: [linear, tangnt]\n  bounds: {betta: [1, 2]}\n  seed: 1,5\n"
+    text = (
+        "speces: rat\ncalibration:\n  starts: four\n  walls: [linear, tangnt]\n  bounds: {betta: [1, 2]}\n  seed: 1,5\n"
+    )
     assert sorted(said(text)) == [
         "study.yaml, line 1, column 1: unknown key 'speces' (did you mean 'species'?); known here: "
         "title, animals, species, groups, averaging, calibration, model_selection, blood, numerics, report",
@@ -98,7 +102,9 @@ def test_what_is_no_study_file_is_named_and_not_a_crash(text):
 
 
 KEYS = st.sampled_from([*StudyFile.model_fields, "starts", "walls", "bounds", "beta", "density", "cell_size", "x"])
-LEAVES = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8) | st.sampled_from(["linear", "CTL"])
+LEAVES = (
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8) | st.sampled_from(["linear", "CTL"])
+)
 TREES = st.recursive(LEAVES, lambda t: st.lists(t, max_size=3) | st.dictionaries(KEYS, t, max_size=4), max_leaves=12)
 
 
