@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -15,14 +16,20 @@ from small_study import make_study_in
 from vasowave.errors import InputError
 from vasowave.study.outcome import read_outcome
 from vasowave.study.plan import RESULTS, read_study
-from vasowave.study.running import run_study
+from vasowave.study.running import Done, run_study
 
 PROGRAM = [sys.executable, "-c", "from vasowave.cli import run; run()"]
 
 
-def start(folder: Path, **more) -> subprocess.Popen:
-    command = [*PROGRAM, "run", str(folder)]
+def start(folder: Path, workers: int = 2, **more) -> subprocess.Popen:
+    command = [*PROGRAM, "run", str(folder), "--workers", str(workers)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
+
+
+def finish(folder: Path) -> Done:
+    """Run a study in this process, which has its modules in memory already."""
+    with ThreadPoolExecutor(1) as executor:
+        return run_study(read_study(folder), executor=executor)
 
 
 def trees(folder: Path) -> dict[str, xr.DataTree]:
@@ -97,7 +104,7 @@ def test_what_has_finished_is_found_by_content_and_only_what_changed_is_computed
     folder = copied(undisturbed, tmp_path / "study")
     for path in folder.rglob("*.csv"):
         os.utime(path, (1, 1))
-    assert run_study(read_study(folder)).computed == ()
+    assert finish(folder).computed == ()
 
     first = folder / "recordings/0.csv"
     lines = first.read_text().splitlines()
@@ -106,13 +113,13 @@ def test_what_has_finished_is_found_by_content_and_only_what_changed_is_computed
     changed = "\n".join(lines) + "\n"
     original = first.read_text()
     first.write_text(changed)
-    done = run_study(read_study(folder))
+    done = finish(folder)
     assert (done.computed, done.kept) == (("mouse 0",), ("mouse 1", "mouse 2"))
     with pytest.raises(AssertionError):
         assert_same(trees(folder), trees(undisturbed[0]))
 
     first.write_text(original)  # the earlier result was not overwritten by that of the other input
-    assert run_study(read_study(folder)).computed == ()
+    assert finish(folder).computed == ()
     assert_same(trees(folder), trees(undisturbed[0]))
 
 
@@ -120,7 +127,7 @@ def test_a_truncated_piece_is_computed_again(undisturbed, tmp_path):
     folder = copied(undisturbed, tmp_path / "study")
     piece = max((folder / RESULTS / "cache").iterdir())
     os.truncate(piece, piece.stat().st_size // 2)
-    done = run_study(read_study(folder))
+    done = finish(folder)
     assert len(done.computed) == 1
     assert len(done.kept) == 2
     assert_same(trees(folder), trees(undisturbed[0]))
@@ -187,7 +194,7 @@ def test_a_disk_that_takes_no_more_stops_the_run_with_a_message_and_it_goes_on_l
     def refuse_large_files():
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
-    with start(folder, preexec_fn=refuse_large_files) as program:
+    with start(folder, 1, preexec_fn=refuse_large_files) as program:
         said = program.communicate()[0]
     assert program.returncode == 1
     assert "Error: " in said
@@ -195,13 +202,13 @@ def test_a_disk_that_takes_no_more_stops_the_run_with_a_message_and_it_goes_on_l
     assert {path.name for path in (folder / RESULTS / "cache").iterdir()} == {path.name for path in pieces[1:]}
     assert not (folder / RESULTS / "results.nc").exists()
 
-    done = run_study(read_study(folder))
+    done = finish(folder)
     assert len(done.computed) == 1
     assert_same(trees(folder), trees(undisturbed[0]))
 
 
 def test_a_full_file_system_stops_the_run_with_a_message_and_it_goes_on_later(undisturbed, tmp_path):
-    """A real file system of 2.5 MB in memory, in a mount name space of its own, where the system allows that."""
+    """A real file system of a megabyte in memory, in a mount name space of its own, where the system allows that."""
     folder = tmp_path / "small"
     folder.mkdir()
     source = undisturbed[0]
@@ -217,7 +224,7 @@ def test_a_full_file_system_stops_the_run_with_a_message_and_it_goes_on_later(un
     )
     if shutil.which("unshare") is None:
         pytest.skip("no unshare here")
-    program = subprocess.run(["unshare", "-rm", "sh", "-c", script], capture_output=True, text=True)
+    program = subprocess.run(["unshare", "-rm", "sh", "-c", script], check=False, capture_output=True, text=True)
     if program.returncode == 77 or "unshare" in program.stderr:
         pytest.skip(f"no mounts here: {program.stderr.strip()}")
     assert program.returncode == 1, program.stderr
@@ -227,7 +234,7 @@ def test_a_full_file_system_stops_the_run_with_a_message_and_it_goes_on_later(un
     kept = list((saved / RESULTS / "cache").glob("*"))
     assert 1 <= len(kept) < 3
 
-    done = run_study(read_study(saved))
+    done = finish(saved)
     assert len(done.kept) == len(kept)
     assert len(done.computed) == 3 - len(kept)
     assert_same(trees(saved), trees(source))
@@ -241,4 +248,4 @@ def test_a_study_of_which_every_animal_fails_says_why(make_study):
     folder = make_study(animals=1)
     (folder / "recordings/0.csv").write_text("time [s],pressure [mmHg],flow [ml/s]\n0,1,2\n")
     with pytest.raises(InputError, match=r"every animal failed\n  mouse 0: .*0\.csv"):
-        run_study(read_study(folder))
+        finish(folder)

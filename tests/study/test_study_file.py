@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import pytest
 import yaml
@@ -8,7 +9,7 @@ from jsonschema import Draft202012Validator
 
 from vasowave.study.reading import parse_settings
 from vasowave.study.settings import StudyFile
-from vasowave.study.template import FOLDERS, keys_table, new_study, schema_text, study_text
+from vasowave.study.template import FOLDERS, columns_table, keys_table, new_study, schema_text, study_text
 
 
 def said(text: str) -> list[str]:
@@ -143,7 +144,7 @@ def test_new_changes_nothing_where_a_study_is(tmp_path):
     assert not (tmp_path / "s" / "animals.csv").exists()
 
 
-def test_the_documentation_lists_every_key_as_the_program_knows_it():
-    from pathlib import Path
-
-    assert keys_table() in (Path(__file__).parents[2] / "docs" / "study.md").read_text(encoding="utf-8")
+def test_the_documentation_lists_every_key_and_column_as_the_program_knows_it():
+    text = (Path(__file__).parents[2] / "docs" / "study.md").read_text(encoding="utf-8")
+    assert keys_table() in text
+    assert columns_table() in text

@@ -133,13 +133,13 @@ def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], list[Proble
         if plain not in known:
             hint = did_you_mean(plain, known)
             problems.append(
-                Problem(f"{path}, line 1, column '{title}'", f"unknown column{hint}; known: {', '.join(COLUMNS)}")
+                Problem(f"{path}, header, column '{title}'", f"unknown column{hint}; known: {', '.join(COLUMNS)}")
             )
         elif known[plain] in where:
-            problems.append(Problem(f"{path}, line 1, column '{title}'", "stands twice; keep one"))
+            problems.append(Problem(f"{path}, header, column '{title}'", "stands twice; keep one"))
         else:
             where[known[plain]] = i
-    problems += [Problem(f"{path}, line 1", f"no column '{name}'") for name in NEEDED if name not in where]
+    problems += [Problem(f"{path}, header", f"no column '{name}'") for name in NEEDED if name not in where]
     return where, problems
 
 

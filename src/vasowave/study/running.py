@@ -16,7 +16,7 @@ from vasowave.study.lock import locked
 from vasowave.study.outcome import Outcome, write_outcome
 from vasowave.study.plan import Study
 from vasowave.study.store import Store
-from vasowave.subject import analyze, read_tree, write_tree
+from vasowave.subject import analyze, read_tree
 from vasowave.threads import cores
 
 _CACHE = "cache"
@@ -150,5 +150,5 @@ def _pools(executor: Executor | None, scheduler: str | None, workers: int | None
 
 
 def _write_checked(tree: Any, path: Path) -> None:
-    write_tree(tree, path)
+    tree.to_netcdf(path, engine="netcdf4", format="NETCDF4")
     read_tree(path)  # what cannot be read again must not be taken for a result

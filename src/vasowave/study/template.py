@@ -96,6 +96,15 @@ def keys_table() -> str:
     return "\n".join(lines) + "\n"
 
 
+def columns_table() -> str:
+    """Return a table (Markdown) of every column of ``animals.csv``, for the documentation."""
+    lines = ["| column | what it holds |", "|---|---|"]
+    lines += [
+        f"| `{title}`{' (needed)' if title in NEEDED else ''} | {meaning} |" for title, meaning in COLUMNS.items()
+    ]
+    return "\n".join(lines) + "\n"
+
+
 def _default(field: Any) -> str:
     value = field.get_default(call_default_factory=True)
     return "empty" if value is None else f"`{_written(value)}`"
