@@ -29,10 +29,10 @@ def made_recording(source="synthetic: made from formulas", count=128):
     return Recording(np.fft.irfft(np.fft.rfft(flow) * Z, count), flow, PERIOD, source)
 
 
-def made_fit(wall="linear", source="synthetic: made from formulas", count=128):
-    recording, network = made_recording(source, count), control_network()
+def made_fit(wall="linear", source="synthetic: made from formulas", count=128, recording=None, network=None, factor=1.0):
+    recording, network = recording or made_recording(source, count), network or control_network()
     nominal = estimate_nominal(network, recording)
-    values = PARAMETERS[wall]
+    values = PARAMETERS[wall] | {name: factor * PARAMETERS[wall][name] for name in ("beta", "p1") if name in PARAMETERS[wall]}
     law = LinearWall(values["beta"]) if wall == "linear" else TangentWall(values["p1"], values["gamma"])
     R1, R2, C = nominal.outlets
     model = Model(network, law, Windkessel(values["r1"] * R1, values["r2"] * R2, values["c1"] * C))
@@ -52,7 +52,8 @@ def made_parameters(values):
         rows[name] = {
             "unit": "mmHg" if name in ("beta", "p1") else "1", "nominal": 0.8 * value, "lower": 0.1 * value,
             "upper": 2.5 * value, "value": value, "standard_error": 0.04 * value,
-            "standard_error_correlated": 0.3 * value, "at_bound": False, "free": True,
+            "standard_error_correlated": 0.3 * value, "degrees_of_freedom": 8.0,
+            "interval_low": 0.5 * value, "interval_high": 2.0 * value, "at_bound": False, "free": True,
             "determined": name != "r1",
         }  # fmt: skip
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("parameter")

@@ -74,8 +74,9 @@ def test_simulated_indices_are_those_of_the_simulated_cycle(fits):
 def test_every_column_with_a_quantity_names_its_unit(fits):
     tables = results.tables(fits)
     words = {"source", "wall", "stage", "vessel", "parameter", "other", "unit", "start", "simulations", "converged"}
-    words |= {"agrees", "message", "at_bound", "free", "determined"}
+    words |= {"agrees", "message", "at_bound", "free", "determined", "degrees_of_freedom"}
     in_unit_column = {"nominal", "lower", "upper", "value", "standard_error", "standard_error_correlated"}
+    in_unit_column |= {"interval_low", "interval_high"}
     for name, table in tables.items():
         bare = {column for column in table.columns if "[" not in column} - words
         assert bare <= (in_unit_column if name == "parameters" else set()), name

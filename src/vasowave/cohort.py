@@ -1,11 +1,16 @@
 """Groups of animals: description, contrasts with intervals, exact tests."""
 
+from collections.abc import Sequence
 from math import comb
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from vasowave.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 def describe(table: pd.DataFrame, quantities: list[str]) -> pd.DataFrame:
@@ -183,16 +188,18 @@ def importance_index(reference: float, other: float) -> float:
 
 def exact_mann_whitney(x: np.ndarray, y: np.ndarray) -> float:
     """Two-sided exact p of the rank-sum permutation test; ties get mean ranks and stay exact."""
-    from itertools import combinations
-
     from scipy.stats import rankdata
 
-    if comb(len(x) + len(y), len(x)) > 500_000:
-        raise InputError(f"{len(x)} + {len(y)} animals are too many to enumerate; use an asymptotic test")
-    ranks = rankdata(np.concatenate([x, y]))
-    center = len(x) * ranks.mean()
-    sums = np.array([sum(ranks[list(rows)]) for rows in combinations(range(len(ranks)), len(x))])
-    return float(np.mean(np.abs(sums - center) >= abs(ranks[: len(x)].sum() - center) - 1e-9))
+    ranks = np.rint(2 * rankdata(np.concatenate([x, y]))).astype(int)  # doubled, so that mean ranks are integers
+    total = int(ranks.sum())
+    # How many choices of k animals have each rank sum, one animal after the other: no list of all choices is needed.
+    choices = np.zeros((len(x) + 1, total + 1))
+    choices[0, 0] = 1
+    for rank in ranks:
+        choices[1:, rank:] += choices[:-1, : total + 1 - rank].copy()
+    center = len(x) * total / len(ranks)
+    extreme = np.abs(np.arange(total + 1) - center) >= abs(ranks[: len(x)].sum() - center) - 1e-9
+    return float(choices[-1][extreme].sum() / comb(len(ranks), len(x)))
 
 
 def holm(p: np.ndarray) -> np.ndarray:
@@ -243,3 +250,33 @@ def _kruskal(samples: list[np.ndarray], rng: np.random.Generator, permutations: 
 
     shuffled = rng.permuted(np.tile(ranks, (permutations, 1)), axis=1)
     return float(statistic(ranks)), statistic(shuffled)
+
+
+def cohort_table(trees: Sequence["xr.DataTree"]) -> pd.DataFrame:
+    """Return the single numbers of all animals: one row per animal and source (measured, linear, tangent).
+
+    Columns ``animal, group, source``, then one per quantity, ``NAME [unit]``; NaN where a source has no such quantity.
+
+    Raises
+    ------
+    InputError
+        Two animals of the same name, or a quantity in two units.
+    """
+    rows: list[dict[str, object]] = []
+    units: dict[str, str] = {}
+    for tree in trees:
+        for source, node in tree.children.items():
+            if "quantities" not in node.children:
+                continue
+            row: dict[str, object] = {key: str(tree.attrs[key]) for key in ("animal", "group")} | {"source": source}
+            for name, value in node["quantities"].data_vars.items():
+                unit = str(value.attrs.get("units", "1"))
+                if units.setdefault(str(name), unit) != unit:
+                    raise InputError(f"'{name}' of animal '{row['animal']}' is in {unit}, before in {units[str(name)]}")
+                row[f"{name} [{unit}]"] = float(value)
+            rows.append(row)
+    names = [str(tree.attrs["animal"]) for tree in trees]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"two animals are called '{twice}'; give every animal its own name")
+    return pd.DataFrame(rows)

@@ -46,15 +46,21 @@ def write_results(fits: Sequence[Fit], folder: Path, inputs: Sequence[Path] = ()
     InputError
         The folder holds something else than a vasowave result or cannot be written; the fits do not belong together.
     """
-    check_fits(fits)
-    folder = Path(folder).resolve()
-    check_folder(folder)
+    folder = prepared_folder(fits, folder)
     produced = tables(fits)
     with _replacing(folder) as fresh:
         write_archive(fits, fresh / ARCHIVE, provenance(inputs))
         for name, table in produced.items():
             table.to_csv(fresh / f"{name}.csv", index=False, lineterminator="\n")
     return [folder / ARCHIVE, *(folder / f"{name}.csv" for name in produced)]
+
+
+def prepared_folder(fits: Sequence[Fit], folder: Path) -> Path:
+    """Return the full path of `folder` after `check_fits` and `check_folder`."""
+    check_fits(fits)
+    folder = Path(folder).resolve()
+    check_folder(folder)
+    return folder
 
 
 def check_fits(fits: Sequence[Fit]) -> None:

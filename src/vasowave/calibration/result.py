@@ -27,7 +27,9 @@ class Fit:
         Where the starts came from.
     parameters : DataFrame
         One row per parameter (index: beta, or p1 and gamma; r1, r2, c1), columns ``unit, nominal, lower, upper,
-        value, standard_error, at_bound, free, determined``.
+        value, standard_error`` (if every sample had independent noise), ``standard_error_correlated`` (for the smooth
+        noise that the residual shows, `residual_noise`), ``degrees_of_freedom`` of that error, ``interval_low,
+        interval_high`` (95 %, from both), ``at_bound, free, determined``.
     correlation : DataFrame
         Correlation of the free parameters' estimates.
     starts : DataFrame

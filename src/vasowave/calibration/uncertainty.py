@@ -1,4 +1,4 @@
-"""What the data determine: standard errors and correlations from the Jacobian, and sentences about them."""
+"""What the data determine: standard errors, 95 % intervals and correlations, and sentences about them."""
 
 from collections.abc import Sequence
 
@@ -6,37 +6,47 @@ import numpy as np
 import pandas as pd
 
 from vasowave.calibration.parameters import UNITS, Space
+from vasowave.calibration.residual_noise import least_squares_covariance, noise_spectrum
 
+LEVEL = 0.95
+"""Level of the intervals, symmetric in the logarithm of a parameter."""
+
+_FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 _NEAR_BOUND = 1e-3  # in the logarithm
 UNDETERMINED = 0.5  # a parameter whose standard error exceeds half its value is not determined
 _INSEPARABLE = 0.95  # correlation above which two parameters are named together
 
 
-def covariance(jacobian: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, float]:
-    """Covariance of the free parameters' logarithms for independent noise, and the factor for correlated noise.
-
-    Residuals of a fit are smooth, so N samples hold less than N pieces of information. With lag-one correlation φ the
-    variance of an estimate grows by (1 + φ)/(1 - φ), the factor that is returned.
-    """
+def covariance(jacobian: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Covariance of the free parameters' logarithms if every sample had independent noise."""
     N, D = jacobian.shape
     variance = float(residual @ residual) / max(1, N - D)
-    inverse = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
-    power = float(residual @ residual)
-    phi = float(residual @ np.roll(residual, 1)) / power if power > 0 else 0.0
-    phi = min(max(phi, 0.0), 0.999)
-    return variance * inverse, (1 + phi) / (1 - phi)
+    return variance * np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
+
+
+def correlated_covariance(jacobian: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Covariance of the free parameters' logarithms for smooth noise, and the degrees of freedom of each variance.
+
+    The noise is that of the pressure, the first half of the residual: flow at the inlet is prescribed.
+    """
+    N = len(residual) // 2
+    return least_squares_covariance(residual[:N], jacobian[:N], noise_spectrum(residual[:N], jacobian[:N]))
 
 
 def parameter_table(space: Space, x: np.ndarray, jacobian: np.ndarray, residual: np.ndarray) -> pd.DataFrame:
     """One row per parameter; see `Fit.parameters`."""
+    from scipy.special import stdtrit
+
     values = space.values(x)
-    cov, inflation = covariance(jacobian, residual)
-    relative = np.full(len(values), np.nan)
-    relative[space.free] = np.sqrt(np.diag(cov))
+    matrix, degrees = correlated_covariance(jacobian, residual)
+    independent, correlated, freedom = (np.full(len(values), np.nan) for _ in range(3))
+    independent[space.free] = np.sqrt(np.diag(covariance(jacobian, residual)))
+    correlated[space.free] = np.sqrt(np.diag(matrix))
+    freedom[space.free] = np.minimum(degrees, 1e6)
+    reach = np.minimum(stdtrit(freedom, 0.5 + 0.5 * LEVEL) * correlated, _FARTHEST)
     low, high = space.log_bounds
     at_bound = np.zeros(len(values), dtype=bool)
     at_bound[space.free] = (x - low < _NEAR_BOUND) | (high - x < _NEAR_BOUND)
-    correlated = relative * np.sqrt(inflation)
     return pd.DataFrame(
         {
             "unit": [UNITS[name] for name in space.names],
@@ -44,8 +54,11 @@ def parameter_table(space: Space, x: np.ndarray, jacobian: np.ndarray, residual:
             "lower": space.lower,
             "upper": space.upper,
             "value": values,
-            "standard_error": relative * values,
+            "standard_error": independent * values,
             "standard_error_correlated": correlated * values,
+            "degrees_of_freedom": freedom,
+            "interval_low": values * np.exp(-reach),
+            "interval_high": values * np.exp(reach),
             "at_bound": at_bound,
             "free": space.free,
             "determined": space.free & ~at_bound & (correlated < UNDETERMINED),
@@ -55,12 +68,12 @@ def parameter_table(space: Space, x: np.ndarray, jacobian: np.ndarray, residual:
 
 
 def correlations(space: Space, jacobian: np.ndarray, residual: np.ndarray) -> pd.DataFrame:
-    """Correlation of the free parameters' estimates."""
-    cov, _ = covariance(jacobian, residual)
-    scale = np.sqrt(np.diag(cov))
+    """Correlation of the free parameters' estimates, for smooth noise."""
+    matrix, _ = correlated_covariance(jacobian, residual)
+    scale = np.sqrt(np.diag(matrix))
     with np.errstate(divide="ignore", invalid="ignore"):
-        matrix = cov / np.outer(scale, scale)
-    return pd.DataFrame(matrix, index=list(space.free_names), columns=list(space.free_names))
+        found = matrix / np.outer(scale, scale)
+    return pd.DataFrame(found, index=list(space.free_names), columns=list(space.free_names))
 
 
 def sentences(table: pd.DataFrame, correlation: pd.DataFrame, starts: pd.DataFrame) -> list[str]:

@@ -5,75 +5,87 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.recording import EnsembleAverage, RawRecording
+from vasowave.figures.style import DATA, label_axes
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
-_LABELS = {"pressure": "pressure (mmHg)", "flow": "flow (ml/s)", "ecg": "ECG (mV)"}
+_LABELS = {"pressure": "pressure [mmHg]", "flow": "flow [ml/s]", "ecg": "ECG [mV]"}
 _KEPT, _REJECTED = "#0072b2", "#d55e00"
+_DRAWN = 800  # pairs of lowest and highest value that a trace is drawn with
 
 
-def plot_detected_beats(
-    ax: "Axes", raw: RawRecording, average: EnsembleAverage, signal: str = "pressure", margin: float = 0.5
-) -> "Axes":
-    """Draw a signal around the averaged beats, a mark at every detected beat, and what became of the beats.
+def plot_detected_beats(ax: "Axes", beats: "xr.DataTree | xr.Dataset", signal: str = "pressure") -> "Axes":
+    """Draw a few seconds of a signal, a mark at every detected beat, and what became of the beats.
 
     Averaged beats are shaded, rejected ones hatched, so the two differ in grey too.
 
     Parameters
     ----------
     ax : matplotlib Axes
-    raw : RawRecording
-    average : EnsembleAverage
+    beats : Dataset
+        ``onset, length, kept, reason`` by beat, and an excerpt ``trace_time, trace_pressure`` and so on.
     signal : {"pressure", "flow", "ecg"}
-    margin : float
-        Time shown before the first and after the last averaged beat, s.
 
     Raises
     ------
     InputError
-        An unknown signal, or an ECG that was not recorded.
+        An unknown signal, or one that was not recorded.
     """
-    values = getattr(raw, signal) if signal in _LABELS else None
-    if values is None:
-        raise InputError(f"{raw.source}: no signal '{signal}' to draw; there are pressure, flow, and ecg if recorded")
-    used = [beat for beat in average.beats if beat.averaged]
-    start, end = used[0].start - margin, used[-1].end + margin
-    shown = [beat for beat in average.beats if beat.end >= start and beat.start <= end]
+    if signal not in _LABELS or f"trace_{signal}" not in beats.data_vars:
+        raise InputError(f"no signal '{signal}' to draw; there are pressure, flow, and ecg if recorded")
+    time, values = beats["trace_time"].values, beats[f"trace_{signal}"].values
+    onset, end = beats["onset"].values, beats["onset"].values + beats["length"].values
+    inside = (end >= time[0]) & (onset <= time[-1])
     labels = {"averaged", "rejected"}
-    for beat in shown:
-        kind = "averaged" if beat.averaged else "rejected" if beat.rejected else ""
+    for beat in np.flatnonzero(inside):
+        kind = "averaged" if beats["kept"].values[beat] else "rejected" if beats["reason"].values[beat] else ""
         if kind:
-            look: dict[str, Any] = {"color": _KEPT, "alpha": 0.18}
-            if beat.rejected:
-                look = {"color": _REJECTED, "alpha": 0.25, "hatch": "///"}
-            ax.axvspan(beat.start, beat.end, lw=0, label=kind if kind in labels else None, **look)
+            ax.axvspan(onset[beat], end[beat], lw=0, label=kind if kind in labels else None, **_shade(kind))
             labels.discard(kind)
-    inside = (raw.time >= start) & (raw.time <= end)
-    ax.plot(raw.time[inside], values[inside], color="black", lw=0.8)
-    starts = np.array([beat.start for beat in shown])
-    ax.plot(starts, np.interp(starts, raw.time, values), "v", color="black", ms=4, ls="none", label="detected")
-    ax.set(xlabel="time (s)", ylabel=_LABELS[signal], xlim=(max(start, 0.0), min(end, raw.duration)))
-    ax.legend(loc="upper left", bbox_to_anchor=(0.0, 1.18), ncols=3, frameon=False, fontsize="small")
-    return ax
+    ax.plot(*thinned(time, values, _DRAWN), color=DATA, lw=0.6)
+    starts = onset[inside & (onset >= time[0])]
+    ax.plot(starts, np.interp(starts, time, values), "v", color=DATA, ms=3, ls="none", label="detected")
+    ax.set_xlim(time[0], time[-1])
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.0)
+    return label_axes(ax, "time [s]", _LABELS[signal])
 
 
-def plot_ensemble(ax: "Axes", average: EnsembleAverage, signal: str = "pressure") -> "Axes":
+def plot_ensemble(ax: "Axes", tree: "xr.DataTree", signal: str = "pressure") -> "Axes":
     """Draw the averaged cycle of pressure or flow with a band of one standard deviation of the beats.
 
     Raises
     ------
     InputError
-        A signal that is neither pressure nor flow.
+        A signal that is neither pressure nor flow, or an animal whose cycle was not averaged here.
     """
     if signal not in ("pressure", "flow"):
         raise InputError(f"signal '{signal}' is neither 'pressure' nor 'flow'")
-    mean, deviation = getattr(average.recording, signal), getattr(average, f"{signal}_sd")
-    time = 1e3 * average.recording.time
-    count = sum(beat.averaged for beat in average.beats)
+    recording = tree["recording"]
+    if f"{signal}_sd" not in recording.data_vars or "beats" not in tree.children:
+        raise InputError("the cycle came averaged; the scatter of its beats is not known")
+    mean, deviation = recording[signal].values, recording[f"{signal}_sd"].values
+    time = recording["time" if signal == "pressure" else "flow_time"].values
+    count = int(tree["beats"]["kept"].sum())
     ax.fill_between(time, mean - deviation, mean + deviation, color="0.6", lw=0, label="± 1 SD of the beats")
-    ax.plot(time, mean, color="black", lw=0.9, label=f"mean of {count} beats")
-    ax.set(xlabel="time (ms)", ylabel=_LABELS[signal], xlim=(0.0, 1e3 * average.recording.period))
-    ax.legend(frameon=False, fontsize="small")
-    return ax
+    ax.plot(time, mean, color=DATA, lw=0.9, label=f"mean of {count} beats")
+    ax.set_xlim(0.0, recording.attrs["period"])
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.0)
+    return label_axes(ax, "time [s]", _LABELS[signal])
+
+
+def thinned(time: np.ndarray, values: np.ndarray, pairs: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest and the highest sample of each of `pairs` stretches, in order; no spike is lost."""
+    if len(values) <= 2 * pairs:
+        return time, values
+    kept: list[int] = []
+    for rows in np.array_split(np.arange(len(values)), pairs):
+        kept += sorted({int(rows[np.argmin(values[rows])]), int(rows[np.argmax(values[rows])])})
+    return time[kept], values[kept]
+
+
+def _shade(kind: str) -> dict[str, Any]:
+    if kind == "averaged":
+        return {"facecolor": _KEPT, "alpha": 0.18}
+    return {"facecolor": _REJECTED, "alpha": 0.25, "hatch": "///"}

@@ -1,48 +1,80 @@
-"""Measured and fitted waveforms where the catheter was, and what is left between them."""
+"""Measured and fitted waveforms where the catheter was, and what is left between them ("Residuals")."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vasowave.calibration.result import Fit
-from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes, legend_above, wall_line
-from vasowave.results import inlet
+from vasowave.errors import InputError
+from vasowave.figures.style import CTL, DATA, FAINT, closed, closed_time, label_axes, legend_above, wall_line
+from vasowave.figures.trees import period, root_vessel, simulated, wall_laws
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
 
-def plot_pressure(ax: "Axes", fits: Sequence[Fit], color: str = CTL) -> "Axes":
+def plot_pressure(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
     """Draw measured pressure, and each wall law's at the inlet of the root vessel, over one cycle."""
-    recording = fits[0].recording
-    ax.plot(closed_time(recording.time, recording.period), closed(recording.pressure), color=DATA, label="measured")
-    for fit in fits:
-        time, pressure, _ = inlet(fit)
-        ax.plot(closed_time(time, recording.period), closed(pressure), **wall_line(fit.wall, color))
+    recording = tree["recording"]
+    ax.plot(_closed_time(recording["time"], tree), closed(recording["pressure"].values), color=DATA, label="measured")
+    _plot_simulated(ax, tree, "pressure", color)
     ax.legend()
     return label_axes(ax, "time [s]", "pressure [mmHg]")
 
 
-def plot_flow(ax: "Axes", fits: Sequence[Fit], color: str = CTL) -> "Axes":
+def plot_flow(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
     """Draw measured flow, and each wall law's at the inlet of the root vessel, over one cycle.
 
     The measured flow is the model's inflow, so the curves coincide.
     """
-    recording = fits[0].recording
-    measured_time = np.arange(len(recording.flow)) * (recording.period / len(recording.flow))
-    ax.plot(closed_time(measured_time, recording.period), closed(recording.flow), color=DATA, label="measured")
-    for fit in fits:
-        time, _, flow = inlet(fit)
-        ax.plot(closed_time(time, recording.period), closed(flow), **wall_line(fit.wall, color))
+    recording = tree["recording"]
+    ax.plot(_closed_time(recording["flow_time"], tree), closed(recording["flow"].values), color=DATA, label="measured")
+    _plot_simulated(ax, tree, "flow", color)
     return label_axes(ax, "time [s]", "flow [ml/s]")
 
 
-def plot_residuals(ax: "Axes", fits: Sequence[Fit], color: str = CTL) -> "Axes":
+def plot_residuals(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
     """Draw measured minus simulated pressure over one cycle."""
-    ax.axhline(0.0, color=DATA, linewidth=0.8)
-    for fit in fits:
-        line = wall_line(fit.wall, color) | {"label": f"{fit.wall}, RMSE {fit.rmse:.2f} mmHg"}
-        ax.plot(fit.recording.time, fit.pressure_residual, **line)
+    ax.axhline(0.0, color=FAINT, linewidth=0.8)
+    for wall in wall_laws(tree):
+        calibration = tree[f"{wall}/calibration"]
+        rmse = f"{wall}, RMSE {float(calibration['RMSE']):.2f} mmHg"
+        residual = calibration["pressure_residual"].values
+        ax.plot(calibration["time"].values, residual, **(wall_line(wall, color) | {"label": rmse}))
     legend_above(ax, columns=2)
     return label_axes(ax, "time [s]", "residual pressure [mmHg]")
+
+
+def plot_autocorrelation(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
+    """Draw the circular autocorrelation of the residuals up to half a period, and the 95 % band of white noise."""
+    count = 0
+    for wall in wall_laws(tree):
+        residual = tree[f"{wall}/calibration"]["pressure_residual"].values
+        rho, count = autocorrelation(residual), len(residual)
+        ax.plot(np.arange(len(rho)) * period(tree) / count, rho, **wall_line(wall, color))
+    if count:
+        band = 1.96 / np.sqrt(count)
+        ax.axhspan(-band, band, color="0.9", zorder=0, label="white noise, 95 %")
+    ax.set(xlim=(0, period(tree) / 2), ylim=(-1.05, 1.05))
+    legend_above(ax, columns=3)
+    return label_axes(ax, "lag [s]", "autocorrelation [1]")
+
+
+def autocorrelation(residuals: np.ndarray) -> np.ndarray:
+    """Circular autocorrelation of the centered residuals at lags of 0 … N//2 samples."""
+    r = np.asarray(residuals, dtype=float)
+    power = np.abs(np.fft.rfft(r - r.mean())) ** 2
+    if not power.sum() > 0:
+        raise InputError("the residuals do not vary; they have no autocorrelation")
+    covariance = np.fft.irfft(power, len(r))
+    return covariance[: len(r) // 2 + 1] / covariance[0]
+
+
+def _plot_simulated(ax: "Axes", tree: "xr.DataTree", quantity: str, color: str) -> None:
+    for wall in wall_laws(tree):
+        values = simulated(tree, wall, quantity, root_vessel(tree))
+        ax.plot(_closed_time(values["time"], tree), closed(values.values), **wall_line(wall, color))
+
+
+def _closed_time(time: "xr.DataArray", tree: "xr.DataTree") -> np.ndarray:
+    return closed_time(time.values, period(tree))

@@ -1,38 +1,74 @@
-"""Groups of animals: boxes with every animal (the paper's figure "ParOpt"), and ratios with intervals."""
+"""Groups of animals: boxes with every animal ("ParOpt"), importance indices ("ParAll_change"), ratios, waveforms."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.figures.style import DATA, FAINT, GroupLook, closed, closed_time, group_looks, label_axes
+from vasowave.figures.trees import period
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
     from matplotlib.axes import Axes
 
-COLORS = {"CTL": "cyan", "HPH": "magenta"}
-"""Colors of the paper's groups; others take what is left."""
+_HATCH = {"linear": "//////"}
+_SHORT = {"linear": "lin.", "tangent": "tan.", "measured": "data"}
 
 
-def plot_groups(ax: "Axes", table: "pd.DataFrame", quantity: str) -> "Axes":
-    """Draw a box per group and a point per animal, for one column ``quantity [unit]`` of a table with ``group``."""
+def plot_groups(ax: "Axes", table: "pd.DataFrame", quantity: str, label: str = "") -> "Axes":
+    """Draw a box per group, and per source where a group has several, and a point per animal; a cross is the mean.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+    table : DataFrame
+        Columns ``group``, `quantity` and, where walls stand side by side, ``source``; the linear wall is hatched.
+    quantity : str
+        Name of a column, ``quantity [unit]``.
+    label : str
+        Of the axis, if not the name of the column.
+    """
     if not {quantity, "group"} <= set(table.columns):
         raise InputError(f"no column '{quantity}' or 'group'; there are: {', '.join(map(str, table.columns))}")
-    labels = table["group"].unique().tolist()
-    samples = [table.loc[table["group"] == label, quantity].to_numpy(dtype=float) for label in labels]
-    places = np.arange(1, len(labels) + 1)
-    boxes = ax.boxplot(samples, positions=places, widths=0.5, patch_artist=True, showfliers=False)
-    others = iter(["orange", "0.6", "yellowgreen", "tan"] * len(labels))
-    for label, box, median in zip(labels, boxes["boxes"], boxes["medians"]):
-        box.set(facecolor=COLORS.get(label) or next(others), alpha=0.4)
-        median.set(color="black")
-    for place, x in zip(places, samples):
-        # Animals side by side in order of rank, so that equal values stay visible.
-        spread = (np.argsort(np.argsort(x)) % 3 - 1) * 0.08
-        ax.plot(place + spread, x, "o", color="black", markersize=3)
-    ax.set_xticks(places, [f"{label} (n = {len(x)})" for label, x in zip(labels, samples)])
-    ax.set(xlabel="group", ylabel=quantity)
-    return ax
+    sources = table["source"].unique().tolist() if "source" in table.columns else [None]
+    step = len(sources) + 0.6
+    ticks: dict[float, str] = {}
+    for column, (group, look) in enumerate(group_looks(table["group"]).items()):
+        count = 0
+        for place, source in enumerate(sources):
+            rows = table[(table["group"] == group) & (True if source is None else table["source"] == source)]
+            x = rows[quantity].to_numpy(dtype=float)
+            count = max(count, len(x))
+            _box(ax, column * step + place, x[np.isfinite(x)], look, _HATCH.get(str(source), ""))
+            if len(sources) > 1:
+                ticks[column * step + place] = _SHORT.get(str(source), str(source))
+        middle = column * step + (len(sources) - 1) / 2
+        ticks[middle] = f"{ticks.get(middle, '')}\n{group}" if len(sources) > 1 else f"{group}\n(n = {count})"
+    ax.set_xticks(list(ticks), list(ticks.values()), fontsize=7.5)
+    ax.tick_params(axis="x", length=0)
+    ax.set_xlim(-0.7, max(ticks) + (len(sources) - 1) / 2 + 0.7)
+    return label_axes(ax, "", label or quantity)
+
+
+def plot_importance(ax: "Axes", indices: "pd.DataFrame", looks: Mapping[str, GroupLook]) -> "Axes":
+    """Draw the importance index η (eq. 20): one row per ``quantity``, one bar per ``source`` and compared ``group``."""
+    names = indices["quantity"].unique().tolist()
+    series = list(dict.fromkeys(zip(indices["source"], indices["group"])))
+    height = 0.8 / len(series)
+    for place, (source, group) in enumerate(series):
+        rows = indices[(indices["source"] == source) & (indices["group"] == group)]
+        at = np.array([names.index(name) for name in rows["quantity"]]) + (place - (len(series) - 1) / 2) * height
+        text = group if source == "measured" else f"{group}, {source} wall"
+        style = {"color": looks[group].color, "edgecolor": DATA, "linewidth": 0.6, "hatch": _HATCH.get(source, "")}
+        ax.barh(at, rows["eta"], height, label=text, alpha=0.75, **style)
+    ax.axvline(0, color=DATA, linewidth=0.8)
+    ax.set_yticks(range(len(names)), names)
+    ax.invert_yaxis()
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.0)
+    return label_axes(ax, "importance index η [1]", "")
 
 
 def plot_ratios(ax: "Axes", contrasts: "pd.DataFrame") -> "Axes":
@@ -40,8 +76,43 @@ def plot_ratios(ax: "Axes", contrasts: "pd.DataFrame") -> "Axes":
     rows = np.arange(len(contrasts))[::-1]
     ratio = contrasts["ratio"].to_numpy()
     reach = np.stack([ratio - contrasts["ratio low"], contrasts["ratio high"] - ratio])
-    ax.errorbar(ratio, rows, xerr=reach, fmt="o", color="black", capsize=3, linewidth=1)
-    ax.axvline(1, color="0.7", linewidth=0.8, zorder=0)
+    ax.errorbar(ratio, rows, xerr=reach, fmt="o", color=DATA, capsize=3, linewidth=1, markersize=4)
+    ax.axvline(1, color=FAINT, linewidth=0.8, zorder=0)
     ax.set_yticks(rows, contrasts["quantity"].tolist())
-    ax.set(xlabel="ratio of geometric means [-]", xscale="log")
-    return ax
+    ax.set_ylim(-0.7, len(rows) - 0.3)
+    ax.set_xscale("log")
+    ticks = [tick for tick in (0.1, 0.2, 0.3, 0.5, 1, 2, 3, 5, 10) if _inside(tick, contrasts)]
+    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks], minor=False)
+    ax.minorticks_off()
+    return label_axes(ax, "ratio of geometric means [1]", "")
+
+
+def plot_waveforms(
+    ax: "Axes", trees: "Sequence[xr.DataTree]", quantity: str, color: str, shown: str = ""
+) -> "Axes":
+    """Draw the measured cycle of every animal of a group, the one called `shown` in black (the paper's "hemoData")."""
+    for tree in trees:
+        recording = tree["recording"]
+        time = recording["time" if quantity == "pressure" else "flow_time"].values
+        first = tree.attrs.get("animal") == shown
+        look: dict[str, Any] = {"color": DATA, "linewidth": 1.8, "zorder": 4} if first else {"color": color, "lw": 0.9}
+        ax.plot(closed_time(time, period(tree)), closed(recording[quantity].values), **look)
+    return label_axes(ax, "time [s]", {"pressure": "pressure [mmHg]", "flow": "flow [ml/s]"}[quantity])
+
+
+def _box(ax: "Axes", at: float, x: np.ndarray, look: GroupLook, hatch: str) -> None:
+    if len(x) == 0:
+        return
+    drawn = ax.boxplot(
+        [x], positions=[at], widths=0.7, patch_artist=True, showfliers=False, showmeans=True, manage_ticks=False,
+        meanprops={"marker": "x", "markeredgecolor": DATA, "markersize": 5}, medianprops={"color": DATA},
+    )  # fmt: skip
+    drawn["boxes"][0].set(facecolor=(look.color, 0.45), hatch=hatch)
+    # Animals side by side in order of rank, so that equal values stay visible.
+    spread = (np.argsort(np.argsort(x)) % 3 - 1) * 0.14
+    ax.plot(at + spread, x, look.marker, color=DATA, markersize=2.5, ls="none")
+
+
+def _inside(tick: float, contrasts: "pd.DataFrame") -> bool:
+    low, high = min(contrasts["ratio low"].min(), 1), max(contrasts["ratio high"].max(), 1)
+    return bool(low / 1.3 <= tick <= high * 1.3)

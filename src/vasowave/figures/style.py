@@ -1,23 +1,29 @@
 """The look of every figure: colors, line styles, sizes; readable in grey.
 
-Data are black. The animal's group sets the hue, the wall law sets the dash: linear dashed, tangent solid. The linear
-law is also darker, so that the two stay apart where they overlap and where color is lost.
+Data are black. The animal's group sets hue and marker, the wall law sets the dash: linear dashed, tangent solid. The
+linear law is also darker, so that the two stay apart where they overlap and where color is lost.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from itertools import cycle
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 DATA = "#000000"
 CTL = "#00a7c4"
 HPH = "#d6259b"
+FAINT = "#b3b3b3"
 _DARKER = {CTL: "#00596b", HPH: "#7a0f57"}
+_KNOWN = {"CTL": (CTL, "o"), "HPH": (HPH, "s")}
+# Told apart by people who are blind to red or green (Okabe and Ito), and by their markers in grey.
+_OTHERS = (("#e69f00", "^"), ("#0072b2", "D"), ("#009e73", "v"), ("#d55e00", "P"), ("#7f5fa8", "X"), ("#8c6d1f", "*"))
 _DASH: dict[str, Any] = {"linear": (0, (5, 2)), "tangent": "solid"}
 _SETTINGS: dict[Any, Any] = {
     "font.size": 9,
@@ -32,9 +38,23 @@ _SETTINGS: dict[Any, Any] = {
     "legend.fontsize": 8,
     "lines.linewidth": 1.4,
     "svg.fonttype": "none",
+    "pdf.fonttype": 42,
     "svg.hashsalt": "vasowave",
     "savefig.dpi": 200,
 }
+
+
+class GroupLook(NamedTuple):
+    """How a group of animals is drawn."""
+
+    color: str
+    marker: str
+
+
+def group_looks(labels: Iterable[str]) -> dict[str, GroupLook]:
+    """Return color and marker of every group: CTL cyan, HPH magenta, other labels from a colour-blind safe set."""
+    others = cycle(_OTHERS)
+    return {label: GroupLook(*(_KNOWN.get(label) or next(others))) for label in dict.fromkeys(labels)}
 
 
 @contextmanager
@@ -64,6 +84,13 @@ def wall_line(wall: str, color: str = CTL) -> dict[str, Any]:
     }
 
 
+def wave_line(direction: str, color: str = DATA) -> dict[str, Any]:
+    """Return the line style of a forward (solid) or backward (dotted, darker) wave; `color` is the group's."""
+    if direction == "forward":
+        return {"color": color, "linestyle": "solid", "label": "forward"}
+    return {"color": _DARKER.get(color, color), "linestyle": (0, (1, 1)), "label": "backward"}
+
+
 def label_axes(ax: "Axes", x: str, y: str) -> "Axes":
     """Write the labels, ``"pressure [mmHg]"`` and the like, and return `ax`."""
     ax.set_xlabel(x)
@@ -80,6 +107,15 @@ def quantity_label(attributes: dict[str, Any], name: str) -> str:
     """Return ``"long name [unit]"`` from the attributes of a simulated quantity called `name`."""
     unit = str(attributes.get("units", "")).replace("cm2", "cm²")
     return f"{attributes.get('long_name', name)} [{unit}]"
+
+
+def plain_log(axis: "Axis") -> None:
+    """Label a logarithmic axis at 1, 2 and 5 of every decade, as plain numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def closed(values: np.ndarray) -> np.ndarray:

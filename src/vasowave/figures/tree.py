@@ -1,15 +1,15 @@
 """Pressure and flow along the tree ("PQsim"): chosen vessels, both walls."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vasowave.calibration.result import Fit
 from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes, quantity_label, wall_line
+from vasowave.figures.trees import period, root_vessel, simulated, wall_laws
 from vasowave.network import Network
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
 
 
@@ -36,15 +36,16 @@ def _main_path(network: Network, row: int) -> list[int]:
 
 
 def plot_vessel(
-    ax: "Axes", fits: Sequence[Fit], vessel: str, quantity: str = "pressure", color: str = CTL, station: str = "middle"
+    ax: "Axes", tree: "xr.DataTree", vessel: str, quantity: str = "pressure", color: str = CTL, station: str = "middle"
 ) -> "Axes":
     """Draw one simulated quantity at one station of one vessel, one line per wall law; data where measured."""
-    recording, network = fits[0].recording, fits[0].model.network
-    if vessel == network.name[network.root] and quantity == "pressure":
-        time = closed_time(recording.time, recording.period)
-        ax.plot(time, closed(recording.pressure), color=DATA, linewidth=1.0, label="measured (inlet)")
-    for fit in fits:
-        values = fit.simulation[quantity].sel(vessel=vessel, station=station)
-        time = closed_time(values["time"].to_numpy(), recording.period)
-        ax.plot(time, closed(values.to_numpy()), **wall_line(fit.wall, color))
-    return label_axes(ax, "time [s]", quantity_label(fits[0].simulation[quantity].attrs, quantity))
+    if vessel == root_vessel(tree) and quantity == "pressure":
+        measured = tree["recording"]["pressure"]
+        time = closed_time(measured["time"].values, period(tree))
+        ax.plot(time, closed(measured.values), color=DATA, linewidth=1.0, label="measured (inlet)")
+    label = quantity
+    for wall in wall_laws(tree):
+        values = simulated(tree, wall, quantity, vessel, station)
+        label = quantity_label(values.attrs, quantity)
+        ax.plot(closed_time(values["time"].values, period(tree)), closed(values.values), **wall_line(wall, color))
+    return label_axes(ax, "time [s]", label)

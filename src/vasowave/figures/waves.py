@@ -1,39 +1,46 @@
-"""Wave intensity with its named waves (the paper's figure "WIA")."""
+"""Separated waves and wave intensity with its named waves (the paper's figure "WIA")."""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vasowave.figures.style import DATA, FAINT, label_axes, wave_line
+
 if TYPE_CHECKING:
-    import pandas as pd
+    import xarray as xr
     from matplotlib.axes import Axes
 
-    from vasowave.analysis import WaveIntensity
+
+def plot_wave_intensity(ax: "Axes", waves: "xr.DataTree | xr.Dataset", color: str = DATA) -> "Axes":
+    """Draw WI₊ and WI₋ over time/T (eq. 16), and at their peaks the names of the largest wave of each kind."""
+    time = waves["normalized_time"].values
+    ax.plot(time, waves["WI_plus"].values, **wave_line("forward", color))
+    ax.plot(time, waves["WI_minus"].values, **wave_line("backward", color))
+    for row in _largest(waves):
+        at, peak = float(waves["wave_time"][row]) / waves.attrs["period"], float(waves["wave_peak"][row])
+        offset, place = ((0, 3), "bottom") if peak > 0 else ((0, -3), "top")
+        ax.annotate(str(waves["wave_name"].values[row]), (at, peak), offset, textcoords="offset points", ha="center",
+                    va=place, fontsize="small")  # fmt: skip
+    ax.margins(y=0.18)
+    ax.axhline(0, color=FAINT, linewidth=0.8, zorder=0)
+    ax.set_xlim(0, 1)
+    return label_axes(ax, "time/T [1]", "intensity [W/(cm² s²)]")
 
 
-def plot_wave_intensity(
-    ax: "Axes", waves: "WaveIntensity", period: float, named: "pd.DataFrame | None" = None
-) -> "Axes":
-    """Draw WI₊ and WI₋ of one station over one period (s); `named`, from `named_waves`, labels the peaks."""
-    time = np.arange(len(waves.forward_intensity)) * period / len(waves.forward_intensity)
-    ax.plot(time, waves.forward_intensity, color="black", linewidth=1, label="forward")
-    ax.plot(time, waves.backward_intensity, color="black", linestyle="--", linewidth=1, label="backward")
-    if named is not None:
-        for wave, at, peak in zip(named["wave"], named["peak time [s]"], named["peak [W/cm2/s2]"]):
-            offset = (0, 4) if peak > 0 else (0, -12)
-            ax.annotate(wave, (at, peak), offset, textcoords="offset points", ha="center", fontsize="small")
-    ax.margins(y=0.12)
-    ax.axhline(0, color="0.7", linewidth=0.8, zorder=0)
-    ax.set(xlabel="time [s]", ylabel="wave intensity [W/(cm² s²)]", xlim=(0, period))
-    ax.legend(frameon=False)
-    return ax
+def plot_separated_pressure(ax: "Axes", waves: "xr.DataTree | xr.Dataset", color: str = DATA) -> "Axes":
+    """Draw p₊ and p₋ over time/T (eq. 15) and the pressure that they make up; both start at p(0)."""
+    time = waves["normalized_time"].values
+    ax.plot(time, waves["pressure"].values, color=DATA, linewidth=1, label="pressure")
+    ax.plot(time, waves["p_plus"].values, **wave_line("forward", color))
+    ax.plot(time, waves["p_minus"].values, **wave_line("backward", color))
+    ax.set_xlim(0, 1)
+    return label_axes(ax, "time/T [1]", "pressure [mmHg]")
 
 
-def plot_separated_pressure(ax: "Axes", waves: "WaveIntensity", period: float) -> "Axes":
-    """Draw p₊ and p₋ of one station over one period (s); both start at p(0)."""
-    time = np.arange(len(waves.forward_pressure)) * period / len(waves.forward_pressure)
-    ax.plot(time, waves.forward_pressure, color="black", linewidth=1, label="forward")
-    ax.plot(time, waves.backward_pressure, color="black", linestyle="--", linewidth=1, label="backward")
-    ax.set(xlabel="time [s]", ylabel="pressure [mmHg]", xlim=(0, period))
-    ax.legend(frameon=False)
-    return ax
+def _largest(waves: "xr.DataTree | xr.Dataset") -> list[int]:
+    """Return the rows of the wave of largest area of each kind."""
+    size = np.abs(waves["wave_area"].values)
+    best: dict[str, int] = {}
+    for row in np.argsort(-size, kind="stable"):
+        best.setdefault(str(waves["wave_name"].values[row]), int(row))
+    return list(best.values())

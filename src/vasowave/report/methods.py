@@ -5,7 +5,7 @@ from dataclasses import asdict
 
 from vasowave.blood import boundary_layer
 from vasowave.calibration.result import Fit
-from vasowave.report.summary import number
+from vasowave.report.wording import number
 
 _SETTINGS = {
     "period": ("period", "s"),

@@ -7,30 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vasowave.archive import split_unit
 from vasowave.calibration.result import Fit
+from vasowave.report.wording import Row, name_and_unit, number
 from vasowave.results import indices_table, nominal_table
-
-Row = tuple[str, ...]
-
-
-def number(value: Any, digits: int = 3) -> str:
-    """Return a value as people write it: significant digits, never an exponent where a small one is avoidable."""
-    if isinstance(value, bool | np.bool_):
-        return "yes" if value else "no"
-    if isinstance(value, int | np.integer):
-        return str(int(value))
-    if not isinstance(value, float | np.floating):
-        return "" if value is None else str(value)
-    value = float(value)
-    if not math.isfinite(value):
-        return "–"
-    if value != 0 and not 1e-3 <= abs(value) < 1e5:
-        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        return f"{mantissa}·10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-    decimals = max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0
-    return f"{value:.{decimals}f}"
-
 
 def is_synthetic(fits: Sequence[Fit]) -> bool:
     """Say whether the recording was made by a model and not measured."""
@@ -64,14 +43,14 @@ def indices_rows(fits: Sequence[Fit]) -> tuple[Row, list[Row]]:
     """Return header and rows: one row per index, one column measured and one per wall law."""
     table = indices_table(fits).set_index("source")
     header = ("index", "unit", *table.index)
-    rows = [(*_name_and_unit(label), *(number(value) for value in table[label])) for label in table.columns]
+    rows = [(*name_and_unit(label), *(number(value) for value in table[label])) for label in table.columns]
     return header, rows
 
 
 def nominal_rows(fit: Fit) -> tuple[Row, list[Row]]:
     """Return header and rows of the nominal parameters."""
     table = nominal_table(fit)
-    return ("parameter", "unit", "value"), [(*_name_and_unit(label), number(table[label].iloc[0])) for label in table]
+    return ("parameter", "unit", "value"), [(*name_and_unit(label), number(table[label].iloc[0])) for label in table]
 
 
 def parameter_rows(fit: Fit) -> tuple[Row, list[Row]]:
@@ -97,12 +76,6 @@ def outcome_rows(fits: Sequence[Fit]) -> tuple[Row, list[Row]]:
     return ("quantity", "unit", *(f"{fit.wall} wall" for fit in fits)), rows
 
 
-def table_rows(frame: pd.DataFrame, digits: int = 4) -> tuple[Row, list[Row]]:
-    """Return header and rows of any table, numbers written as people do."""
-    header = tuple(str(label).replace(" [1]", "").replace("mmHg2", "mmHg²") for label in frame.columns)
-    return header, [tuple(number(value, digits) for value in row) for row in frame.itertuples(index=False)]
-
-
 def mean_wave_speed(fit: Fit) -> float:
     """Pulse wave velocity in the root vessel at the cycle's mean pressure, cm/s (eqs. 31 and 32)."""
     from vasowave.walls import wave_speed
@@ -111,11 +84,6 @@ def mean_wave_speed(fit: Fit) -> float:
     here = fit.simulation.sel(vessel=network.name[network.root], station="inlet")
     law = type(fit.model.wall)(*(np.asarray(value)[network.root] for value in fit.model.wall))
     return float(wave_speed(law, float(here["pressure"].mean()), fit.model.blood.inertia))
-
-
-def _name_and_unit(label: object) -> tuple[str, str]:
-    name, unit = split_unit(str(label))
-    return name, "" if unit == "1" else unit
 
 
 def _stiffness(fit: Fit) -> str:

@@ -1,6 +1,6 @@
 """The single numbers of an animal, each with its unit, symbol, equation and, where it was fitted, its 95 % interval."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ import xarray as xr
 from vasowave.analysis import compliance
 from vasowave.calibration import Fit
 from vasowave.calibration.parameters import FACTORS
+from vasowave.calibration.uncertainty import LEVEL
 from vasowave.model import Model
 from vasowave.nominal import Nominal
 from vasowave.outlets import Windkessel
@@ -66,6 +67,7 @@ QUANTITIES: dict[str, Quantity] = {
 """All quantities by the name of their variable."""
 
 _LOG_STEP = 1e-4
+_FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 
 
 def measured_quantities(recording: Recording, nominal: Nominal, station: Station, waves: xr.Dataset) -> xr.Dataset:
@@ -108,7 +110,7 @@ def model_quantities(
         "S": fit.S,
         "RMSE": fit.rmse,
     }
-    return quantities_dataset(values, relative_errors(fit, derive))
+    return quantities_dataset(values, errors_of(fit, derive))
 
 
 def derived(model: Model, values: Mapping[str, float], diastolic: np.ndarray, mean: float) -> dict[str, float]:
@@ -159,19 +161,29 @@ def model_of(fit: Fit, values: Mapping[str, float]) -> Model:
     return Model(fit.model.network, wall, Windkessel(r1 * R1, r2 * R2, c1 * C), fit.model.blood)
 
 
-def relative_errors(fit: Fit, derive) -> dict[str, float]:  # type: ignore[no-untyped-def]
-    """Standard errors of the logarithms of all derived quantities, from those of the parameters (delta method)."""
+def errors_of(fit: Fit, derive: Callable[[Mapping[str, float]], dict[str, float]]) -> dict[str, tuple[float, float]]:
+    """Standard errors of the logarithms of all derived quantities and the half widths of their 95 % intervals.
+
+    By the delta method from those of the parameters. The degrees of freedom are those of the parameters, weighted by
+    what each contributes to the variance.
+    """
+    from scipy.special import stdtrit
+
     names = list(fit.correlation.index)
     table = fit.parameters.loc[names]
     spread = (table["standard_error_correlated"] / table["value"]).to_numpy(float)
     cov = fit.correlation.to_numpy(float) * np.outer(spread, spread)
+    unknown = 1 / table["degrees_of_freedom"].to_numpy(float)
     values = _values(fit)
     up = [derive(values | {name: values[name] * np.exp(_LOG_STEP)}) for name in names]
     down = [derive(values | {name: values[name] * np.exp(-_LOG_STEP)}) for name in names]
     errors = {}
     for key in up[0]:
         slope = np.array([np.log(one[key] / other[key]) / (2 * _LOG_STEP) for one, other in zip(up, down)])
-        errors[key] = float(np.sqrt(max(0.0, slope @ cov @ slope)))
+        error = float(np.sqrt(max(0.0, slope @ cov @ slope)))
+        share = (slope * spread) ** 2
+        freedom = share.sum() / (share @ unknown) if share.any() else np.inf
+        errors[key] = (error, float(stdtrit(min(freedom, 1e6), 0.5 + 0.5 * LEVEL)) * error)
     return errors
 
 
@@ -179,28 +191,22 @@ def _values(fit: Fit) -> dict[str, float]:
     return {str(name): float(value) for name, value in fit.parameters["value"].items()}
 
 
-def quantities_dataset(values: Mapping[str, float], errors: Mapping[str, float] | None = None) -> xr.Dataset:
-    """Return the values as labelled scalars, in the order of `QUANTITIES`; `errors` are those of the logarithms."""
+def quantities_dataset(
+    values: Mapping[str, float], errors: Mapping[str, tuple[float, float]] | None = None
+) -> xr.Dataset:
+    """Return the values as labelled scalars, in the order of `QUANTITIES`; `errors` as from `errors_of`."""
     found = {}
     for name, what in QUANTITIES.items():
         if name not in values:
             continue
+        value = float(values[name])
         attrs: dict[str, str | float] = {"units": what.unit, "long_name": what.meaning, "symbol": what.symbol}
         if what.equation:
             attrs["equation"] = what.equation
-        error = (errors or {}).get(name)
-        if error is not None and np.isfinite(error):
-            attrs |= _interval(float(values[name]), error)
-        found[name] = xr.Variable((), float(values[name]), attrs)
+        error, reach = (errors or {}).get(name, (np.nan, np.nan))
+        if np.isfinite(error) and np.isfinite(reach):
+            factor = float(np.exp(min(reach, _FARTHEST)))
+            attrs |= {"standard_error": value * error, "interval_low": value / factor, "interval_high": value * factor}
+            attrs["interval_level"] = LEVEL
+        found[name] = xr.Variable((), value, attrs)
     return xr.Dataset(found)
-
-
-def _interval(value: float, error: float) -> dict[str, str | float]:
-    """95 % interval of a positive quantity, symmetric in the logarithm; a huge error stays a finite number."""
-    reach = min(1.959964 * error, 200.0)
-    return {
-        "standard_error": value * error,
-        "interval_low": float(value * np.exp(-reach)),
-        "interval_high": float(value * np.exp(reach)),
-        "interval_level": 0.95,
-    }

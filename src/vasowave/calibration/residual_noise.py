@@ -1,0 +1,128 @@
+"""What the residual of a fit says about the noise: a smooth spectrum, estimated by restricted maximum likelihood.
+
+A measured cycle closes, so its noise is stationary and periodic: its Fourier coefficients are independent, with a
+variance that falls with the harmonic. A fit removes from the residual what its parameters can imitate, above all at low
+harmonics; the restricted likelihood allows for that.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+HARMONICS = 20
+"""Harmonics from which the spectrum is estimated: those that the averaged cycle of a mouse carries."""
+
+_LOG_BOUNDS = np.log([(1e-9, 1e4), (0.5, 30.0), (0.5, 8.0)])
+_CORNERS = (4.0, 8.0)  # starts of the corner harmonic
+_STEP = 1e-2  # of the finite differences, in logarithms
+_FLATTEST = 1e-2  # curvature below which a hyperparameter counts as known to its bounds only
+_FEWEST = 1.5  # degrees of freedom; with fewer an interval would be as good as infinite
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseSpectrum:
+    """Variance S_k = σ² (1 + (k/k0)²)^-m of the Fourier coefficients of harmonic k, and how well it is known.
+
+    Attributes
+    ----------
+    logarithms : array, shape (3,)
+        log σ² (mmHg²), log k0, log m.
+    covariance : array, shape (3, 3)
+        Of their estimates.
+    """
+
+    logarithms: np.ndarray
+    covariance: np.ndarray
+
+    def variance(self, harmonic: np.ndarray) -> np.ndarray:
+        """Variance of the coefficients at these harmonics, mmHg²."""
+        return _variance(self.logarithms, harmonic)
+
+
+def noise_spectrum(residual: np.ndarray, jacobian: np.ndarray) -> NoiseSpectrum:
+    """Return the spectrum of the noise behind the residual of a least-squares fit.
+
+    Parameters
+    ----------
+    residual : array, shape (N,)
+        Measured minus simulated pressure over one period, mmHg.
+    jacobian : array, shape (N, D)
+        Its derivative by the parameters at the optimum.
+    """
+    from scipy.optimize import minimize
+
+    harmonic = harmonics(len(residual))
+    kept = harmonic <= min(HARMONICS, (len(residual) - 1) // 2)
+    k, y, J = harmonic[kept], fourier(residual)[kept], fourier(jacobian)[kept]
+    scale = max(float(np.mean(y**2)), 1e-300)
+    y = y / np.sqrt(scale)
+    J = np.linalg.qr(J)[0]  # any basis of what the parameters can imitate serves
+    fits = [
+        minimize(_restricted, np.log([10.0, corner, 2.0]), (k, y, J), "L-BFGS-B", bounds=_LOG_BOUNDS)
+        for corner in _CORNERS
+    ]
+    best = min(fits, key=lambda one: one.fun).x
+    curvature, axes = np.linalg.eigh(_hessian(lambda x: _restricted(x, k, y, J), best))
+    covariance = (axes / np.maximum(curvature, _FLATTEST)) @ axes.T
+    return NoiseSpectrum(best + np.array([np.log(scale), 0.0, 0.0]), covariance)
+
+
+def least_squares_covariance(
+    residual: np.ndarray, jacobian: np.ndarray, spectrum: NoiseSpectrum
+) -> tuple[np.ndarray, np.ndarray]:
+    """Covariance of least-squares estimates under this noise, J⁺ Σ J⁺ᵀ, and the degrees of freedom of each variance.
+
+    The noise is known from one short residual only; Satterthwaite's degrees of freedom, 2 V²/Var V, say how well, and
+    the quantiles of Student's t distribution with them make intervals that cover.
+    """
+    k = harmonics(len(residual))
+    inverse = np.linalg.pinv(fourier(jacobian), rcond=1e-12)
+    matrix = (inverse * spectrum.variance(k)) @ inverse.T
+    slopes = []
+    for unit in np.eye(3):
+        up, down = (_variance(spectrum.logarithms + sign * _STEP * unit, k) for sign in (1, -1))
+        slopes.append((inverse**2) @ (up - down) / (2 * _STEP))
+    gradient = np.array(slopes)
+    uncertain = np.einsum("ip,ij,jp->p", gradient, spectrum.covariance, gradient)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        freedom = 2 * np.diag(matrix) ** 2 / uncertain
+    return matrix, np.where(np.isfinite(freedom), np.maximum(freedom, _FEWEST), np.inf)
+
+
+def harmonics(count: int) -> np.ndarray:
+    """Harmonic of each coefficient that `fourier` returns."""
+    return np.concatenate([np.arange(count // 2 + 1), np.arange(1, (count - 1) // 2 + 1)])
+
+
+def fourier(values: np.ndarray) -> np.ndarray:
+    """Orthonormal real Fourier coefficients along the first axis: all cosines, then all sines."""
+    count = len(values)
+    spectrum = np.fft.rfft(values, axis=0) / np.sqrt(count)
+    inner = slice(1, (count - 1) // 2 + 1)
+    cosines = spectrum.real.copy()
+    cosines[inner] *= np.sqrt(2)
+    return np.concatenate([cosines, -np.sqrt(2) * spectrum.imag[inner]])
+
+
+def _variance(logarithms: np.ndarray, harmonic: np.ndarray) -> np.ndarray:
+    power, corner, slope = np.exp(logarithms)
+    return power * (1 + (harmonic / corner) ** 2) ** -slope
+
+
+def _restricted(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> float:
+    """Return minus the restricted log-likelihood of the residual, whatever the parameters took from it."""
+    s = _variance(x, k)
+    weighted = J / s[:, np.newaxis]
+    information = J.T @ weighted
+    taken = weighted.T @ y
+    quadratic = y @ (y / s) - taken @ np.linalg.solve(information, taken)
+    return 0.5 * float(np.log(s).sum() + np.linalg.slogdet(information)[1] + quadratic)
+
+
+def _hessian(function, x: np.ndarray) -> np.ndarray:  # type: ignore[no-untyped-def]
+    steps = _STEP * np.eye(len(x))
+    H = np.empty((len(x), len(x)))
+    for i, a in enumerate(steps):
+        for j, b in enumerate(steps):
+            H[i, j] = function(x + a + b) - function(x + a - b) - function(x - a + b) + function(x - a - b)
+    return H / (4 * _STEP**2)

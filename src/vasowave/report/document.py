@@ -1,0 +1,143 @@
+"""What a report is made of, before it is a page or a PDF: sections of sentences, tables, figures and warnings."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from vasowave.figures.gallery import svg
+from vasowave.report.wording import Row, table_rows
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """One paragraph of text."""
+
+    text: str
+    kind: str = "paragraph"
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading below that of the section."""
+
+    text: str
+    kind: str = "heading"
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """A list of sentences."""
+
+    items: Sequence[str]
+    kind: str = "bullets"
+
+
+@dataclass(frozen=True)
+class Notice:
+    """What a reader must consider, set apart."""
+
+    title: str
+    items: Sequence[str]
+    kind: str = "notice"
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of text cells; the first column names the rows.
+
+    Attributes
+    ----------
+    name : str
+        Of its files; empty for a table that gets none.
+    caption : str
+    header : tuple of str
+    rows : list of tuple of str
+    note : str
+        What marks and abbreviations mean.
+    data : DataFrame, optional
+        The same in full precision, units in the column names.
+    """
+
+    name: str
+    caption: str
+    header: Row
+    rows: Sequence[Row]
+    note: str = ""
+    data: pd.DataFrame | None = None
+    kind: str = "table"
+
+    @classmethod
+    def of(cls, name: str, caption: str, data: pd.DataFrame, note: str = "", digits: int = 3) -> "Table":
+        """Return the table of a data frame, its numbers written as people do."""
+        return cls(name, caption, *table_rows(data, digits), note, data)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A figure with its caption; it is drawn once, whoever asks."""
+
+    name: str
+    caption: str
+    figure: "Figure"
+    kind: str = "drawing"
+
+    @cached_property
+    def svg(self) -> str:
+        """The figure as SVG text."""
+        return svg(self.figure)
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Blocks that a page shows when asked for; paper shows them always."""
+
+    title: str
+    blocks: Sequence["Block"]
+    kind: str = "fold"
+
+
+Block = Paragraph | Heading | Bullets | Notice | Table | Drawing | Fold
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section, with the name that links lead to."""
+
+    name: str
+    title: str
+    blocks: Sequence[Block]
+
+
+@dataclass(frozen=True)
+class Document:
+    """A whole report; `synthetic` says in words what was not measured, empty if all was."""
+
+    title: str
+    subtitle: str
+    synthetic: str
+    sections: Sequence[Section]
+    provenance: dict[str, str] = field(default_factory=dict)
+
+    def tables(self) -> list[Table]:
+        """Return all tables that have files."""
+        return [block for block in self._blocks() if isinstance(block, Table) and block.name]
+
+    def drawings(self) -> list[Drawing]:
+        """Return all figures."""
+        return [block for block in self._blocks() if isinstance(block, Drawing)]
+
+    def _blocks(self) -> list[Block]:
+        found: list[Block] = []
+        ahead: list[Block] = [block for section in self.sections for block in section.blocks]
+        while ahead:
+            block = ahead.pop(0)
+            found.append(block)
+            if isinstance(block, Fold):
+                ahead = [*block.blocks, *ahead]
+        return found

@@ -1,0 +1,69 @@
+"""Figures and tables of a report as files: SVG; CSV in full precision, LaTeX as they stand on the page."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from vasowave.figures.gallery import png
+from vasowave.report.document import Drawing, Table
+
+_LATEX = {
+    **{mark: f"\\{mark}" for mark in "&%$#_{}"},
+    "\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
+    "<": "$<$", ">": "$>$", "|": "$|$",
+    "±": r"$\pm$", "·": r"$\cdot$", "–": "--", "−": "$-$", "√": r"$\surd$", "≤": r"$\leq$", "≥": r"$\geq$",
+    "†": r"\dag{}", "‡": r"\ddag{}", "…": r"\dots{}", "₊": "$_+$", "₋": "$_-$",
+    "α": r"$\alpha$", "β": r"$\beta$", "γ": r"$\gamma$", "δ": r"$\delta$", "η": r"$\eta$", "θ": r"$\theta$",
+    "λ": r"$\lambda$", "μ": r"$\mu$", "ν": r"$\nu$", "π": r"$\pi$", "ρ": r"$\rho$", "σ": r"$\sigma$", "τ": r"$\tau$",
+    "ω": r"$\omega$", "Δ": r"$\Delta$", "Σ": r"$\Sigma$",
+}  # fmt: skip
+_RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_LOWERED = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
+_PIECE = re.compile(
+    r"(?P<symbol>\b[A-Za-z]_[A-Za-z0-9]\b)|(?P<raised>[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|(?P<lowered>[₀₁₂₃₄₅₆₇₈₉]+)|(?P<mark>.)", re.DOTALL
+)
+
+
+def write_figures(drawings: Sequence[Drawing], folder: Path, *, pixels: bool = False) -> None:
+    """Write every figure to `folder` as SVG with editable letters, and as PNG if `pixels`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for drawing in drawings:
+        (folder / f"{drawing.name}.svg").write_text(drawing.svg, encoding="utf-8")
+        if pixels:
+            (folder / f"{drawing.name}.png").write_bytes(png(drawing.figure))
+
+
+def write_tables(tables: Sequence[Table], folder: Path) -> None:
+    """Write every table to `folder` as CSV (full precision, units in the headers) and LaTeX (package booktabs)."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for table in tables:
+        data = pd.DataFrame(table.rows, columns=list(table.header)) if table.data is None else table.data
+        data.to_csv(folder / f"{table.name}.csv", index=False, lineterminator="\n")
+        (folder / f"{table.name}.tex").write_text(latex_table(table), encoding="utf-8")
+
+
+def latex_table(table: Table) -> str:
+    """Return the table as LaTeX, for a document with ``\\usepackage{booktabs}``."""
+    frame = pd.DataFrame([[latex(cell) for cell in row] for row in table.rows], columns=list(map(latex, table.header)))
+    caption = f"{table.caption}. {table.note}" if table.note else table.caption
+    text = frame.to_latex(
+        index=False, escape=False, caption=latex(caption), label=f"tab:{table.name}", column_format="l" * frame.shape[1]
+    )
+    return f"% needs \\usepackage{{booktabs}}\n{text}"
+
+
+def latex(text: str) -> str:
+    """Return text with everything that LaTeX would take for a command, and every Greek letter, as LaTeX writes it."""
+    return _PIECE.sub(_as_latex, text)
+
+
+def _as_latex(piece: re.Match[str]) -> str:
+    if piece["symbol"]:
+        return f"${piece['symbol']}$"
+    if piece["raised"]:
+        return f"$^{{{piece['raised'].translate(_RAISED)}}}$"
+    if piece["lowered"]:
+        return f"$_{{{piece['lowered'].translate(_LOWERED)}}}$"
+    return _LATEX.get(piece["mark"], piece["mark"])

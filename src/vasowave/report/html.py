@@ -1,0 +1,36 @@
+"""A report as one HTML page that needs no network."""
+
+import re
+
+from vasowave.report.document import Document, Drawing
+
+
+def page(document: Document) -> str:
+    """Return the page as HTML text with the figures inside."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from markupsafe import Markup
+
+    environment = Environment(
+        loader=PackageLoader("vasowave.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.globals["drawn"] = lambda drawing: Markup(embedded(drawing))
+    return environment.get_template("report.html").render(document=document)
+
+
+def embedded(drawing: Drawing) -> str:
+    """Return the figure as SVG to stand inside HTML: no prolog, scalable, ids that are unique in the page."""
+    text, name = drawing.svg[drawing.svg.index("<svg") :], drawing.name
+    opening, rest = text.split(">", 1)
+    opening = re.sub(r'\s(xmlns(:\w+)?|width|height|version)="[^"]*"', "", opening)
+    # Letters stay readable: the drawing shrinks to 0.7 of its size at most, then its box scrolls.
+    pixels = 96 * drawing.figure.get_figwidth()
+    opening += f' style="width: 100%; min-width: {0.7 * pixels:.0f}px; max-width: {1.3 * pixels:.0f}px"'
+    rest = re.sub(r'\bid="', f'id="{name}-', rest)
+    rest = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{name}-", rest)
+    # A hundredth of a point is finer than any screen or printer, and the page half as large.
+    rest = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), rest)
+    return f"{opening}>{rest}"
