@@ -26,10 +26,14 @@ def made_trees(groups, *, raw=True, walls=("linear", "tangent"), selection=False
 def made_tree(name, group, factor, rng, raw, walls, selection):
     """Return one animal whose pressure and stiffness are `factor` times those of `made_fit`."""
     base = made_fit.made_recording(count=128)
-    cycle = Recording(base.pressure * factor, base.flow * np.exp(0.08 * rng.standard_normal()), base.period, f"synthetic {name}")
+    cycle = Recording(
+        base.pressure * factor, base.flow * np.exp(0.08 * rng.standard_normal()), base.period, f"synthetic {name}"
+    )
     network = NETWORKS.get(group, control_network)()
     if raw:
-        animal = Animal.from_raw(name, group, network, synthetic_raw_recording(cycle, rng, duration=8.0).raw, synthetic=True)
+        animal = Animal.from_raw(
+            name, group, network, synthetic_raw_recording(cycle, rng, duration=8.0).raw, synthetic=True
+        )
     else:
         animal = Animal(name, group, network, cycle, synthetic=True)
 

@@ -29,10 +29,14 @@ def made_recording(source="synthetic: made from formulas", count=128):
     return Recording(np.fft.irfft(np.fft.rfft(flow) * Z, count), flow, PERIOD, source)
 
 
-def made_fit(wall="linear", source="synthetic: made from formulas", count=128, recording=None, network=None, factor=1.0):
+def made_fit(
+    wall="linear", source="synthetic: made from formulas", count=128, recording=None, network=None, factor=1.0
+):
     recording, network = recording or made_recording(source, count), network or control_network()
     nominal = estimate_nominal(network, recording)
-    values = PARAMETERS[wall] | {name: factor * PARAMETERS[wall][name] for name in ("beta", "p1") if name in PARAMETERS[wall]}
+    values = PARAMETERS[wall] | {
+        name: factor * PARAMETERS[wall][name] for name in ("beta", "p1") if name in PARAMETERS[wall]
+    }
     law = LinearWall(values["beta"]) if wall == "linear" else TangentWall(values["p1"], values["gamma"])
     R1, R2, C = nominal.outlets
     model = Model(network, law, Windkessel(values["r1"] * R1, values["r2"] * R2, values["c1"] * C))

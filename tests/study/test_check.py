@@ -149,8 +149,8 @@ def test_bounds_that_exclude_the_nominal_value_are_named_where_they_stand(make_s
 
 
 def test_settings_that_contradict_each_other_are_odd(make_study):
-    text = "calibration:\n  walls: [linear]\n  bounds: {p1: [1, 9], r1: [0.1, 5]}\n"
-        "  fixed: {r1: 1}\n  paper_bounds: true\n"
+    text = "calibration:\n  walls: [linear]\n  bounds: {p1: [1, 9], r1: [0.1, 5]}\n  fixed: {r1: 1}\n"
+    text += "  paper_bounds: true\n"
     warned = [line for line in said(make_study(settings=text)) if line.startswith("W study.yaml")]
     assert [re.search(r"line \d+, column \d+", line)[0] for line in warned[:3]] == [
         "line 3, column 12",

@@ -1,9 +1,12 @@
 """From one row of the table and the settings to an animal that can be analyzed."""
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+import xarray as xr
 
 from vasowave.blood import Blood, BoundaryLayer, Friction, Poiseuille, PowerLaw
 from vasowave.errors import VasowaveWarning
@@ -13,7 +16,8 @@ from vasowave.solver import Numerics
 from vasowave.study.animals import AnimalRow
 from vasowave.study.fingerprint import fingerprint
 from vasowave.study.settings import BloodSection, StudyFile
-from vasowave.subject import Animal, Settings
+from vasowave.study.store import digest
+from vasowave.subject import Animal, Settings, analyze
 
 
 def animal_settings(study: StudyFile) -> Settings:
@@ -43,6 +47,11 @@ def blood(section: BloodSection) -> Blood:
     return Blood(section.density, section.viscosity, law)
 
 
+def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of every file of one animal, by its name as seen from `folder`."""
+    return {inside(file, folder): digest(file) for file in row.files}
+
+
 def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     """Return what stands for everything that enters the analysis of one animal.
 
@@ -51,7 +60,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     InputError
         One of its files cannot be read.
     """
-    files = {f"{i} {_inside(file, folder)}": file for i, file in enumerate(row.files)}
+    files = {f"{i} {inside(file, folder)}": file for i, file in enumerate(row.files)}
     ignored = {"network", "recordings", "line", "R_T", "C_T", "tau"}
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
     what["settings"] = animal_settings(study).as_json()
@@ -95,6 +104,13 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     return replace(animal, recording=_relative(animal.recording, said, folder), synthetic=row.synthetic)
 
 
+def analyze_animal(animal: Animal, settings: Settings, hashes: Mapping[str, str]) -> xr.DataTree:
+    """Analyze one animal; the SHA-256 of its files stands among the attributes of the tree. Runs in a worker."""
+    tree = analyze(animal, settings)
+    tree.attrs |= {f"sha256 of {name}": found for name, found in hashes.items()}
+    return tree
+
+
 def _units(row: AnimalRow) -> dict[str, str | None]:
     return {"pressure_unit": row.pressure_unit or None, "flow_unit": row.flow_unit or None}
 
@@ -107,5 +123,6 @@ def _relative(recording: Recording, said: list[str], folder: Path) -> Recording:
     return replace(recording, source=recording.source.replace(f"{folder}/", ""), notes=tuple(dict.fromkeys(notes)))
 
 
-def _inside(file: Path, folder: Path) -> str:
+def inside(file: Path, folder: Path) -> str:
+    """Return the name of a file as seen from `folder`."""
     return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else file.as_posix()

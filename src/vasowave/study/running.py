@@ -11,12 +11,12 @@ from typing import Any
 from vasowave.errors import InputError
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
-from vasowave.study.loading import animal_key, animal_settings, load_animal
+from vasowave.study.loading import analyze_animal, animal_key, animal_settings, file_hashes, load_animal
 from vasowave.study.lock import locked
 from vasowave.study.outcome import Outcome, write_outcome
 from vasowave.study.plan import Study
 from vasowave.study.store import Store
-from vasowave.subject import analyze, read_tree
+from vasowave.subject import read_tree
 from vasowave.threads import cores
 
 _CACHE = "cache"
@@ -95,7 +95,7 @@ def run_study(
 
         if jobs:
             pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs))
-            failures |= run_jobs(jobs, analyze, keep, pools, at_once, threads, shifted)
+            failures |= run_jobs(jobs, analyze_animal, keep, pools, at_once, threads, shifted)
         computed = tuple(job.name for job in jobs if job.name in pieces)
         if not pieces:
             listed = "\n".join(f"  {name}: {why}" for name, why in failures.items())
@@ -125,10 +125,10 @@ def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[
             continue
 
         def load(row: Any = row, key: str = key) -> tuple[Any, ...]:
-            animal = load_animal(row, study.settings, study.folder)
+            animal, hashes = load_animal(row, study.settings, study.folder), file_hashes(row, study.folder)
             if animal_key(row, study.settings, study.folder) != key:
                 raise InputError("its files changed while they were being read; run again")
-            return animal, settings
+            return animal, settings, hashes
 
         jobs.append(Job(row.animal, key, load))
     return pieces, jobs, failures
