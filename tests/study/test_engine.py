@@ -69,6 +69,19 @@ def test_one_that_cannot_be_loaded_is_named_and_the_others_go_on(tmp_path):
     assert set(kept) == {"b"}
 
 
+def test_a_result_that_cannot_be_kept_is_a_failure_and_the_others_go_on(tmp_path):
+    kept = []
+
+    def keep(job, result):
+        if job.name == "odd":
+            raise AttributeError("Name contains illegal characters")
+        kept.append(job.name)
+
+    _, failures = run(cheap_tasks.decay_time, ["a", "odd", "b"], tmp_path / "log", in_threads, keep=keep)
+    assert kept == ["a", "b"]
+    assert "unexpected AttributeError" in failures["odd"]
+
+
 def test_one_that_kills_its_process_is_found_out_and_the_others_go_on(tmp_path):
     kept, failures = run(cheap_tasks.kills_its_process, ["a", "deadly", "b", "c"], tmp_path / "log")
     assert set(kept) == {"a", "b", "c"}

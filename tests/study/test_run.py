@@ -36,6 +36,15 @@ def trees(folder: Path) -> dict[str, xr.DataTree]:
     return read_outcome(folder / RESULTS).trees
 
 
+def test_every_tree_names_its_files_with_their_hashes(undisturbed):
+    import hashlib
+
+    folder, _ = undisturbed
+    found = trees(folder)["mouse 1"].attrs
+    for role, name in (("network", "n.csv"), ("recording", "recordings/1.csv")):
+        assert found[f"sha256 of {role}"] == f"{hashlib.sha256((folder / name).read_bytes()).hexdigest()} ({name})"
+
+
 def assert_same(one: dict[str, xr.DataTree], other: dict[str, xr.DataTree]) -> None:
     """Compare every value, coordinate and attribute of all animals."""
     assert list(one) == list(other)

@@ -164,8 +164,14 @@ class _Run:
     def finish(self, job: Job, future: Future[Any]) -> None:
         error = future.exception()
         if error is None:
-            self.keep(job, future.result())
-            self.tell(job, "computed")
+            try:
+                self.keep(job, future.result())
+            except VasowaveError:
+                raise
+            except Exception as unforeseen:
+                self.failed(job, _why(unforeseen))
+            else:
+                self.tell(job, "computed")
         elif is_full(error):
             raise InputError(f"{job.name}: no space left where it was computed; make room and run again")
         else:

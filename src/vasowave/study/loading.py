@@ -48,8 +48,9 @@ def blood(section: BloodSection) -> Blood:
 
 
 def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
-    """Return the SHA-256 of every file of one animal, by its name as seen from `folder`."""
-    return {inside(file, folder): digest(file) for file in row.files}
+    """Return the SHA-256 of every file of one animal by its role, and the file's name as seen from `folder`."""
+    roles = ("network", "recording", "flow")
+    return {role: f"{digest(file)} ({inside(file, folder)})" for role, file in zip(roles, row.files, strict=False)}
 
 
 def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
@@ -107,7 +108,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
 def analyze_animal(animal: Animal, settings: Settings, hashes: Mapping[str, str]) -> xr.DataTree:
     """Analyze one animal; the SHA-256 of its files stands among the attributes of the tree. Runs in a worker."""
     tree = analyze(animal, settings)
-    tree.attrs |= {f"sha256 of {name}": found for name, found in hashes.items()}
+    tree.attrs |= {f"sha256 of {role}": found for role, found in hashes.items()}
     return tree
 
 
