@@ -83,3 +83,20 @@ def test_intervals_do_not_shrink_because_the_same_cycle_is_sampled_more_finely()
         matrix, _ = least_squares_covariance(coarse[::step], J[::step], noise_spectrum(coarse[::step], J[::step]))
         errors.append(np.sqrt(np.diag(matrix)))
     np.testing.assert_allclose(errors[0], errors[1], rtol=0.02)
+
+
+def test_a_combination_that_the_data_do_not_see_is_as_uncertain_as_the_bounds_and_leaves_the_others_alone():
+    rng = np.random.default_rng(4)
+    J = _jacobian()
+    e = _noise(rng, lambda k: (1 + (k / 3) ** 2) ** -2.5)
+    residual = e - J @ np.linalg.lstsq(J, e, rcond=None)[0]
+    spectrum = noise_spectrum(residual, J)
+    alone, _ = least_squares_covariance(residual, J, spectrum)
+    blind = np.column_stack([J, J[:, 3] + 1e-7 * J[:, 0]])  # a fifth parameter that does what the fourth does
+    ranges = np.full(5, 4.0)
+    free, _ = least_squares_covariance(residual, blind, spectrum)
+    held, _ = least_squares_covariance(residual, blind, spectrum, ranges)
+    assert free[0, 0] > 100 * alone[0, 0]
+    assert held[0, 0] == pytest.approx(alone[0, 0], rel=1e-3)
+    difference = np.array([0, 0, 0, 1, -1]) / np.sqrt(2)
+    assert difference @ held @ difference == pytest.approx(4.0**2 / 12, rel=1e-3)

@@ -16,7 +16,7 @@ _LOG_BOUNDS = np.log([(1e-9, 1e4), (0.5, 30.0), (0.5, 8.0)])
 _CORNERS = (4.0, 8.0)  # starts of the corner harmonic
 _STEP = 1e-2  # of the finite differences, in logarithms
 _FLATTEST = 1e-2  # curvature below which a hyperparameter counts as known to its bounds only
-_FEWEST = 1.5  # degrees of freedom; with fewer an interval would be as good as infinite
+_FEWEST = 2.0  # degrees of freedom; with fewer an interval would be as good as infinite
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,16 +68,19 @@ def noise_spectrum(residual: np.ndarray, jacobian: np.ndarray) -> NoiseSpectrum:
 
 
 def least_squares_covariance(
-    residual: np.ndarray, jacobian: np.ndarray, spectrum: NoiseSpectrum
+    residual: np.ndarray, jacobian: np.ndarray, spectrum: NoiseSpectrum, ranges: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Covariance of least-squares estimates under this noise, J⁺ Σ J⁺ᵀ, and the degrees of freedom of each variance.
 
     The noise is known from one short residual only; Satterthwaite's degrees of freedom, 2 V²/Var V, say how well, and
-    the quantiles of Student's t distribution with them make intervals that cover.
+    the quantiles of Student's t distribution with them make intervals that cover. Parameters with a range (of the
+    bounds) are nowhere less certain than it allows: a combination that the data do not see would otherwise spread its
+    endless error over the others.
     """
     k = harmonics(len(residual))
-    inverse = np.linalg.pinv(fourier(jacobian), rcond=1e-12)
-    matrix = (inverse * spectrum.variance(k)) @ inverse.T
+    variance = spectrum.variance(k)
+    inverse = _inverse(fourier(jacobian), variance, ranges)
+    matrix = (inverse * variance) @ inverse.T
     slopes = []
     for unit in np.eye(3):
         up, down = (_variance(spectrum.logarithms + sign * _STEP * unit, k) for sign in (1, -1))
@@ -87,6 +90,17 @@ def least_squares_covariance(
     with np.errstate(divide="ignore", invalid="ignore"):
         freedom = 2 * np.diag(matrix) ** 2 / uncertain
     return matrix, np.where(np.isfinite(freedom), np.maximum(freedom, _FEWEST), np.inf)
+
+
+def _inverse(J: np.ndarray, variance: np.ndarray, ranges: np.ndarray | None) -> np.ndarray:
+    """Return the pseudo-inverse of J, its gain limited where noise would carry parameters out of their ranges."""
+    left, singular, right = np.linalg.svd(J, full_matrices=False)
+    with np.errstate(divide="ignore"):
+        gain = 1 / singular
+    if ranges is not None:
+        uniform = (right**2) @ (ranges**2 / 12)  # variance along each singular direction if all is possible
+        gain = np.minimum(gain, np.sqrt(uniform / (variance @ left**2)))
+    return (right.T * gain) @ left.T
 
 
 def harmonics(count: int) -> np.ndarray:

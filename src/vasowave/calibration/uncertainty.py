@@ -24,13 +24,15 @@ def covariance(jacobian: np.ndarray, residual: np.ndarray) -> np.ndarray:
     return variance * np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
 
 
-def correlated_covariance(jacobian: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def correlated_covariance(space: Space, jacobian: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Covariance of the free parameters' logarithms for smooth noise, and the degrees of freedom of each variance.
 
     The noise is that of the pressure, the first half of the residual: flow at the inlet is prescribed.
     """
     N = len(residual) // 2
-    return least_squares_covariance(residual[:N], jacobian[:N], noise_spectrum(residual[:N], jacobian[:N]))
+    low, high = space.log_bounds
+    spectrum = noise_spectrum(residual[:N], jacobian[:N])
+    return least_squares_covariance(residual[:N], jacobian[:N], spectrum, high - low)
 
 
 def parameter_table(space: Space, x: np.ndarray, jacobian: np.ndarray, residual: np.ndarray) -> pd.DataFrame:
@@ -38,7 +40,7 @@ def parameter_table(space: Space, x: np.ndarray, jacobian: np.ndarray, residual:
     from scipy.special import stdtrit
 
     values = space.values(x)
-    matrix, degrees = correlated_covariance(jacobian, residual)
+    matrix, degrees = correlated_covariance(space, jacobian, residual)
     independent, correlated, freedom = (np.full(len(values), np.nan) for _ in range(3))
     independent[space.free] = np.sqrt(np.diag(covariance(jacobian, residual)))
     correlated[space.free] = np.sqrt(np.diag(matrix))
@@ -69,7 +71,7 @@ def parameter_table(space: Space, x: np.ndarray, jacobian: np.ndarray, residual:
 
 def correlations(space: Space, jacobian: np.ndarray, residual: np.ndarray) -> pd.DataFrame:
     """Correlation of the free parameters' estimates, for smooth noise."""
-    matrix, _ = correlated_covariance(jacobian, residual)
+    matrix, _ = correlated_covariance(space, jacobian, residual)
     scale = np.sqrt(np.diag(matrix))
     with np.errstate(divide="ignore", invalid="ignore"):
         found = matrix / np.outer(scale, scale)

@@ -1,14 +1,23 @@
-"""Whether the analysis of a virtual animal finds what it was made of."""
+"""Whether the analysis of virtual animals finds what they were made of, and looks like the paper."""
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.cohort import importance_index
+from vasowave.datasets.published import published_table
 from vasowave.datasets.virtual_cohort import VirtualAnimal
 from vasowave.subject.quantities import derived
 
 RECOVERED = ("beta", "p1", "gamma", "p1_over_gamma", "wave_speed", "R_T", "a", "C_p")
 """Quantities that are compared: the fitted ones, and combinations that the data determine better."""
+
+
+SIGNS = {
+    "HR": 1, "CO": -1, "mPAP": 1, "sPAP": 1, "dPAP": 1, "pPAP": 1, "PVR": 1, "beta": 1, "p1_over_gamma": 1, "R_T": 1,
+    "C_T": -1, "C_v": -1, "C_v_plain": -1, "C_p": -1, "tau": -1, "I_R": 1, "a": 1,
+}  # fmt: skip
+"""Signs of η in the paper's figure "ParAll_change"."""
 
 
 def recovered(tree: xr.DataTree, animal: VirtualAnimal) -> pd.DataFrame:
@@ -45,6 +54,41 @@ def coverage(table: pd.DataFrame) -> pd.DataFrame:
     return grouped.agg(
         inside=("inside", "sum"), of=("inside", "size"), half_width=("half_width", "median"), error=("error", "median")
     ).reset_index()
+
+
+def quantities_table(tree: xr.DataTree) -> pd.DataFrame:
+    """Return all quantities of one animal, one row for what was measured and one per wall law."""
+    rows = []
+    for source in ("measured", "linear", "tangent"):
+        if source in tree.children:
+            values = {str(name): float(value) for name, value in tree[f"{source}/quantities"].data_vars.items()}
+            rows.append({"animal": tree.attrs["animal"], "group": tree.attrs["group"], "source": source, **values})
+    return pd.DataFrame(rows)
+
+
+def against_table_1(values: pd.DataFrame) -> pd.DataFrame:
+    """Return group means of the measured indices, those of Table 1, and the difference in published SD."""
+    means = values[values["source"] == "measured"].groupby("group").mean(numeric_only=True)
+    rows = []
+    for _, row in published_table("hemodynamics").iterrows():
+        for group in ("CTL", "HPH"):
+            name, mean = row["quantity"], means.loc[group, row["quantity"]]
+            published, sd = row[f"{group} mean"], row[f"{group} SD"]
+            rows.append((name, group, mean, published, sd, (mean - published) / sd))
+    return pd.DataFrame(rows, columns=["quantity", "group", "mean", "published", "published SD", "difference / SD"])
+
+
+def signs(values: pd.DataFrame) -> pd.DataFrame:
+    """Return η of every quantity and source, and whether its sign is the paper's."""
+    rows = []
+    for source, part in values.groupby("source", sort=False):
+        means = part.groupby("group").mean(numeric_only=True)
+        for name, sign in SIGNS.items():
+            if name in means.columns and np.isfinite(means[name]).all():
+                control, hypertensive = (float(value) for value in means.loc[["CTL", "HPH"], name])
+                eta = importance_index(control, hypertensive)
+                rows.append((source, name, control, hypertensive, eta, np.sign(eta) == sign))
+    return pd.DataFrame(rows, columns=["source", "quantity", "CTL", "HPH", "eta", "sign as in the paper"])
 
 
 def _truth(tree: xr.DataTree, animal: VirtualAnimal) -> dict[str, float]:
