@@ -3,11 +3,14 @@
 import matplotlib as mpl
 import numpy as np
 import pytest
+import xarray as xr
 
+from vasowave.archive import recording_dataset
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.errors import InputError
 from vasowave.figures.beats import plot_detected_beats, plot_ensemble
 from vasowave.recording import Recording, average_beats
+from vasowave.subject.beats import beats_dataset
 
 mpl.use("Agg")
 PHASE = np.arange(256) / 256
@@ -18,7 +21,11 @@ CYCLE = Recording(13 + 5 * np.sin(2 * np.pi * PHASE - 1.5), 0.2 + 0.2 * np.sin(2
 def made():
     asked = Disturbances(ventilation_pressure=3)
     raw = synthetic_raw_recording(CYCLE, np.random.default_rng(1), disturbances=asked).raw
-    return raw, average_beats(raw)
+    average = average_beats(raw)
+    recording = recording_dataset(average.recording).assign(
+        pressure_sd=("time", average.pressure_sd), flow_sd=("flow_time", average.flow_sd)
+    )
+    return xr.DataTree.from_dict({"/beats": beats_dataset(average, raw), "/recording": recording})
 
 
 @pytest.fixture
@@ -32,28 +39,28 @@ def ax():
 
 @pytest.mark.parametrize("signal", ["pressure", "flow", "ecg"])
 def test_every_averaged_and_every_rejected_beat_is_shaded(ax, made, signal):
-    raw, average = made
-    assert plot_detected_beats(ax, raw, average, signal, margin=0.0) is ax
-    kept = [i for i, beat in enumerate(average.beats) if beat.averaged]
-    run = average.beats[kept[0] - 1 : kept[-1] + 2]
-    assert len(ax.patches) == sum(beat.averaged or bool(beat.rejected) for beat in run)
+    beats = made["beats"].to_dataset()
+    assert plot_detected_beats(ax, beats, signal) is ax
+    shown = (beats["onset"] + beats["length"] >= beats["trace_time"][0]) & (beats["onset"] <= beats["trace_time"][-1])
+    assert len(ax.patches) == int((shown & ((beats["kept"] == 1) | (beats["reason"] != ""))).sum()) > 20
     assert {text.get_text() for text in ax.get_legend().get_texts()} == {"averaged", "rejected", "detected"}
-    assert "(" in ax.get_ylabel()
-    assert ax.get_xlabel() == "time (s)"
+    assert "[" in ax.get_ylabel()
+    assert ax.get_xlabel() == "time [s]"
 
 
 def test_the_band_is_one_standard_deviation_wide(ax, made):
-    _, average = made
-    assert plot_ensemble(ax, average, "flow") is ax
+    assert plot_ensemble(ax, made, "flow") is ax
     edges = ax.collections[0].get_paths()[0].vertices
     at_start = edges[np.isclose(edges[:, 0], 0.0), 1]
-    assert np.ptp(at_start) == pytest.approx(2 * average.flow_sd[0])
-    np.testing.assert_allclose(ax.lines[0].get_ydata(), average.recording.flow)
+    assert np.ptp(at_start) == pytest.approx(2 * float(made["recording"]["flow_sd"][0]))
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), made["recording"]["flow"])
 
 
 def test_a_signal_that_is_not_there_is_refused(ax, made):
-    raw, average = made
     with pytest.raises(InputError, match="no signal 'qrs'"):
-        plot_detected_beats(ax, raw, average, "qrs")
+        plot_detected_beats(ax, made["beats"].to_dataset(), "qrs")
     with pytest.raises(InputError, match="neither"):
-        plot_ensemble(ax, average, "ecg")
+        plot_ensemble(ax, made, "ecg")
+    without = xr.DataTree.from_dict({"/recording": made["recording"].to_dataset().drop_vars("flow_sd")})
+    with pytest.raises(InputError, match="came averaged"):
+        plot_ensemble(ax, without, "flow")

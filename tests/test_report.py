@@ -4,13 +4,15 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from made_fit import made_fit
+from vasowave.archive import groups
 from vasowave.errors import InputError
 from vasowave.figures import tree
 from vasowave.figures.gallery import gallery, svg
 from vasowave.figures.network import layout
-from vasowave.report import summary, write_report
+from vasowave.report import summary, wording, write_report
 from vasowave.results import write_results
 
 
@@ -29,7 +31,11 @@ def folder(fits, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def figures(fits):
-    return gallery(fits)
+    return gallery(tree_of(fits))
+
+
+def tree_of(fits):
+    return xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups(fits).items()})
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +115,7 @@ def test_disagreeing_starts_and_undetermined_parameters_are_said_in_words(fits):
 
 def test_numbers_keep_their_digits():
     shown = [
-        summary.number(value) for value in (52.07, 0.0, 1234.5, 0.00138, 1.3e-5, -2.0e7, 7, True, float("nan"), None)
+        wording.number(value) for value in (52.07, 0.0, 1234.5, 0.00138, 1.3e-5, -2.0e7, 7, True, float("nan"), None)
     ]
     assert shown == ["52.1", "0", "1234", "0.00138", "1.30·10⁻⁵", "-2.00·10⁷", "7", "yes", "–", ""]
 
@@ -123,7 +129,7 @@ def test_the_figures_are_files_with_editable_text(folder):
 
 
 def test_the_same_fit_gives_the_same_figure_to_the_last_byte(fits, figures):
-    assert svg(gallery(fits)["loop"]) == svg(figures["loop"])
+    assert svg(gallery(tree_of(fits))["loop"]) == svg(figures["loop"])
 
 
 def test_the_fit_figure_draws_the_data_of_both_walls_dashed_and_solid(fits, figures):

@@ -2,18 +2,27 @@ import io
 
 import matplotlib
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 matplotlib.use("Agg")
 from matplotlib.figure import Figure
 
+from made_fit import made_fit
 from vasowave import analysis
+from vasowave.archive import groups
 from vasowave.cohort import contrasts
 from vasowave.datasets import published_table
+from vasowave.figures.beats import thinned
+from vasowave.figures.fit import autocorrelation, plot_autocorrelation, plot_residuals
 from vasowave.figures.groups import plot_groups, plot_ratios
-from vasowave.figures.residuals import autocorrelation, plot_autocorrelation, plot_residuals
 from vasowave.figures.spectra import plot_modulus, plot_phase
+from vasowave.figures.starts import plot_waterfall
+from vasowave.figures.style import CTL, HPH, group_looks
 from vasowave.figures.waves import plot_separated_pressure, plot_wave_intensity
+from vasowave.recording import Recording
+from vasowave.subject.signals import Station, waves_dataset
 
 T, N = 0.11, 200
 P = 15 + 5 * np.sin(2 * np.pi * np.arange(N) / N) + np.sin(6 * np.pi * np.arange(N) / N)
@@ -28,37 +37,54 @@ def ax():
     figure.savefig(io.BytesIO(), format="svg")
 
 
-def test_wave_intensity_is_drawn_as_computed_and_its_waves_are_named(ax):
-    waves = analysis.wave_intensity(P, Q, T, 0.007, 200.0, 8e-4)
-    named = analysis.named_waves(waves, T)
-    assert plot_wave_intensity(ax, waves, T, named) is ax
-    np.testing.assert_array_equal(ax.lines[0].get_ydata(), waves.forward_intensity)
-    np.testing.assert_array_equal(ax.lines[1].get_ydata(), waves.backward_intensity)
-    assert [text.get_text() for text in ax.texts] == named["wave"].tolist()
+@pytest.fixture(scope="module")
+def station():
+    return Station(Recording(P, Q, T), 0.007, 200.0)
 
 
-def test_separated_pressures_are_drawn(ax):
-    waves = analysis.wave_intensity(P, Q, T, 0.007, 200.0, 8e-4)
-    plot_separated_pressure(ax, waves, T)
-    np.testing.assert_allclose(ax.lines[0].get_ydata() + ax.lines[1].get_ydata() - P[0], P)
+def test_wave_intensity_is_drawn_as_computed_and_its_largest_waves_are_named(ax, station):
+    waves = waves_dataset(station, 8e-4)
+    assert plot_wave_intensity(ax, waves) is ax
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), waves["WI_plus"])
+    np.testing.assert_array_equal(ax.lines[1].get_ydata(), waves["WI_minus"])
+    named = analysis.named_waves(analysis.wave_intensity(P, Q, T, 0.007, 200.0, 8e-4), T)
+    largest = analysis.largest_waves(named)
+    assert sorted(text.get_text() for text in ax.texts) == sorted(largest.index)
+    for text in ax.texts:
+        assert text.xy[0] * T == pytest.approx(largest.loc[text.get_text(), "peak time [s]"])
+
+
+def test_separated_pressures_are_drawn(ax, station):
+    plot_separated_pressure(ax, waves_dataset(station, 8e-4))
+    together, forward, backward = (line.get_ydata() for line in ax.lines)
+    np.testing.assert_allclose(forward + backward - P[0], P)
+    np.testing.assert_array_equal(together, P)
 
 
 @pytest.mark.parametrize(("draw", "values"), [(plot_modulus, "modulus"), (plot_phase, "phase")])
 def test_harmonics_at_noise_level_are_apart_and_grey(ax, draw, values):
     rng = np.random.default_rng(0)
-    spectrum = analysis.impedance(P + rng.normal(0, 0.01, N), Q + rng.normal(0, 1e-4, N), T, flow_noise=1e-3)
-    assert 0 < spectrum.at_noise.sum() < 15
+    found = analysis.impedance(P + rng.normal(0, 0.01, N), Q + rng.normal(0, 1e-4, N), T, flow_noise=1e-3)
+    columns = {
+        "frequency": found.frequency,
+        "modulus": found.modulus,
+        "phase": found.phase,
+        "reliable": ~found.at_noise,
+    }
+    spectrum = xr.Dataset({name: ("harmonic", values) for name, values in columns.items()})
+    reliable = spectrum["reliable"].values.astype(bool)
+    assert 0 < (~reliable).sum() < 15
     draw(ax, spectrum)
     good, noise = ax.lines[:2]
-    np.testing.assert_array_equal(noise.get_ydata(), getattr(spectrum, values)[spectrum.at_noise])
-    np.testing.assert_array_equal(good.get_ydata(), getattr(spectrum, values)[~spectrum.at_noise])
+    np.testing.assert_array_equal(noise.get_ydata(), spectrum[values].values[~reliable])
+    np.testing.assert_array_equal(good.get_ydata(), spectrum[values].values[reliable])
     assert noise.get_color() == "0.6"
 
 
 def test_every_animal_stands_beside_its_box(ax):
     table = published_table("optimized_linear")
     plot_groups(ax, table, "beta [mmHg]")
-    points = np.concatenate([line.get_ydata() for line in ax.lines if line.get_marker() == "o"])
+    points = np.concatenate([line.get_ydata() for line in ax.lines if line.get_marker() in ("o", "s")])
     assert sorted(points) == sorted(table["beta [mmHg]"])
     assert [label.get_text() for label in ax.get_xticklabels()] == ["CTL (n = 7)", "HPH (n = 5)"]
 
@@ -70,12 +96,48 @@ def test_ratios_stand_with_their_intervals(ax):
     np.testing.assert_allclose([bar[:, 0] for bar in bars], found[["ratio low", "ratio high"]])
 
 
-def test_the_autocorrelation_of_a_harmonic_is_its_cosine_and_both_plots_show_the_models(ax):
+def test_the_autocorrelation_of_a_harmonic_is_its_cosine():
     r = np.sin(2 * np.pi * 3 * np.arange(N) / N)
     np.testing.assert_allclose(autocorrelation(r), np.cos(2 * np.pi * 3 * np.arange(N // 2 + 1) / N), atol=1e-12)
-    plot_residuals(ax, {"linear": r, "tangent": 2 * r}, T)
-    assert [line.get_linestyle() for line in ax.lines[:2]] == ["--", "-"]
-    np.testing.assert_array_equal(ax.lines[1].get_ydata(), 2 * r)
+
+
+def test_residuals_and_their_autocorrelation_are_drawn_for_both_walls(ax):
+    fits = made_fit("linear"), made_fit("tangent")
+    tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups(fits).items()})
+    plot_residuals(ax, tree)
+    _, linear, tangent = ax.lines
+    assert [line.get_linestyle() for line in (linear, tangent)] == ["--", "-"]
+    np.testing.assert_array_equal(tangent.get_ydata(), fits[1].pressure_residual)
     ax.clear()
-    plot_autocorrelation(ax, {"linear": r}, T)
-    np.testing.assert_allclose(ax.lines[0].get_ydata(), autocorrelation(r))
+    plot_autocorrelation(ax, tree)
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), autocorrelation(fits[0].pressure_residual))
+
+
+def test_groups_of_any_label_get_colors_and_markers_of_their_own():
+    looks = group_looks(["HPH", "sham", "banded", "CTL", "sham"])
+    assert list(looks) == ["HPH", "sham", "banded", "CTL"]
+    assert (looks["CTL"].color, looks["HPH"].color) == (CTL, HPH)
+    assert len({look.color for look in looks.values()}) == len({look.marker for look in looks.values()}) == 4
+
+
+def test_two_sources_stand_side_by_side_and_keep_their_values(ax):
+    table = pd.DataFrame({"group": list("aabb") * 2, "source": ["linear"] * 4 + ["tangent"] * 4, "x [1]": range(8)})
+    plot_groups(ax, table, "x [1]")
+    points = [line.get_ydata().tolist() for line in ax.lines if line.get_marker() in ("^", "D")]
+    assert points == [[0, 1], [4, 5], [2, 3], [6, 7]]
+    assert [label.get_text().split() for label in ax.get_xticklabels()].count(["lin."]) == 2
+
+
+def test_a_thinned_trace_keeps_its_highest_spike_and_its_order():
+    values = np.zeros(50_000)
+    values[31_234] = 7.0
+    time, kept = thinned(np.arange(50_000.0), values, 200)
+    assert len(kept) <= 400
+    assert time[np.argmax(kept)] == 31_234
+    assert np.all(np.diff(time) > 0)
+
+
+def test_a_waterfall_rises_from_one(ax):
+    starts = xr.Dataset({"start_S": ("start", [4.0, 2.0, np.inf, 2.0])})
+    plot_waterfall(ax, starts)
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), [1.0, 1.0, 2.0])

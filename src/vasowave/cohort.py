@@ -268,7 +268,8 @@ def cohort_table(trees: Sequence["xr.DataTree"]) -> pd.DataFrame:
         for source, node in tree.children.items():
             if "quantities" not in node.children:
                 continue
-            row: dict[str, object] = {key: str(tree.attrs[key]) for key in ("animal", "group")} | {"source": source}
+            row: dict[str, object] = {"animal": str(tree.attrs["animal"]), "group": str(tree.attrs["group"])}
+            row["source"] = source
             for name, value in node["quantities"].data_vars.items():
                 unit = str(value.attrs.get("units", "1"))
                 if units.setdefault(str(name), unit) != unit:

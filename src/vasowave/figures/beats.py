@@ -6,6 +6,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.figures.style import DATA, label_axes
+from vasowave.figures.trees import data_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +17,7 @@ _KEPT, _REJECTED = "#0072b2", "#d55e00"
 _DRAWN = 800  # pairs of lowest and highest value that a trace is drawn with
 
 
-def plot_detected_beats(ax: "Axes", beats: "xr.DataTree | xr.Dataset", signal: str = "pressure") -> "Axes":
+def plot_detected_beats(ax: "Axes", beats: "xr.Dataset", signal: str = "pressure") -> "Axes":
     """Draw a few seconds of a signal, a mark at every detected beat, and what became of the beats.
 
     Averaged beats are shaded, rejected ones hatched, so the two differ in grey too.
@@ -62,12 +63,12 @@ def plot_ensemble(ax: "Axes", tree: "xr.DataTree", signal: str = "pressure") -> 
     """
     if signal not in ("pressure", "flow"):
         raise InputError(f"signal '{signal}' is neither 'pressure' nor 'flow'")
-    recording = tree["recording"]
+    recording = data_of(tree, "recording")
     if f"{signal}_sd" not in recording.data_vars or "beats" not in tree.children:
         raise InputError("the cycle came averaged; the scatter of its beats is not known")
     mean, deviation = recording[signal].values, recording[f"{signal}_sd"].values
     time = recording["time" if signal == "pressure" else "flow_time"].values
-    count = int(tree["beats"]["kept"].sum())
+    count = int(data_of(tree, "beats")["kept"].sum())
     ax.fill_between(time, mean - deviation, mean + deviation, color="0.6", lw=0, label="± 1 SD of the beats")
     ax.plot(time, mean, color=DATA, lw=0.9, label=f"mean of {count} beats")
     ax.set_xlim(0.0, recording.attrs["period"])

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -18,7 +18,7 @@ from vasowave.figures.nominal import plot_decay, plot_upstroke
 from vasowave.figures.spectra import plot_modulus, plot_phase
 from vasowave.figures.starts import plot_waterfall
 from vasowave.figures.style import GroupLook, group_looks, label_axes, new_figure, plain_log, wall_line
-from vasowave.figures.trees import network, wall_laws
+from vasowave.figures.trees import data_of, network, wall_laws
 from vasowave.figures.waves import plot_separated_pressure, plot_wave_intensity
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 _COLUMN = 8.5  # cm, width of one group's panels
 _WIDE_RANGE = 3.0  # a waterfall that rises more gets a logarithmic axis
+Share = Literal["none", "row"]
 Panel = Callable[["Axes", xr.DataTree, str], object]
 
 
@@ -77,8 +78,8 @@ def hemodynamics_figure(cohort: Cohort) -> "Figure":
         for tree in sorted(trees, key=lambda tree: tree.attrs["animal"] == shown):
             first = tree.attrs["animal"] == shown
             line = {"linewidth": 1.8} if first else {"color": color, "linewidth": 0.8, "markersize": 2}
-            plot_modulus(axes[2, column], tree["measured/impedance"], **line)
-            plot_phase(axes[3, column], tree["measured/impedance"], **line)
+            plot_modulus(axes[2, column], data_of(tree, "measured/impedance"), **line)
+            plot_phase(axes[3, column], data_of(tree, "measured/impedance"), **line)
     return _outer(figure, axes)
 
 
@@ -86,7 +87,7 @@ def networks_figure(cohort: Cohort) -> "Figure":
     """The directed graph of every group's network ("Network", c); the same one only once."""
     distinct: dict[bytes, list[str]] = {}
     for group, tree in cohort.shown.items():
-        distinct.setdefault(tree["network"].to_dataset().to_dataframe().to_csv().encode(), []).append(group)
+        distinct.setdefault(data_of(tree, "network").to_dataframe().to_csv().encode(), []).append(group)
     trees = [cohort.shown[groups[0]] for groups in distinct.values()]
     heights = [min(40.0, max(4.0, 0.85 * len(network(tree).terminals))) for tree in trees]
     deepest = max(len(network(tree).generations) for tree in trees)
@@ -112,7 +113,7 @@ def residuals_figure(cohort: Cohort) -> "Figure":
     """Residuals and their autocorrelation ("Residuals")."""
     figure = _shown_figure(cohort, [plot_residuals, plot_autocorrelation], 12.5)
     for ax, (group, tree) in zip(figure.axes, cohort.shown.items(), strict=False):
-        errors = [f"{wall} {float(tree[f'{wall}/calibration']['RMSE']):.2f}" for wall in wall_laws(tree)]
+        errors = [f"{wall} {float(data_of(tree, f'{wall}/calibration')['RMSE']):.2f}" for wall in wall_laws(tree)]
         ax.set_title(f"{cohort.name(group)}\nRMSE [mmHg]: {', '.join(errors)}")
     return _shared_legend(figure, figure.axes[-1], 3)
 
@@ -122,9 +123,9 @@ def impedance_figure(cohort: Cohort) -> "Figure":
 
     def panel(plot: Callable[..., "Axes"]) -> Panel:
         def draw(ax: "Axes", tree: xr.DataTree, color: str) -> None:
-            plot(ax, tree["measured/impedance"], label="measured", linewidth=1.4)
+            plot(ax, data_of(tree, "measured/impedance"), label="measured", linewidth=1.4)
             for wall in wall_laws(tree):
-                plot(ax, tree[f"{wall}/impedance"], **(wall_line(wall, color) | {"markersize": 2}))
+                plot(ax, data_of(tree, f"{wall}/impedance"), **(wall_line(wall, color) | {"markersize": 2}))
 
         return draw
 
@@ -138,7 +139,7 @@ def along_tree_figure(cohort: Cohort) -> "Figure":
     def panel(distance: str, quantity: str, label: str) -> Panel:
         def draw(ax: "Axes", tree: xr.DataTree, color: str) -> None:
             for wall in wall_laws(tree):
-                data, line = tree[f"{wall}/tree"], wall_line(wall, color)
+                data, line = data_of(tree, f"{wall}/tree"), wall_line(wall, color)
                 face = {"linear": "none"}.get(wall, line["color"])
                 ax.plot(data[distance], data[quantity], "o", color=line["color"], mfc=face, ms=4, label=line["label"])
             label_axes(ax, "distance from the inlet [cm]", label)
@@ -160,8 +161,8 @@ def waves_figure(cohort: Cohort, group: str) -> "Figure":
     figure = new_figure(17, 1.5 + 4.8 * len(sources))
     axes = figure.subplots(len(sources), 2, sharex=True, sharey="col", squeeze=False)
     for row, source in enumerate(sources):
-        plot_separated_pressure(axes[row, 0], tree[f"{source}/waves"], color)
-        plot_wave_intensity(axes[row, 1], tree[f"{source}/waves"], color)
+        plot_separated_pressure(axes[row, 0], data_of(tree, f"{source}/waves"), color)
+        plot_wave_intensity(axes[row, 1], data_of(tree, f"{source}/waves"), color)
         axes[row, 0].set_title(source if source == "measured" else f"{source} wall")
     for ax in axes[:-1].flat:
         ax.set_xlabel("")
@@ -218,7 +219,9 @@ def waterfall_figure(cohort: Cohort) -> "Figure":
             look = cohort.looks[group]
             for place, tree in enumerate(tree for tree in trees if wall in wall_laws(tree)):
                 label = group if place == 0 else None
-                plot_waterfall(ax, tree[f"{wall}/calibration"], color=look.color, marker=look.marker, label=label)
+                plot_waterfall(
+                    ax, data_of(tree, f"{wall}/calibration"), color=look.color, marker=look.marker, label=label
+                )
         ax.set_title(f"{wall} wall")
     for ax in axes[1:]:
         ax.set_ylabel("")
@@ -231,13 +234,14 @@ def waterfall_figure(cohort: Cohort) -> "Figure":
 
 def beats_figure(tree: xr.DataTree) -> "Figure":
     """What was detected and kept of one animal's continuous recording, and the averaged cycle."""
-    signals = [name for name in ("ecg", "pressure", "flow") if f"trace_{name}" in tree["beats"].data_vars]
+    signals = [name for name in ("ecg", "pressure", "flow") if f"trace_{name}" in data_of(tree, "beats").data_vars]
     figure = new_figure(17, 3.6 * len(signals) + 5.6)
-    axes = figure.subplot_mosaic([*([name, name] for name in signals), ["p", "q"]])
+    rows: list[Any] = [[name, name] for name in signals]
+    axes = figure.subplot_mosaic([*rows, ["p", "q"]])
     for place, name in enumerate(signals):
-        plot_detected_beats(axes[name], tree["beats"], name)
+        plot_detected_beats(axes[name], data_of(tree, "beats"), name)
         if place > 0:
-            axes[name].get_legend().remove()
+            _without_legend(axes[name])
         if place < len(signals) - 1:
             axes[name].set_xlabel("")
     for panel, name in (("p", "pressure"), ("q", "flow")):
@@ -245,7 +249,7 @@ def beats_figure(tree: xr.DataTree) -> "Figure":
     return figure
 
 
-def _shown_figure(cohort: Cohort, panels: Sequence[Panel], height: float, share: str = "row") -> "Figure":
+def _shown_figure(cohort: Cohort, panels: Sequence[Panel], height: float, share: Share = "row") -> "Figure":
     """Draw the panels, one row each, for the shown animal of each group, one column each."""
     figure, axes = _grid(cohort, len(panels), height, share)
     for column, (group, tree) in enumerate(cohort.shown.items()):
@@ -255,7 +259,7 @@ def _shown_figure(cohort: Cohort, panels: Sequence[Panel], height: float, share:
     return figure if share == "none" else _outer(figure, axes)
 
 
-def _grid(cohort: Cohort, rows: int, height: float, share: str = "row") -> tuple["Figure", np.ndarray]:
+def _grid(cohort: Cohort, rows: int, height: float, share: Share = "row") -> tuple["Figure", np.ndarray]:
     figure = new_figure(max(11.0, _COLUMN * len(cohort.groups)), height)
     return figure, figure.subplots(rows, len(cohort.groups), squeeze=False, sharey=share)
 
@@ -269,7 +273,11 @@ def _outer(figure: "Figure", axes: np.ndarray) -> "Figure":
 
 def _shared_legend(figure: "Figure", ax: "Axes", columns: int) -> "Figure":
     for panel in figure.axes:
-        if panel.get_legend():
-            panel.get_legend().remove()
+        _without_legend(panel)
     figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=columns)
     return figure
+
+
+def _without_legend(ax: "Axes") -> None:
+    if legend := ax.get_legend():
+        legend.remove()

@@ -6,7 +6,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.figures.style import CTL, DATA, FAINT, closed, closed_time, label_axes, legend_above, wall_line
-from vasowave.figures.trees import period, root_vessel, simulated, wall_laws
+from vasowave.figures.trees import data_of, period, root_vessel, simulated, wall_laws
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def plot_pressure(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
     """Draw measured pressure, and each wall law's at the inlet of the root vessel, over one cycle."""
-    recording = tree["recording"]
+    recording = data_of(tree, "recording")
     ax.plot(_closed_time(recording["time"], tree), closed(recording["pressure"].values), color=DATA, label="measured")
     _plot_simulated(ax, tree, "pressure", color)
     ax.legend()
@@ -27,7 +27,7 @@ def plot_flow(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
 
     The measured flow is the model's inflow, so the curves coincide.
     """
-    recording = tree["recording"]
+    recording = data_of(tree, "recording")
     ax.plot(_closed_time(recording["flow_time"], tree), closed(recording["flow"].values), color=DATA, label="measured")
     _plot_simulated(ax, tree, "flow", color)
     return label_axes(ax, "time [s]", "flow [ml/s]")
@@ -37,7 +37,7 @@ def plot_residuals(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
     """Draw measured minus simulated pressure over one cycle."""
     ax.axhline(0.0, color=FAINT, linewidth=0.8)
     for wall in wall_laws(tree):
-        calibration = tree[f"{wall}/calibration"]
+        calibration = data_of(tree, f"{wall}/calibration")
         rmse = f"{wall}, RMSE {float(calibration['RMSE']):.2f} mmHg"
         residual = calibration["pressure_residual"].values
         ax.plot(calibration["time"].values, residual, **(wall_line(wall, color) | {"label": rmse}))
@@ -49,7 +49,7 @@ def plot_autocorrelation(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "
     """Draw the circular autocorrelation of the residuals up to half a period, and the 95 % band of white noise."""
     count = 0
     for wall in wall_laws(tree):
-        residual = tree[f"{wall}/calibration"]["pressure_residual"].values
+        residual = data_of(tree, f"{wall}/calibration")["pressure_residual"].values
         rho, count = autocorrelation(residual), len(residual)
         ax.plot(np.arange(len(rho)) * period(tree) / count, rho, **wall_line(wall, color))
     if count:

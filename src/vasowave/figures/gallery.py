@@ -1,7 +1,6 @@
 """The figures of one calibrated animal, composed from the panels, and their files."""
 
 import io
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vasowave.figures.fit import plot_flow, plot_pressure, plot_residuals

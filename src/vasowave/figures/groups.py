@@ -7,7 +7,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.figures.style import DATA, FAINT, GroupLook, closed, closed_time, group_looks, label_axes
-from vasowave.figures.trees import period
+from vasowave.figures.trees import data_of, period
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -62,7 +62,12 @@ def plot_importance(ax: "Axes", indices: "pd.DataFrame", looks: Mapping[str, Gro
         rows = indices[(indices["source"] == source) & (indices["group"] == group)]
         at = np.array([names.index(name) for name in rows["quantity"]]) + (place - (len(series) - 1) / 2) * height
         text = group if source == "measured" else f"{group}, {source} wall"
-        style = {"color": looks[group].color, "edgecolor": DATA, "linewidth": 0.6, "hatch": _HATCH.get(source, "")}
+        style: dict[str, Any] = {
+            "color": looks[group].color,
+            "edgecolor": DATA,
+            "linewidth": 0.6,
+            "hatch": _HATCH.get(source, ""),
+        }
         ax.barh(at, rows["eta"], height, label=text, alpha=0.75, **style)
     ax.axvline(0, color=DATA, linewidth=0.8)
     ax.set_yticks(range(len(names)), names)
@@ -87,12 +92,10 @@ def plot_ratios(ax: "Axes", contrasts: "pd.DataFrame") -> "Axes":
     return label_axes(ax, "ratio of geometric means [1]", "")
 
 
-def plot_waveforms(
-    ax: "Axes", trees: "Sequence[xr.DataTree]", quantity: str, color: str, shown: str = ""
-) -> "Axes":
+def plot_waveforms(ax: "Axes", trees: "Sequence[xr.DataTree]", quantity: str, color: str, shown: str = "") -> "Axes":
     """Draw the measured cycle of every animal of a group, the one called `shown` in black (the paper's "hemoData")."""
     for tree in trees:
-        recording = tree["recording"]
+        recording = data_of(tree, "recording")
         time = recording["time" if quantity == "pressure" else "flow_time"].values
         first = tree.attrs.get("animal") == shown
         look: dict[str, Any] = {"color": DATA, "linewidth": 1.8, "zorder": 4} if first else {"color": color, "lw": 0.9}

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes
-from vasowave.figures.trees import period
+from vasowave.figures.trees import data_of, period
 from vasowave.recording.cycle import resample
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ _LOOP_SAMPLES = 256
 
 def plot_upstroke(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
     """Draw the measured pressure-flow loop, the samples of the upstroke and the line whose slope is Z_c (eq. 8)."""
-    nominal, recording = tree["nominal"], tree["recording"]
+    nominal, recording = data_of(tree, "nominal"), data_of(tree, "recording")
     measured = [recording[name].values for name in ("flow", "pressure")]
     count = max(_LOOP_SAMPLES, *map(len, measured))
     q, p = (resample(signal, count) for signal in measured)
@@ -33,7 +33,7 @@ def plot_upstroke(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
 
 def plot_decay(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
     """Draw the measured pressure and the exponential fitted to its diastolic decay (eq. 12)."""
-    nominal, recording, T = tree["nominal"], tree["recording"], period(tree)
+    nominal, recording, T = data_of(tree, "nominal"), data_of(tree, "recording"), period(tree)
     time, pressure = nominal["decay_time"].values, nominal["decay_pressure"].values
     tau, start, measured = float(nominal["tau"]), time[0], recording["pressure"].values
     cycle = closed_time(recording["time"].values, T)

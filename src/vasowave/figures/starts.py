@@ -11,10 +11,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def plot_waterfall(ax: "Axes", calibration: "xr.DataTree | xr.Dataset", **line: Any) -> "Axes":
+def plot_waterfall(ax: "Axes", calibration: "xr.Dataset", **line: Any) -> "Axes":
     """Draw S of every start over the best S, in rising order; starts that could not be simulated are left out."""
     S = calibration["start_S"].values
     S = np.sort(S[np.isfinite(S)])
-    ax.plot(np.arange(1, len(S) + 1), S / S[0], **({"marker": "o", "markersize": 3, "linewidth": 0.9} | line))
-    ax.xaxis.get_major_locator().set_params(integer=True)
+    look: dict[str, Any] = {"marker": "o", "markersize": 3, "linewidth": 0.9} | line
+    ax.plot(np.arange(1, len(S) + 1), S / S[0], **look)
+    ax.locator_params(axis="x", integer=True)
     return label_axes(ax, "start, in order of S", "S / best S [1]")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes, quantity_label, wall_line
-from vasowave.figures.trees import period, root_vessel, simulated, wall_laws
+from vasowave.figures.trees import data_of, period, root_vessel, simulated, wall_laws
 from vasowave.network import Network
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def plot_vessel(
 ) -> "Axes":
     """Draw one simulated quantity at one station of one vessel, one line per wall law; data where measured."""
     if vessel == root_vessel(tree) and quantity == "pressure":
-        measured = tree["recording"]["pressure"]
+        measured = data_of(tree, "recording")["pressure"]
         time = closed_time(measured["time"].values, period(tree))
         ax.plot(time, closed(measured.values), color=DATA, linewidth=1.0, label="measured (inlet)")
     label = quantity

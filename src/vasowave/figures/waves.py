@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def plot_wave_intensity(ax: "Axes", waves: "xr.DataTree | xr.Dataset", color: str = DATA) -> "Axes":
+def plot_wave_intensity(ax: "Axes", waves: "xr.Dataset", color: str = DATA) -> "Axes":
     """Draw WI₊ and WI₋ over time/T (eq. 16), and at their peaks the names of the largest wave of each kind."""
     time = waves["normalized_time"].values
     ax.plot(time, waves["WI_plus"].values, **wave_line("forward", color))
@@ -27,7 +27,7 @@ def plot_wave_intensity(ax: "Axes", waves: "xr.DataTree | xr.Dataset", color: st
     return label_axes(ax, "time/T [1]", "intensity [W/(cm² s²)]")
 
 
-def plot_separated_pressure(ax: "Axes", waves: "xr.DataTree | xr.Dataset", color: str = DATA) -> "Axes":
+def plot_separated_pressure(ax: "Axes", waves: "xr.Dataset", color: str = DATA) -> "Axes":
     """Draw p₊ and p₋ over time/T (eq. 15) and the pressure that they make up; both start at p(0)."""
     time = waves["normalized_time"].values
     ax.plot(time, waves["pressure"].values, color=DATA, linewidth=1, label="pressure")
@@ -37,7 +37,7 @@ def plot_separated_pressure(ax: "Axes", waves: "xr.DataTree | xr.Dataset", color
     return label_axes(ax, "time/T [1]", "pressure [mmHg]")
 
 
-def _largest(waves: "xr.DataTree | xr.Dataset") -> list[int]:
+def _largest(waves: "xr.Dataset") -> list[int]:
     """Return the rows of the wave of largest area of each kind."""
     size = np.abs(waves["wave_area"].values)
     best: dict[str, int] = {}

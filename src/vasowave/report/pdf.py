@@ -48,7 +48,7 @@ def write_pdf(document: Document, path: Path, figures: Path) -> bool:
             (folder / f"{drawing.name}.svg").write_text(drawing.svg, encoding="utf-8")
         (folder / "report.typ").write_text(markup(document), encoding="utf-8")
         alone = "#set page(width: auto, height: auto, margin: 0pt)\n"
-        compiler = Compiler(root=str(folder), font_paths=fonts, ignore_system_fonts=True)  # type: ignore[arg-type]
+        compiler = Compiler(root=str(folder), font_paths=fonts, ignore_system_fonts=True)
         for drawing in document.drawings():
             source = folder / f"{drawing.name}.typ"
             source.write_text(f"{alone}#image({quoted(drawing.name + '.svg')})", encoding="utf-8")

@@ -11,6 +11,7 @@ from vasowave.calibration.result import Fit
 from vasowave.report.wording import Row, name_and_unit, number
 from vasowave.results import indices_table, nominal_table
 
+
 def is_synthetic(fits: Sequence[Fit]) -> bool:
     """Say whether the recording was made by a model and not measured."""
     return "synthetic" in fits[0].recording.source.lower()

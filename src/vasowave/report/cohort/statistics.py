@@ -125,7 +125,7 @@ def typical_animal(table: pd.DataFrame, group: str) -> str:
     values = rows[columns(rows, INDICES)].to_numpy(float)
     scale = values.std(axis=0)
     away = (values - np.median(values, axis=0)) / np.where(scale > 0, scale, 1.0)
-    return str(rows.index[np.argmin((away**2).sum(axis=1))])
+    return str(rows.index[int(np.argmin((away**2).sum(axis=1)))])
 
 
 def _strictly(test: Callable[..., pd.DataFrame], *arguments: object) -> pd.DataFrame:

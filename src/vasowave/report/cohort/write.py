@@ -9,12 +9,12 @@ from vasowave.cohort import cohort_table
 from vasowave.errors import InputError
 from vasowave.figures.cohort_gallery import Cohort
 from vasowave.figures.style import style
-from vasowave.figures.trees import wall_laws
+from vasowave.figures.trees import data_of, wall_laws
 from vasowave.provenance import provenance
-from vasowave.report import cohort_methods, cohort_words
-from vasowave.report.cohort_sections import animals_section, data_section, groups_section, model_section
-from vasowave.report.cohort_statistics import compare, typical_animal
-from vasowave.report.cohort_tables import symbols
+from vasowave.report.cohort import methods, words
+from vasowave.report.cohort.cells import symbols
+from vasowave.report.cohort.sections import animals_section, data_section, groups_section, model_section
+from vasowave.report.cohort.statistics import compare, typical_animal
 from vasowave.report.document import Bullets, Document, Notice, Paragraph, Section
 from vasowave.report.files import write_figures, write_tables
 from vasowave.report.html import page
@@ -92,7 +92,8 @@ def arranged(trees: Sequence[xr.DataTree], failures: Mapping[str, str], referenc
         raise InputError(f"no animal is of the reference group '{first}'; there are: {', '.join(labels)}")
     labels.sort(key=lambda label: label != first)
     groups = {label: [tree for tree in trees if str(tree.attrs["group"]) == label] for label in labels}
-    order = {str(tree.attrs["animal"]): place for place, tree in enumerate(sum(groups.values(), []))}
+    ordered = [tree for members in groups.values() for tree in members]
+    order = {str(tree.attrs["animal"]): place for place, tree in enumerate(ordered)}
     table = table.iloc[table["animal"].map(order).argsort(kind="stable")].reset_index(drop=True)
     shown = {}
     for label, members in groups.items():
@@ -110,14 +111,14 @@ def cohort_document(cohort: Cohort, failures: Mapping[str, str]) -> Document:
         "Hemodynamic assessment of a cohort",
         f"{count} {'animal' if count == 1 else 'animals'} in {len(cohort.groups)} "
         f"{'group' if len(cohort.groups) == 1 else 'groups'}: {', '.join(cohort.groups)}",
-        cohort_words.synthetic_banner(cohort),
+        words.synthetic_banner(cohort),
         [
             Section(
                 "summary",
                 "Summary",
                 [
                     *([Notice("Animals that failed", _failed(failures))] if failures else []),
-                    Bullets(cohort_words.summary(cohort, found, written)),
+                    Bullets(words.summary(cohort, found, written)),
                     *_considered(cohort),
                 ],
             ),
@@ -125,7 +126,7 @@ def cohort_document(cohort: Cohort, failures: Mapping[str, str]) -> Document:
             *([model_section(cohort, written)] if cohort.walls else []),
             groups_section(cohort, found, written),
             animals_section(cohort, written),
-            Section("methods", "Methods", [Paragraph(text) for text in cohort_methods.methods_paragraphs(cohort, found)]),
+            Section("methods", "Methods", [Paragraph(text) for text in methods.methods_paragraphs(cohort, found)]),
         ],
         origin(cohort),
     )
@@ -143,7 +144,8 @@ def origin(cohort: Cohort) -> dict[str, str]:
         else:
             rows |= {f"{key} ({animal})": value for animal, value in values.items()}
     rows |= {
-        f"source of {tree.attrs['animal']}": str(tree["recording"].attrs.get("source", "")) for tree in cohort.trees
+        f"source of {tree.attrs['animal']}": str(data_of(tree, "recording").attrs.get("source", ""))
+        for tree in cohort.trees
     }
     return rows
 
@@ -154,7 +156,7 @@ def _failed(failures: Mapping[str, str]) -> list[str]:
 
 def _considered(cohort: Cohort) -> list[Notice]:
     """Return where the notes are; each stands in full with its animal."""
-    counts = {str(tree.attrs["animal"]): len(cohort_words.notes(tree)) for tree in cohort.trees}
+    counts = {str(tree.attrs["animal"]): len(words.notes(tree)) for tree in cohort.trees}
     noted = ", ".join(f"{animal} ({count})" for animal, count in counts.items() if count)
     items = [f"Notes stand with the animals under “Every animal”: {noted}."] if noted else []
     missing = {wall: [t for t in cohort.trees if wall not in wall_laws(t)] for wall in cohort.walls}
@@ -163,7 +165,7 @@ def _considered(cohort: Cohort) -> list[Notice]:
         for wall, without in missing.items()
         for tree in without
     ]
-    if differing := cohort_methods.differing_settings(cohort):
+    if differing := methods.differing_settings(cohort):
         items.append(f"The animals were not all analyzed with the same settings: {', '.join(differing)}.")
     return [Notice("To be considered", items)] if items else []
 

@@ -5,9 +5,9 @@ import json
 import numpy as np
 
 from vasowave.figures.cohort_gallery import Cohort
-from vasowave.figures.trees import network, wall_laws
-from vasowave.report.cohort_statistics import Comparison
-from vasowave.report.cohort_words import settings_of
+from vasowave.figures.trees import data_of, network, wall_laws
+from vasowave.report.cohort.statistics import Comparison
+from vasowave.report.cohort.words import settings_of
 from vasowave.report.wording import listed, number
 
 _LAWS = {"linear": "a linear elastic law (β, eq. 3)", "tangent": "a stiffening tangent law (p₁ and γ, eq. 4)"}
@@ -31,8 +31,10 @@ def differing_settings(cohort: Cohort) -> list[str]:
 
 def _data(cohort: Cohort) -> str:
     groups = listed([f"{len(trees)} {group}" for group, trees in cohort.groups.items()])
-    counts = [int(tree["beats"]["kept"].sum()) for tree in cohort.trees if "beats" in tree.children]
-    fiducials = sorted({str(tree["beats"].attrs.get("fiducial", "")) for tree in cohort.trees if "beats" in tree.children})
+    counts = [int(data_of(tree, "beats")["kept"].sum()) for tree in cohort.trees if "beats" in tree.children]
+    fiducials = sorted(
+        {str(data_of(tree, "beats").attrs.get("fiducial", "")) for tree in cohort.trees if "beats" in tree.children}
+    )
     averaged = "One averaged cycle of pressure and flow per animal was given"
     if counts:
         beats = str(counts[0]) if len(set(counts)) == 1 else f"{min(counts)} to {max(counts)}"
@@ -52,7 +54,9 @@ def _model(cohort: Cohort) -> str:
     words = ""
     if isinstance(blood, dict):
         friction = blood.get("friction", {})
-        own = ", ".join(f"{k.replace('_', ' ')} {'local' if v is None else v}" for k, v in friction.items() if k != "law")
+        own = ", ".join(
+            f"{k.replace('_', ' ')} {'local' if v is None else v}" for k, v in friction.items() if k != "law"
+        )
         words = (
             f" Blood had density {blood['density']} g/ml and kinematic viscosity {blood['viscosity']} cm²/s, friction "
             f"{friction.get('law', '')}{f' ({own})' if own else ''}."
@@ -65,37 +69,45 @@ def _model(cohort: Cohort) -> str:
 
 
 def _numerics(cohort: Cohort) -> str:
-    attrs = [tree[f"{wall}/simulation"].attrs for tree in cohort.trees for wall in wall_laws(tree)]
+    attrs = [data_of(tree, f"{wall}/simulation").attrs for tree in cohort.trees for wall in wall_laws(tree)]
     if not attrs or not all({"courant", "cell_size", "converged", "cycles"} <= set(one) for one in attrs):
         return ""
     periodic = sum(bool(one["converged"]) for one in attrs)
     courant, cell = (max(float(one[key]) for one in attrs) for key in ("courant", "cell_size"))
     return (
         f" The two-step Lax–Wendroff scheme had cells of at most {number(cell, 2)} cm and a Courant number of at most "
-        f"{number(courant, 2)}; {periodic} of {len(attrs)} calibrated simulations met the criterion for a periodic state."
+        f"{number(courant, 2)}; {periodic} of {len(attrs)} calibrated simulations met the criterion for a periodic "
+        "state."
     )
 
 
 def _calibration(cohort: Cohort) -> str:
     shared = settings_of(cohort)
     method = _METHODS.get(str(shared.get("method")), str(shared.get("method", "")))
-    starts = sorted({int(tree[f"{wall}/calibration"].sizes["start"]) for tree in cohort.trees for wall in wall_laws(tree)})
+    starts = sorted(
+        {int(data_of(tree, f"{wall}/calibration").sizes["start"]) for tree in cohort.trees for wall in wall_laws(tree)}
+    )
     bounds = "the bounds of Qureshi et al." if shared.get("paper_bounds") else "wide bounds (table of bounds)"
     own = shared.get("bounds") or {}
     fixed = shared.get("fixed") or {}
     extra = f", own bounds for {listed(list(own))}" if isinstance(own, dict) and own else ""
-    held = f" Held fixed: {', '.join(f'{k} = {v}' for k, v in fixed.items())}." if isinstance(fixed, dict) and fixed else ""
+    held = (
+        f" Held fixed: {', '.join(f'{k} = {v}' for k, v in fixed.items())}."
+        if isinstance(fixed, dict) and fixed
+        else ""
+    )
     free = "; ".join(f"{wall}: {_free(cohort, wall)}" for wall in cohort.walls)
     return (
-        "The sum S of squared differences between measured and simulated waveforms at the inlet (eq. 14) was minimized by "
-        f"{method} from {listed([str(count) for count in starts])} starts (seed {shared.get('seed', '–')}) within {bounds}{extra}, over {free}. "
+        "The sum S of squared differences between measured and simulated waveforms at the inlet (eq. 14) was minimized "
+        f"by {method} from {listed([str(count) for count in starts])} starts (seed {shared.get('seed', '–')}) within "
+        f"{bounds}{extra}, over {free}. "
         "R1 = r1·R1⁰, R2 = r2·R2⁰ and C = c1·C⁰ in all vascular beds."
         f"{held} Intervals follow from the Jacobian at the optimum and allow for the correlation of the residuals."
     )
 
 
 def _free(cohort: Cohort, wall: str) -> str:
-    fit = next(tree[f"{wall}/calibration"] for tree in cohort.trees if wall in wall_laws(tree))
+    fit = next(data_of(tree, f"{wall}/calibration") for tree in cohort.trees if wall in wall_laws(tree))
     free = fit["free"].values.astype(bool)
     return ", ".join(str(name) for name in fit["parameter"].values[np.flatnonzero(free)])
 
@@ -104,9 +116,9 @@ def _analyses() -> str:
     return (
         "Waves were separated and their time-normalized intensity computed without smoothing (eqs. 15, 16); I_R is the "
         "ratio of the ranges of the backward and the forward pressure wave over the cycle (eq. 17). Impedance spectra "
-        "came from Fourier series (eqs. 18, 19), harmonics whose flow was near the noise level were marked. Compliances "
-        "were taken at diastolic pressure, C_v by the published series/parallel rule and as plain sum (eqs. 25 to 30), "
-        "wave speeds at mean pressure (eqs. 31, 32)."
+        "came from Fourier series (eqs. 18, 19), harmonics whose flow was near the noise level were marked. "
+        "Compliances were taken at diastolic pressure, C_v by the published series/parallel rule and as plain sum "
+        "(eqs. 25 to 30), wave speeds at mean pressure (eqs. 31, 32)."
     )
 
 
@@ -115,10 +127,14 @@ def _statistics(cohort: Cohort, found: dict[str, Comparison]) -> str:
     if not tests:
         return "Groups are described by mean, SD, median and quartiles; nothing was compared."
     reference = next(iter(cohort.groups))
-    more = " More than two groups were compared by a permutation Kruskal-Wallis test first." if len(cohort.groups) > 2 else ""
+    more = (
+        " More than two groups were compared by a permutation Kruskal-Wallis test first."
+        if len(cohort.groups) > 2
+        else ""
+    )
     return (
         f"Groups were compared by exact two-sided Mann-Whitney tests, p values adjusted by Holm's method within each "
         f"source ({tests}), ratios of geometric means with Welch intervals, and Hedges' g with intervals from the "
-        f"noncentral t distribution; the importance index η (eq. 20) is relative to {reference}.{more} Every comparison was "
-        "repeated without each animal in turn where groups had three animals or more."
+        f"noncentral t distribution; the importance index η (eq. 20) is relative to {reference}.{more} Every "
+        "comparison was repeated without each animal in turn where groups had three animals or more."
     )

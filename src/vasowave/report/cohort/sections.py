@@ -7,10 +7,10 @@ import pandas as pd
 from vasowave.figures import cohort_gallery as drawing
 from vasowave.figures.cohort_gallery import Cohort
 from vasowave.figures.gallery import fit_figure, tree_figure
-from vasowave.figures.trees import wall_laws
-from vasowave.report import cohort_tables as tables
-from vasowave.report import cohort_words as words
-from vasowave.report.cohort_statistics import INDICES, Comparison, column, importance
+from vasowave.figures.trees import data_of, wall_laws
+from vasowave.report.cohort import data_tables, group_tables, model_tables, words
+from vasowave.report.cohort.selection_table import selection_table
+from vasowave.report.cohort.statistics import INDICES, Comparison, column, importance
 from vasowave.report.document import Block, Drawing, Fold, Heading, Notice, Paragraph, Section
 from vasowave.report.wording import column_label
 
@@ -27,15 +27,15 @@ def data_section(cohort: Cohort) -> Section:
     blocks: list[Block] = [
         Drawing("hemoData", f"Measured pressure and flow, impedance modulus |Z| and phase θ (eq. 19) of every animal. "
                 f"{shown} Grey circles: harmonics whose flow is near the noise.", drawing.hemodynamics_figure(cohort)),
-        tables.hemodynamics(cohort),
+        data_tables.hemodynamics(cohort),
         Drawing("Network", "The networks as directed graphs, with each vessel's share of the mean flow (eq. 11); width "
                 "follows the radius, lengths are not to scale.", drawing.networks_figure(cohort)),
-        *tables.networks(cohort),
+        *data_tables.networks(cohort),
         Drawing("parEst", "Nominal parameters of the shown animals: characteristic impedance Z_c from the slope of the "
                 "pressure-flow loop (eq. 8, top), time constant τ from the diastolic decay (eq. 12, bottom).",
                 drawing.nominal_figure(cohort)),
-        tables.nominal(cohort),
-        tables.characteristic_impedances(cohort),
+        data_tables.nominal(cohort),
+        data_tables.characteristic_impedances(cohort),
     ]  # fmt: skip
     return Section("data", "Measurements and nominal parameters", blocks)
 
@@ -55,15 +55,15 @@ def model_section(cohort: Cohort, written: Mapping[str, str]) -> Section:
                 "law from zero pressure on (thin).", drawing.pressure_area_figure(cohort)),
         Drawing("Tree", "Wave speed at mean pressure in every vessel (eqs. 31, 32; top), and fall of the mean pressure "
                 "from the inlet to the end of every terminal vessel (bottom).", drawing.along_tree_figure(cohort)),
-        *(tables.parameters(cohort, wall) for wall in cohort.walls),
-        tables.bounds(cohort),
+        *(model_tables.parameters(cohort, wall) for wall in cohort.walls),
+        model_tables.bounds(cohort),
         Drawing("ParOpt", "Optimized parameters and what follows from them, and the least-squares error S of \"PQsim\" "
                 "(eq. 14). Box: quartiles and median; cross: mean; whiskers: to the last animal within 1.5 times the "
                 "interquartile range; a point for every animal. Linear wall hatched.",
                 drawing.boxes_figure(cohort, boxes, cohort.walls)),
         Drawing("Waterfall", "S of every start over the best S of its animal, in rising order: a flat line is a "
                 "calibration whose starts agree.", drawing.waterfall_figure(cohort)),
-        tables.starts(cohort),
+        model_tables.starts(cohort),
     ]  # fmt: skip
     blocks += [
         Drawing(f"WIA-{place}", f"Forward and backward pressure (eq. 15, left) and time-normalized wave intensity "
@@ -74,14 +74,14 @@ def model_section(cohort: Cohort, written: Mapping[str, str]) -> Section:
     blocks += [
         Drawing("WIA-I_R", "Reflection coefficient I_R (eq. 17); linear wall hatched.",
                 drawing.boxes_figure(cohort, _labelled(cohort, ("I_R",), written), ["measured", *cohort.walls])),
-        tables.waves(cohort),
+        model_tables.waves(cohort),
         Drawing("Impd", "Impedance modulus and phase (eq. 19) at harmonics 0 to 14 of the shown animals; grey circles: "
                 "harmonics whose flow is near the noise.", drawing.impedance_figure(cohort)),
         Drawing("Residuals", "Measured minus simulated pressure and its autocorrelation; inside the grey band an "
                 "autocorrelation cannot be told from that of independent noise.", drawing.residuals_figure(cohort)),
     ]  # fmt: skip
     if any("selection" in tree.children for tree in cohort.trees):
-        blocks.append(Fold("AICc and BIC of both wall laws for every animal", [tables.selection(cohort)]))
+        blocks.append(Fold("AICc and BIC of both wall laws for every animal", [selection_table(cohort)]))
     return Section("models", "Calibrated models", blocks)
 
 
@@ -101,7 +101,7 @@ def groups_section(cohort: Cohort, found: Mapping[str, Comparison], written: dic
         blocks.append(Paragraph("There is one group; importance indices and tests need two."))
     for source, one in found.items():
         blocks += _compared(one, source, written)
-    blocks.append(Fold("All quantities by group", [tables.groups(cohort)]))
+    blocks.append(Fold("All quantities by group", [group_tables.groups(cohort)]))
     return Section("groups", "Groups", blocks)
 
 
@@ -111,12 +111,12 @@ def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
     for place, tree in enumerate(cohort.trees, start=1):
         group, notes = str(tree.attrs["group"]), words.notes(tree)
         inner: list[Block] = [Notice("To be considered", notes)] if notes else []
-        if "beats" in tree.children and "trace_pressure" in tree["beats"].data_vars:
+        if "beats" in tree.children and "trace_pressure" in data_of(tree, "beats").data_vars:
             inner.append(Drawing(f"beats-{place}", _beats_caption(tree), drawing.beats_figure(tree)))
         if wall_laws(tree):
             inner.append(Drawing(f"fit-{place}", "Measured (black) and fitted pressure and flow at the inlet, and what "
                                  "is left.", fit_figure(tree, cohort.looks[group].color)))  # fmt: skip
-            inner.append(tables.intervals(tree, written))
+            inner.append(model_tables.intervals(tree, written))
         made = ", synthetic" if words.is_synthetic(tree) else ""
         said = f", {len(notes)} {'note' if len(notes) == 1 else 'notes'}" if notes else ""
         blocks.append(Fold(f"{tree.attrs['animal']} ({group}{made}{said})", inner))
@@ -127,16 +127,16 @@ def _compared(one: Comparison, source: str, written: dict[str, str]) -> list[Blo
     blocks: list[Block] = []
     if len(one.contrasts):
         blocks.append(Heading("Measured indices" if source == "measured" else f"{source.capitalize()} wall"))
-        blocks.append(tables.contrasts(one, source, written))
+        blocks.append(group_tables.contrasts(one, source, written))
         pairs = one.contrasts[["reference", "other"]].drop_duplicates()
         if len(pairs) == 1:
             known = one.contrasts.assign(quantity=[written.get(c.split(" [")[0], c) for c in one.contrasts["quantity"]])
             blocks.append(Drawing(f"Ratios-{source}", "Ratio of geometric means with its 95 % interval (Welch, on "
                                   "logarithms).", drawing.ratios_figure(known)))  # fmt: skip
     if len(one.all_groups):
-        blocks.append(tables.all_groups(one, source))
+        blocks.append(group_tables.all_groups(one, source))
     if len(one.without_one):
-        left_out = tables.without_one(one, source, written)
+        left_out = group_tables.without_one(one, source, written)
         blocks.append(Fold(left_out.caption, [left_out]))
     if one.left_out:
         why = [f"{column_label(what)}: {reason}" for what, reason in one.left_out.items()]
@@ -145,7 +145,7 @@ def _compared(one: Comparison, source: str, written: dict[str, str]) -> list[Blo
 
 
 def _beats_caption(tree) -> str:  # type: ignore[no-untyped-def]
-    beats = tree["beats"]
+    beats = data_of(tree, "beats")
     kept = int(beats["kept"].sum())
     reasons = pd.Series([str(reason) for reason in beats["reason"].values if reason])
     rejected = "; ".join(f"{count} rejected: {reason}" for reason, count in reasons.value_counts().items())

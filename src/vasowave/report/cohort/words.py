@@ -9,8 +9,9 @@ import xarray as xr
 
 from vasowave.cohort import what_n_can_show
 from vasowave.figures.cohort_gallery import Cohort
-from vasowave.figures.trees import wall_laws
-from vasowave.report.cohort_statistics import Comparison, column, rows_of
+from vasowave.figures.trees import data_of, wall_laws
+from vasowave.report.cohort.selection_table import selection_table
+from vasowave.report.cohort.statistics import Comparison, column, rows_of
 from vasowave.report.wording import listed, name_and_unit, number
 
 CLEAR = 0.05
@@ -99,18 +100,19 @@ def _differences(source: str, found: Comparison, written: Mapping[str, str]) -> 
 def _fits(cohort: Cohort) -> list[str]:
     sentences = []
     for wall in cohort.walls:
-        fits = [tree[f"{wall}/calibration"] for tree in cohort.trees if wall in wall_laws(tree)]
+        fits = [data_of(tree, f"{wall}/calibration") for tree in cohort.trees if wall in wall_laws(tree)]
         rmse = np.array([float(fit["RMSE"]) for fit in fits])
         agree = sum(bool(fit["start_agrees"].values.astype(bool).all()) for fit in fits)
         text = (
             f"The {wall} wall leaves a root-mean-square residual of {number(float(np.median(rmse)))} mmHg (median; "
-            f"{number(float(rmse.min()))} to {number(float(rmse.max()))}); all starts agreed in {agree} of {len(fits)} animals"
+            f"{number(float(rmse.min()))} to {number(float(rmse.max()))}); all starts agreed in {agree} of {len(fits)} "
+            "animals"
         )
         sentences.append(f"{text}{_undetermined(fits)}.")
     return sentences
 
 
-def _undetermined(fits: list[xr.DataTree]) -> str:
+def _undetermined(fits: list[xr.Dataset]) -> str:
     parts = []
     for place, name in enumerate(fits[0]["parameter"].values):
         count = sum(bool(fit["free"].values[place]) and not bool(fit["determined"].values[place]) for fit in fits)
@@ -120,11 +122,9 @@ def _undetermined(fits: list[xr.DataTree]) -> str:
 
 
 def _selection(cohort: Cohort) -> list[str]:
-    from vasowave.report.cohort_tables import selection
-
     if not any("selection" in tree.children for tree in cohort.trees):
         return []
-    data = selection(cohort).data
+    data = selection_table(cohort).data
     assert data is not None
     counts = data["AICc prefers"].value_counts()
     kept = len(data) - int(counts.get("discarded", 0))
@@ -149,7 +149,9 @@ def _limits(cohort: Cohort, found: Mapping[str, Comparison]) -> list[str]:
         f"{label} ({source}, without {animal})"
         for source, one in found.items()
         if len(one.without_one)
-        for label, animal in one.without_one.loc[one.without_one["decides"], ["quantity", "left out"]].itertuples(index=False)
+        for label, animal in one.without_one.loc[one.without_one["decides"], ["quantity", "left out"]].itertuples(
+            index=False
+        )
     ]
     if carried:
         sentences.append(
@@ -170,5 +172,3 @@ def settings_of(cohort: Cohort) -> dict[str, object]:
     """Return the settings that all animals share; those that differ are left out."""
     each = [json.loads(tree.attrs.get("settings", "{}")) for tree in cohort.trees]
     return {key: value for key, value in each[0].items() if all(one.get(key) == value for one in each)}
-
-

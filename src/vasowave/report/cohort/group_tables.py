@@ -1,0 +1,67 @@
+"""Tables that describe and compare the groups."""
+
+import pandas as pd
+
+from vasowave.figures.cohort_gallery import Cohort
+from vasowave.report.cohort.cells import interval, mean_sd, median_iqr, source_title, span, symbols, with_unit
+from vasowave.report.cohort.statistics import Comparison, described
+from vasowave.report.document import Table
+from vasowave.report.wording import number
+
+
+def groups(cohort: Cohort) -> Table:
+    """Every single number of every source, described by group."""
+    data = pd.concat([described(cohort.table, source) for source in cohort.table["source"].unique()])
+    header = (
+        "source",
+        "quantity",
+        *(f"{group}: {what}" for group in cohort.groups for what in ("mean ± SD", "median [IQR]")),
+    )
+    written, cells = symbols(cohort.trees), []
+    for (source, label), part in data.groupby(["source", "quantity"], sort=False):
+        by_group = {str(row["group"]): row for _, row in part.iterrows()}
+        texts = [
+            text
+            for group in cohort.groups
+            for text in ((mean_sd(by_group[group]), median_iqr(by_group[group])) if group in by_group else ("–", "–"))
+        ]
+        cells.append((str(source), with_unit(label, written), *texts))
+    return Table("Groups", "All quantities by group", header, cells, "IQR: from the first to the third quartile.", data)
+
+
+def contrasts(found: Comparison, source: str, written: dict[str, str]) -> Table:
+    """The comparison of the groups by one source of numbers."""
+    data = found.contrasts
+    several = data[["reference", "other"]].drop_duplicates().shape[0] > 1
+    pair = data.iloc[0]
+    header = ("quantity", *(("groups",) if several else ()), "η", "ratio [95 %]", "Hedges g [95 %]", "p", "p Holm")
+    cells = []
+    for _, row in data.iterrows():
+        between = (f"{row['other']} / {row['reference']}",) if several else ()
+        intervals = (interval(row, "ratio", "ratio"), interval(row, "Hedges g", "g"))
+        cells.append((with_unit(row["quantity"], written), *between, number(row["eta"], 2), *intervals,
+                      number(row["p"], 2), number(row["p Holm"], 2)))  # fmt: skip
+    who = "every pair of groups" if several else f"{pair['other']} against {pair['reference']}"
+    note = (
+        "η: relative change of the mean (eq. 20), never below -1 for a positive quantity; ratio: of geometric means, "
+        f"Welch interval; p: exact Mann-Whitney test; Holm over these {len(data)} tests."
+    )
+    return Table(f"Contrasts-{source}", f"{source_title(source)}: {who}", header, cells, note, data)
+
+
+def without_one(found: Comparison, source: str, written: dict[str, str]) -> Table:
+    """What leaving out any one animal does to the comparison."""
+    data, cells = found.without_one, []
+    for (reference, other, label), part in data.groupby(["reference", "other", "quantity"], sort=False):
+        deciding = part.loc[part["decides"], "left out"].astype(str).tolist()
+        cells.append((f"{other} / {reference}", with_unit(label, written), span(part["ratio"].to_numpy()),
+                      span(part["p"].to_numpy(), 2), ", ".join(deciding) or "none"))  # fmt: skip
+    header = ("groups", "quantity", "ratio", "p", "p crosses 0.05 without")
+    note = "Smallest and largest value over all ways of leaving one animal out; p of the exact test before Holm."
+    return Table(f"LeaveOneOut-{source}", f"{source_title(source)}, one animal left out", header, cells, note, data)
+
+
+def all_groups(found: Comparison, source: str) -> Table:
+    """Kruskal-Wallis tests of more than two groups at once."""
+    note = "Kruskal-Wallis H; p from random relabelings of the animals, Holm over the quantities."
+    return Table.of(f"AllGroups-{source}", f"{source_title(source)}: all groups at once", found.all_groups, note, 2)

@@ -1,0 +1,279 @@
+import json
+import re
+import shutil
+import subprocess
+import warnings
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from made_cohort import made_trees
+from vasowave import cohort
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.report import write_cohort_report
+from vasowave.report.cohort import statistics
+from vasowave.report.document import Table
+from vasowave.report.files import latex, latex_table
+from vasowave.report.wording import number
+
+FAILURE = "no diastolic decay of positive pressure after ejection; check the cycle"
+PLANTED = 98.765432
+
+
+class Tables(HTMLParser):
+    """Collects the rows of every table of a page by the table's id."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tables, self.name, self.cell = {}, None, None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        if tag == "div" and values.get("class") == "table":
+            self.name = values.get("id", f"unnamed {len(self.tables)}")
+            self.tables[self.name] = []
+        elif tag == "tr":
+            self.tables[self.name].append([])
+        elif tag in ("td", "th"):
+            self.cell = tag
+            self.tables[self.name][-1].append("")
+
+    def handle_endtag(self, tag):
+        if tag in ("td", "th"):
+            self.cell = None
+
+    def handle_data(self, text):
+        if self.cell:
+            self.tables[self.name][-1][-1] += text
+
+
+@pytest.fixture(scope="session")
+def trees():
+    """Return 3 + 3 animals of raw recordings; one value is planted that no analysis could give."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)
+        made = made_trees({"CTL": 3, "HPH": 3})
+    made[1]["linear/quantities"]["R_T"].values[()] = PLANTED
+    made[0]["tangent/calibration"]["at_bound"].values[0] = True
+    made[2].attrs["notes"] = json.dumps(["the flow <ends> late & is odd"])
+    return made
+
+
+@pytest.fixture(scope="session")
+def folder(trees, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cohort") / "study"
+    folder.mkdir()
+    (folder / "results.nc").write_bytes(b"not ours to touch")
+    write_cohort_report(trees, folder, failures={"HPH 9": FAILURE})
+    return folder
+
+
+@pytest.fixture(scope="session")
+def page(folder):
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def tables(page):
+    return Tables(page).tables
+
+
+def column_of(rows, start):
+    return next(place for place, cell in enumerate(rows[0]) if cell.startswith(start))
+
+
+def test_the_values_of_the_page_come_from_the_trees(trees, tables):
+    rows = tables["table-Parameters-linear"]
+    place = column_of(rows, "R_T")
+    assert rows[2][0] == "CTL 2"
+    assert rows[2][place] == "98.8"
+    for row, tree in zip(rows[1:], trees, strict=True):
+        assert row[0] == tree.attrs["animal"]
+        assert float(row[column_of(rows, "β")]) == pytest.approx(float(tree["linear/quantities"]["beta"]), rel=5e-3)
+    start = {row[0]: row for row in tables["table-ParNom"][1:]}
+    for tree in trees:
+        assert float(start[tree.attrs["animal"]][3]) == pytest.approx(float(tree["nominal"]["beta"]), rel=5e-3)
+
+
+def test_a_value_at_its_bound_is_marked_where_it_stands(tables):
+    rows = tables["table-Parameters-tangent"]
+    assert rows[1][column_of(rows, "p₁ ")].endswith("†")
+    assert not rows[2][column_of(rows, "p₁ ")].endswith("†")
+
+
+def test_eta_and_p_of_the_page_are_those_of_the_cohort_functions(trees, tables):
+    table = cohort.cohort_table(trees)
+    linear = table[table["source"] == "linear"]
+    found = cohort.contrasts(linear, ["R_T [mmHg s/ml]", "C_T [ml/mmHg]"], "CTL", "HPH")
+    rows = {row[0].split(" [")[0]: row for row in tables["table-Contrasts-linear"][1:]}
+    for name, (_, expected) in zip(("R_T", "C_T"), found.iterrows(), strict=True):
+        assert rows[name][1] == number(expected["eta"], 2)
+        assert float(rows[name][2].split()[0]) == pytest.approx(expected["ratio"], rel=0.05)
+        assert rows[name][4] == number(expected["p"], 2)
+    ctl, hph = (linear.loc[linear["group"] == group, "R_T [mmHg s/ml]"].mean() for group in ("CTL", "HPH"))
+    drawn = statistics.importance(table, "linear", {"R_T": "R_T"})
+    assert drawn["eta"].tolist() == [pytest.approx((hph - ctl) / ctl)]
+
+
+def test_the_indices_of_the_groups_are_mean_and_sd_of_their_animals(trees, tables):
+    rows = {row[0]: row for row in tables["table-HemoStats"][1:]}
+    for place, group in ((1, "CTL"), (2, "HPH")):
+        values = [float(t["measured/quantities"]["mPAP"]) for t in trees if t.attrs["group"] == group]
+        mean, deviation = map(float, rows["mPAP [mmHg]"][place].split(" ± "))
+        assert mean == pytest.approx(np.mean(values), rel=5e-3)
+        assert deviation == pytest.approx(np.std(values, ddof=1), rel=0.05)
+
+
+def test_every_figure_and_table_of_the_paper_is_there(page, folder, tables):
+    figures = "hemoData Network parEst PQsim-1 PAsim ParOpt WIA-1 WIA-2 Impd ParAll_change Residuals Waterfall beats-6"
+    for name in figures.split():
+        assert f'id="figure-{name}"' in page
+        letters = "".join(ElementTree.parse(folder / "figures" / f"{name}.svg").getroot().itertext())
+        assert re.search(r"\[|%", letters), f"{name} has no editable letters"
+        assert (folder / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+    for name in [
+        "HemoStats",
+        "Network",
+        "ParNom",
+        "Bounds",
+        "Parameters-linear",
+        "Parameters-tangent",
+        "Groups",
+        "Starts",
+    ]:
+        assert f"table-{name}" in tables
+        assert (folder / "tables" / f"{name}.tex").is_file()
+        assert len(pd.read_csv(folder / "tables" / f"{name}.csv"))
+
+
+def test_tables_on_disk_keep_full_precision_and_units(trees, folder):
+    table = pd.read_csv(folder / "tables" / "Parameters-linear.csv").set_index("animal")
+    assert table.loc["CTL 2", "R_T [mmHg s/ml]"] == PLANTED
+    assert float(trees[5]["linear/quantities"]["beta"]) == table.loc["HPH 3", "beta [mmHg]"]
+
+
+def test_failed_animals_warnings_and_settings_stand_on_the_page(page):
+    assert f"HPH 9: {FAILURE}" in page
+    assert "the flow &lt;ends&gt; late &amp; is odd" in page
+    assert "Synthetic data." in page
+    assert "bounded least squares" in page
+    assert "With 3 + 3 animals complete separation gives p = 0.1" in page
+
+
+def test_the_page_loads_nothing_and_its_ids_are_unique(page):
+    assert not re.search(r"https?:|//\w|@import|<script|<link|<iframe|url\((?!#)", page)
+    ids = re.findall(r'\bid="([^"]+)"', page)
+    assert len(ids) == len(set(ids)) > 500
+    assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', page)) <= set(ids)
+
+
+def test_other_files_of_the_folder_stay_and_foreign_reports_are_not_replaced(trees, folder, tmp_path):
+    assert (folder / "results.nc").read_bytes() == b"not ours to touch"
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "figures",
+        "report.html",
+        "report.pdf",
+        "results.nc",
+        "tables",
+    ]
+    (tmp_path / "report.html").write_text("a thesis")
+    with pytest.raises(InputError, match="not of an earlier vasowave report"):
+        write_cohort_report(trees, tmp_path, pdf=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_a_report_that_fails_midway_leaves_the_earlier_one_as_it_was(trees, folder, monkeypatch):
+    before = {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+    def full(*arguments):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("vasowave.report.cohort.write.write_tables", full)
+    monkeypatch.setattr("vasowave.report.cohort.write.write_figures", lambda *arguments: None)
+    with pytest.raises(InputError, match="No space left"):
+        write_cohort_report(trees[:1], folder, pdf=False)
+    assert {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()} == before
+
+
+def test_one_animal_of_one_group_without_beats_gets_a_report(tmp_path):
+    lone = made_trees({"sham": 1}, raw=False, walls=("linear",))
+    text = write_cohort_report(lone, tmp_path / "one", pdf=False).read_text(encoding="utf-8")
+    assert "1 animal: sham (n = 1)" in text
+    assert "nothing is compared" in text
+    assert 'id="figure-ParAll_change"' not in text
+    assert not (tmp_path / "one" / "report.pdf").exists()
+
+
+def test_three_groups_of_any_label_are_compared_two_by_two(tmp_path):
+    made = made_trees({"sham & co": 2, "2 weeks": 2, "4 weeks": 2}, raw=False, walls=("linear",))
+    path = write_cohort_report(made, tmp_path / "three", pdf=False, reference="2 weeks")
+    found = pd.read_csv(path.parent / "tables" / "Contrasts-linear.csv")
+    assert set(zip(found["reference"], found["other"], strict=True)) == {
+        ("2 weeks", "sham & co"), ("2 weeks", "4 weeks"), ("sham & co", "4 weeks"),
+    }  # fmt: skip
+    assert "sham &amp; co" in path.read_text(encoding="utf-8")
+    assert (path.parent / "tables" / "AllGroups-linear.csv").is_file()
+    with pytest.raises(InputError, match="no animal is of the reference group 'CTL'"):
+        write_cohort_report(made, tmp_path / "wrong", reference="CTL")
+
+
+def test_no_animal_and_twins_are_refused(trees, tmp_path):
+    with pytest.raises(InputError, match="there is no animal to report; a: lost"):
+        write_cohort_report([], tmp_path, failures=[("a", "lost")])
+    with pytest.raises(InputError, match="two animals are called 'CTL 1'"):
+        write_cohort_report([trees[0], trees[0]], tmp_path)
+
+
+def test_a_selection_is_tabled_with_verdicts_and_discarded_models_last(trees):
+    from vasowave.report.cohort.selection_table import _candidates
+
+    scores = {
+        "matern32": (-610.0, -607.0, 0.01, 0),
+        "se": (-900.0, -800.0, 0.2, 1),
+        "periodic": (-500.0, -520.0, 0.0, 0),
+    }
+    rows = [
+        {"covariance": name, "wall": wall, "AICc": values[place], "BIC": values[place], "lambda": values[2],
+         "D": 4.0 + place, "N": 512.0, "discarded": values[3], "loglik": 0.0}
+        for name, values in scores.items() for place, wall in enumerate(("linear", "tangent"))
+    ]  # fmt: skip
+    frame = pd.DataFrame(rows)
+    selection = xr.Dataset({name: ("candidate", frame[name].to_numpy()) for name in frame})
+    tree = xr.DataTree.from_dict({"/selection": selection})
+    tree.attrs = trees[0].attrs
+    found = _candidates(tree)
+    assert found["covariance"].tolist() == ["matern32", "periodic", "se"]
+    assert found["AICc prefers"].tolist() == ["undecided", "tangent", "discarded"]
+    assert found["D"].iloc[0] == "linear 4, tangent 5"
+
+
+def test_latex_takes_no_character_for_a_command():
+    assert latex("50 % of R_T & m_12 #1") == r"50 \% of $R_T$ \& m\_12 \#1"
+    assert latex("8.1·10⁻⁴ ± 2 mmHg² β₀ †") == r"8.1$\cdot$10$^{-4}$ $\pm$ 2 mmHg$^{2}$ $\beta$$_{0}$ \dag{}"
+    text = latex_table(Table("x", "A_b & c", ("a", "b"), [("1", "2 %"), ("3", "4")]))
+    body = text.split("\\midrule")[1].split("\\bottomrule")[0].strip().splitlines()
+    assert body == [r"1 & 2 \% \\", r"3 & 4 \\"]
+    assert "A\\_b \\& c" in text
+
+
+def test_the_tables_compile_with_latex(folder, tmp_path):
+    program = shutil.which("pdflatex") or shutil.which("tectonic")
+    if program is None:
+        pytest.skip("neither pdflatex nor tectonic is on this machine")
+    inputs = "\n".join(f"\\input{{{path}}}" for path in sorted((folder / "tables").glob("*.tex")))
+    (tmp_path / "all.tex").write_text(
+        f"\\documentclass{{article}}\\usepackage{{booktabs}}\\usepackage{{amssymb}}\\begin{{document}}{inputs}\\end{{document}}"
+    )
+    done = subprocess.run([program, "all.tex"], cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout[-2000:]
+
+
+def test_the_letters_of_every_latex_table_are_plain(folder):
+    for path in (folder / "tables").glob("*.tex"):
+        odd = {letter for letter in path.read_text(encoding="utf-8") if ord(letter) > 127}
+        assert not odd, f"{path.name}: {odd}"
