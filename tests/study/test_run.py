@@ -22,7 +22,7 @@ PROGRAM = [sys.executable, "-c", "from vasowave.cli import run; run()"]
 
 
 def start(folder: Path, workers: int = 2, **more) -> subprocess.Popen:
-    command = [*PROGRAM, "run", str(folder), "--workers", str(workers)]
+    command = [*PROGRAM, "run", str(folder), "--workers", str(workers), "--no-report"]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
 
 
@@ -226,7 +226,7 @@ def test_a_full_file_system_stops_the_run_with_a_message_and_it_goes_on_later(un
     script = (
         f"mount -t tmpfs -o size={room}k tmpfs '{folder}' || exit 77\n"
         f"cp -r '{source}'/*.csv '{source}'/study.yaml '{source}/recordings' '{folder}'\n"
-        f"{' '.join(map(shell_quoted, PROGRAM))} run '{folder}' --workers 1\n"
+        f"{' '.join(map(shell_quoted, PROGRAM))} run '{folder}' --workers 1 --no-report\n"
         "status=$?\n"
         f"cp -r '{folder}' '{saved}'\n"
         "exit $status\n"

@@ -47,6 +47,7 @@ def run(
     study: Annotated[Path, _STUDY] = Path(),
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; by default one for every core.")] = None,
     scheduler: Annotated[str | None, typer.Option(help="Address of a Dask scheduler to run on.")] = None,
+    report: Annotated[bool, typer.Option(help="Make the report too.")] = True,
     pdf: Annotated[bool | None, typer.Option(help="Write the report as PDF too.")] = None,
 ) -> None:
     """Do the study. After an interruption of any kind, run it again: it goes on where it was."""
@@ -60,16 +61,16 @@ def run(
     typer.echo(
         f"{len(done.computed)} animals computed, {len(done.kept)} kept from earlier, {len(done.failures)} failed."
     )
-    page = report_study(plan.path, pdf=pdf)
     typer.echo(f"Results: {done.results}")
-    typer.echo(f"Report: {page}")
+    if report:
+        typer.echo(f"Report: {report_study(plan.path, pdf=pdf)}")
     for name, why in done.failures.items():
         typer.echo(f"failed: {name}: {why}", err=True)
     raise typer.Exit(1 if done.failures else 0)
 
 
-@app.command(epilog="Example: vasowave report my-study")
-def report(
+@app.command("report", epilog="Example: vasowave report my-study")
+def make_report(
     study: Annotated[Path, _STUDY] = Path(),
     pdf: Annotated[bool | None, typer.Option(help="Write the report as PDF too.")] = None,
 ) -> None:
@@ -112,4 +113,4 @@ def _left(step: "Progress") -> str:
     return f"about {step.left:.0f} s left" if step.left < 90 else f"about {step.left / 60:.0f} min left"
 
 
-__all__ = ["check", "new", "report", "run"]
+__all__ = ["check", "make_report", "new", "run"]
