@@ -21,7 +21,7 @@ from vasowave.study.running import Done, run_study
 PROGRAM = [sys.executable, "-c", "from vasowave.cli import run; run()"]
 
 
-def start(folder: Path, workers: int = 2, **more) -> subprocess.Popen:
+def start(folder: Path, workers: int = 1, **more) -> subprocess.Popen:
     command = [*PROGRAM, "run", str(folder), "--workers", str(workers), "--no-report"]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
 
@@ -57,7 +57,7 @@ def undisturbed(tmp_path_factory, mice) -> tuple[Path, float]:
     """Return a study that ran through, and how long that took."""
     folder = make_study_in(tmp_path_factory.mktemp("run") / "study", mice)
     began = time.monotonic()
-    with start(folder) as program:
+    with start(folder, 2) as program:
         said = program.communicate()[0]
     assert program.returncode == 0, said
     assert "3 animals computed, 0 kept from earlier, 0 failed" in said
@@ -177,6 +177,21 @@ def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_p
     assert "1.csv, line 41" in said
 
 
+def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    shutil.copytree(undisturbed[0], folder, ignore=shutil.ignore_patterns(RESULTS))
+    with start(folder) as program:
+        assert program.stdout is not None
+        first = program.stdout.readline()
+        program.send_signal(signal.SIGINT)
+        said = program.communicate()[0]
+    assert first.startswith("1 of 3: mouse 0 computed")
+    assert program.returncode == 130
+    assert "what had finished is kept" in said
+    assert "Traceback" not in said
+    assert len(list((folder / RESULTS / "cache").iterdir())) == 1
+
+
 def test_a_second_run_at_once_is_refused(undisturbed, tmp_path):
     from vasowave.study.lock import locked
 
@@ -203,7 +218,7 @@ def test_a_disk_that_takes_no_more_stops_the_run_with_a_message_and_it_goes_on_l
     def refuse_large_files():
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
-    with start(folder, 1, preexec_fn=refuse_large_files) as program:
+    with start(folder, preexec_fn=refuse_large_files) as program:
         said = program.communicate()[0]
     assert program.returncode == 1
     assert "Error: " in said

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -49,6 +49,7 @@ _NUMBERS = {
 }
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]")
 _CYCLE_ONLY = ("flow", "period [s]")
+Say = Callable[..., None]
 _NAME = re.compile(r"\w[\w .,+()-]*")
 
 
@@ -146,13 +147,29 @@ def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], list[Proble
 def _row(
     table: Columns, number: int, where: dict[str, int], groups: Sequence[str] | None
 ) -> tuple[AnimalRow | None, list[Problem]]:
-    folder, line = Path(table.source).parent, table.lines[number]
-    cell = {title: table.cells[number][i].strip() for title, i in where.items()}
+    line = table.lines[number]
+    cell = dict.fromkeys(COLUMNS, "") | {title: table.cells[number][i].strip() for title, i in where.items()}
     wrong: list[Problem] = []
 
     def say(title: str, message: str, error: bool = True) -> None:
         wrong.append(Problem(f"{table.source}, line {line}, column '{title}'", message, error))
 
+    kind = cell["kind"].lower() or "cycle"
+    _check_words(cell, kind, groups, say)
+    files = _files(cell, kind, Path(table.source).parent, say)
+    numbers: dict[str, Any] = {field: _number(cell[title], title, say) for title, field in _NUMBERS.items()}
+    if any(problem.error for problem in wrong):
+        return None, wrong
+    texts: dict[str, Any] = {t.replace(" ", "_"): cell[t] for t in COLUMNS if t.endswith((" unit", " channel"))}
+    block = numbers.pop("block")
+    row = AnimalRow(
+        cell["animal"], cell["group"], files[0], tuple(files[1:]), line, kind,
+        synthetic=cell["synthetic"].lower() == "yes", block=None if block is None else int(block), **texts, **numbers,
+    )  # fmt: skip
+    return row, wrong
+
+
+def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | None, say: Say) -> None:
     for title in NEEDED:
         if not cell[title]:
             say(title, "the cell is empty")
@@ -161,43 +178,35 @@ def _row(
     if cell["group"] and groups is not None and cell["group"] not in groups:
         hint = did_you_mean(cell["group"], groups)
         say("group", f"'{cell['group']}' is not a group of the study{hint}; its groups: {', '.join(groups)}")
-    kind = cell.get("kind", "").lower() or "cycle"
     if kind not in ("cycle", "raw"):
         say("kind", f"'{cell['kind']}'{did_you_mean(kind, ('cycle', 'raw'))}; write cycle or raw")
-    synthetic = cell.get("synthetic", "").lower()
-    if synthetic not in ("", "no", "yes"):
+    if cell["synthetic"].lower() not in ("", "no", "yes"):
         say("synthetic", f"'{cell['synthetic']}'; write yes or no")
     for title in _CYCLE_ONLY if kind == "raw" else _RAW_ONLY:
-        if cell.get(title):
-            say(title, f"has no meaning for an animal of kind '{kind}' and is ignored", error=False)
+        if cell[title]:
+            say(title, f"has no meaning for an animal of kind '{kind}' and is ignored", False)
     for title, quantity in (("pressure unit", "pressure"), ("flow unit", "flow")):
         try:
-            if cell.get(title):
+            if cell[title]:
                 units.factor(cell[title], quantity)
         except InputError as error:
             say(title, str(error))
-    numbers: dict[str, Any] = {field: _number(cell.get(title, ""), title, say) for title, field in _NUMBERS.items()}
-    recordings = [folder / cell["recording"]]
-    if cell.get("flow") and kind == "cycle":
-        recordings.append(folder / cell["flow"])
-    files = {"network": folder / cell["network"], "recording": recordings[0], "flow": recordings[-1]}
-    for title, file in files.items():
-        if cell.get(title) and not file.is_file():
-            say(title, f"'{cell[title]}' {_missing(file)}")
-    if any(problem.error for problem in wrong):
-        return None, wrong
-    texts: dict[str, Any] = {
-        title.replace(" ", "_"): cell.get(title, "") for title in COLUMNS if title.endswith((" unit", " channel"))
-    }
-    block = numbers.pop("block")
-    row = AnimalRow(
-        cell["animal"], cell["group"], files["network"], tuple(recordings), line, kind,
-        synthetic=synthetic == "yes", block=None if block is None else int(block), **texts, **numbers,
-    )  # fmt: skip
-    return row, wrong
 
 
-def _number(text: str, title: str, say) -> float | None:  # type: ignore[no-untyped-def]
+def _files(cell: Mapping[str, str], kind: str, folder: Path, say: Say) -> list[Path]:
+    """Return the files of the network and of the recording."""
+    titles = ["network", "recording", "flow"] if cell["flow"] and kind == "cycle" else ["network", "recording"]
+    files = [folder / cell[title] for title in titles]
+    for title, file in zip(titles, files, strict=True):
+        try:
+            if cell[title] and not file.is_file():
+                say(title, f"'{cell[title]}' {_missing(file)}")
+        except (OSError, ValueError) as error:
+            say(title, f"'{cell[title]}' is no name of a file ({error})")
+    return files
+
+
+def _number(text: str, title: str, say: Say) -> float | None:
     if not text:
         return None
     try:

@@ -69,7 +69,7 @@ def run_jobs(
     keep: Callable[[Job, Any], None],
     pools: Pools,
     workers: int,
-    threads: int = 1,
+    threads: int | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> dict[str, str]:
     """Compute every job and hand each result to `keep` as soon as it is there.
@@ -84,8 +84,8 @@ def run_jobs(
     pools : callable
     workers : int
         Jobs that are handed out at once.
-    threads : int
-        Threads that one job may use.
+    threads : int, optional
+        Threads that one job may use; by default what its worker's process is set to.
     progress : callable, optional
 
     Returns
@@ -119,7 +119,7 @@ class _Run:
         self,
         function: Callable[..., Any],
         keep: Callable[[Job, Any], None],
-        threads: int,
+        threads: int | None,
         count: int,
         progress: Callable[[Progress], None],
     ) -> None:
@@ -187,11 +187,12 @@ class _Run:
         self.progress(Progress(job.name, what, self.done, self.count, each * (self.count - self.done), message))
 
 
-def perform(function: Callable[..., Any], arguments: tuple[Any, ...], threads: int, source: str) -> Any:
+def perform(function: Callable[..., Any], arguments: tuple[Any, ...], threads: int | None, source: str) -> Any:
     """Compute one piece; runs in a worker, possibly on another machine."""
     if source_digest() != source:
         raise InputError("the worker has another version of vasowave than the program that sent it work; update it")
-    os.environ[VARIABLE] = str(threads)
+    if threads is not None:
+        os.environ[VARIABLE] = str(threads)
     return function(*arguments)
 
 

@@ -1,9 +1,9 @@
 """Do a study: every animal on all cores, what is already known from the store, then results, tables and report."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -91,20 +91,25 @@ def run_study(
             pieces[job.name] = store.keep(job.key, partial(_write_checked, tree))
 
         def shifted(step: Progress) -> None:
-            say(Progress(step.name, step.what, len(kept) + step.done, len(study.animals), step.left, step.message))
+            say(replace(step, done=len(kept) + step.done, count=len(study.animals)))
 
         if jobs:
             pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs))
             failures |= run_jobs(jobs, analyze_animal, keep, pools, at_once, threads, shifted)
-        computed = tuple(job.name for job in jobs if job.name in pieces)
-        if not pieces:
-            listed = "\n".join(f"  {name}: {why}" for name, why in failures.items())
-            raise InputError(f"{study.path}: every animal failed\n{listed}")
-        order = [row.animal for row in study.animals]
-        trees = {name: read_tree(pieces[name]) for name in order if name in pieces}
-        ordered = {name: failures[name] for name in order if name in failures}
-        results = write_outcome(Outcome(trees, ordered, study.settings), study.results)
-    return Done(results, computed, kept, ordered)
+        results = _write(study, pieces, failures)
+    computed = tuple(job.name for job in jobs if job.name in pieces)
+    return Done(results, computed, kept, failures)
+
+
+def _write(study: Study, pieces: Mapping[str, Path], failures: Mapping[str, str]) -> Path:
+    """Write the results file from the pieces, in the order of the table."""
+    if not pieces:
+        listed = "\n".join(f"  {name}: {why}" for name, why in failures.items())
+        raise InputError(f"{study.path}: every animal failed\n{listed}")
+    order = [row.animal for row in study.animals]
+    trees = {name: read_tree(pieces[name]) for name in order if name in pieces}
+    failed = {name: failures[name] for name in order if name in failures}
+    return write_outcome(Outcome(trees, failed, study.settings), study.results)
 
 
 def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[str, str]]:
@@ -134,10 +139,12 @@ def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[
     return pieces, jobs, failures
 
 
-def _pools(executor: Executor | None, scheduler: str | None, workers: int | None, jobs: int) -> tuple[Pools, int, int]:
+def _pools(
+    executor: Executor | None, scheduler: str | None, workers: int | None, jobs: int
+) -> tuple[Pools, int, int | None]:
     """Return what gives executors, how many jobs to hand out at once, and the threads of each."""
     if executor is not None:
-        return lambda count: nullcontext(executor), _ON_CLUSTER, 1
+        return lambda count: nullcontext(executor), _ON_CLUSTER, None
     if scheduler is not None:
         return lambda count: dask_cluster(scheduler), _ON_CLUSTER, 1
     at_once = max(1, min(workers or cores(), jobs))
