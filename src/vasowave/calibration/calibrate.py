@@ -18,7 +18,7 @@ from vasowave.calibration.search import Found
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.network import Network
-from vasowave.nominal import estimate_nominal
+from vasowave.nominal import estimate_nominal, oddities
 from vasowave.recording import Recording
 from vasowave.solver.dataset import as_dataset
 from vasowave.solver.simulate import Numerics
@@ -116,7 +116,7 @@ def calibrate(
     table = parameter_table(space, best.x, jacobian, residual)
     correlation = correlations(space, jacobian, residual)
     starts = _starts_table(space, found, best)
-    notes = [*compared.notes, *sentences(table, correlation, starts)]
+    notes = [*compared.notes, *oddities(nominal), *sentences(table, correlation, starts)]
     if stopped:
         notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")
     run = objective.run(best.x)
