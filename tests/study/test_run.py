@@ -187,7 +187,7 @@ def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed
         said = program.communicate()[0]
     assert first.startswith("1 of 3: mouse 0 computed")
     assert program.returncode == 130
-    assert "what had finished is kept" in said
+    assert "What had finished is kept" in said
     assert "Traceback" not in said
     assert len(list((folder / RESULTS / "cache").iterdir())) == 1
 

@@ -60,7 +60,7 @@ def run(
         with _shown(len(plan.animals)) as show:
             done = run_study(plan, workers=workers, scheduler=scheduler, progress=show)
     except KeyboardInterrupt:
-        typer.echo("Interrupted; what had finished is kept. Run it again to go on.", err=True)
+        typer.echo("What had finished is kept; run it again to go on.", err=True)
         raise typer.Exit(130) from None
     typer.echo(
         f"{len(done.computed)} animals computed, {len(done.kept)} kept from earlier, {len(done.failures)} failed."
