@@ -1,6 +1,5 @@
 """Calibrate a model to one recording from several starts in parallel."""
 
-import os
 import threading
 import warnings
 from collections.abc import Callable, Mapping
@@ -23,6 +22,7 @@ from vasowave.nominal import estimate_nominal, oddities
 from vasowave.recording import Recording
 from vasowave.solver.dataset import as_dataset
 from vasowave.solver.simulate import Numerics
+from vasowave.threads import threads
 
 _NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
 _SAME = 1e-3  # starts agree when their S differ by less than this share
@@ -158,7 +158,7 @@ def _search_all(
     progress: Callable[[int, int, float], None] | None,
 ) -> tuple[list[Found], bool]:
     """Search from every start, as many at once as there are cores; returns what finished, and if it was stopped."""
-    cores = os.cpu_count() or 1
+    cores = threads()
     stop = threading.Event()
     objectives = [Objective(space, recording, numerics, max(1, cores // plan.starts), stop) for _ in range(plan.starts)]
     found: list[Found] = []
@@ -189,7 +189,7 @@ def _polish(
 ) -> tuple[Objective, Found]:
     """Search again from the best end, with the step that suits it, so that no start's detours stay in the result."""
     best = min(found, key=lambda one: one.S)
-    objective = Objective(space, recording, numerics, os.cpu_count() or 1, threading.Event())
+    objective = Objective(space, recording, numerics, threads(), threading.Event())
     again = searching.search(objective, best.x, plan.method)
     if not np.isfinite(again.S):
         warnings.warn("the optimum could not be simulated a second time", VasowaveWarning, stacklevel=3)

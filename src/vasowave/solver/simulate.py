@@ -1,6 +1,5 @@
 """Simulate a model, or many of them at once, and return labelled waveforms."""
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from vasowave.model import Model
 from vasowave.recording import Inflow, Recording
 from vasowave.solver.dataset import as_dataset, stack
 from vasowave.solver.run import Run, run_cycles, run_to_periodic
+from vasowave.threads import threads
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def simulate_runs(
             return error
 
     outcomes: list[Run | VasowaveError] = []
-    with ThreadPoolExecutor(min(len(models), workers or os.cpu_count() or 1)) as pool:
+    with ThreadPoolExecutor(min(len(models), workers or threads())) as pool:
         for done, outcome in enumerate(pool.map(one, models), 1):
             outcomes.append(outcome)
             if progress is not None:

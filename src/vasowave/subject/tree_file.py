@@ -51,10 +51,19 @@ def read_tree(path: Path) -> xr.DataTree:
     if not path.is_file():
         raise InputError(f"{path}: there is no such file")
     try:
-        with xr.open_datatree(path, engine="netcdf4", decode_timedelta=False) as opened:
-            tree = opened.load()
+        tree = load_file(path)
     except (OSError, RuntimeError, ValueError, KeyError) as error:
         raise InputError(f"{path}: not a netCDF-4 file, or damaged ({error}); make it again") from None
     if tree.attrs.get("title") != KIND:
         raise InputError(f"{path}: not the result of one animal (its title is not '{KIND}')")
+    return tree
+
+
+def load_file(path: Path) -> xr.DataTree:
+    """Return all groups of a netCDF-4 file wholly in memory; the file is closed again."""
+    with xr.open_datatree(path, engine="netcdf4", decode_timedelta=False) as tree:
+        for node in tree.subtree:
+            # DataTree.load passes over a variable that is called like a group (here 'nominal').
+            for variable in node.variables.values():
+                variable.load()
     return tree

@@ -1,0 +1,252 @@
+"""The table of animals: who belongs to which group, and which files hold what is known of it."""
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from vasowave import units
+from vasowave.columns import Columns, read_columns
+from vasowave.errors import InputError, did_you_mean
+from vasowave.study.problems import Problem
+
+COLUMNS = {
+    "animal": "Name of the animal, each once.",
+    "group": "One of the groups of study.yaml.",
+    "network": "File of its vessels: name, parent, length [cm], radius [cm]. Animals may share one.",
+    "recording": "File of its recording: one averaged cycle, or a continuous recording.",
+    "flow": "File of the flow, if the recording holds the pressure only (averaged cycles).",
+    "kind": "cycle (one averaged cycle; the default) or raw (continuous, beats are found and averaged).",
+    "period [s]": "Period of an averaged cycle without a time column.",
+    "pressure unit": "Unit of the pressure, where its file names none.",
+    "flow unit": "Unit of the flow, where its file names none.",
+    "pressure channel": "raw: title of the pressure channel, where the titles do not tell.",
+    "flow channel": "raw: title of the flow channel.",
+    "ecg channel": "raw: title of the ECG channel.",
+    "block": "raw: block of a LabChart file, counted from 1; the longest by default.",
+    "start [s]": "raw: start of the stretch to use, since the start of the block.",
+    "end [s]": "raw: end of the stretch to use.",
+    "sampling rate [1/s]": "raw: samples per second of a table without a time column.",
+    "synthetic": "yes if the recording was made and not measured; the report then says so.",
+    "R_T [mmHg s/ml]": "Total resistance known from elsewhere (a published table): `check` compares, `run` ignores it.",
+    "C_T [ml/mmHg]": "Total compliance known from elsewhere, likewise.",
+    "tau [s]": "Time constant known from elsewhere, likewise.",
+}
+"""Columns of animals.csv and what they hold; the first four are needed."""
+
+NEEDED = ("animal", "group", "network", "recording")
+_NUMBERS = {
+    "period [s]": "period",
+    "block": "block",
+    "start [s]": "start",
+    "end [s]": "end",
+    "sampling rate [1/s]": "sampling_rate",
+    "R_T [mmHg s/ml]": "R_T",
+    "C_T [ml/mmHg]": "C_T",
+    "tau [s]": "tau",
+}
+_RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]")
+_CYCLE_ONLY = ("flow", "period [s]")
+Say = Callable[..., None]
+_NAME = re.compile(r"\w[\w .,+()-]*")
+
+
+@dataclass(frozen=True)
+class AnimalRow:
+    """One row of the table; a number is None and a text empty where the cell is."""
+
+    animal: str
+    group: str
+    network: Path
+    recordings: tuple[Path, ...]
+    line: int
+    kind: str = "cycle"
+    period: float | None = None
+    pressure_unit: str = ""
+    flow_unit: str = ""
+    pressure_channel: str = ""
+    flow_channel: str = ""
+    ecg_channel: str = ""
+    block: int | None = None
+    start: float | None = None
+    end: float | None = None
+    sampling_rate: float | None = None
+    synthetic: bool = False
+    R_T: float | None = None
+    C_T: float | None = None
+    tau: float | None = None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Every file that is read for this animal."""
+        return (self.network, *self.recordings)
+
+
+def read_animals(path: Path, groups: Sequence[str] | None) -> tuple[list[AnimalRow], list[Problem]]:
+    """Return the animals whose rows are understood, and everything that is wrong or odd in the table.
+
+    Parameters
+    ----------
+    path : Path
+        CSV. File names in it are relative to its folder.
+    groups : sequence of str or None
+        The labels that are known; None if they are not.
+    """
+    try:
+        table = read_columns(path)
+    except InputError as error:
+        return [], [_unreadable(path, str(error))]
+    titles = [f"{name} [{unit}]" if unit else name for name, unit in zip(table.names, table.units, strict=True)]
+    where, problems = _columns(path, titles)
+    if any(problem.error for problem in problems):
+        return [], problems
+    rows = []
+    for number in range(len(table.cells)):
+        row, wrong = _row(table, number, where, groups)
+        problems += wrong
+        if row is not None:
+            rows.append(row)
+    problems += _duplicates(path, rows)
+    complete = not any(problem.error for problem in problems)
+    return rows, problems + (_group_sizes(path, rows, groups or ()) if complete else [])
+
+
+def _unreadable(path: Path, message: str) -> Problem:
+    if "and no data" in message:
+        return Problem(
+            str(path),
+            "no animals yet; add one row per animal (animal, group, network file, recording file) and put the files "
+            "into networks/ and recordings/",
+        )
+    place, _, rest = message.partition(": ")
+    return Problem(place, rest) if rest else Problem(str(path), message)
+
+
+def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], list[Problem]]:
+    """Return where each known column stands."""
+    known = {title.lower(): title for title in COLUMNS}
+    where: dict[str, int] = {}
+    problems = []
+    for i, title in enumerate(titles):
+        plain = title.lower()
+        if plain not in known:
+            hint = did_you_mean(plain, known)
+            problems.append(
+                Problem(f"{path}, header, column '{title}'", f"unknown column{hint}; known: {', '.join(COLUMNS)}")
+            )
+        elif known[plain] in where:
+            problems.append(Problem(f"{path}, header, column '{title}'", "stands twice; keep one"))
+        else:
+            where[known[plain]] = i
+    problems += [Problem(f"{path}, header", f"no column '{name}'") for name in NEEDED if name not in where]
+    return where, problems
+
+
+def _row(
+    table: Columns, number: int, where: dict[str, int], groups: Sequence[str] | None
+) -> tuple[AnimalRow | None, list[Problem]]:
+    line = table.lines[number]
+    cell = dict.fromkeys(COLUMNS, "") | {title: table.cells[number][i].strip() for title, i in where.items()}
+    wrong: list[Problem] = []
+
+    def say(title: str, message: str, error: bool = True) -> None:
+        wrong.append(Problem(f"{table.source}, line {line}, column '{title}'", message, error))
+
+    kind = cell["kind"].lower() or "cycle"
+    _check_words(cell, kind, groups, say)
+    files = _files(cell, kind, Path(table.source).parent, say)
+    numbers: dict[str, Any] = {field: _number(cell[title], title, say) for title, field in _NUMBERS.items()}
+    if any(problem.error for problem in wrong):
+        return None, wrong
+    texts: dict[str, Any] = {t.replace(" ", "_"): cell[t] for t in COLUMNS if t.endswith((" unit", " channel"))}
+    block = numbers.pop("block")
+    row = AnimalRow(
+        cell["animal"], cell["group"], files[0], tuple(files[1:]), line, kind,
+        synthetic=cell["synthetic"].lower() == "yes", block=None if block is None else int(block), **texts, **numbers,
+    )  # fmt: skip
+    return row, wrong
+
+
+def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | None, say: Say) -> None:
+    for title in NEEDED:
+        if not cell[title]:
+            say(title, "the cell is empty")
+    if cell["animal"] and not _NAME.fullmatch(cell["animal"]):
+        say("animal", f"'{cell['animal']}': a name consists of letters, digits, blanks and . , _ + - ( )")
+    if cell["group"] and groups is not None and cell["group"] not in groups:
+        hint = did_you_mean(cell["group"], groups)
+        say("group", f"'{cell['group']}' is not a group of the study{hint}; its groups: {', '.join(groups)}")
+    if kind not in ("cycle", "raw"):
+        say("kind", f"'{cell['kind']}'{did_you_mean(kind, ('cycle', 'raw'))}; write cycle or raw")
+    if cell["synthetic"].lower() not in ("", "no", "yes"):
+        say("synthetic", f"'{cell['synthetic']}'; write yes or no")
+    for title in _CYCLE_ONLY if kind == "raw" else _RAW_ONLY:
+        if cell[title]:
+            say(title, f"has no meaning for an animal of kind '{kind}' and is ignored", False)
+    for title, quantity in (("pressure unit", "pressure"), ("flow unit", "flow")):
+        try:
+            if cell[title]:
+                units.factor(cell[title], quantity)
+        except InputError as error:
+            say(title, str(error))
+
+
+def _files(cell: Mapping[str, str], kind: str, folder: Path, say: Say) -> list[Path]:
+    """Return the files of the network and of the recording."""
+    titles = ["network", "recording", "flow"] if cell["flow"] and kind == "cycle" else ["network", "recording"]
+    files = [folder / cell[title] for title in titles]
+    for title, file in zip(titles, files, strict=True):
+        try:
+            if cell[title] and not file.is_file():
+                say(title, f"'{cell[title]}' {_missing(file)}")
+        except (OSError, ValueError) as error:
+            say(title, f"'{cell[title]}' is no name of a file ({error})")
+    return files
+
+
+def _number(text: str, title: str, say: Say) -> float | None:
+    if not text:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        comma = "; write a decimal point instead of a comma" if re.fullmatch(r"-?\d+,\d+", text) else ""
+        say(title, f"'{text}' is not a number{comma}")
+        return None
+    lowest = 0.0 if title == "start [s]" else 5e-324
+    if not (math.isfinite(value) and value >= lowest) or (title == "block" and value != int(value)):
+        say(title, f"{text} is not a positive {'whole ' if title == 'block' else ''}number")
+        return None
+    return value
+
+
+def _missing(file: Path) -> str:
+    if file.is_dir():
+        return "is a folder"
+    if not file.parent.is_dir():
+        return "does not exist, nor does its folder"
+    hint = did_you_mean(file.name, [beside.name for beside in file.parent.iterdir()])
+    return f"does not exist{hint}"
+
+
+def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[Problem]:
+    found = []
+    first: dict[str, AnimalRow] = {}
+    for row in rows:
+        other = first.setdefault(row.animal.casefold(), row)
+        if other is not row:
+            place = f"{path}, line {row.line}, column 'animal'"
+            found.append(Problem(place, f"'{row.animal}' stands in line {other.line} already; rename one"))
+    return found
+
+
+def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str]) -> list[Problem]:
+    found = []
+    for label in groups:
+        size = sum(row.group == label for row in rows)
+        if size < 2:
+            many = "no animal" if size == 0 else "one animal"
+            found.append(Problem(str(path), f"group '{label}' has {many}; a comparison needs two or more", False))
+    return found

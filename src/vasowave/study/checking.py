@@ -1,0 +1,191 @@
+"""Say everything that is wrong or odd about a study before it is run. Nothing is simulated and nothing is fitted."""
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+
+from vasowave.calibration.parameters import parameter_space
+from vasowave.errors import VasowaveError
+from vasowave.nominal import Nominal, estimate_nominal
+from vasowave.study.animals import AnimalRow
+from vasowave.study.document import Document, read_document
+from vasowave.study.loading import animal_settings, load_animal
+from vasowave.study.plan import Study, inspect_study
+from vasowave.study.problems import Problem
+from vasowave.study.settings import StudyFile
+from vasowave.subject import Animal, Settings
+
+NORMAL = {
+    "mouse": {
+        "HR": (300.0, 800.0, "beats/min"),
+        "mPAP": (7.0, 45.0, "mmHg"),
+        "pPAP": (4.0, 50.0, "mmHg"),
+        "CO": (0.05, 0.45, "ml/s"),
+    },
+    "rat": {
+        "HR": (200.0, 550.0, "beats/min"),
+        "mPAP": (8.0, 70.0, "mmHg"),
+        "pPAP": (5.0, 80.0, "mmHg"),
+        "CO": (0.4, 4.0, "ml/s"),
+    },
+}
+"""Values outside are taken for slips until somebody has looked. For mice: well beyond three SD from the means
+of the paper's Table 1."""
+
+_TAU = (0.02, 0.6)
+_SLIP = 3.0  # a known value that differs by more than this factor is no other method, but another number
+_FITTED = {"linear": {"beta"}, "tangent": {"p1", "gamma"}}
+_NOMINAL = {"beta": "β0", "p1": "p1 = β0/π", "gamma": "γ = 2", "r1": "r1 = 1", "r2": "r2 = 1", "c1": "c1 = 1"}
+
+
+def check_study(path: Path) -> list[Problem]:
+    """Return everything that is wrong or odd, in the order of the files.
+
+    Reads the study file, the table of animals and every file that it names, averages the beats of continuous
+    recordings and makes the closed-form estimates of the nominal parameters.
+
+    Raises
+    ------
+    InputError
+        There is no study file.
+    """
+    study, problems = inspect_study(path)
+    if study is None:
+        return problems
+    document = read_document(study.path)
+    problems += _settings(study, document)
+    for row in study.animals:
+        problems += _animal(study, row, document)
+    return problems + _same_files(study)
+
+
+def _settings(study: Study, document: Document) -> list[Problem]:
+    """Return what is odd about the settings by themselves."""
+    calibration, found = study.settings.calibration, []
+
+    def say(message: str, *at: str) -> None:
+        found.append(Problem(document.place(at, key=True), f"{'.'.join(at)}: {message}", False))
+
+    names = {"r1", "r2", "c1"}.union(*(_FITTED[wall] for wall in calibration.walls))
+    for section, given in (("bounds", calibration.bounds), ("fixed", calibration.fixed)):
+        for name in sorted(set(given) - names):
+            say(f"no parameter of the {' and '.join(calibration.walls)} wall", "calibration", section, name)
+    for name in sorted(set(calibration.bounds) & set(calibration.fixed)):
+        say("is fixed, so these bounds have no meaning", "calibration", "bounds", name)
+    if calibration.paper_bounds:
+        say(
+            "the published optima of CTL 3, CTL 5 and HPH 3 lie outside the paper's own bounds of β, and c1 of CTL 2 "
+            "is 3.0 where 2.5 is allowed; expect parameters that end at a bound",
+            "calibration",
+            "paper_bounds",
+        )
+    if study.settings.model_selection and len(calibration.walls) < 2:
+        say("needs two wall laws; with one there is nothing to compare", "model_selection")
+    if calibration.starts < 10 and "tangent" in calibration.walls:
+        say(
+            f"{calibration.starts} starts now and then miss the tangent wall's best optimum; 20 seldom do",
+            "calibration",
+            "starts",
+        )
+    return found
+
+
+def _animal(study: Study, row: AnimalRow, document: Document) -> list[Problem]:
+    """Return what is wrong or odd about the files of one animal."""
+    place = f"{study.table}, line {row.line} ('{row.animal}')"
+    try:
+        animal = load_animal(row, study.settings, study.folder)
+        settings = animal_settings(study.settings)
+        nominal = estimate_nominal(animal.network, animal.recording, settings.blood)
+    except VasowaveError as error:
+        return [Problem(place, str(error))]
+    said = [*_odd_notes(animal), *_physiology(animal, nominal, study.settings), *_known(row, nominal)]
+    found = [Problem(place, message, False) for message in dict.fromkeys(said)]
+    for name, message in _bounds(animal, nominal, settings).items():
+        found.append(Problem(document.place(("calibration", "bounds", name), key=True), f"'{row.animal}': {message}"))
+    return found
+
+
+def _odd_notes(animal: Animal) -> list[str]:
+    """Return those of a recording's notes that ask for a look."""
+    return [note for note in animal.recording.notes if "?" in note or ("rejected" in note and "were" in note)]
+
+
+def _physiology(animal: Animal, nominal: Nominal, settings: StudyFile) -> list[str]:
+    found = []
+    values = animal.recording.indices()
+    for name, (low, high, unit) in NORMAL.get(settings.species, {}).items():
+        if not low <= values[name] <= high:
+            found.append(
+                f"{name} {values[name]:.4g} {unit} is implausible for a {settings.species} ({low:g} to {high:g}); "
+                "is the unit right, and is it one whole cycle?"
+            )
+    if settings.species != "other" and not _TAU[0] <= nominal.time_constant <= _TAU[1]:
+        found.append(
+            f"the pressure decays with τ = {nominal.time_constant:.3g} s after ejection (usual are {_TAU[0]:g} to "
+            f"{_TAU[1]:g} s); do pressure and flow belong together, and are they aligned?"
+        )
+    return found
+
+
+def _known(row: AnimalRow, nominal: Nominal) -> list[str]:
+    """Compare what is known from elsewhere with the recording: an exponent slip shows at once."""
+    R_T, tau = nominal.total_resistance, nominal.time_constant
+    pairs = [
+        ("R_T", row.R_T, R_T, "mmHg s/ml", "mean pressure over mean flow"),
+        ("tau", row.tau, tau, "s", "decay of the recording"),
+        ("C_T", row.C_T, (row.tau or tau) / (row.R_T or R_T), "ml/mmHg", "τ/R_T"),
+    ]
+    found = []
+    for name, given, expected, unit, source in pairs:
+        if given is not None and not 1 / _SLIP <= given / expected <= _SLIP:
+            found.append(
+                f"{name} {given:.4g} {unit} as given, {expected:.4g} from the {source}: a factor of "
+                f"{max(given / expected, expected / given):.3g}; a slip of the exponent? (The published C_T of HPH 2, "
+                "0.13e-4, is one.)"
+            )
+    return found
+
+
+def _bounds(animal: Animal, nominal: Nominal, settings: Settings) -> dict[str, str]:
+    """Return the parameters whose nominal value their bounds exclude, and a sentence for each."""
+    found: dict[str, str] = {}
+    for wall in settings.walls:
+        search = settings.search(wall)
+        try:
+            space = parameter_space(
+                wall, animal.network, nominal, settings.blood, search.bounds, search.fixed, search.paper_bounds
+            )
+        except VasowaveError as error:
+            found[""] = str(error)
+            continue
+        for i, name in enumerate(space.names):
+            low, high, value = space.lower[i], space.upper[i], space.nominal[i]
+            if space.free[i] and not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
+                unit = " mmHg" if name in ("beta", "p1") else ""
+                table = "; the published table lists π p1" if name == "p1" else ""
+                found[name] = (
+                    f"the bounds of {name}, {low:.4g} to {high:.4g}{unit}, exclude the nominal value of this animal "
+                    f"({_NOMINAL[name]}: {value:.4g}{unit}); widen them{table}"
+                )
+    return found
+
+
+def _same_files(study: Study) -> list[Problem]:
+    """Return a warning for every recording that two animals share, by its content."""
+    found, first = [], dict[tuple[str, ...], AnimalRow]()
+    for row in study.animals:
+        content = _contents(row.recordings)
+        other = first.setdefault(content, row) if content else row
+        stretch = (row.block, row.start, row.end) == (other.block, other.start, other.end)
+        if other is not row and stretch:
+            place = f"{study.table}, line {row.line}, column 'recording'"
+            found.append(Problem(place, f"the same recording as '{other.animal}' (line {other.line})", False))
+    return found
+
+
+def _contents(paths: Sequence[Path]) -> tuple[str, ...]:
+    try:
+        return tuple(hashlib.sha256(path.read_bytes()).hexdigest() for path in paths)
+    except OSError:
+        return ()

@@ -1,0 +1,207 @@
+"""Compute many independent pieces on any executor, keep each as soon as it is there, and go on when one fails."""
+
+import os
+import time
+import traceback
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from typing import Any
+
+from vasowave.errors import InputError, VasowaveError
+from vasowave.study.fingerprint import source_digest
+from vasowave.study.store import is_full
+from vasowave.threads import VARIABLE
+
+Pools = Callable[[int], AbstractContextManager[Executor]]
+"""Gives an executor with (up to) the stated number of workers."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One piece to compute: `function(*arguments)` must be picklable.
+
+    Attributes
+    ----------
+    name : str
+        What messages call it.
+    key : str
+        Stands for everything that enters.
+    load : callable
+        Returns the arguments; called here, just before the piece is handed to a worker.
+    """
+
+    name: str
+    key: str
+    load: Callable[[], tuple[Any, ...]]
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What a run tells whenever a piece is done.
+
+    Attributes
+    ----------
+    name : str
+    what : {"kept", "computed", "failed"}
+        Found from an earlier run; computed now; failed now.
+    done, count : int
+        Pieces that are done, and all.
+    left : float or None
+        Estimated time left, s; None while nothing is known.
+    message : str
+        Why it failed.
+    """
+
+    name: str
+    what: str
+    done: int
+    count: int
+    left: float | None = None
+    message: str = ""
+
+
+def run_jobs(
+    jobs: Sequence[Job],
+    function: Callable[..., Any],
+    keep: Callable[[Job, Any], None],
+    pools: Pools,
+    workers: int,
+    threads: int | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> dict[str, str]:
+    """Compute every job and hand each result to `keep` as soon as it is there.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+    function : callable
+        Importable by the workers.
+    keep : callable
+        Called here, one result at a time. What it raises ends the run.
+    pools : callable
+    workers : int
+        Jobs that are handed out at once.
+    threads : int, optional
+        Threads that one job may use; by default what its worker's process is set to.
+    progress : callable, optional
+
+    Returns
+    -------
+    dict
+        Name of every job that failed, and why.
+
+    Raises
+    ------
+    InputError
+        A disk is full, here or where a job ran.
+    """
+    run = _Run(function, keep, threads, len(jobs), progress or (lambda step: None))
+    waiting = deque(jobs)
+    suspects: list[Job] = []
+    while waiting:
+        with pools(min(workers, len(waiting))) as executor:
+            suspects += run.round(executor, waiting, workers)
+    # A process died under them. Each alone, so that the one that kills its process is known.
+    for job in suspects:
+        with pools(1) as executor:
+            if run.round(executor, deque([job]), 1):
+                run.failed(job, "the process that computed it died (out of memory? killed?)")
+    return run.failures
+
+
+class _Run:
+    """The state of one run: what is done, what failed, since when."""
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        keep: Callable[[Job, Any], None],
+        threads: int | None,
+        count: int,
+        progress: Callable[[Progress], None],
+    ) -> None:
+        self.function, self.keep, self.threads, self.count, self.progress = function, keep, threads, count, progress
+        self.failures: dict[str, str] = {}
+        self.done = 0
+        self.started = time.monotonic()
+
+    def round(self, executor: Executor, waiting: deque[Job], at_once: int) -> list[Job]:
+        """Compute the waiting jobs; after a process died, return those that were being computed."""
+        running: dict[Future[Any], Job] = {}
+        while waiting or running:
+            try:
+                while waiting and len(running) < at_once:
+                    job = waiting.popleft()
+                    arguments = self.loaded(job)
+                    if arguments is not None:
+                        running[self.submit(executor, job, arguments)] = job
+            except BrokenExecutor:
+                return [job, *running.values()]
+            suspects = []
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                job = running.pop(future)
+                if isinstance(future.exception(), BrokenExecutor):
+                    suspects.append(job)
+                else:
+                    self.finish(job, future)
+            if suspects:
+                return suspects + list(running.values())
+        return []
+
+    def submit(self, executor: Executor, job: Job, arguments: tuple[Any, ...]) -> Future[Any]:
+        return executor.submit(perform, self.function, arguments, self.threads, source_digest())
+
+    def loaded(self, job: Job) -> tuple[Any, ...] | None:
+        try:
+            return job.load()
+        except Exception as error:
+            self.failed(job, _why(error))
+            return None
+
+    def finish(self, job: Job, future: Future[Any]) -> None:
+        error = future.exception()
+        if error is None:
+            try:
+                self.keep(job, future.result())
+            except VasowaveError:
+                raise
+            except Exception as unforeseen:
+                self.failed(job, _why(unforeseen))
+            else:
+                self.tell(job, "computed")
+        elif is_full(error):
+            raise InputError(f"{job.name}: no space left where it was computed; make room and run again")
+        else:
+            self.failed(job, _why(error))
+
+    def failed(self, job: Job, why: str) -> None:
+        self.failures[job.name] = why
+        self.tell(job, "failed", why)
+
+    def tell(self, job: Job, what: str, message: str = "") -> None:
+        self.done += 1
+        each = (time.monotonic() - self.started) / self.done
+        self.progress(Progress(job.name, what, self.done, self.count, each * (self.count - self.done), message))
+
+
+def perform(function: Callable[..., Any], arguments: tuple[Any, ...], threads: int | None, source: str) -> Any:
+    """Compute one piece; runs in a worker, possibly on another machine."""
+    if source_digest() != source:
+        raise InputError("the worker has another version of vasowave than the program that sent it work; update it")
+    if threads is not None:
+        os.environ[VARIABLE] = str(threads)
+    return function(*arguments)
+
+
+def _why(error: BaseException) -> str:
+    """Return why a piece failed, in words; for a failure that nobody foresaw, also where."""
+    if isinstance(error, VasowaveError):
+        return str(error)
+    frames = traceback.extract_tb(error.__traceback__)
+    remote = str(error.__cause__ or "").strip().splitlines()
+    lines = [line.strip() for line in remote if line.strip().startswith("File ")]
+    where = lines[-1] if lines else f'File "{frames[-1].filename}", line {frames[-1].lineno}' if frames else "unknown"
+    return f"unexpected {type(error).__name__}: {error} ({where}); please report it"

@@ -1,0 +1,67 @@
+"""Where animals are computed: a pool of processes on this machine, or a Dask cluster."""
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import active_children, get_context, parent_process
+
+from vasowave.errors import InputError
+from vasowave.threads import limit_threads
+
+
+@contextmanager
+def process_pool(workers: int, threads: int = 1) -> Iterator[Executor]:
+    """Give a pool of fresh processes, each with `threads` threads; none of them outlives the block or this program."""
+    before = set(active_children())
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker, (threads,))
+    try:
+        yield pool
+    except BaseException:
+        # Nobody waits for the results any more, and a task may have minutes to go.
+        for process in set(active_children()) - before:
+            process.terminate()
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()
+
+
+@contextmanager
+def dask_cluster(address: str, patience: float = 30.0) -> Iterator[Executor]:
+    """Give the Dask cluster whose scheduler listens at `address`.
+
+    Raises
+    ------
+    InputError
+        Dask is not installed, or nothing answers there within `patience` seconds.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError("a cluster needs Dask; install vasowave with the extra 'cluster'") from None
+    try:
+        client = Client(address, timeout=patience, set_as_default=False)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise InputError(
+            f"no Dask scheduler answers at '{address}' ({error}); start one with `dask scheduler` and give its "
+            "address, for example tcp://host:8786"
+        ) from None
+    with client, client.get_executor(pure=False) as executor:
+        yield executor
+
+
+def _start_worker(threads: int) -> None:
+    """Prepare a process of the pool, before it imports anything numerical."""
+    limit_threads(threads)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program that waits for us
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this process when the one that started it is gone, also by kill -9; it would wait for work forever."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -1,0 +1,58 @@
+"""What stands for everything that enters the computation of one animal."""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from vasowave.errors import InputError
+
+_NUMERICAL = ("numpy", "scipy", "numba", "xarray")
+_NOT_NUMERICAL = ("cli", "report", "figures", "cohort.py")
+"""Parts of the package that only show what was computed; a change there asks for no recomputation."""
+
+
+@cache
+def source_digest() -> str:
+    """Return a fingerprint of the package's source and of the numerical libraries' versions."""
+    root = Path(__file__).parents[1]
+    found = hashlib.sha256()
+    for program in _NUMERICAL:
+        found.update(f"{program} {version(program)}\n".encode())
+    for path in sorted(root.rglob("*")):
+        inside = path.relative_to(root)
+        if path.suffix in (".py", ".csv") and inside.parts[0] not in _NOT_NUMERICAL:
+            found.update(f"{inside.as_posix()}\n".encode())
+            found.update(path.read_bytes())
+    return found.hexdigest()
+
+
+def fingerprint(what: Mapping[str, Any], files: Mapping[str, Path]) -> str:
+    """Return a fingerprint of values, of the bytes of files, and of the program; never of a file's time.
+
+    Parameters
+    ----------
+    what : mapping
+        Anything that JSON can hold.
+    files : mapping of str to Path
+        The role of each file, and the file.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read.
+    """
+    found = {"program": source_digest(), "what": what, "files": {role: _sha256(path) for role, path in files.items()}}
+    text = json.dumps(found, sort_keys=True, ensure_ascii=True, allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def _sha256(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None

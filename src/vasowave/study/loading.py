@@ -1,0 +1,129 @@
+"""From one row of the table and the settings to an animal that can be analyzed."""
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from vasowave.blood import Blood, BoundaryLayer, Friction, Poiseuille, PowerLaw
+from vasowave.errors import VasowaveWarning
+from vasowave.network import read_network
+from vasowave.recording import Recording, average_beats, read_raw_recording, read_recording
+from vasowave.solver import Numerics
+from vasowave.study.animals import AnimalRow
+from vasowave.study.fingerprint import fingerprint
+from vasowave.study.settings import BloodSection, StudyFile
+from vasowave.study.store import digest
+from vasowave.subject import Animal, Settings, analyze
+
+
+def animal_settings(study: StudyFile) -> Settings:
+    """Return what the study file says about the analysis of an animal."""
+    calibration, numerics = study.calibration, study.numerics
+    return Settings(
+        walls=tuple(calibration.walls),
+        starts=calibration.starts,
+        method=calibration.method,
+        paper_bounds=calibration.paper_bounds,
+        bounds={str(name): pair for name, pair in calibration.bounds.items()},
+        fixed={str(name): value for name, value in calibration.fixed.items()},
+        seed=calibration.seed,
+        selection=study.model_selection,
+        blood=blood(study.blood),
+        numerics=Numerics(**numerics.model_dump()),
+    )
+
+
+def blood(section: BloodSection) -> Blood:
+    """Return the blood of a study."""
+    law: Friction = BoundaryLayer(section.reference_radius)
+    if section.friction == "poiseuille":
+        law = Poiseuille()
+    elif section.friction == "power-law":
+        law = PowerLaw(section.exponent)
+    return Blood(section.density, section.viscosity, law)
+
+
+def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
+    """Return the SHA-256 of every file of one animal by its role, and the file's name as seen from `folder`."""
+    roles = ("network", "recording", "flow")
+    return {role: f"{digest(file)} ({inside(file, folder)})" for role, file in zip(roles, row.files, strict=False)}
+
+
+def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
+    """Return what stands for everything that enters the analysis of one animal.
+
+    Raises
+    ------
+    InputError
+        One of its files cannot be read.
+    """
+    files = {f"{i} {inside(file, folder)}": file for i, file in enumerate(row.files)}
+    ignored = {"network", "recordings", "line", "R_T", "C_T", "tau"}
+    what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
+    what["settings"] = animal_settings(study).as_json()
+    if row.kind == "raw":
+        what["averaging"] = study.averaging.model_dump()
+    return fingerprint(what, files)
+
+
+def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
+    """Read the files of one animal.
+
+    What is noticed on the way stands in the recording's notes. File names in them are relative to `folder`, so that the
+    same study gives the same result wherever it lies.
+
+    Raises
+    ------
+    InputError, NumericalError
+        A file is wrong, or its beats cannot be averaged.
+    """
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", VasowaveWarning)
+        network = read_network(row.network)
+        if row.kind == "cycle":
+            recording = read_recording(*row.recordings, period=row.period, **_units(row))
+            animal = Animal(row.animal, row.group, network, recording)
+        else:
+            raw = read_raw_recording(
+                row.recordings[0],
+                pressure=row.pressure_channel or None,
+                flow=row.flow_channel or None,
+                ecg=row.ecg_channel or None,
+                block=row.block,
+                start=row.start,
+                end=row.end,
+                sampling_rate=row.sampling_rate,
+                **_units(row),
+            )
+            beats = average_beats(raw, **study.averaging.model_dump())
+            animal = Animal(row.animal, row.group, network, beats.recording, beats, raw)
+    said = [str(one.message) for one in caught if issubclass(one.category, VasowaveWarning)]
+    return replace(animal, recording=_relative(animal.recording, said, folder), synthetic=row.synthetic)
+
+
+def analyze_animal(animal: Animal, settings: Settings, hashes: Mapping[str, str]) -> xr.DataTree:
+    """Analyze one animal; the SHA-256 of its files stands among the attributes of the tree. Runs in a worker."""
+    tree = analyze(animal, settings)
+    tree.attrs |= {f"sha256 of {role}": found for role, found in hashes.items()}
+    return tree
+
+
+def _units(row: AnimalRow) -> dict[str, str | None]:
+    return {"pressure_unit": row.pressure_unit or None, "flow_unit": row.flow_unit or None}
+
+
+def _relative(recording: Recording, said: list[str], folder: Path) -> Recording:
+    """Return the recording with `said` among its notes and with file names relative to `folder`."""
+    known = " ".join(recording.notes)
+    new = [message for message in said if message.partition(": ")[2] not in known]
+    notes = (note.replace(f"{folder}/", "") for note in (*recording.notes, *new))
+    return replace(recording, source=recording.source.replace(f"{folder}/", ""), notes=tuple(dict.fromkeys(notes)))
+
+
+def inside(file: Path, folder: Path) -> str:
+    """Return the name of a file as seen from `folder`."""
+    return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else file.as_posix()

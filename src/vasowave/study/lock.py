@@ -1,0 +1,70 @@
+"""One run at a time in one study."""
+
+import os
+import platform
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import datetime
+from pathlib import Path
+
+from vasowave.errors import InputError, VasowaveWarning
+
+
+@contextmanager
+def locked(path: Path) -> Iterator[None]:
+    """Hold the lock file `path`.
+
+    The operating system holds the lock, and lets go of it however the program ends; a file that a killed program left
+    behind is therefore no lock.
+
+    Raises
+    ------
+    InputError
+        Another program holds it; the message says which and since when.
+
+    Warns
+    -----
+    VasowaveWarning
+        If the file system knows no locks; the run goes on without.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        file = path.open("a+", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror}); is the study on a read-only disk?") from None
+    with file:
+        try:
+            _lock(file.fileno())
+        except BlockingIOError:
+            file.seek(0)
+            holder = file.read().strip() or "another program"
+            raise InputError(
+                f"{path.parent}: the study is being run by {holder}; wait for it, or stop it first"
+            ) from None
+        except OSError as error:
+            message = f"{path}: this file system knows no locks ({error.strerror}); do not start a second run"
+            warnings.warn(message, VasowaveWarning, stacklevel=3)
+        try:
+            file.truncate(0)
+            file.write(f"process {os.getpid()} on {platform.node()} since {datetime.now():%Y-%m-%d %H:%M:%S}")
+            file.flush()
+        except OSError:  # on a full disk nobody learns who holds the lock; it holds all the same
+            pass
+        yield
+
+
+def _lock(handle: int) -> None:
+    """Lock an open file; `BlockingIOError` if it is locked already."""
+    if os.name == "nt":
+        import msvcrt
+
+        os.lseek(handle, 1 << 20, os.SEEK_SET)  # a byte that nobody reads
+        try:
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+        except PermissionError as error:
+            raise BlockingIOError from error
+    else:
+        import fcntl
+
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

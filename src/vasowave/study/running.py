@@ -1,0 +1,161 @@
+"""Do a study: every animal on all cores, what is already known from the store, then results, tables and report."""
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from vasowave.errors import InputError
+from vasowave.study.engine import Job, Pools, Progress, run_jobs
+from vasowave.study.executors import dask_cluster, process_pool
+from vasowave.study.loading import analyze_animal, animal_key, animal_settings, file_hashes, load_animal
+from vasowave.study.lock import locked
+from vasowave.study.outcome import Outcome, write_outcome
+from vasowave.study.plan import Study
+from vasowave.study.store import Store
+from vasowave.subject import read_tree
+from vasowave.threads import cores
+
+_CACHE = "cache"
+_LOCK = "running.lock"
+_ON_CLUSTER = 256  # animals that are handed to a cluster at once
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a run did.
+
+    Attributes
+    ----------
+    results : Path
+        The results file.
+    computed, kept : tuple of str
+        Animals that were computed now, and that were known from earlier runs.
+    failures : dict
+        Animals that failed, and why.
+    """
+
+    results: Path
+    computed: tuple[str, ...]
+    kept: tuple[str, ...]
+    failures: dict[str, str]
+
+
+def run_study(
+    study: Study,
+    *,
+    executor: Executor | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> Done:
+    """Analyze every animal of a study and write its results file.
+
+    Finished animals are kept at once; after an interruption of any kind the next run goes on from there. What is kept
+    is found by the content of everything that entered: bytes of the files, settings, program.
+
+    Parameters
+    ----------
+    study : Study
+    executor : Executor, optional
+        Where to compute; it is not shut down. By default a pool of processes.
+    scheduler : str, optional
+        Address of a Dask scheduler to use instead.
+    workers : int, optional
+        Processes of the pool; by default one for every core.
+    progress : callable, optional
+        Called whenever an animal is done.
+
+    Returns
+    -------
+    Done
+        Animals that failed stand in it and in the results file.
+
+    Raises
+    ------
+    InputError
+        Another run is going on in this study; a disk is full; the scheduler does not answer; every animal failed.
+    """
+    say = progress or (lambda step: None)
+    with locked(study.results / _LOCK):
+        store = Store(study.results / _CACHE)
+        pieces, jobs, failures = _plan(study, store)
+        kept = tuple(pieces)
+        for number, name in enumerate(kept, 1):
+            say(Progress(name, "kept", number, len(study.animals)))
+
+        def keep(job: Job, tree: Any) -> None:
+            pieces[job.name] = store.keep(job.key, partial(_write_checked, tree))
+
+        def shifted(step: Progress) -> None:
+            say(replace(step, done=len(kept) + step.done, count=len(study.animals)))
+
+        if jobs:
+            pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs))
+            failures |= run_jobs(jobs, analyze_animal, keep, pools, at_once, threads, shifted)
+        results = _write(study, pieces, failures)
+    computed = tuple(job.name for job in jobs if job.name in pieces)
+    return Done(results, computed, kept, failures)
+
+
+def _write(study: Study, pieces: Mapping[str, Path], failures: Mapping[str, str]) -> Path:
+    """Write the results file from the pieces, in the order of the table."""
+    if not pieces:
+        listed = "\n".join(f"  {name}: {why}" for name, why in failures.items())
+        raise InputError(f"{study.path}: every animal failed\n{listed}")
+    order = [row.animal for row in study.animals]
+    trees = {name: read_tree(pieces[name]) for name in order if name in pieces}
+    failed = {name: failures[name] for name in order if name in failures}
+    return write_outcome(Outcome(trees, failed, study.settings), study.results)
+
+
+def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[str, str]]:
+    """Return the animals that are known already, those to compute, and those whose files cannot be read."""
+    pieces: dict[str, Path] = {}
+    jobs: list[Job] = []
+    failures: dict[str, str] = {}
+    settings = animal_settings(study.settings)
+    for row in study.animals:
+        try:
+            key = animal_key(row, study.settings, study.folder)
+        except InputError as error:
+            failures[row.animal] = str(error)
+            continue
+        found = store.find(key)
+        if found is not None:
+            pieces[row.animal] = found
+            continue
+
+        def load(row: Any = row, key: str = key) -> tuple[Any, ...]:
+            animal, hashes = load_animal(row, study.settings, study.folder), file_hashes(row, study.folder)
+            if animal_key(row, study.settings, study.folder) != key:
+                raise InputError("its files changed while they were being read; run again")
+            return animal, settings, hashes
+
+        jobs.append(Job(row.animal, key, load))
+    return pieces, jobs, failures
+
+
+def _pools(
+    executor: Executor | None, scheduler: str | None, workers: int | None, jobs: int
+) -> tuple[Pools, int, int | None]:
+    """Return what gives executors, how many jobs to hand out at once, and the threads of each."""
+    if executor is not None:
+        return lambda count: nullcontext(executor), _ON_CLUSTER, None
+    if scheduler is not None:
+        return lambda count: dask_cluster(scheduler), _ON_CLUSTER, 1
+    at_once = max(1, min(workers or cores(), jobs))
+    threads = max(1, cores() // at_once)
+
+    def pools(count: int) -> AbstractContextManager[Executor]:
+        return process_pool(count, threads)
+
+    return pools, at_once, threads
+
+
+def _write_checked(tree: Any, path: Path) -> None:
+    tree.to_netcdf(path, engine="netcdf4", format="NETCDF4")
+    read_tree(path)  # what cannot be read again must not be taken for a result

@@ -1,0 +1,134 @@
+"""A new study: a commented study file, its schema for editors, an empty table of animals, folders for the files."""
+
+import json
+from pathlib import Path
+from textwrap import wrap
+from typing import Any
+
+from pydantic import BaseModel
+
+from vasowave.errors import InputError
+from vasowave.study.animals import COLUMNS, NEEDED
+from vasowave.study.reading import STUDY_FILE
+from vasowave.study.settings import StudyFile
+
+SCHEMA_FILE = "study.schema.json"
+FOLDERS = ("networks", "recordings")
+_WIDTH = 100
+
+
+def new_study(folder: Path) -> list[Path]:
+    """Write the files of a new study and return them.
+
+    Raises
+    ------
+    InputError
+        One of them exists already; nothing was written then. The folder cannot be written.
+    """
+    folder = Path(folder)
+    texts = {STUDY_FILE: study_text(), SCHEMA_FILE: schema_text(), "animals.csv": animals_text()}
+    for name in texts:
+        if (folder / name).exists():
+            raise InputError(f"{folder / name} exists already; give another folder, nothing was changed")
+    try:
+        for name in FOLDERS:
+            (folder / name).mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (folder / name).write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror}); choose another place") from None
+    return [folder / name for name in texts]
+
+
+def study_text() -> str:
+    """Return ``study.yaml`` with every key, its meaning and its default."""
+    lines = [
+        f"# yaml-language-server: $schema={SCHEMA_FILE}",
+        "# A vasowave study. Every key has its default; lines may be left out.",
+        "# The animals stand in animals.csv, their files in networks/ and recordings/.",
+        "# Then: vasowave check, vasowave run.",
+    ]
+    for name, field in StudyFile.model_fields.items():
+        section = field.annotation
+        lines.append("")
+        if isinstance(section, type) and issubclass(section, BaseModel):
+            lines += [*_comment((section.__doc__ or "").strip(), ""), f"{name}:"]
+            for key, inner in section.model_fields.items():
+                lines += [*_comment(inner.description or "", "  "), *_key(key, inner, "  ")]
+        else:
+            lines += [*_comment(field.description or "", ""), *_key(name, field, "")]
+    return "\n".join(lines) + "\n"
+
+
+def schema_text() -> str:
+    """Return the JSON schema of ``study.yaml``, with which editors complete and check it."""
+    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **StudyFile.model_json_schema()}
+    return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
+
+
+def animals_text() -> str:
+    """Return ``animals.csv`` without animals: what the columns mean, and the header of the usual ones."""
+    lines = ["# One row per animal. Files are relative to this folder. Columns that are not needed may be left out."]
+    for title, meaning in COLUMNS.items():
+        needed = " (needed)" if title in NEEDED else ""
+        lines.append(f"#   {title}{needed}: {meaning}")
+    lines += [
+        "# Examples:",
+        "#   CTL 1,CTL,networks/control.csv,recordings/ctl-1.csv,,cycle,",
+        "#   CTL 2,CTL,networks/control.csv,recordings/ctl-2-pressure.dat,recordings/ctl-2-flow.dat,cycle,0.11",
+        "#   HPH 1,HPH,networks/hypoxic.csv,recordings/hph-1.txt,,raw,",
+        "animal,group,network,recording,flow,kind,period [s]",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def keys_table() -> str:
+    """Return a table (Markdown) of every key of ``study.yaml``, for the documentation."""
+    lines = ["| key | default | meaning |", "|---|---|---|"]
+    for name, field in StudyFile.model_fields.items():
+        section = field.annotation
+        if isinstance(section, type) and issubclass(section, BaseModel):
+            lines.append(f"| **`{name}`** | | {(section.__doc__ or '').strip()} |")
+            for key, inner in section.model_fields.items():
+                lines.append(f"| `{name}.{key}` | {_default(inner)} | {inner.description} |")
+        else:
+            lines.append(f"| `{name}` | {_default(field)} | {field.description} |")
+    return "\n".join(lines) + "\n"
+
+
+def columns_table() -> str:
+    """Return a table (Markdown) of every column of ``animals.csv``, for the documentation."""
+    lines = ["| column | what it holds |", "|---|---|"]
+    lines += [
+        f"| `{title}`{' (needed)' if title in NEEDED else ''} | {meaning} |" for title, meaning in COLUMNS.items()
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _default(field: Any) -> str:
+    value = field.get_default(call_default_factory=True)
+    return "empty" if value is None else f"`{_written(value)}`"
+
+
+def _comment(text: str, indent: str) -> list[str]:
+    return [f"{indent}# {line}" for line in wrap(text, _WIDTH)]
+
+
+def _key(name: str, field: Any, indent: str) -> list[str]:
+    value = field.get_default(call_default_factory=True)
+    lines = [f"{indent}{name}:{'' if value is None else ' ' + _written(value)}"]
+    return lines + [f"{indent}# {name}: {_written(example)}" for example in field.examples or ()]
+
+
+def _written(value: Any) -> str:
+    """Return a value as YAML on one line."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_written, value))}]"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{key}: {_written(inner)}' for key, inner in value.items())}}}"
+    if isinstance(value, float):
+        text = f"{value:g}"
+        return text if "." in text else text.replace("e", ".0e")  # 1e-7 is text to many readers of YAML
+    return str(value)

@@ -1,0 +1,229 @@
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from small_study import SETTINGS, write_cycle
+from typer.testing import CliRunner
+
+from vasowave.cli import app
+from vasowave.recording import Recording
+from vasowave.study.animals import COLUMNS, read_animals
+from vasowave.study.checking import check_study
+from vasowave.study.loading import load_animal
+from vasowave.study.plan import read_study
+
+
+def said(folder: Path) -> list[str]:
+    """Return what `check` says, paths left out, errors marked."""
+    return [f"{'E' if p.error else 'W'} {p}".replace(f"{folder}/", "") for p in check_study(folder)]
+
+
+def table(folder: Path, *rows: str, header: str = "animal,group,network,recording") -> None:
+    (folder / "animals.csv").write_text("\n".join([header, *rows]) + "\n")
+
+
+def test_a_new_study_says_what_to_fill_in(tmp_path):
+    folder = tmp_path / "mine"
+    new = CliRunner().invoke(app, ["new", str(folder)])
+    assert new.exit_code == 0
+    check = CliRunner().invoke(app, ["check", str(folder)])
+    assert check.exit_code == 1
+    assert "no animals yet; add one row per animal (animal, group, network file, recording file)" in check.output
+    assert "networks/ and recordings/" in check.output
+
+
+def test_a_good_study_has_only_what_is_odd_and_status_0(make_study):
+    folder = make_study()
+    assert said(folder) == ["W animals.csv: group 'HPH' has one animal; a comparison needs two or more"]
+    assert CliRunner().invoke(app, ["check", str(folder)]).exit_code == 0
+
+
+def test_everything_wrong_in_the_table_is_said_at_once(make_study):
+    folder = make_study()
+    table(
+        folder,
+        "a,CTR,n.csv,recordings/0.csv",
+        "b,CTL,m.csv,recordings/00.csv",
+        ",CTL,n.csv,recordings/1.csv",
+        "c,HPH,n.csv,recordings",
+        "c,HPH,n.csv,recordings/1.csv",
+        "c,HPH,n.csv,recordings/2.csv",
+        "d/e,HPH,n.csv,nowhere/2.csv",
+    )
+    assert said(folder) == [
+        "E animals.csv, line 2, column 'group': 'CTR' is not a group of the study (did you mean 'CTL'?); "
+        "its groups: CTL, HPH",
+        "E animals.csv, line 3, column 'network': 'm.csv' does not exist (did you mean 'n.csv'?)",
+        "E animals.csv, line 3, column 'recording': 'recordings/00.csv' does not exist (did you mean '0.csv'?)",
+        "E animals.csv, line 4, column 'animal': the cell is empty",
+        "E animals.csv, line 5, column 'recording': 'recordings' is a folder",
+        "E animals.csv, line 8, column 'animal': 'd/e': a name consists of letters, digits, blanks and . , _ + - ( )",
+        "E animals.csv, line 8, column 'recording': 'nowhere/2.csv' does not exist, nor does its folder",
+        "E animals.csv, line 7, column 'animal': 'c' stands in line 6 already; rename one",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "message"),
+    [
+        ("animal,group,network", "a,CTL,n.csv", "header: no column 'recording'"),
+        ("animal,grop,network,recording", "a,b,c,d", "header, column 'grop': unknown column (did you mean 'group'?)"),
+        ("animal,group,network,recording,kind", "a,CTL,n.csv,recordings/0.csv,rwa", "'rwa' (did you mean 'raw'?)"),
+        ("animal,group,network,recording,period [s]", "a,CTL,n.csv,recordings/0.csv,-1", "not a positive number"),
+        ("animal,group,network,recording,period [s]", "a,CTL,n.csv,recordings/0.csv,one", "'one' is not a number"),
+        ("animal,group,network,recording,flow unit", "a,CTL,n.csv,recordings/0.csv,ml/sec2", "not a unit of flow"),
+        ("animal,group,network,recording,start [s]", "a,CTL,n.csv,recordings/0.csv,2", "no meaning for an animal of"),
+        ("animal,group,network,recording", "a,CTL,n.csv", "line 2: 3 columns where 4 were expected"),
+    ],
+)
+def test_a_slip_in_the_table_is_named_where_it_stands(make_study, header, row, message):
+    folder = make_study()
+    table(folder, row, header=header)
+    assert any(message in line for line in said(folder)), said(folder)
+
+
+def test_two_animals_with_the_same_recording_are_odd_whatever_the_files_are_called(make_study):
+    folder = make_study()
+    (folder / "recordings/1.csv").write_bytes((folder / "recordings/0.csv").read_bytes())
+    assert "W animals.csv, line 3, column 'recording': the same recording as 'mouse 0' (line 2)" in said(folder)
+
+
+def test_a_wrong_recording_and_a_wrong_network_are_both_named_with_file_and_line(make_study):
+    folder = make_study()
+    lines = (folder / "recordings/0.csv").read_text().splitlines()
+    lines[9] = lines[9].rpartition(",")[0] + ",x"
+    (folder / "recordings/0.csv").write_text("\n".join(lines))
+    (folder / "m.csv").write_text((folder / "n.csv").read_text().replace("\n2,1,", "\n2,9,"))
+    text = (folder / "animals.csv").read_text()
+    (folder / "animals.csv").write_text(text.replace("HPH,n.csv", "HPH,m.csv"))
+    errors = [line for line in said(folder) if line.startswith("E")]
+    assert len(errors) == 2
+    assert "('mouse 0'): recordings/0.csv, line 10, column 'flow': 'x' is not a number" in errors[0]
+    assert "('mouse 2'): m.csv, line 3 (vessel '2'): parent '9' is not in the table" in errors[1]
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (lambda r: replace(r, period=2 * r.period), "HR 266.5 beats/min is implausible for a mouse"),
+        (lambda r: replace(r, pressure=4 * r.pressure), "mPAP"),
+        (lambda r: replace(r, flow=10 * r.flow), "CO 1.8 ml/s is implausible for a mouse"),
+        (lambda r: replace(r, pressure=r.pressure.mean() + 0.1 * (r.pressure - r.pressure.mean())), "pPAP"),
+    ],
+)
+def test_a_mouse_that_is_none_is_odd(make_study, mice, change, word):
+    folder = make_study()
+    write_cycle(folder / "recordings/2.csv", change(mice[2]))
+    assert any(line.startswith("W animals.csv, line 4 ('mouse 2')") and word in line for line in said(folder))
+    (folder / "study.yaml").write_text("species: other\n" + SETTINGS)
+    assert not any("implausible" in line for line in said(folder))
+
+
+def test_the_mean_mice_of_the_paper_are_plausible():
+    from vasowave.datasets.published import published_table
+    from vasowave.study.checking import NORMAL
+
+    paper = published_table("hemodynamics").set_index("quantity")
+    for name, (low, high, unit) in NORMAL["mouse"].items():
+        assert unit == paper.loc[name, "unit"]
+        for group in ("CTL", "HPH"):
+            mean, sd = paper.loc[name, f"{group} mean"], paper.loc[name, f"{group} SD"]
+            assert low <= mean - 2 * sd
+            assert mean + 2 * sd <= high
+
+
+def test_bounds_that_exclude_the_nominal_value_are_named_where_they_stand(make_study):
+    folder = make_study(
+        settings=SETTINGS.replace("starts: 2", "starts: 2\n  bounds: {beta: [1000, 2000], c1: [0.5, 2]}")
+    )
+    errors = [line for line in said(folder) if line.startswith("E")]
+    assert len(errors) == 3  # one for each animal
+    assert errors[0].startswith(
+        "E study.yaml, line 4, column 12: 'mouse 0': the bounds of beta, 1000 to 2000 mmHg, exclude"
+    )
+    assert re.search(r"\(β0: \d+\.?\d* mmHg\); widen them", errors[0])
+
+
+def test_settings_that_contradict_each_other_are_odd(make_study):
+    text = "calibration:\n  walls: [linear]\n  bounds: {p1: [1, 9], r1: [0.1, 5]}\n  fixed: {r1: 1}\n"
+    text += "  paper_bounds: true\n"
+    warned = [line for line in said(make_study(settings=text)) if line.startswith("W study.yaml")]
+    assert [re.search(r"line \d+, column \d+", line)[0] for line in warned[:3]] == [
+        "line 3, column 12",
+        "line 3, column 24",
+        "line 5, column 3",
+    ]
+    assert "p1: no parameter of the linear wall" in warned[0]
+    assert "r1: is fixed" in warned[1]
+    assert "CTL 3, CTL 5 and HPH 3" in warned[2]
+    assert "nothing to compare" in warned[3]
+
+
+def test_the_published_slip_of_hph_2_would_be_noticed(make_study):
+    folder = make_study()
+    header = "animal,group,network,recording,R_T [mmHg s/ml],C_T [ml/mmHg],tau [s]"
+    table(
+        folder,
+        "a,HPH,n.csv,recordings/0.csv,84,0.13e-4,0.11",
+        "b,HPH,n.csv,recordings/1.csv,84,1.3e-3,0.11",
+        header=header,
+    )
+    slips = [line for line in said(folder) if "exponent" in line]
+    assert len(slips) == 1
+    assert slips[0].startswith("W animals.csv, line 2 ('a'): C_T 1.3e-05 ml/mmHg as given, 0.00131 from the τ/R_T")
+
+
+def test_raw_recordings_are_averaged_as_the_study_says(make_study, mice):
+    from vasowave.datasets.raw import synthetic_raw_recording
+
+    folder = make_study(settings=SETTINGS + "averaging: {beats: 7, samples: 128, harmonics: 15}\n")
+    raw = synthetic_raw_recording(mice[0], np.random.default_rng(3), duration=4.0).raw
+    columns = np.column_stack([raw.time, raw.pressure, raw.flow, raw.ecg])
+    header = "time [s],PAP [mmHg],Probe [ml/s],ecg [mV]"
+    np.savetxt(folder / "raw.csv", columns, fmt="%.6g", delimiter=",", header=header, comments="")
+    table(folder, "a,CTL,n.csv,raw.csv,raw,probe", header="animal,group,network,recording,kind,flow channel")
+    study = read_study(folder)
+    animal = load_animal(study.animals[0], study.settings, study.folder)
+    assert sum(beat.averaged for beat in animal.beats.beats) == 7
+    assert len(animal.recording.pressure) == 128
+    assert animal.recording.mean_pressure == pytest.approx(mice[0].mean_pressure, rel=0.01)
+    assert animal.recording.source == "raw.csv"
+
+
+def test_a_missing_study_names_the_command_that_makes_one(tmp_path):
+    with pytest.raises(ValueError, match=r"study.yaml: no such file or directory; `vasowave new FOLDER`"):
+        check_study(tmp_path)
+
+
+CELLS = st.sampled_from(["a", "CTL", "n.csv", "1", "-1", "nan", "raw", "", '"', "x/y", "é", "1e999"]) | st.text(
+    max_size=4
+)
+
+
+@given(
+    st.lists(st.sampled_from([*COLUMNS, "x", ""]), max_size=8),
+    st.lists(st.lists(CELLS, max_size=8), max_size=4),
+)
+@settings(max_examples=200, deadline=None)
+def test_any_table_is_understood_or_refused(tmp_path_factory, header, rows):
+    path = tmp_path_factory.mktemp("fuzz") / "animals.csv"
+    path.write_text("\n".join(",".join(row) for row in [header, *rows]), encoding="utf-8", errors="replace")
+    understood, problems = read_animals(path, ["CTL", "HPH"])
+    assert understood or problems
+    assert all(problem.message for problem in problems)
+
+
+def test_recordings_of_other_units_are_converted(make_study, mice):
+    folder = make_study()
+    mouse: Recording = mice[0]
+    np.savetxt(folder / "p.dat", mouse.pressure)
+    np.savetxt(folder / "q.dat", 1e3 * mouse.flow)
+    header = "animal,group,network,recording,flow,period [s],pressure unit,flow unit"
+    table(folder, f"a,CTL,n.csv,p.dat,q.dat,{mouse.period!r},mmHg,ul/s", header=header)
+    study = read_study(folder)
+    animal = load_animal(study.animals[0], study.settings, study.folder)
+    assert animal.recording.cardiac_output == pytest.approx(mouse.cardiac_output, rel=1e-12)

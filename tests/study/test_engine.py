@@ -1,0 +1,239 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
+from functools import partial
+from pathlib import Path
+
+import cheap_tasks
+import pytest
+
+from vasowave.errors import InputError
+from vasowave.study import engine
+from vasowave.study.engine import Job, run_jobs
+from vasowave.study.executors import dask_cluster, process_pool
+from vasowave.study.lock import locked
+from vasowave.study.store import Store, digest, replace_file
+from vasowave.threads import cores
+
+HERE = Path(__file__).parent
+
+
+def run(function, names, log, pools=None, workers=2, threads=1, keep=None, progress=None):
+    """Run jobs called `names`; return what was kept and what failed."""
+    kept = {}
+    jobs = [Job(name, name, lambda name=name: (str(log), name)) for name in names]
+    store = keep or (lambda job, result: kept.update({job.name: result}))
+    pools = pools or partial(_pool, threads=threads)
+    failures = run_jobs(jobs, function, store, pools, workers, threads, progress)
+    return kept, failures
+
+
+def _pool(count, threads):
+    return process_pool(count, threads)
+
+
+def in_threads(count):
+    return ThreadPoolExecutor(count)
+
+
+def test_any_executor_gives_the_same_results(tmp_path):
+    names = ["a", "bb", "ccc"]
+    in_processes, _ = run(cheap_tasks.decay_time, names, tmp_path / "log")
+    in_a_thread, _ = run(cheap_tasks.decay_time, names, tmp_path / "log2", in_threads)
+    assert in_processes == in_a_thread
+    assert all(value == pytest.approx(0.3, rel=0.02) for value in in_processes.values())
+    assert Counter((tmp_path / "log").read_text().split()) == Counter(names)
+
+
+def test_one_that_fails_is_named_with_why_and_the_others_go_on(tmp_path):
+    kept, failures = run(cheap_tasks.sometimes_wrong, ["a", "wrong", "unforeseen", "b"], tmp_path / "log", in_threads)
+    assert set(kept) == {"a", "b"}
+    assert failures["wrong"] == "wrong.csv, line 3: a gap"
+    assert "unexpected IndexError" in failures["unforeseen"]
+    assert "cheap_tasks.py" in failures["unforeseen"]
+
+
+def test_one_that_cannot_be_loaded_is_named_and_the_others_go_on(tmp_path):
+    def broken():
+        raise InputError("n.csv: no such file")
+
+    kept = {}
+    jobs = [Job("a", "a", broken), Job("b", "b", lambda: (str(tmp_path / "log"), "b"))]
+    failures = run_jobs(jobs, cheap_tasks.decay_time, lambda job, x: kept.update({job.name: x}), in_threads, 2)
+    assert failures == {"a": "n.csv: no such file"}
+    assert set(kept) == {"b"}
+
+
+def test_a_result_that_cannot_be_kept_is_a_failure_and_the_others_go_on(tmp_path):
+    kept = []
+
+    def keep(job, result):
+        if job.name == "odd":
+            raise AttributeError("Name contains illegal characters")
+        kept.append(job.name)
+
+    _, failures = run(cheap_tasks.decay_time, ["a", "odd", "b"], tmp_path / "log", in_threads, keep=keep)
+    assert kept == ["a", "b"]
+    assert "unexpected AttributeError" in failures["odd"]
+
+
+def test_one_that_kills_its_process_is_found_out_and_the_others_go_on(tmp_path):
+    kept, failures = run(cheap_tasks.kills_its_process, ["a", "deadly", "b", "c"], tmp_path / "log")
+    assert set(kept) == {"a", "b", "c"}
+    assert set(failures) == {"deadly"}
+    assert "died" in failures["deadly"]
+
+
+def test_workers_share_the_cores(tmp_path):
+    (result, other), _ = run(cheap_tasks.allowed_threads, ["a", "b"], tmp_path / "log", threads=3)[0].values(), None
+    assert result == other == (3, "3")
+    assert cores() >= 1
+
+
+def test_a_full_disk_where_it_is_computed_ends_the_run_with_a_clear_message(tmp_path):
+    with pytest.raises(InputError, match="no space left"):
+        run(cheap_tasks.no_space, ["a", "b"], tmp_path / "log", in_threads)
+
+
+def test_progress_counts_every_piece_and_estimates_the_time_left(tmp_path):
+    steps = []
+    run(cheap_tasks.sometimes_wrong, ["a", "wrong", "b"], tmp_path / "log", in_threads, progress=steps.append)
+    assert [step.done for step in steps] == [1, 2, 3]
+    assert Counter(step.what for step in steps) == {"computed": 2, "failed": 1}
+    assert steps[0].left >= steps[-1].left == 0
+
+
+def test_a_worker_of_another_version_is_refused():
+    with pytest.raises(InputError, match="another version"):
+        engine.perform(int, (), 1, "another")
+
+
+def alive(process: int) -> bool:
+    """Whether a process runs (a zombie does not)."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def wait_until(true, seconds: float = 60) -> None:
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end, "waited too long"
+        time.sleep(0.05)
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="looks at processes through /proc")
+def test_workers_end_when_their_program_is_killed(tmp_path):
+    log = tmp_path / "worker"
+    program = (
+        f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
+        "import cheap_tasks\nfrom vasowave.study.executors import process_pool\n"
+        f"with process_pool(1) as pool: pool.submit(cheap_tasks.process_and_wait, {str(log)!r}, 'a').result()\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program]) as parent:
+        wait_until(lambda: log.exists() and log.read_text())
+        worker = int(log.read_text())
+        assert alive(worker)
+        parent.send_signal(signal.SIGKILL)
+    wait_until(lambda: not alive(worker), 10)
+
+
+def test_two_runs_in_one_study_are_refused_and_a_dead_one_holds_nothing(tmp_path):
+    lock = tmp_path / "results" / "running.lock"
+    program = (
+        "import sys, time\nfrom pathlib import Path\nfrom vasowave.study.lock import locked\n"
+        f"with locked(Path({str(lock)!r})):\n    print('locked', flush=True)\n    time.sleep(60)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as other:
+        assert other.stdout is not None
+        assert other.stdout.readline() == "locked\n"
+        with pytest.raises(InputError, match=rf"being run by process {other.pid} on .* since 2"), locked(lock):
+            pass
+        other.kill()
+        other.wait()
+        with locked(lock):
+            pass
+
+
+def test_a_piece_is_found_by_its_key_and_a_damaged_one_is_not(tmp_path):
+    store = Store(tmp_path / "cache")
+    path = store.keep("aa", lambda part: part.write_bytes(b"0123456789" * 1000))
+    store.keep("ab", lambda part: part.write_bytes(b"other"))
+    assert store.find("aa") == path
+    assert store.find("a") is None
+    os.truncate(path, 9999)
+    assert store.find("aa") is None
+    assert not path.exists()
+    assert store.find("ab") is not None
+
+
+def test_a_program_killed_while_it_writes_leaves_no_piece(tmp_path):
+    program = (
+        "import os, signal\nfrom pathlib import Path\nfrom vasowave.study.store import Store\n"
+        "def write(part):\n    with part.open('wb') as file:\n        file.write(b'half'); file.flush()\n"
+        "        os.kill(os.getpid(), signal.SIGKILL)\n"
+        f"Store(Path({str(tmp_path)!r})).keep('aa', write)\n"
+    )
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == -signal.SIGKILL
+    assert len(list(tmp_path.iterdir())) == 1
+    assert Store(tmp_path).find("aa") is None
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_write_that_fails_leaves_what_was_there(tmp_path):
+    path = tmp_path / "table.csv"
+    replace_file(path, lambda part: part.write_text("old"))
+    before = digest(path)
+
+    def full(part):
+        part.write_text("new")
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(InputError, match="no space left"):
+        replace_file(path, full)
+    assert digest(path) == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_scheduler_that_does_not_answer_is_named():
+    with (
+        pytest.raises(InputError, match=r"no Dask scheduler answers at 'tcp://127\.0\.0\.1:9'"),
+        dask_cluster("tcp://127.0.0.1:9", 1),
+    ):
+        pass
+
+
+def test_a_dask_worker_killed_in_the_middle_loses_nothing_and_repeats_nothing_kept(tmp_path):
+    from distributed import LocalCluster
+
+    names = [f"animal {i}" for i in range(8)]
+    store, log = Store(tmp_path / "cache"), tmp_path / "log"
+    at_kill: dict[str, list[str]] = {}
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
+
+        def keep(job, result):
+            store.keep(job.key.replace(" ", "_"), lambda part: part.write_text(repr(result)))
+            if len(list(store.folder.iterdir())) == 3:
+                wait_until(lambda: len(log.read_text().splitlines()) > 4)
+                at_kill["kept"] = [path.name.partition("-")[0] for path in store.folder.iterdir()]
+                process = next(iter(cluster.workers.values())).process.process.pid
+                os.kill(process, signal.SIGKILL)
+
+        with dask_cluster(cluster.scheduler_address) as executor:
+            jobs = [Job(name, name, lambda name=name: (str(log), name, 0.4)) for name in names]
+            failures = run_jobs(jobs, cheap_tasks.decay_time, keep, lambda count: nullcontext(executor), 100)
+    assert failures == {}
+    assert all(store.find(name.replace(" ", "_")) for name in names)
+    runs = Counter(log.read_text().splitlines())
+    assert set(runs) == set(names)
+    kept = [name.replace("_", " ") for name in at_kill["kept"]]
+    assert len(kept) == 3
+    assert all(runs[name] == 1 for name in kept)
+    assert sum(runs.values()) <= len(names) + 2  # what the killed worker was at, and a result it had not handed over

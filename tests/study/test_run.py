@@ -1,0 +1,275 @@
+import os
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from small_study import make_study_in
+
+from vasowave.errors import InputError
+from vasowave.study.outcome import read_outcome
+from vasowave.study.plan import RESULTS, read_study
+from vasowave.study.running import Done, run_study
+
+PROGRAM = [sys.executable, "-c", "from vasowave.cli import run; run()"]
+
+
+def start(folder: Path, workers: int = 1, **more) -> subprocess.Popen:
+    command = [*PROGRAM, "run", str(folder), "--workers", str(workers), "--no-report"]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
+
+
+def finish(folder: Path) -> Done:
+    """Run a study in this process, which has its modules in memory already."""
+    with ThreadPoolExecutor(1) as executor:
+        return run_study(read_study(folder), executor=executor)
+
+
+def trees(folder: Path) -> dict[str, xr.DataTree]:
+    return read_outcome(folder / RESULTS).trees
+
+
+def test_every_tree_names_its_files_with_their_hashes(undisturbed):
+    import hashlib
+
+    folder, _ = undisturbed
+    found = trees(folder)["mouse 1"].attrs
+    for role, name in (("network", "n.csv"), ("recording", "recordings/1.csv")):
+        assert found[f"sha256 of {role}"] == f"{hashlib.sha256((folder / name).read_bytes()).hexdigest()} ({name})"
+
+
+def assert_same(one: dict[str, xr.DataTree], other: dict[str, xr.DataTree]) -> None:
+    """Compare every value, coordinate and attribute of all animals."""
+    assert list(one) == list(other)
+    for name in one:
+        xr.testing.assert_identical(one[name], other[name])
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory, mice) -> tuple[Path, float]:
+    """Return a study that ran through, and how long that took."""
+    folder = make_study_in(tmp_path_factory.mktemp("run") / "study", mice)
+    began = time.monotonic()
+    with start(folder, 2) as program:
+        said = program.communicate()[0]
+    assert program.returncode == 0, said
+    assert "3 animals computed, 0 kept from earlier, 0 failed" in said
+    return folder, time.monotonic() - began
+
+
+def copied(undisturbed, to: Path) -> Path:
+    shutil.copytree(undisturbed[0], to)
+    return to
+
+
+def killed_after(folder: Path, seconds: float) -> bool:
+    """Kill a run after some time; return whether it was still at it."""
+    with start(folder) as program:
+        try:
+            program.wait(seconds)
+        except subprocess.TimeoutExpired:
+            program.send_signal(signal.SIGKILL)
+            program.wait()
+            return True
+    return False
+
+
+def kill_and_finish(undisturbed, tmp_path: Path, moments: int, afresh: bool, seed: int) -> int:
+    """Kill runs at random moments, finish them, compare with an undisturbed run; return how many were killed."""
+    source, lasts = undisturbed
+    moment = random.Random(seed)
+    killed = 0
+    for number in range(moments):
+        folder = tmp_path / (f"killed {number}" if afresh else "killed")
+        if not folder.exists():
+            shutil.copytree(source, folder, ignore=shutil.ignore_patterns(RESULTS))
+        killed += killed_after(folder, moment.uniform(0.1, 0.95) * lasts)
+        if afresh or number == moments - 1:
+            with start(folder) as program:
+                said = program.communicate()[0]
+            assert program.returncode == 0, said
+            assert_same(trees(folder), trees(source))
+            assert not list((folder / RESULTS).rglob("*.part*"))
+    return killed
+
+
+def test_a_run_killed_at_three_random_moments_goes_on_to_the_same_results(undisturbed, tmp_path):
+    assert kill_and_finish(undisturbed, tmp_path, 3, afresh=False, seed=1) >= 1
+
+
+@pytest.mark.validation
+def test_runs_killed_at_twenty_random_moments_go_on_to_the_same_results(undisturbed, tmp_path):
+    assert kill_and_finish(undisturbed, tmp_path, 20, afresh=True, seed=2) >= 15
+
+
+def test_what_has_finished_is_found_by_content_and_only_what_changed_is_computed(undisturbed, tmp_path):
+    folder = copied(undisturbed, tmp_path / "study")
+    for path in folder.rglob("*.csv"):
+        os.utime(path, (1, 1))
+    assert finish(folder).computed == ()
+
+    first = folder / "recordings/0.csv"
+    lines = first.read_text().splitlines()
+    t, p, q = lines[5].split(",")
+    lines[5] = f"{t},{float(p) + 0.05},{q}"
+    changed = "\n".join(lines) + "\n"
+    original = first.read_text()
+    first.write_text(changed)
+    done = finish(folder)
+    assert (done.computed, done.kept) == (("mouse 0",), ("mouse 1", "mouse 2"))
+    with pytest.raises(AssertionError):
+        assert_same(trees(folder), trees(undisturbed[0]))
+
+    first.write_text(original)  # the earlier result was not overwritten by that of the other input
+    assert finish(folder).computed == ()
+    assert_same(trees(folder), trees(undisturbed[0]))
+
+
+def test_a_truncated_piece_is_computed_again(undisturbed, tmp_path):
+    folder = copied(undisturbed, tmp_path / "study")
+    piece = max((folder / RESULTS / "cache").iterdir())
+    os.truncate(piece, piece.stat().st_size // 2)
+    done = finish(folder)
+    assert len(done.computed) == 1
+    assert len(done.kept) == 2
+    assert_same(trees(folder), trees(undisturbed[0]))
+
+
+def test_settings_that_change_numbers_ask_for_new_ones_and_others_do_not(undisturbed, tmp_path):
+    from vasowave.study.running import _plan
+    from vasowave.study.store import Store
+
+    folder = copied(undisturbed, tmp_path / "study")
+    text = (folder / "study.yaml").read_text()
+
+    def to_compute(settings: str) -> int:
+        (folder / "study.yaml").write_text(settings)
+        return len(_plan(read_study(folder), Store(folder / RESULTS / "cache"))[1])
+
+    assert to_compute(text) == 0
+    assert to_compute("title: another\nspecies: other\n" + text) == 0
+    assert to_compute("averaging: {beats: 5}\n" + text) == 0  # no animal of this study is averaged
+    assert to_compute(text.replace("starts: 2", "starts: 3")) == 3
+    assert to_compute(text + "blood: {viscosity: 0.05}\n") == 3
+
+
+def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_path):
+    folder = copied(undisturbed, tmp_path / "study")
+    bad = folder / "recordings/1.csv"
+    lines = bad.read_text().splitlines()
+    lines[40] = lines[40].rpartition(",")[0] + ","
+    bad.write_text("\n".join(lines) + "\n")
+    with start(folder) as program:
+        said = program.communicate()[0]
+    assert program.returncode == 1
+    assert "0 animals computed, 2 kept from earlier, 1 failed" in said
+    outcome = read_outcome(folder / RESULTS)
+    assert list(outcome.trees) == ["mouse 0", "mouse 2"]
+    assert list(outcome.failures) == ["mouse 1"]
+    assert "line 41" in outcome.failures["mouse 1"]
+    assert "1.csv, line 41" in said
+
+
+def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    shutil.copytree(undisturbed[0], folder, ignore=shutil.ignore_patterns(RESULTS))
+    with start(folder) as program:
+        assert program.stdout is not None
+        first = program.stdout.readline()
+        program.send_signal(signal.SIGINT)
+        said = program.communicate()[0]
+    assert first.startswith("1 of 3: mouse 0 computed")
+    assert program.returncode == 130
+    assert "What had finished is kept" in said
+    assert "Traceback" not in said
+    assert len(list((folder / RESULTS / "cache").iterdir())) == 1
+
+
+def test_a_second_run_at_once_is_refused(undisturbed, tmp_path):
+    from vasowave.study.lock import locked
+
+    folder = copied(undisturbed, tmp_path / "study")
+    with locked(folder / RESULTS / "running.lock"):
+        with start(folder) as program:
+            said = program.communicate()[0]
+        assert program.returncode == 1
+        assert f"being run by process {os.getpid()}" in said
+
+
+def smallest_piece(folder: Path) -> int:
+    return min(path.stat().st_size for path in (folder / RESULTS / "cache").iterdir())
+
+
+def test_a_disk_that_takes_no_more_stops_the_run_with_a_message_and_it_goes_on_later(undisturbed, tmp_path):
+    """No file may grow beyond a limit (RLIMIT_FSIZE): the system then refuses writes as a full disk does."""
+    folder = copied(undisturbed, tmp_path / "study")
+    pieces = sorted((folder / RESULTS / "cache").iterdir())
+    pieces[0].unlink()
+    (folder / RESULTS / "results.nc").unlink()
+    limit = smallest_piece(folder) // 2
+
+    def refuse_large_files():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    with start(folder, preexec_fn=refuse_large_files) as program:
+        said = program.communicate()[0]
+    assert program.returncode == 1
+    assert "Error: " in said
+    assert "Traceback" not in said
+    assert {path.name for path in (folder / RESULTS / "cache").iterdir()} == {path.name for path in pieces[1:]}
+    assert not (folder / RESULTS / "results.nc").exists()
+
+    done = finish(folder)
+    assert len(done.computed) == 1
+    assert_same(trees(folder), trees(undisturbed[0]))
+
+
+def test_a_full_file_system_stops_the_run_with_a_message_and_it_goes_on_later(undisturbed, tmp_path):
+    """A real file system of a megabyte in memory, in a mount name space of its own, where the system allows that."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    source = undisturbed[0]
+    room = smallest_piece(source) * 2 // 1024 + 200
+    saved = tmp_path / "saved"
+    script = (
+        f"mount -t tmpfs -o size={room}k tmpfs '{folder}' || exit 77\n"
+        f"cp -r '{source}'/*.csv '{source}'/study.yaml '{source}/recordings' '{folder}'\n"
+        f"{' '.join(map(shell_quoted, PROGRAM))} run '{folder}' --workers 1 --no-report\n"
+        "status=$?\n"
+        f"cp -r '{folder}' '{saved}'\n"
+        "exit $status\n"
+    )
+    if shutil.which("unshare") is None:
+        pytest.skip("no unshare here")
+    program = subprocess.run(["unshare", "-rm", "sh", "-c", script], check=False, capture_output=True, text=True)
+    if program.returncode == 77 or "unshare" in program.stderr:
+        pytest.skip(f"no mounts here: {program.stderr.strip()}")
+    assert program.returncode == 1, program.stderr
+    assert "Traceback" not in program.stderr
+    assert "what had finished is kept" in program.stderr
+    assert not (saved / RESULTS / "results.nc").exists()
+    kept = list((saved / RESULTS / "cache").glob("*"))
+    assert 1 <= len(kept) < 3
+
+    done = finish(saved)
+    assert len(done.kept) == len(kept)
+    assert len(done.computed) == 3 - len(kept)
+    assert_same(trees(saved), trees(source))
+
+
+def shell_quoted(text: str) -> str:
+    return f"'{text}'"
+
+
+def test_a_study_of_which_every_animal_fails_says_why(make_study):
+    folder = make_study(animals=1)
+    (folder / "recordings/0.csv").write_text("time [s],pressure [mmHg],flow [ml/s]\n0,1,2\n")
+    with pytest.raises(InputError, match=r"every animal failed\n  mouse 0: .*0\.csv"):
+        finish(folder)

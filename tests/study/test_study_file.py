@@ -1,0 +1,150 @@
+import json
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from jsonschema import Draft202012Validator
+
+from vasowave.study.reading import parse_settings
+from vasowave.study.settings import StudyFile
+from vasowave.study.template import FOLDERS, columns_table, keys_table, new_study, schema_text, study_text
+
+
+def said(text: str) -> list[str]:
+    settings, problems = parse_settings(text.encode())
+    assert settings is None
+    return [str(problem) for problem in problems]
+
+
+def test_the_template_is_the_default_study_and_its_schema_accepts_it():
+    found, problems = parse_settings(study_text().encode())
+    assert problems == []
+    assert found == StudyFile()
+    Draft202012Validator.check_schema(json.loads(schema_text()))
+    Draft202012Validator(json.loads(schema_text())).validate(yaml.safe_load(study_text()))
+
+
+def test_the_schema_refuses_what_the_reader_refuses():
+    schema = Draft202012Validator(json.loads(schema_text()))
+    for text in ("speces: mouse", "calibration: {starts: 0}", "calibration: {walls: [linaer]}", "blood: {density: -1}"):
+        assert not schema.is_valid(yaml.safe_load(text))
+        assert said(text)
+
+
+def test_every_key_of_the_template_has_its_comment_and_example_lines_are_valid():
+    lines = study_text().splitlines()
+    for number, line in enumerate(lines):
+        if line.strip() and not line.lstrip().startswith("#"):
+            before = lines[number - 1].lstrip()
+            assert before.startswith("#"), line
+    uncommented = (
+        study_text().replace("  bounds: {}\n  # bounds:", "  bounds:").replace("  fixed: {}\n  # fixed:", "  fixed:")
+    )
+    found, problems = parse_settings(uncommented.encode())
+    assert problems == []
+    assert found.calibration.bounds["beta"] == (10, 400)
+    assert found.calibration.fixed == {"gamma": 2}
+
+
+def test_all_slips_are_named_at_once_with_line_column_and_nearest_key():
+    text = (
+        "speces: rat\ncalibration:\n  starts: four\n  walls: [linear, tangnt]\n  bounds: {betta: [1, 2]}\n  seed: 1,5\n"
+    )
+    assert sorted(said(text)) == [
+        "study.yaml, line 1, column 1: unknown key 'speces' (did you mean 'species'?); known here: "
+        "title, animals, species, groups, averaging, calibration, model_selection, blood, numerics, report",
+        "study.yaml, line 3, column 11: calibration.starts: 'four' is not a whole number",
+        "study.yaml, line 4, column 19: calibration.walls.1: 'tangnt' is not known (did you mean 'tangent'?); "
+        "choose from: linear, tangent",
+        "study.yaml, line 5, column 12: calibration.bounds: 'betta' is not known (did you mean 'beta'?); "
+        "choose from: beta, p1, gamma, r1, r2, c1",
+        "study.yaml, line 6, column 9: calibration.seed: '1,5' is not a whole number",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "words"),
+    [
+        ("starts: 4", "line 1, column 1", "belongs under 'calibration:'"),
+        ("blood:\n  groups: [A]", "line 2, column 3", "belongs to the top level"),
+        ("title:", "line 1, column 7", "empty"),
+        ("calibration:\n  bounds: {c1: [3, 2]}", "line 2, column 16", "3 is not below 2"),
+        ("groups: [A, B, A]", "line 1, column 9", "'A' is listed twice"),
+        ("blood:\n  density: 1,06", "line 2, column 12", "decimal point"),
+        ("blood:\n  density: nan", "line 2, column 12", "finite"),
+        ("averaging: 5", "line 1, column 12", "indented lines"),
+        ("calibration:\n\tstarts: 5", "line 2, column 1", "tabs"),
+        ("title: a\ntitle: b", "line 2, column 1", "a second time (first in line 1)"),
+        ("title: &a x\nanimals: *a", "line 2, column 1", "alias"),
+        ("- 1", "line 1", "key: value"),
+    ],
+)
+def test_a_slip_is_named_where_it_stands(text, place, words):
+    (message,) = said(text)
+    assert place in message
+    assert words in message
+
+
+def test_numbers_and_labels_mean_what_they_look_like():
+    found, _ = parse_settings(b"groups: [no, 1]\nnumerics: {tolerance: 1e-8}\ncalibration:\naveraging: {harmonics: }\n")
+    assert found.groups == ["no", "1"]  # YAML 1.1 would make False and 1 of them
+    assert found.numerics.tolerance == 1e-8  # and text of this
+    assert found.calibration == StudyFile().calibration
+    assert found.averaging.harmonics is None
+
+
+@pytest.mark.parametrize("text", ["[" * 5000, "a: " + "{b: " * 3000, "\xff\xfe", "x: \x00", "? [a]\n: 1", "a: &x [*x]"])
+def test_what_is_no_study_file_is_named_and_not_a_crash(text):
+    found, problems = parse_settings(text.encode("latin-1"))
+    assert found is None
+    assert all(str(problem).startswith("study.yaml") for problem in problems)
+
+
+KEYS = st.sampled_from([*StudyFile.model_fields, "starts", "walls", "bounds", "beta", "density", "cell_size", "x"])
+LEAVES = (
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8) | st.sampled_from(["linear", "CTL"])
+)
+TREES = st.recursive(LEAVES, lambda t: st.lists(t, max_size=3) | st.dictionaries(KEYS, t, max_size=4), max_leaves=12)
+
+
+@given(st.dictionaries(KEYS, TREES, max_size=5))
+@settings(max_examples=150, deadline=None)
+def test_any_tree_of_values_is_understood_or_refused_with_a_place(tree):
+    found, problems = parse_settings(yaml.safe_dump(tree, allow_unicode=True).encode())
+    assert (found is None) == bool(problems)
+    assert all(problem.place.startswith("study.yaml") and problem.message for problem in problems)
+
+
+@given(st.binary(max_size=60) | st.text("ab:[]{}-&*!|>#'\"\n\t %@?,1", max_size=60).map(str.encode))
+@settings(max_examples=300, deadline=None)
+def test_any_bytes_are_understood_or_refused(raw):
+    found, problems = parse_settings(raw)
+    assert (found is None) == bool(problems)
+
+
+@given(st.integers(0, 10**6), st.binary(min_size=1, max_size=3))
+@settings(max_examples=150, deadline=None)
+def test_a_damaged_template_is_understood_or_refused(at, damage):
+    raw = study_text().encode()
+    at %= len(raw)
+    found, problems = parse_settings(raw[:at] + damage + raw[at + len(damage) :])
+    assert (found is None) == bool(problems)
+
+
+def test_new_changes_nothing_where_a_study_is(tmp_path):
+    written = new_study(tmp_path / "s")
+    assert sorted(path.name for path in (tmp_path / "s").iterdir()) == sorted([*FOLDERS, *(p.name for p in written)])
+    (tmp_path / "s" / "study.yaml").write_text("title: mine\n")
+    (tmp_path / "s" / "animals.csv").unlink()
+    with pytest.raises(ValueError, match=r"study.yaml exists already"):
+        new_study(tmp_path / "s")
+    assert (tmp_path / "s" / "study.yaml").read_text() == "title: mine\n"
+    assert not (tmp_path / "s" / "animals.csv").exists()
+
+
+def test_the_documentation_lists_every_key_and_column_as_the_program_knows_it():
+    text = (Path(__file__).parents[2] / "docs" / "study.md").read_text(encoding="utf-8")
+    assert keys_table() in text
+    assert columns_table() in text
