@@ -1,4 +1,4 @@
-"""Hyperparameters of noise models by maximum likelihood, full or restricted, from one or several series of residuals."""
+"""Hyperparameters of noise models by maximum likelihood, full or restricted, from series of residuals."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -156,9 +156,9 @@ def concentrated(
         Of unit amplitude.
     residuals : array, shape (series, sample)
     jacobians : sequence of array, shape (sample, parameter), optional
-        Derivatives of each series by the parameters fitted to it. With them the likelihood is the restricted one (REML):
-        that of what remains of the residuals when those parameters are free, so that a fit does not hide the noise which
-        it has absorbed.
+        Derivatives of each series by the parameters fitted to it. With them the likelihood is the restricted one
+        (REML): that of what remains of the residuals when those parameters are free, so that a fit does not hide the
+        noise which it has absorbed.
     """
     white = noise.whiten(residuals.T)
     log_det, count = len(residuals) * noise.log_determinant, residuals.size
