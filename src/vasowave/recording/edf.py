@@ -7,6 +7,7 @@ in the discontinuous variant (EDF+D), the start of every record in a signal of i
 
 import re
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -156,7 +157,7 @@ def _stretches(starts: np.ndarray, duration: float) -> list[tuple[int, int]]:
     """Return first and last (exclusive) record of every uninterrupted stretch."""
     gaps = np.flatnonzero(np.abs(np.diff(starts) - duration) > 1e-4 * duration) + 1
     edges = [0, *gaps.tolist(), len(starts)]
-    return list(zip(edges[:-1], edges[1:], strict=True))
+    return list(pairwise(edges))
 
 
 def _text(raw: bytes) -> str:
