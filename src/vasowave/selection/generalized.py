@@ -54,8 +54,11 @@ class Mixture:
         mean = self.shift @ direction
         spread = np.sqrt(np.einsum("i,dij,j->d", direction, self.covariance, direction))
         low, high = float((mean - 12 * spread).min()), float((mean + 12 * spread).max())
-        tails = (0.5 * (1 - level), 0.5 * (1 + level))
-        first, last = (brentq(lambda x: self.weight @ ndtr((x - mean) / spread) - tail, low, high) for tail in tails)
+
+        def above(x: float, tail: float) -> float:
+            return float(self.weight @ ndtr((x - mean) / spread)) - tail
+
+        first, last = (brentq(above, low, high, (tail,)) for tail in (0.5 * (1 - level), 0.5 * (1 + level)))
         return float(first), float(last)
 
     def standard_error(self, direction: np.ndarray) -> float:
@@ -183,7 +186,7 @@ def _table(first: Optimum, optimum: Optimum, mixture: Mixture, level: float) -> 
 def _proposals(
     height: Callable[[np.ndarray], float], best: np.ndarray, family: Family, rng: np.random.Generator, draws: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return draws of the hyperparameters (logarithms) from a t distribution around the optimum, and its log density."""
+    """Return draws of the log hyperparameters from a t distribution around the optimum, and its log density."""
     from scipy.stats import multivariate_t
 
     if len(best) == 0:
