@@ -20,7 +20,7 @@ from vasowave.selection.likelihood import FAMILIES, Family, concentrated, maximi
 from vasowave.solver.simulate import Numerics
 
 _DRAWS = 300
-_TAIL = 5  # degrees of freedom of the t distribution that proposes hyperparameters
+_EVERY = 5  # steps of the random walk between two draws that are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,22 +29,14 @@ class Mixture:
 
     Attributes
     ----------
-    weight : array, shape (draw,)
-        Of each draw of the hyperparameters; they add up to 1.
     shift : array, shape (draw, parameter)
-        Where the generalized-least-squares optimum of each lies.
+        Where the generalized-least-squares optimum of each draw of the hyperparameters lies.
     covariance : array, shape (draw, parameter, parameter)
         Of the parameters, given each.
     """
 
-    weight: np.ndarray
     shift: np.ndarray
     covariance: np.ndarray
-
-    @property
-    def effective_draws(self) -> float:
-        """Number of equally weighted draws that would be as good; below about 20 the intervals are rough."""
-        return float(1 / np.sum(self.weight**2))
 
     def interval(self, direction: np.ndarray, level: float = 0.95) -> tuple[float, float]:
         """Return the equal-tailed interval of the combination `direction` of the logarithms."""
@@ -56,16 +48,15 @@ class Mixture:
         low, high = float((mean - 12 * spread).min()), float((mean + 12 * spread).max())
 
         def above(x: float, tail: float) -> float:
-            return float(self.weight @ ndtr((x - mean) / spread)) - tail
+            return float(np.mean(ndtr((x - mean) / spread))) - tail
 
         first, last = (brentq(above, low, high, (tail,)) for tail in (0.5 * (1 - level), 0.5 * (1 + level)))
         return float(first), float(last)
 
     def standard_error(self, direction: np.ndarray) -> float:
         """Return the standard deviation of that combination."""
-        mean = self.shift @ direction
-        second = np.einsum("i,dij,j->d", direction, self.covariance, direction) + mean**2
-        return float(np.sqrt(max(self.weight @ second - (self.weight @ mean) ** 2, 0.0)))
+        within = np.einsum("i,dij,j->d", direction, self.covariance, direction).mean()
+        return float(np.sqrt(within + np.var(self.shift @ direction)))
 
 
 def noise_posterior(
@@ -74,7 +65,7 @@ def noise_posterior(
     """Return what one series of residuals says about its parameters when the hyperparameters of the noise are unknown.
 
     The hyperparameters get flat priors in their logarithms within their bounds, amplitude and parameters flat ones too;
-    importance sampling around the optimum of the restricted likelihood. The model is linearized at its optimum.
+    a random walk (Metropolis) draws from the restricted likelihood. The model is linearized at its optimum.
 
     Parameters
     ----------
@@ -98,12 +89,9 @@ def noise_posterior(
     def height(x: np.ndarray) -> float:
         return concentrated(family.noise(len(residual), np.exp(x)), residual[np.newaxis], [jacobian])[0]
 
-    points, proposed = _proposals(height, best, family, rng, draws)
-    heights = np.array([height(x) for x in points])
-    logs = heights - proposed
-    weight = np.exp(logs - logs.max())
+    points = _walk(height, best, family, rng, draws)
     shifts, covariances = zip(*(_given(family, x, residual, jacobian) for x in points))
-    return Mixture(weight / weight.sum(), np.array(shifts), np.array(covariances))
+    return Mixture(np.array(shifts), np.array(covariances))
 
 
 def generalized_fit(
@@ -183,23 +171,26 @@ def _table(first: Optimum, optimum: Optimum, mixture: Mixture, level: float) -> 
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("parameter")
 
 
-def _proposals(
+def _walk(
     height: Callable[[np.ndarray], float], best: np.ndarray, family: Family, rng: np.random.Generator, draws: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return draws of the log hyperparameters from a t distribution around the optimum, and its log density."""
-    from scipy.stats import multivariate_t
-
+) -> np.ndarray:
+    """Return draws of the log hyperparameters within their bounds, shape (draw, hyperparameter)."""
     if len(best) == 0:
-        return np.zeros((1, 0)), np.zeros(1)
+        return np.zeros((1, 0))
     low, high = (np.log([bound[i] for bound in family.hyperparameters]) for i in (1, 2))
-    widest = ((high - low) / 4) ** 2
     values, vectors = np.linalg.eigh(-_curvature(height, best))
-    spread = vectors @ np.diag(1 / np.maximum(values, 1 / widest.max())) @ vectors.T
-    proposal = multivariate_t(best, 1.5 * spread, df=_TAIL, seed=rng)
-    points = proposal.rvs(draws).reshape(draws, -1)
-    points = points[np.all((points >= low) & (points <= high), axis=1)]
-    points = np.vstack([best, points])
-    return points, np.atleast_1d(proposal.logpdf(points))
+    widest = float(((high - low) / 4).max()) ** 2  # flat directions have no curvature
+    steps = vectors * np.sqrt(2.4**2 / len(best) / np.maximum(values, 1 / widest))
+    here, top, kept = best, height(best), []
+    for number in range(draws * _EVERY):
+        there = here + steps @ rng.standard_normal(len(best))
+        if np.all((there >= low) & (there <= high)):
+            reached = height(there)
+            if np.log(rng.uniform()) < reached - top:
+                here, top = there, reached
+        if number % _EVERY == _EVERY - 1:
+            kept.append(here)
+    return np.array(kept)
 
 
 def _curvature(height: Callable[[np.ndarray], float], x: np.ndarray, step: float = 0.05) -> np.ndarray:
