@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from made_fit import made_fit
 from scipy.linalg import null_space, toeplitz
 from scipy.stats import multivariate_normal
 from sklearn.gaussian_process.kernels import RBF, ExpSineSquared, Matern
 from statsmodels.tsa.arima.model import ARIMA
 from statsmodels.tsa.arima_process import arma_acovf, arma_generate_sample
 
+from made_fit import made_fit
 from vasowave import selection
 from vasowave.errors import InputError
 from vasowave.selection.arma import autocovariance, concentrated
