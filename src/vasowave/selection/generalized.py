@@ -12,11 +12,12 @@ import numpy as np
 import pandas as pd
 
 from vasowave.calibration import Fit
-from vasowave.calibration.generalized import Optimum, least_squares_optimum, reoptimize
+from vasowave.calibration.generalized import Optimum, Whiten, least_squares_optimum, reoptimize
 from vasowave.calibration.parameters import UNITS
 from vasowave.errors import InputError, NumericalError
 from vasowave.recording import resample
 from vasowave.selection.likelihood import FAMILIES, Family, concentrated, maximize
+from vasowave.selection.noise import Noise
 from vasowave.solver.simulate import Numerics
 
 _DRAWS = 300
@@ -143,13 +144,14 @@ def generalized_fit(
     for _ in range(rounds):
         residual, jacobian = resample(optimum.residual, N), resample(optimum.jacobian, N)
         theta, amplitude = maximize(family, residual[np.newaxis], rng, jacobians=[jacobian])
-        noise, scale = family.noise(N, theta), np.sqrt(amplitude)
-        optimum = reoptimize(
-            fit, lambda v, noise=noise, scale=scale: noise.whiten(resample(v, N)) / scale, start=optimum.x,
-            numerics=numerics,
-        )  # fmt: skip
+        noise = family.noise(N, theta)
+        optimum = reoptimize(fit, _whitener(noise, amplitude, N), start=optimum.x, numerics=numerics)
     mixture = noise_posterior(family, resample(optimum.residual, N), resample(optimum.jacobian, N), rng)
     return _table(first, optimum, mixture, level), optimum
+
+
+def _whitener(noise: Noise, amplitude: float, N: int) -> Whiten:
+    return lambda values: noise.whiten(resample(values, N)) / np.sqrt(amplitude)
 
 
 def _table(first: Optimum, optimum: Optimum, mixture: Mixture, level: float) -> pd.DataFrame:
