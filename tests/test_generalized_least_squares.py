@@ -64,7 +64,7 @@ def test_the_profile_of_a_well_determined_parameter_is_the_parabola_of_its_stand
     )
     assert steps[-1] == (6, 6)
     assert profile["deviance"].values.min() == 0
-    assert profile["beta"].values[int(profile["deviance"].argmin())] == pytest.approx(
+    assert profile["beta"].values[np.argmin(profile["deviance"].values)] == pytest.approx(
         fit.parameters["value"]["beta"], rel=1e-6
     )
     optimum = least_squares_optimum(fit)
