@@ -13,18 +13,23 @@ import numpy as np
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.cannula import PE90_RADIUS, cannula_radius, without_cannula
-from vasowave.imaging.centerlines import center_paths
+from vasowave.imaging.centering import centered
+from vasowave.imaging.centerlines import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
 from vasowave.imaging.junctions import with_met_axes
 from vasowave.imaging.loops import loop_count, loop_places
+from vasowave.imaging.protrusions import tips_outside
 from vasowave.imaging.radii import densitometric_radii, lumen_grey
 from vasowave.imaging.segmentation import Segmentation, segment
 from vasowave.imaging.terminals import with_ends_at_the_surface
-from vasowave.imaging.tree import Tree, free_length, network_of, vessel_tree
+from vasowave.imaging.tree import Tree, cut_at_junctions, free_length, network_of
 from vasowave.imaging.volume import Volume, isotropic, read_volume
 from vasowave.network import Network
 
 RELIABLE = 2.0
 """A radius is reliable if it was measured over a free length of at least this many radii."""
+
+ROUNDS = 4
+"""Automatic mode looks at most so often for vessels that stick out of the tubes of those found."""
 
 
 @dataclass(frozen=True)
@@ -144,8 +149,24 @@ def _tree(
 
 def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Tree:
     """Return the vessels of `lumen`, the cannula being part of the root; see `center_paths` for the arguments."""
-    paths = center_paths(lumen, root, outlets)
-    return with_ends_at_the_surface(with_met_axes(vessel_tree(paths)), paths.surface)
+    ways = minimal_paths(lumen, root)
+    if outlets is not None:
+        return _refined(ways, outlet_tips(ways, outlets), lumen)
+    tips = long_tips(ways)
+    for _ in range(ROUNDS):
+        tree = _refined(ways, tips, lumen)
+        more = tips_outside(tree, ways)
+        if not more:
+            break
+        tips += more
+    return tree
+
+
+def _refined(ways: MinimalPaths, tips: Sequence[int], lumen: Segmentation) -> Tree:
+    """Return the vessels to `tips`: their axes centered, met at the junctions, prolonged to their ends."""
+    paths = paths_to(ways, tips)
+    tree = centered(cut_at_junctions(paths.points, paths.above), lumen, ways.surface)
+    return with_ends_at_the_surface(with_met_axes(tree), ways.surface)
 
 
 def _scale(cannula: np.ndarray | None, volume: Volume, tree: Tree, known: float | None) -> float:
