@@ -16,7 +16,7 @@ LARGEST = 0.6
 
 
 def centered(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
-    """Return `tree` on the vessels' axes, points about a voxel apart, inscribed radii measured anew.
+    """Return `tree` (without stairs) on the vessels' axes, inscribed radii measured anew.
 
     Where a vessel is free of junctions, its points move to the center of what is brighter than the threshold in
     their section; within junctions the axis leads straight on to the junction, which keeps its place.
@@ -24,20 +24,23 @@ def centered(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
     Parameters
     ----------
     tree : Tree
-        Axes that follow voxels.
     lumen : Segmentation
     surface : float array, shape (corner, 3)
         Points of the lumen's surface, cm.
     """
-    index = cKDTree(surface)
-    lines = [_smoothed(line[:, :3], lumen.spacing, 3.0) for line in tree.lines]
     for _ in range(ROUNDS):
-        measured = [np.column_stack([line, index.query(line)[0]]) for line in lines]
-        free = free_stretches(Tree(tuple(measured), tree.parent))
         lines = [
-            _smoothed(_moved(line, stretch, lumen), lumen.spacing, 1.5)
-            for line, stretch in zip(measured, free, strict=True)
+            np.column_stack([_moved(line, stretch, lumen), line[:, 3]])
+            for line, stretch in zip(tree.lines, free_stretches(tree), strict=True)
         ]
+        tree = without_stairs(Tree(tuple(lines), tree.parent), surface, lumen.spacing, 1.5)
+    return tree
+
+
+def without_stairs(tree: Tree, surface: np.ndarray, spacing: float, width: float = 3.0) -> Tree:
+    """Return `tree` smoothed over `width` points at equal steps of about a voxel, inscribed radii measured anew."""
+    index = cKDTree(surface)
+    lines = [_smoothed(line[:, :3], spacing, width) for line in tree.lines]
     return Tree(tuple(np.column_stack([line, index.query(line)[0]]) for line in lines), tree.parent)
 
 
@@ -66,4 +69,7 @@ def _moved(line: np.ndarray, stretch: tuple[float, float], lumen: Segmentation) 
     aside = (weight @ grid) / np.maximum(weight.sum(axis=1, keepdims=True), 1e-9)
     aside[np.linalg.norm(aside, axis=1) > LARGEST * lumen.spacing] = 0.0
     moved = line[free, :3] + aside[:, :1] * u + aside[:, 1:] * v
-    return np.concatenate([line[:1, :3], moved, line[-1:, :3]])
+    # Before and after the free stretch the axis leads straight on: sections there see the other vessels.
+    before = np.linspace(line[0, :3], moved[0], free[0] + 1)[:-1]
+    after = np.linspace(moved[-1], line[-1, :3], len(line) - free[-1])[1:]
+    return np.concatenate([before, moved, after])

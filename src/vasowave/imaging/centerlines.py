@@ -14,6 +14,9 @@ from vasowave.imaging.segmentation import Segmentation, surface_points
 BALL, MARGIN = 1.1, 2.5
 """A tip counts as long if it protrudes from all balls of BALL inscribed radii + MARGIN voxels around longer paths."""
 
+STEEPNESS = 8
+"""A path costs its length / depth**STEEPNESS: with 2 it still cuts the corners of wide vessels."""
+
 
 @dataclass(frozen=True, eq=False)
 class MinimalPaths:
@@ -126,8 +129,7 @@ def _neighbors(mask: np.ndarray, depth: np.ndarray) -> tuple[coo_array, coo_arra
         there.append(other[both])
         length.append(np.full(both.sum(), np.linalg.norm(np.array(offset) - 1)))
     i, j, far = np.concatenate(here), np.concatenate(there), np.concatenate(length)
-    # Cost 1/depth² per length: a detour through the middle of the vessel is always the cheaper way.
-    cost = far / (0.5 * (np.maximum(depth[i], 0.2) + np.maximum(depth[j], 0.2))) ** 2
+    cost = far / (0.5 * (np.maximum(depth[i], 0.2) + np.maximum(depth[j], 0.2))) ** STEEPNESS
     shape = (len(depth), len(depth))
     both_ways = (np.concatenate([i, j]), np.concatenate([j, i]))
     return (

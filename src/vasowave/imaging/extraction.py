@@ -13,7 +13,7 @@ import numpy as np
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.cannula import PE90_RADIUS, cannula_radius, without_cannula
-from vasowave.imaging.centering import centered
+from vasowave.imaging.centering import centered, without_stairs
 from vasowave.imaging.centerlines import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
 from vasowave.imaging.junctions import with_met_axes
 from vasowave.imaging.loops import loop_count, loop_places
@@ -150,23 +150,26 @@ def _tree(
 def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Tree:
     """Return the vessels of `lumen`, the cannula being part of the root; see `center_paths` for the arguments."""
     ways = minimal_paths(lumen, root)
-    if outlets is not None:
-        return _refined(ways, outlet_tips(ways, outlets), lumen)
+    tips = _tips(ways) if outlets is None else outlet_tips(ways, outlets)
+    tree = centered(_rough(ways, tips), lumen, ways.surface)
+    return with_ends_at_the_surface(with_met_axes(tree), ways.surface)
+
+
+def _tips(ways: MinimalPaths) -> list[int]:
+    """Return the tips of all vessels: the long ones, then what sticks out of their tubes, until nothing does."""
     tips = long_tips(ways)
     for _ in range(ROUNDS):
-        tree = _refined(ways, tips, lumen)
-        more = tips_outside(tree, ways)
+        # Not centered: beside a vessel that is still missing, the center of the section is not on the axis.
+        more = tips_outside(with_ends_at_the_surface(with_met_axes(_rough(ways, tips)), ways.surface), ways)
         if not more:
             break
         tips += more
-    return tree
+    return tips
 
 
-def _refined(ways: MinimalPaths, tips: Sequence[int], lumen: Segmentation) -> Tree:
-    """Return the vessels to `tips`: their axes centered, met at the junctions, prolonged to their ends."""
+def _rough(ways: MinimalPaths, tips: Sequence[int]) -> Tree:
     paths = paths_to(ways, tips)
-    tree = centered(cut_at_junctions(paths.points, paths.above), lumen, ways.surface)
-    return with_ends_at_the_surface(with_met_axes(tree), ways.surface)
+    return without_stairs(cut_at_junctions(paths.points, paths.above), ways.surface, ways.spacing)
 
 
 def _scale(cannula: np.ndarray | None, volume: Volume, tree: Tree, known: float | None) -> float:

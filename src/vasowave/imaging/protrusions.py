@@ -10,8 +10,8 @@ from vasowave.imaging.tree import Tree, distance_along, free_stretches
 
 SHELL = 0.7
 """The lumen farther than this outside all tubes is looked at, voxels; within, noise and stairs decide."""
-HEIGHT = 1.9
-"""A piece of it is a vessel if it rises this far from the tubes, voxels."""
+HEIGHT, MISFIT = 1.55, 0.12
+"""A piece of it is a vessel if it rises HEIGHT voxels + MISFIT radii of its neighbor from the tubes."""
 
 
 def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
@@ -20,7 +20,7 @@ def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
     A tip that is judged by its distance to one ball of a wide neighbor is easily missed or invented. Here the
     vessels' own radii, carried into their junctions, make tubes; ends go on straight, since what is cut flat has corners.
     """
-    height = height_outside(tree, ways.points, ways.spacing)
+    height, radius = height_outside(tree, ways.points, ways.spacing)
     out = np.flatnonzero(height > SHELL)
     shape = ways.voxels.max(axis=0) + 2
     image = np.zeros(shape, dtype=bool)
@@ -29,14 +29,15 @@ def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
     tips = []
     for piece in range(1, int(pieces.max(initial=0)) + 1):
         inside = out[pieces == piece]
-        if height[inside].max() >= HEIGHT:
-            tips.append(int(inside[np.argmax(height[inside])]))
+        tip = int(inside[np.argmax(height[inside])])
+        if height[tip] >= HEIGHT + MISFIT * radius[tip]:
+            tips.append(tip)
     return tips
 
 
-def height_outside(tree: Tree, points: np.ndarray, spacing: float) -> np.ndarray:
-    """Return the distance of `points` from the union of the vessels' tubes, voxels, negative inside, shape (point,)."""
-    found = np.full(len(points), np.inf)
+def height_outside(tree: Tree, points: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return for each point its distance from the nearest tube (negative inside) and that tube's radius, voxels."""
+    found, wide = np.full(len(points), np.inf), np.zeros(len(points))
     ends = set(range(len(tree.lines))) - set(tree.parent.tolist())
     for row, (line, stretch) in enumerate(zip(tree.lines, free_stretches(tree), strict=True)):
         axis, radius = line[:, :3], _tube_radius(line, stretch)
@@ -50,8 +51,10 @@ def height_outside(tree: Tree, points: np.ndarray, spacing: float) -> np.ndarray
         fine = np.linspace(0, len(axis) - 1, 2 * len(axis) - 1)
         between = np.stack([np.interp(fine, np.arange(len(axis)), axis[:, k]) for k in range(3)], axis=1)
         distance, nearest = cKDTree(between).query(points[near])
-        found[near] = np.minimum(found[near], distance - np.interp(fine, np.arange(len(axis)), radius)[nearest])
-    return found / spacing
+        own = np.interp(fine, np.arange(len(axis)), radius)[nearest]
+        nearer = distance - own < found[near]
+        found[near[nearer]], wide[near[nearer]] = (distance - own)[nearer], own[nearer]
+    return found / spacing, wide / spacing
 
 
 def _tube_radius(line: np.ndarray, stretch: tuple[float, float]) -> np.ndarray:
