@@ -47,7 +47,7 @@ def without_stairs(tree: Tree, surface: np.ndarray, spacing: float, width: float
 def _smoothed(line: np.ndarray, spacing: float, width: float) -> np.ndarray:
     """Return `line` at equal steps of about a voxel, without stairs; its ends stay."""
     run = distance_along(line)
-    at = np.linspace(0, run[-1], max(int(round(run[-1] / spacing)), 3) + 1)
+    at = np.linspace(0, run[-1], max(round(run[-1] / spacing), 3) + 1)
     line = np.stack([np.interp(at, run, line[:, k]) for k in range(3)], axis=1)
     straight = np.linspace(line[0], line[-1], len(line))
     middle = straight + gaussian_filter1d(line - straight, min(width, len(line) / 6), axis=0, mode="mirror")

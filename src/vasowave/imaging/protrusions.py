@@ -18,7 +18,7 @@ def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
     """Return the tip (a voxel of `ways`) of each vessel that is missing in `tree`.
 
     A tip that is judged by its distance to one ball of a wide neighbor is easily missed or invented. Here the
-    vessels' own radii, carried into their junctions, make tubes; ends go on straight, since what is cut flat has corners.
+    vessels' own radii, carried into their junctions, make tubes; ends go on straight, for a flat end has corners.
     """
     height, radius = height_outside(tree, ways.points, ways.spacing)
     out = np.flatnonzero(height > SHELL)
