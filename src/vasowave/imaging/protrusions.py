@@ -12,8 +12,8 @@ SHELL = 0.7
 """The lumen farther than this outside all tubes is looked at, voxels; within, noise and stairs decide."""
 HEIGHT, MISFIT = 1.25, 0.22
 """A piece of it is a vessel if it rises HEIGHT voxels + MISFIT radii of its neighbor from the tubes."""
-CORNER = 1.6
-"""What rises within so many radii of a vessel's end is a corner of that end."""
+CORNER = 2.0
+"""What rises within so many radii of a vessel's end is a corner of that end: opposite corners are 2 radii apart."""
 
 
 def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
