@@ -118,10 +118,21 @@ def extract(volume: Volume | str | Path, options: Options, progress: Callable[[s
     radius = np.where(np.isfinite(dense), dense, first.radius)
     scale = _scale(cannula, volume, tree, options.cannula_radius)
     say("uncertainty")
-    found = [radius, *(_radii_at(volume, options, factor, first, np.isfinite(dense)) for factor in (0.8, 1.2))]
+    part = _around(volume, [*tree.lines, np.atleast_2d(options.root)])
+    found = [radius, *(_radii_at(part, options, factor, first, np.isfinite(dense)) for factor in (0.8, 1.2))]
     network = Network(first.name, first.parent, first.length, radius)
     reliable = np.isfinite(dense) & (free_length(tree) >= RELIABLE * radius)
     return Extraction(network, tree, first.radius, dense, _spread(np.array(found)), reliable, scale)
+
+
+def _around(volume: Volume, lines: Sequence[np.ndarray]) -> Volume:
+    """Return the part of `volume` that holds `lines`, without a copy: other thresholds look no farther."""
+    places = (np.concatenate([line[:, :3] for line in lines]) - volume.origin) / volume.spacing
+    widest = max(line[:, 3].max() for line in lines if line.shape[1] > 3) / volume.spacing[0]
+    low = np.maximum(places.min(axis=0) - 2 * widest - 10, 0).astype(int)
+    high = (places.max(axis=0) + 2 * widest + 11).astype(int)
+    box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
+    return Volume(volume.grey[box], volume.spacing, volume.origin + low * volume.spacing)
 
 
 def _spread(found: np.ndarray) -> np.ndarray:
