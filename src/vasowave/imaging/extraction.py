@@ -127,7 +127,10 @@ def extract(
     radius = np.where(np.isfinite(dense), dense, first.radius)
     scale = _scale(cannula, volume, tree, options.cannula_radius)
     say("uncertainty")
-    found = [radius, *(_radii_at(volume, find, factor * options.threshold, first, np.isfinite(dense)) for factor in (0.8, 1.2))]
+    found = [
+        radius,
+        *(_radii_at(volume, find, factor * options.threshold, first, np.isfinite(dense)) for factor in (0.8, 1.2)),
+    ]
     network = Network(first.name, first.parent, first.length, radius)
     reliable = np.isfinite(dense) & (free_length(tree) >= RELIABLE * radius)
     return Extraction(network, tree, first.radius, dense, _spread(np.array(found)), reliable, scale)

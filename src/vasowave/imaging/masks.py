@@ -68,8 +68,7 @@ def marks(labels: np.ndarray, volume: Volume) -> dict[int, np.ndarray]:
     numbers = [int(label) for label in np.unique(labels) if label > LUMEN]
     centers = ndimage.center_of_mass(labels > LUMEN, labels, numbers) if numbers else []
     return {
-        label: np.array(center) * volume.spacing + volume.origin
-        for label, center in zip(numbers, centers, strict=True)
+        label: np.array(center) * volume.spacing + volume.origin for label, center in zip(numbers, centers, strict=True)
     }
 
 
@@ -90,9 +89,7 @@ def box_region(volume: Volume, low: Sequence[float], high: Sequence[float]) -> n
         inside &= ((at >= a) & (at <= b)).reshape(shape)
     if not inside.any():
         last = volume.origin + (np.array(volume.grey.shape) - 1) * volume.spacing
-        raise InputError(
-            f"the region holds no voxel; the image spans {_mm(volume.origin)} to {_mm(last)} mm (x, y, z)"
-        )
+        raise InputError(f"the region holds no voxel; the image spans {_mm(volume.origin)} to {_mm(last)} mm (x, y, z)")
     return inside
 
 
