@@ -1,6 +1,5 @@
 """Masks drawn or edited by hand in ITK-SNAP or 3D Slicer: read, checked against the image, used as lumen or region."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -72,7 +71,7 @@ def marks(labels: np.ndarray, volume: Volume) -> dict[int, np.ndarray]:
     }
 
 
-def box_region(volume: Volume, low: Sequence[float], high: Sequence[float]) -> np.ndarray:
+def box_region(volume: Volume, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Return which voxels of `volume` lie between the corners `low` and `high` (z, y, x, cm), bool, shape (z, y, x).
 
     Raises

@@ -90,8 +90,8 @@ def write_vtp(data: PolyLines, path: str | Path) -> None:
         f'<Piece NumberOfPoints="{len(data.points)}" NumberOfVerts="0" NumberOfLines="{len(data.lines)}" '
         'NumberOfStrips="0" NumberOfPolys="0">\n'
         f"<PointData>{fields}</PointData>\n<Points>{data_array('Points', data.points, 'Float64')}</Points>\n"
-        f"<Lines>{data_array('connectivity', np.concatenate(data.lines), 'Int64')}\n{data_array('offsets', ends, 'Int64')}"
-        "</Lines>\n</Piece></PolyData></VTKFile>\n",
+        f"<Lines>{data_array('connectivity', np.concatenate(data.lines), 'Int64')}\n"
+        f"{data_array('offsets', ends, 'Int64')}</Lines>\n</Piece></PolyData></VTKFile>\n",
         encoding="utf-8",
     )
 

@@ -7,6 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging.places import written
 from vasowave.imaging.volume import Volume
 
 
@@ -128,7 +129,7 @@ def _component(volume: Volume, labels: np.ndarray, sizes: np.ndarray, seed: np.n
         inside = bool((voxel >= 0).all() and (voxel < labels.shape).all())
         if not inside or labels[tuple(voxel)] == 0:
             raise InputError(
-                f"the seed {np.asarray(seed)} cm (z, y, x) is not inside a vessel; move it or the threshold"
+                f"the point {written(np.asarray(seed))} cm (x,y,z) is not inside a vessel; move it or the threshold"
             )
         return int(labels[tuple(voxel)])
     largest, second = np.argsort(sizes)[::-1][:2]

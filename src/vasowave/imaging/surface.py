@@ -79,7 +79,8 @@ def write_surface_vtp(surface: Surface, path: str | Path) -> None:
         f'<Piece NumberOfPoints="{len(surface.points)}" NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" '
         f'NumberOfPolys="{len(surface.triangles)}">\n'
         f"<Points>{data_array('Points', 10 * surface.points[:, ::-1], 'Float32')}</Points>\n"
-        f"<Polys>{data_array('connectivity', surface.triangles.ravel(), 'Int64')}\n{data_array('offsets', ends, 'Int64')}</Polys>\n"
+        f"<Polys>{data_array('connectivity', surface.triangles.ravel(), 'Int64')}\n"
+        f"{data_array('offsets', ends, 'Int64')}</Polys>\n"
         "</Piece></PolyData></VTKFile>\n",
         encoding="ascii",
     )
