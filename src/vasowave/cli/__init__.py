@@ -5,7 +5,7 @@ import warnings
 
 import typer
 
-from vasowave.cli import mouse  # noqa: F401  registers its commands
+from vasowave.cli import extract, mouse  # noqa: F401  register their commands
 from vasowave.cli.app import app
 
 
