@@ -201,7 +201,8 @@ def _tree_data(found: Answer) -> str:
         sizes = {"radius": number(float(network.radius[row])), "length": number(float(network.length[row]))}
         vessels.append({"name": network.name[row], "terminal": row in terminals, "points": points, **sizes})
     # A name may hold "</script>".
-    return json.dumps({"factor": found.factor, "vessels": vessels}).replace("<", "\\u003c")
+    root = np.round(found.factor * found.root[::-1], 5).tolist()
+    return json.dumps({"factor": found.factor, "root": root, "vessels": vessels}).replace("<", "\\u003c")
 
 
 def _settings(found: Answer) -> list[tuple[str, str]]:

@@ -5,12 +5,11 @@
   const canvas = document.getElementById("tree");
   const pen = canvas.getContext("2d");
   const said = document.getElementById("picked");
-  const points = data.vessels.flatMap((v) => v.points);
+  const points = [data.root, ...data.vessels.flatMap((v) => v.points)];
   const low = [0, 1, 2].map((k) => Math.min(...points.map((p) => p[k])));
   const high = [0, 1, 2].map((k) => Math.max(...points.map((p) => p[k])));
   const middle = low.map((value, k) => (value + high[k]) / 2);
   const size = Math.max(...high.map((value, k) => value - low[k]));
-  const widest = Math.max(...points.map((p) => p[3]));
   // Rows: right, down, away from the viewer. At first x points right and z up, as in the first projection.
   let turn = [[1, 0, 0], [0, 0, -1], [0, 1, 0]];
   let zoom = 1, chosen = null, drag = null, moved = false;
@@ -58,7 +57,16 @@
       pen.lineTo(b[0], b[1]);
       pen.stroke();
     }
-    spot(seen(data.vessels[0].points[0]), "#d6259b", 6);
+    const [outside, inlet] = [seen(data.root), seen(data.vessels[0].points[0])];
+    pen.strokeStyle = "#d6259b";
+    pen.lineWidth = 1;
+    pen.setLineDash([4, 4]);
+    pen.beginPath();
+    pen.moveTo(outside[0], outside[1]);
+    pen.lineTo(inlet[0], inlet[1]);
+    pen.stroke();
+    pen.setLineDash([]);
+    spot(outside, "#d6259b", 5);
     data.vessels.filter((v) => v.terminal).forEach((v) => spot(seen(v.points[v.points.length - 1]), "#b26a00", 3));
     if (chosen) spot(seen(chosen.point), "#000000", 5);
     pen.fillStyle = "#37474f";
