@@ -152,7 +152,7 @@ def test_nothing_outside_the_region_is_lumen():
     found = full_mask(Within(box)(image, 45, np.array([1.193, 2.226, 3.2])), image)
     assert found[:, :, :25].any()
     assert not found[:, :, 27:].any()
-    with pytest.raises(InputError, match="the image spans 30, 20, 10 to 35.9, 24.3, 13.9 mm"):
+    with pytest.raises(InputError, match=r"the image spans 30, 20, 10 to 35\.9, 24\.3, 13\.9 mm"):
         box_region(image, np.array([9.0, 9, 9]), np.array([10.0, 10, 10]))
 
 

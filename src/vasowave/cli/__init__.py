@@ -24,8 +24,16 @@ def run() -> None:
         typer.echo(f"Error: {error}", err=True)
         sys.exit(1)
     except KeyboardInterrupt:
-        typer.echo("Interrupted; nothing was written.", err=True)
-        sys.exit(130)
+        _interrupted()
+    except SystemExit as end:
+        if end.code == 130:  # Typer takes the interrupt for itself
+            _interrupted()
+        raise
+
+
+def _interrupted() -> None:
+    typer.echo("Interrupted; nothing was written.", err=True)
+    sys.exit(130)
 
 
 __all__ = ["app", "run"]

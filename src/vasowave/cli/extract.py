@@ -31,16 +31,10 @@ def extract(
     threshold: Annotated[float, typer.Option(help="Grey level of the vessel wall.")] = 45.0,
     method: Annotated[str, typer.Option(help="threshold, or level-set (active contour).")] = "threshold",
     mask: Annotated[Path | None, typer.Option(help="Edited mask; labels: 1 lumen, 2 root, 3… outlets.")] = None,
-    region: Annotated[
-        str | None, typer.Option(help="Mask file, or box x,y,z:x,y,z; outside is no lumen.")
-    ] = None,
-    edits: Annotated[
-        Path | None, typer.Option(help="Corrections: remove, cut, merge, root, one a line.")
-    ] = None,
+    region: Annotated[str | None, typer.Option(help="Mask file, or box x,y,z:x,y,z; outside is no lumen.")] = None,
+    edits: Annotated[Path | None, typer.Option(help="Corrections: remove, cut, merge, root, one a line.")] = None,
     voxel: Annotated[float | None, typer.Option(help="Voxel size in cm, in place of the file's.")] = None,
-    cannula: Annotated[
-        float, typer.Option(help="Inner diameter of the cannula, cm (PE-90: 0.086); 0: none.")
-    ] = 0.086,
+    cannula: Annotated[float, typer.Option(help="Inner diameter of the cannula, cm (PE-90: 0.086); 0: none.")] = 0.086,
     scale: Annotated[str, typer.Option(help="Lengths follow the 'file' or the 'cannula'.")] = "file",
     generations: Annotated[int | None, typer.Option(help="Keep the first so many generations.")] = None,
     vessels: Annotated[int | None, typer.Option(help="Keep the largest so many vessels.")] = None,

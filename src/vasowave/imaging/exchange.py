@@ -16,6 +16,9 @@ from vasowave.network import Network
 RADIUS_NAMES = ("MaximumInscribedSphereRadius", "Radius")
 """The radius array as VMTK's command line and as Slicer call it."""
 
+_LEAST = 1e-6
+"""Radius, cm, that is written where an axis ends at the surface; readers refuse 0."""
+
 _ALIASES = {
     "points:0": "x", "points:1": "y", "points:2": "z", "points_0": "x", "points_1": "y", "points_2": "z",
     "maximuminscribedsphereradius": "radius", "r": "radius",
@@ -143,7 +146,8 @@ def write_centerlines(tree: Tree, path: str | Path, unit: float = 1.0) -> None:
             row = int(tree.parent[row])
         lines.append(np.concatenate(way[::-1]))
     table = np.concatenate(points) / unit
-    write_vtp(PolyLines(table[:, 2::-1], tuple(lines), {RADIUS_NAMES[0]: table[:, 3]}), path)
+    radius = np.maximum(table[:, 3], _LEAST / unit)
+    write_vtp(PolyLines(table[:, 2::-1], tuple(lines), {RADIUS_NAMES[0]: radius}), path)
 
 
 def write_swc(tree: Tree, path: str | Path) -> None:
@@ -156,7 +160,7 @@ def write_swc(tree: Tree, path: str | Path) -> None:
             above = -1 if parent < 0 else last[parent]
             for z, y, x, r in 1e4 * (line if parent < 0 else line[1:]):
                 count += 1
-                file.write(f"{count} 0 {x:.9g} {y:.9g} {z:.9g} {r:.9g} {above}\n")
+                file.write(f"{count} 0 {x:.9g} {y:.9g} {z:.9g} {max(r, 1e4 * _LEAST):.9g} {above}\n")
                 above = count
             last.append(count)
 

@@ -88,6 +88,9 @@ def extraction_figures(found: Answer) -> dict[str, "Figure"]:
         height = min(60.0, max(5.0, 0.9 * len(network.terminals)))
         graph = new_figure(min(60.0, max(12.0, 2.6 * len(network.generations))), height)
         plot_network(graph.subplots(), network)
+        for figure in (projection, graph):  # drawn to several files: the layout is worked out once
+            figure.draw_without_rendering()
+            figure.set_layout_engine("none")
     return {"projection": projection, "network": graph}
 
 
