@@ -194,17 +194,17 @@ def test_an_interrupt_leaves_nothing_behind(scan, tmp_path):
     folder, embedding, _ = scan
     code = "from vasowave.cli import run; run()"
     arguments = ["extract", folder / "image.nrrd", "-o", tmp_path / "out", "--root", root_of(embedding)]
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-c", code, *map(str, arguments)], stderr=subprocess.PIPE, text=True,
         env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    )  # fmt: skip
-    for line in process.stderr:
-        if line.startswith("results"):
-            time.sleep(0.3)
-            process.send_signal(signal.SIGINT)
-            break
-    rest = process.stderr.read()
-    assert process.wait(60) == 130, rest
+    ) as process:  # fmt: skip
+        for line in process.stderr:
+            if line.startswith("results"):
+                time.sleep(0.3)
+                process.send_signal(signal.SIGINT)
+                break
+        rest = process.stderr.read()
+        assert process.wait(60) == 130, rest
     assert "nothing was written" in rest
     assert not list(tmp_path.iterdir())
 

@@ -141,12 +141,14 @@ def answer(request: Request, progress: Callable[[str], None] | None = None) -> A
         All that `extract` warns of; a vessel wider than the root.
     """
     say = progress or (lambda stage: None)
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always", VasowaveWarning)
-        found = _carried_out(request, say)
-    notes = tuple(dict.fromkeys(str(note.message) for note in told if issubclass(note.category, VasowaveWarning)))
-    for note in notes:
-        warnings.warn(note, VasowaveWarning, stacklevel=2)
+    try:
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", VasowaveWarning)
+            found = _carried_out(request, say)
+    finally:  # an error is easier to understand with the warnings that led to it
+        notes = tuple(dict.fromkeys(str(one.message) for one in told if issubclass(one.category, VasowaveWarning)))
+        for note in notes:
+            warnings.warn(note, VasowaveWarning, stacklevel=2)
     return Answer(*found, notes)
 
 
