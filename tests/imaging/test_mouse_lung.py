@@ -49,7 +49,9 @@ def test_the_lungs_long_vessels_taper_away_from_the_heart(tree):
     slope = taper(tree).slope
     long = network_of(tree).length > 0.1
     assert long.sum() > 30
-    assert 0 < np.median(slope[long]) < 0.05
+    # Radii halve over some centimeters: about 1 cm per 50 cm, and most vessels narrow.
+    assert 0.005 < np.nanmedian(slope[long]) < 0.05
+    assert np.nanmean(slope[long] > 0) > 0.7
 
 
 def test_the_largest_21_vessels_of_the_lung_are_a_network_like_the_papers(tree):
