@@ -59,9 +59,10 @@ def test_a_scan_and_a_recording_give_back_the_parameters_within_what_radius_erro
     explained = 4 * mean_error
     noise = 3 * own["standard_error_correlated"]["beta"] / beta
     print(
-        f"radius error {100 * np.median(np.abs(error)):.2f} % median, {100 * mean_error:.2f} % by flow; beta {beta:.2f} (true network {reference:.2f}, truth {TRUTH['beta']}), explained "
-        f"{100 * explained:.1f} + noise {100 * noise:.1f} %; R_T {own_fit['R_T [mmHg s/ml]']:.2f} "
-        f"({TRUTH['R_T']}), a {own_fit['a [1]']:.4f} ({TRUTH['a']}), RMSE {own_fit['RMSE [mmHg]']:.3f}; notes {notes}"
+        f"radius error {100 * np.median(np.abs(error)):.2f} % median, {100 * mean_error:.2f} % by flow; beta "
+        f"{beta:.2f} (true network {reference:.2f}, truth {TRUTH['beta']}), explained {100 * explained:.1f} + noise "
+        f"{100 * noise:.1f} %; R_T {own_fit['R_T [mmHg s/ml]']:.2f} ({TRUTH['R_T']}), a {own_fit['a [1]']:.4f} "
+        f"({TRUTH['a']}), RMSE {own_fit['RMSE [mmHg]']:.3f}; notes {notes}"
     )
     assert abs(beta / reference - 1) < explained
     assert abs(beta / TRUTH["beta"] - 1) < explained + noise
