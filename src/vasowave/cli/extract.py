@@ -43,7 +43,7 @@ def extract(
     """Turn a volume into a checked vessel network, with everything needed to review and correct it."""
     from vasowave.imaging.places import parse_place
     from vasowave.imaging.request import Request, answer
-    from vasowave.report.review import check_extraction_folder, write_answer
+    from vasowave.report.extraction import check_extraction_folder, write_answer
 
     check_extraction_folder(output)
     request = Request(

@@ -8,22 +8,17 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.cannula import PE90_RADIUS
-from vasowave.imaging.centerlines import center_paths
 from vasowave.imaging.contours import level_set
 from vasowave.imaging.edits import edited, read_edits, root_of
+from vasowave.imaging.ends import check_root, require_reached, root_wanted
 from vasowave.imaging.extraction import Extraction, Options, Segmenter, extract
 from vasowave.imaging.masks import ROOT, EditedMask, Within, box_region, marks, on_grid_of, read_labels
-from vasowave.imaging.places import written
 from vasowave.imaging.segmentation import Segmentation, segment
 from vasowave.imaging.subtrees import first_generations, largest_vessels, part_of, scaled, wider_than
 from vasowave.imaging.volume import Volume, isotropic, read_volume
-
-SCALE_LIMIT = 0.2
-"""A cannula that is off by more than this share is no matter of scale: the root or the voxel size is wrong."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +162,7 @@ def _carried_out(
         outlets = np.array([place for label, place in found.items() if label > ROOT])
     root = next((place for place in (root_of(edits), request.root, found.get(ROOT)) if place is not None), None)
     if root is None:
-        raise _no_root(segmenter, volume, request.threshold)
+        raise root_wanted(segmenter(volume, request.threshold, None))  # type: ignore[arg-type]
     root = np.asarray(root, dtype=float)
     places = None if outlets is None else outlets.tolist()
     options = Options(root.tolist(), places, request.threshold, request.cannula_radius)
@@ -177,7 +172,7 @@ def _carried_out(
     def remembering(volume: Volume, threshold: float, seed: np.ndarray) -> Segmentation:
         lumens[threshold] = segmenter(volume, threshold, inside)
         if threshold == request.threshold and outlets is not None:
-            _require_reached(lumens[threshold], outlets)
+            require_reached(lumens[threshold], outlets)
         return lumens[threshold]
 
     try:
@@ -186,22 +181,10 @@ def _carried_out(
         if "cannula" in str(error):
             raise InputError(f"{error}; or the root is not at the cannula's outer end") from None
         raise
-    _check_root(whole, request)
+    check_root(whole, request.cannula_radius)
     factor = whole.scale if request.scale == "cannula" else 1.0
     kept = _kept(scaled(whole, factor), request)
     return kept, lumens[request.threshold], image, root, request, factor
-
-
-def _require_reached(lumen: Segmentation, outlets: np.ndarray) -> None:
-    """Raise `InputError` that names every outlet farther from the lumen than paths are drawn to."""
-    voxels = np.argwhere(lumen.mask) * lumen.spacing + lumen.origin
-    gap = cKDTree(voxels).query(outlets)[0] / lumen.spacing
-    far = [f"{written(outlet)} ({voxels:.0f} voxels away)" for outlet, voxels in zip(outlets, gap) if voxels > 5]
-    if far:
-        raise InputError(
-            f"{len(far)} of {len(outlets)} outlets (x,y,z, cm) do not lie at the lumen: {'; '.join(far)}; move them or "
-            "lower the threshold"
-        )
 
 
 def _segmenter(request: Request, image: Volume, volume: Volume, labels: np.ndarray | None) -> Segmenter:
@@ -213,44 +196,6 @@ def _segmenter(request: Request, image: Volume, volume: Volume, labels: np.ndarr
     if request.region is not None:
         return Within(on_grid_of(read_labels(request.region, image, request.voxel), volume) > 0, found)
     return found
-
-
-def _no_root(segmenter: Segmenter, volume: Volume, threshold: float) -> InputError:
-    """Return the error that asks for the root and names the widest ends of the lumen."""
-    lumen = segmenter(volume, threshold, None)  # type: ignore[arg-type]
-    start = np.argwhere(lumen.mask)[0] * lumen.spacing + lumen.origin
-    paths = center_paths(lumen, start)
-    inner = np.zeros(len(paths.above), dtype=bool)
-    inner[paths.above[paths.above >= 0]] = True
-    ends = []
-    for tip in np.flatnonzero(~inner | (paths.above < 0)):
-        ball = np.linalg.norm(paths.points[:, :3] - paths.points[tip, :3], axis=1) < 12 * lumen.spacing
-        ends.append((float(np.median(paths.points[ball, 3])), tip))
-    ends.sort(reverse=True)
-    places = "; ".join(f"{written(paths.points[tip, :3])} (radius {radius:.2g})" for radius, tip in ends[:4])
-    return InputError(
-        f"where does the blood enter? Give the root as x,y,z in cm: the outer end of the cannula. The widest ends of "
-        f"the lumen: {places}"
-    )
-
-
-def _check_root(extraction: Extraction, request: Request) -> None:
-    """Refuse a cannula that cannot be one, and warn of a vessel wider than the root."""
-    network = extraction.network
-    if request.cannula_radius is not None and abs(np.log(extraction.scale)) > np.log1p(SCALE_LIMIT):
-        measured = request.cannula_radius / extraction.scale
-        raise InputError(
-            f"the cannula measures {measured:.4g} cm instead of {request.cannula_radius:.4g} (radius): the voxel size "
-            "is wrong, or the root is not at the cannula's outer end, or there is no cannula in the image"
-        )
-    widest = int(np.argmax(network.radius))
-    if network.radius[widest] > 1.15 * network.radius[network.root]:
-        warnings.warn(
-            f"vessel {network.name[widest]} (radius {network.radius[widest]:.3g} cm) is wider than the root "
-            f"({network.radius[network.root]:.3g}): is the root where the blood enters?",
-            VasowaveWarning,
-            stacklevel=3,
-        )
 
 
 def _kept(extraction: Extraction, request: Request) -> Extraction:
