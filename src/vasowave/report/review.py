@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 _CAPTIONS = {
     "projection": (
         "The image and the network",
-        "Brightest voxel along each axis of the image (grey), outline of the lumen, and the vessels with their names.",
+        "Brightest voxel along each axis of the image (grey), outline of the lumen, and the vessels, named where there "
+        "are at most 60.",
     ),
     "network": (
         "The network as a directed graph",
