@@ -171,3 +171,13 @@ def test_a_folder_that_holds_something_else_is_not_touched(image, tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.txt").write_text("mine")
     refused("not empty and not a vasowave result", tmp_path, image, "--root", "0,0,0")
+
+
+def test_a_region_cuts_the_tree_off_in_the_command(scan, image, tmp_path):
+    embedding, volume = scan
+    low, high = volume.origin.copy(), volume.origin + (np.array(volume.grey.shape) - 1) * volume.spacing
+    high[0] = embedding.lines[0][-1, 0] - 0.1  # before the first junction
+    box = f"{written(low)}:{written(high)}"
+    result, _ = run(image, "-o", tmp_path / "out", "--root", root_of(embedding), "--region", box)
+    assert result.exit_code == 0, repr(result.exception)
+    assert len((tmp_path / "out" / "network.csv").read_text().splitlines()) == 2

@@ -10,6 +10,7 @@ import SimpleITK
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Volume, read_volume, write_volume
 from vasowave.imaging.contours import level_set
+from vasowave.imaging.ends import deepest_near
 from vasowave.imaging.masks import EditedMask, Within, box_region, marks, on_grid_of, read_labels
 from vasowave.imaging.segmentation import segment
 from vasowave.imaging.surface import (
@@ -219,3 +220,11 @@ def test_oblique_axes_are_warned_about(tmp_path):
     SimpleITK.WriteImage(image, str(tmp_path / "oblique.nrrd"))
     with pytest.warns(VasowaveWarning, match="oblique"):
         read_volume(tmp_path / "oblique.nrrd")
+
+
+def test_the_deepest_place_near_a_point_at_the_wall_is_on_the_axis():
+    lumen = segment(tube(), 45)
+    found = deepest_near(lumen, np.array([1.193, 2.226 + 0.045, 3.3]))
+    assert np.hypot(*(found[:2] - [1.193, 2.226])) < 0.015
+    outside = np.array([1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(deepest_near(lumen, outside), outside)

@@ -3,6 +3,7 @@
 import warnings
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError, VasowaveWarning
@@ -31,6 +32,17 @@ def root_wanted(lumen: Segmentation) -> InputError:
         f"where does the blood enter? Give the root as x,y,z in cm: the outer end of the cannula. The widest ends of "
         f"the lumen: {places}"
     )
+
+
+def deepest_near(lumen: Segmentation, place: np.ndarray, reach: int = 6) -> np.ndarray:
+    """Return the point of `lumen` farthest from its wall within `reach` voxels of `place`, z, y, x, cm."""
+    low = np.round((place - lumen.origin) / lumen.spacing).astype(int) - reach
+    window = tuple(slice(max(a, 0), max(a + 2 * reach + 1, 0)) for a in low)
+    near = np.pad(lumen.mask[window], 1)
+    if not near.any():
+        return place
+    deepest = np.unravel_index(np.argmax(distance_transform_edt(near)), near.shape)
+    return (np.array([one.start for one in window]) + np.array(deepest) - 1) * lumen.spacing + lumen.origin
 
 
 def require_reached(lumen: Segmentation, outlets: np.ndarray) -> None:

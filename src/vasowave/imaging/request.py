@@ -13,7 +13,7 @@ from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.cannula import PE90_RADIUS
 from vasowave.imaging.contours import level_set
 from vasowave.imaging.edits import edited, read_edits, root_of
-from vasowave.imaging.ends import check_root, require_reached, root_wanted
+from vasowave.imaging.ends import check_root, deepest_near, require_reached, root_wanted
 from vasowave.imaging.extraction import Extraction, Options, Segmenter, extract
 from vasowave.imaging.masks import ROOT, EditedMask, Within, box_region, marks, on_grid_of, read_labels
 from vasowave.imaging.segmentation import Segmentation, segment
@@ -166,10 +166,13 @@ def _carried_out(
     root = np.asarray(root, dtype=float)
     places = None if outlets is None else outlets.tolist()
     options = Options(root.tolist(), places, request.threshold, request.cannula_radius)
-    inside = root if request.seed is None else np.asarray(request.seed, dtype=float)
+    first = root if request.seed is None else np.asarray(request.seed, dtype=float)
     lumens: dict[float, Segmentation] = {}
 
     def remembering(volume: Volume, threshold: float, seed: np.ndarray) -> Segmentation:
+        main = lumens.get(request.threshold)
+        # A place near the wall is outside the lumen at a higher threshold.
+        inside = first if main is None else deepest_near(main, first)
         lumens[threshold] = segmenter(volume, threshold, inside)
         if threshold == request.threshold and outlets is not None:
             require_reached(lumens[threshold], outlets)
@@ -188,14 +191,15 @@ def _carried_out(
 
 
 def _segmenter(request: Request, image: Volume, volume: Volume, labels: np.ndarray | None) -> Segmenter:
-    found = _METHODS[request.method]
-    if labels is not None:
-        found = EditedMask(labels > 0, request.threshold)
+    region = None
     if isinstance(request.region, tuple):
-        return Within(box_region(volume, request.region[0], request.region[1]), found)
-    if request.region is not None:
-        return Within(on_grid_of(read_labels(request.region, image, request.voxel), volume) > 0, found)
-    return found
+        region = box_region(volume, request.region[0], request.region[1])
+    elif request.region is not None:
+        region = on_grid_of(read_labels(request.region, image, request.voxel), volume) > 0
+    if labels is not None:
+        return EditedMask((labels > 0) if region is None else (labels > 0) & region, request.threshold)
+    found = _METHODS[request.method]
+    return found if region is None else Within(region, found)
 
 
 def _kept(extraction: Extraction, request: Request) -> Extraction:
