@@ -1,5 +1,7 @@
 """The solver against theory, conservation and itself."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -116,12 +118,17 @@ def test_steady_flow_obeys_the_ordinary_differential_equation(wall, friction):
         return -(k0 + k1 * np.sqrt(A)) * q / A / (A / blood.inertia - q**2 / A**2 * dA)
 
     model = Model(network, wall, Windkessel(10.0, 70.0, 0.0005), blood)
-    result = simulate(model, Inflow(np.full(64, q), period), Numerics(cell_size=0.02, samples=64, tolerance=1e-9))
+    numerics = Numerics(cell_size=0.02, samples=64, tolerance=1e-9)
+    result = simulate(model, Inflow(np.full(64, q), period), numerics)
     p_in, p_out = result.pressure.values[0, 0, 0], result.pressure.values[0, 0, 2]
     assert p_out == pytest.approx(q * 80.0, rel=1e-7)
     middle, exact = solve_ivp(slope, (0, 2.0), [p_in], t_eval=[1.0, 2.0], rtol=1e-10, atol=1e-10).y[0]
     assert p_in - p_out == pytest.approx(p_in - exact, rel=1e-4)
     assert p_in - result.pressure.values[0, 0, 1] == pytest.approx(p_in - middle, rel=5e-4)
+    cells = simulate(model, Inflow(np.full(64, q), period), replace(numerics, every_cell=True))
+    along = solve_ivp(slope, (0, 2.0), [p_in], t_eval=cells.position.values, rtol=1e-10, atol=1e-10).y[0]
+    drop_of_a_cell = (p_in - p_out) / len(along)  # friction that is missing at an end shifts its cell by half of this
+    np.testing.assert_allclose(cells.pressure.values[0], along, atol=0.02 * drop_of_a_cell)
 
 
 @pytest.mark.parametrize("wall", [LinearWall(57.0), TangentWall(7.0, 1.6)], ids=["linear", "tangent"])

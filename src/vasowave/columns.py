@@ -82,7 +82,7 @@ class Columns:
     def _number(self, row: int, column: int, title: str) -> float:
         text = self.cells[row][column]
         try:
-            value = float(text)
+            value = number(text)
         except ValueError:
             comma = "; write a decimal point instead of a comma" if re.fullmatch(r"\s*-?\d+,\d+\s*", text) else ""
             what = f"'{text}' is not a number{comma}" if text.strip() else "the cell is empty"
@@ -169,9 +169,16 @@ def _split(path: Path) -> tuple[list[list[str]], list[int]]:
     return rows, [n for n, _ in kept]
 
 
+def number(text: str) -> float:
+    """Return the number that `text` is; `ValueError` if it is none (Python's own ``1_000`` is none in a table)."""
+    if "_" in text:
+        raise ValueError(text)
+    return float(text)
+
+
 def _is_number(text: str) -> bool:
     try:
-        float(text)
+        number(text)
     except ValueError:
         return False
     return True

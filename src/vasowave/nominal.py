@@ -12,6 +12,7 @@ from vasowave.recording import Recording
 from vasowave.walls import LinearWall, TangentWall
 
 RESISTANCE_RATIO = 0.2  # a = R1/R_T before the fit
+_STIFFNESSES = (2.0, 2000.0)  # mmHg, between which every artery's β lies: the paper's mice have 10 to 200
 _ONSET = 0.05  # ejection has begun when the flow passes this share of its peak
 _DECAY = 0.9  # share of the fall from the end of ejection that is fitted: its end belongs to the next contraction
 _UPSTROKE = 0.95  # the up-slope method ends at this share of the peak flow
@@ -94,15 +95,38 @@ def estimate_nominal(network: Network, recording: Recording, blood: Blood | None
     )
 
 
+def oddities(nominal: Nominal) -> tuple[str, ...]:
+    """Say in words which nominal values no artery has."""
+    low, high = _STIFFNESSES
+    if low <= nominal.beta <= high:
+        return ()
+    return (
+        f"The nominal stiffness {nominal.beta:.3g} mmHg is none of an artery ({low:g} to {high:g} mmHg): it grows with "
+        "the fourth power of the root's radius; are the radii in cm and the flow in ml/s, and do network and recording "
+        "belong to the same animal?",
+    )
+
+
 def upstroke(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Return flow and pressure from the onset of ejection (5 % of peak flow) to 95 % of peak flow."""
+    """Return flow and pressure from the onset of ejection (5 % of peak flow) to 95 % of peak flow.
+
+    Raises
+    ------
+    InputError
+        The flow never falls below 5 % of its peak.
+    """
     count = max(len(recording.pressure), len(recording.flow))
     even = recording.resampled(count)
     q, p = even.flow, even.pressure
     peak = int(np.argmax(q))
     q, p = np.roll(q, -peak - 1), np.roll(p, -peak - 1)  # the peak is now the last sample
     above_onset = q > _ONSET * q[-1]
-    start = int(np.flatnonzero(~above_onset)[-1]) if not above_onset.all() else 0
+    if above_onset.all():
+        raise InputError(
+            f"{recording.source}: the flow never falls below {100 * _ONSET:.0f} % of its peak: ejection has no "
+            "onset; is the zero of the flow right?"
+        )
+    start = int(np.flatnonzero(~above_onset)[-1])
     stop = start + int(np.argmax(q[start:] >= _UPSTROKE * q[-1])) + 1
     return q[start:stop], p[start:stop]
 

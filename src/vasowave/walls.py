@@ -12,6 +12,16 @@ import numpy as np
 Values = float | np.ndarray
 
 
+def tangent(x: Values) -> Values:
+    """Tangent for |x| < π/2; the compiled solver takes its own, see `solver.trigonometry`."""
+    return np.tan(x)
+
+
+def arctangent(x: Values) -> Values:
+    """Arctangent; the compiled solver takes its own, see `solver.trigonometry`."""
+    return np.arctan(x)
+
+
 @runtime_checkable
 class Wall(Protocol):
     """What the solver and the analyses ask of a wall law; every method takes the law's parameters last."""
@@ -99,12 +109,12 @@ class TangentWall(NamedTuple):
     @staticmethod
     def pressure_at(a: Values, p1: Values, gamma: Values) -> Values:
         """Pressure, mmHg, at area ratio a (eq. 4)."""
-        return p1 * np.tan(np.pi / gamma * (a - 1.0))
+        return p1 * tangent(np.pi / gamma * (a - 1.0))
 
     @staticmethod
     def ratio_at(p: Values, p1: Values, gamma: Values) -> Values:
         """Area ratio at pressure p: eq. 4 solved for A/A0."""
-        return 1.0 + gamma / np.pi * np.arctan(p / p1)
+        return 1.0 + gamma / np.pi * arctangent(p / p1)
 
     @staticmethod
     def slope_at(p: Values, p1: Values, gamma: Values) -> Values:

@@ -19,13 +19,15 @@ from vasowave.calibration.search import Found
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.network import Network
-from vasowave.nominal import estimate_nominal
+from vasowave.nominal import estimate_nominal, oddities
 from vasowave.recording import Recording
 from vasowave.solver.dataset import as_dataset
 from vasowave.solver.simulate import Numerics
 
 _NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
 _SAME = 1e-3  # starts agree when their S differ by less than this share
+_COARSE_SAMPLES = 64  # the searches choose their step in multiples of this
+_COARSER = 10.0  # ratio of the searches' tolerance to that of the final one
 _MOST_SAMPLES = 1024  # a longer recording is compared at this many samples, which carry all its harmonics
 
 
@@ -108,20 +110,19 @@ def calibrate(
     space = parameter_space(wall, network, nominal, blood, plan.bounds, plan.fixed, plan.paper_bounds)
     compared = _compared(recording)
     numerics = replace(numerics or Numerics(tolerance=1e-7), samples=len(compared.pressure), every_cell=False)
-    found, stopped = _search_all(space, compared, numerics, plan, progress)
+    found, stopped = _search_all(space, compared, _coarser(numerics), plan, progress)
     objective, best = _polish(space, compared, numerics, plan, found)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
     table = parameter_table(space, best.x, jacobian, residual)
     correlation = correlations(space, jacobian, residual)
     starts = _starts_table(space, found, best)
-    notes = [*compared.notes, *sentences(table, correlation, starts)]
+    notes = [*compared.notes, *oddities(nominal), *sentences(table, correlation, starts)]
     if stopped:
         notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")
     run = objective.run(best.x)
-    N = len(compared.pressure)
     return Fit(
         wall, run.model, compared, nominal, table, correlation, starts, as_dataset(run),
-        residual[:N], float(residual @ residual), tuple(notes),
+        residual, float(residual @ residual), tuple(notes),
     )  # fmt: skip
 
 
@@ -131,6 +132,13 @@ def _compared(recording: Recording) -> Recording:
     if len(recording.pressure) == len(recording.flow) == count:
         return recording
     return recording.resampled(count)
+
+
+def _coarser(numerics: Numerics) -> Numerics:
+    """Return what serves the searches: free choice of the step, and a cycle that repeats itself less exactly."""
+    if numerics.cycles_from_rest is not None or numerics.steps_per_cycle is not None:
+        return numerics
+    return replace(numerics, samples=_COARSE_SAMPLES, tolerance=_COARSER * numerics.tolerance)
 
 
 def _starts(space: Space, plan: Search) -> list[np.ndarray]:
@@ -156,7 +164,7 @@ def _search_all(
     found: list[Found] = []
     with ThreadPoolExecutor(min(cores, plan.starts)) as pool:
         pending: set[Future[Found]] = {
-            pool.submit(searching.search, objective, start, plan.method)
+            pool.submit(searching.search, objective, start, plan.method, searching.ROUGH)
             for objective, start in zip(objectives, _starts(space, plan), strict=True)
         }
         try:

@@ -1,4 +1,7 @@
-"""The objective S (eq. 14), its residuals and their Jacobian, by simulation."""
+"""The objective S (eq. 14), its residuals and their Jacobian, by simulation.
+
+The measured flow is what enters the root, so the flow's part of eq. 14 vanishes and the pressure's part remains.
+"""
 
 import threading
 from dataclasses import dataclass, field, replace
@@ -11,7 +14,7 @@ from vasowave.recording import Recording
 from vasowave.solver.run import Run
 from vasowave.solver.simulate import Numerics, simulate_run, simulate_runs
 
-_LOG_STEP = 1e-4  # finite difference in the logarithm of a parameter: far above the tolerance, far below curvature
+_STEP = 1e3  # finite difference in the logarithm of a parameter, over the tolerance in mmHg: far below curvature
 _FAILED = 1e3  # mmHg, residual of a parameter set that cannot be simulated: the search turns back
 
 
@@ -58,16 +61,16 @@ class Objective:
             return simulate_run(model, self.recording.inflow, self.numerics, None)  # the neighbour may mislead
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
-        """Measured minus simulated pressure (mmHg) and flow (ml/s) at the inlet, shape (2 N,) (eq. 14)."""
+        """Measured minus simulated pressure at the inlet, mmHg, shape (N,) (eq. 14)."""
         try:
             run = self.run(x)
         except NumericalError:
-            return np.full(2 * len(self.recording.pressure), _FAILED)
+            return np.full(len(self.recording.pressure), _FAILED)
         self.last, self._at = run, x.copy()
         return _residuals(run, self.recording)
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """Derivative of the residuals by the logarithms, shape (2 N, free), from one ensemble of simulations."""
+        """Derivative of the residuals by the logarithms, shape (N, free), from one ensemble of simulations."""
         if self._at is None or not np.array_equal(self._at, x):
             self.residuals(x)
         base = self.last
@@ -75,12 +78,13 @@ class Objective:
             raise NumericalError("the parameters at which a derivative is asked cannot be simulated")
         here = _residuals(base, self.recording)
         numerics = replace(self.numerics, steps_per_cycle=base.steps)
-        columns = self._columns(x, _LOG_STEP, base, numerics)
+        step = _STEP * self.numerics.tolerance
+        columns = self._columns(x, step, base, numerics)
         for i, column in enumerate(columns):
             if column is None:  # over the edge of what can be simulated: look to the other side
-                back = self._columns(x, -_LOG_STEP, base, numerics, only=i)[0]
+                back = self._columns(x, -step, base, numerics, only=i)[0]
                 columns[i] = here if back is None else 2 * here - back
-        return np.stack([(column - here) / _LOG_STEP for column in columns if column is not None], axis=1)
+        return np.stack([(column - here) / step for column in columns if column is not None], axis=1)
 
     def _columns(
         self, x: np.ndarray, step: float, base: Run, numerics: Numerics, only: int | None = None
@@ -95,5 +99,4 @@ class Objective:
 
 
 def _residuals(run: Run, recording: Recording) -> np.ndarray:
-    root = run.model.network.root
-    return np.concatenate([recording.pressure - run.inlet_pressure(), recording.flow - run.stations[1, :, root, 0]])
+    return recording.pressure - run.inlet_pressure(len(recording.pressure))

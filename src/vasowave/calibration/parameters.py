@@ -39,7 +39,12 @@ WIDE_BOUNDS: dict[str, tuple[float, float, bool]] = {
 }
 """Bounds that only keep the search among possible animals; three published optima lie outside the paper's."""
 
-_WALLS = {"linear": LinearWall, "tangent": TangentWall}
+_WALLS: dict[str, Any] = {"linear": LinearWall, "tangent": TangentWall}
+
+
+def parameter_names(wall: str) -> tuple[str, ...]:
+    """Return the names of all parameters of a fit with the wall law "linear" or "tangent"."""
+    return (*_WALLS[wall]._fields, *FACTORS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +116,7 @@ def parameter_space(
     if wall not in _WALLS:
         raise InputError(f"unknown wall law '{wall}'{did_you_mean(wall, _WALLS)}; choose from: {', '.join(_WALLS)}")
     law = nominal.linear_wall if wall == "linear" else nominal.tangent_wall
-    names = (*law._fields, *FACTORS)
+    names = parameter_names(wall)
     for name in (*bounds, *fixed):
         if name not in names:
             raise InputError(

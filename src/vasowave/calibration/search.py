@@ -7,7 +7,8 @@ import numpy as np
 from vasowave.calibration.objective import Objective
 from vasowave.errors import NumericalError
 
-TOLERANCE = 1e-8  # the paper's
+TOLERANCE = 1e-8  # the paper's, of the last search; the relative change of S and of the parameters
+ROUGH = 1e-6  # of the searches before it, which only have to find the way
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,18 +33,18 @@ class Found:
     message: str
 
 
-def search(objective: Objective, start: np.ndarray, method: str) -> Found:
-    """Minimize S from the logarithms `start` of the free parameters."""
+def search(objective: Objective, start: np.ndarray, method: str, tolerance: float = TOLERANCE) -> Found:
+    """Minimize S from the logarithms `start` of the free parameters, until its relative change is below `tolerance`."""
     try:
         objective.run(start)
     except NumericalError as error:
         return Found(start, np.inf, objective.simulations, False, f"the start cannot be simulated: {error}")
     solve = _least_squares if method == "least-squares" else _sqp
-    x, S, converged, message = solve(objective, start)
+    x, S, converged, message = solve(objective, start, tolerance)
     return Found(x, S, objective.simulations, converged, message)
 
 
-def _least_squares(objective: Objective, start: np.ndarray) -> tuple[np.ndarray, float, bool, str]:
+def _least_squares(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.ndarray, float, bool, str]:
     from scipy.optimize import least_squares
 
     found = least_squares(
@@ -52,15 +53,15 @@ def _least_squares(objective: Objective, start: np.ndarray) -> tuple[np.ndarray,
         objective.jacobian,
         bounds=objective.space.log_bounds,
         method="trf",
-        ftol=TOLERANCE,
-        xtol=TOLERANCE,
-        gtol=TOLERANCE,
+        ftol=tolerance,
+        xtol=tolerance,
+        gtol=tolerance,
         max_nfev=100,
     )
     return found.x, float(2 * found.cost), bool(found.success), str(found.message)
 
 
-def _sqp(objective: Objective, start: np.ndarray) -> tuple[np.ndarray, float, bool, str]:
+def _sqp(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.ndarray, float, bool, str]:
     from scipy.optimize import Bounds, minimize
 
     first = float(np.sum(objective.residuals(start) ** 2)) or 1.0  # S is scaled to 1 at the start
@@ -73,6 +74,6 @@ def _sqp(objective: Objective, start: np.ndarray) -> tuple[np.ndarray, float, bo
         return 2 * J.T @ objective.residuals(x) / first
 
     low, high = objective.space.log_bounds
-    options = {"ftol": TOLERANCE, "maxiter": 200}
+    options = {"ftol": tolerance, "maxiter": 200}
     found = minimize(scaled, start, jac=gradient, method="SLSQP", bounds=Bounds(low, high), options=options)
     return found.x, float(found.fun) * first, bool(found.success), str(found.message)

@@ -8,6 +8,8 @@ import typer
 from vasowave.cli import extract, mouse  # noqa: F401  register their commands
 from vasowave.cli.app import app
 
+_INTERRUPTED = 130  # exit status after Ctrl-C
+
 
 def run() -> None:
     """Run the command line; every error of ours becomes one readable message and exit status 1."""
@@ -23,17 +25,10 @@ def run() -> None:
     except VasowaveError as error:
         typer.echo(f"Error: {error}", err=True)
         sys.exit(1)
-    except KeyboardInterrupt:
-        _interrupted()
-    except SystemExit as end:
-        if end.code == 130:  # Typer takes the interrupt for itself
-            _interrupted()
+    except SystemExit as leaving:
+        if leaving.code == _INTERRUPTED:
+            typer.echo("Interrupted; nothing half-written was left.", err=True)
         raise
-
-
-def _interrupted() -> None:
-    typer.echo("Interrupted; nothing was written.", err=True)
-    sys.exit(130)
 
 
 __all__ = ["app", "run"]

@@ -10,7 +10,8 @@ from vasowave.cli.app import app
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from vasowave.calibration import Fit
+    from vasowave.blood import Blood
+    from vasowave.calibration import Fit, Search
     from vasowave.network import Network
     from vasowave.recording import Recording
 
@@ -21,13 +22,14 @@ _OUTPUT = typer.Option("--output", "-o", help="Folder for the results.")
 @app.command(epilog="Example: vasowave demo --output vasowave-demo")
 def demo(output: Annotated[Path, _OUTPUT] = Path("vasowave-demo"), starts: int = 4) -> None:
     """Fit both wall laws to an embedded synthetic mouse and write its report."""
+    from vasowave.calibration import Search
     from vasowave.datasets import control_network
     from vasowave.datasets.virtual import virtual_mouse
 
     typer.echo(
         "The recording is synthetic: a virtual control mouse made by vasowave from known parameters, with noise."
     )
-    _fit_and_report(control_network(), virtual_mouse(), output, ("linear", "tangent"), starts=starts)
+    _fit_and_report(control_network(), virtual_mouse(), output, ("linear", "tangent"), Search(starts))
 
 
 @app.command(
@@ -44,17 +46,25 @@ def fit(
     starts: Annotated[int, typer.Option(help="Number of starts of each fit.")] = 4,
     method: Annotated[str, typer.Option(help="least-squares, or sqp as in the paper.")] = "least-squares",
     paper_bounds: Annotated[bool, typer.Option(help="Use the paper's bounds.")] = False,
+    hold: Annotated[list[str], typer.Option(help="Hold a parameter at a value, for example c1=1; repeatable.")] = [],  # noqa: B006
+    bounds: Annotated[list[str], typer.Option(help="Own bounds, for example beta=20:90; repeatable.")] = [],  # noqa: B006
+    friction: Annotated[
+        str, typer.Option(help="local (eq. 2), fixed:RADIUS in cm as in the paper's fits, poiseuille, power-law:ZETA.")
+    ] = "local",
+    seed: Annotated[int, typer.Option(help="Seed of the other starts.")] = 0,
 ) -> None:
     """Calibrate the model to one recording and write results, figures and a report."""
+    from vasowave.calibration import Search
+    from vasowave.cli.options import read_bounds, read_friction, read_held, walls_named
     from vasowave.network import read_network
     from vasowave.recording import read_recording
 
-    laws = ("linear", "tangent") if wall == "both" else (wall,)
+    laws = walls_named(wall)
+    plan = Search(starts, method, paper_bounds, read_bounds(bounds), read_held(hold), seed)
+    blood = read_friction(friction)
     vessels = read_network(network)
     cycle = read_recording(*recording, period=period)
-    _fit_and_report(
-        vessels, cycle, output, laws, [network, *recording], starts=starts, method=method, paper_bounds=paper_bounds
-    )
+    _fit_and_report(vessels, cycle, output, laws, plan, [network, *recording], blood)
 
 
 @app.command(epilog="Example: vasowave simulate network.csv cycle.csv --beta 60 --output waveforms.nc")
@@ -104,21 +114,28 @@ def _fit_and_report(
     recording: "Recording",
     output: Path,
     laws: "Sequence[str]",
+    plan: "Search",
     inputs: "Sequence[Path]" = (),
-    **search: object,
+    blood: "Blood | None" = None,
 ) -> None:
-    from vasowave.calibration import Search, calibrate
+    from vasowave.calibration import calibrate
+    from vasowave.cli.progress import counting
     from vasowave.report import write_report
     from vasowave.results import check_folder, write_results
 
     check_folder(output)
     typer.echo(repr(recording))
-    plan = Search(**search)  # type: ignore[arg-type]
+    typer.echo("The first fit with a wall law compiles the solver, which takes half a minute once.")
     fits: list[Fit] = []
     try:
         for law in laws:
-            typer.echo(f"Fitting the {law} wall from {plan.starts} starts (the first run compiles: half a minute) …")
-            fits.append(calibrate(network, recording, law, search=plan, progress=_say))
+            with counting(f"{law} wall, starts", plan.starts) as show:
+                fits.append(
+                    calibrate(
+                        network, recording, law, blood=blood, search=_of_wall(plan, law, laws),
+                        progress=lambda done, _, best: show(done, f"best S {best:.4g} mmHg²"),
+                    )
+                )  # fmt: skip
             typer.echo(f"  {fits[-1]!r}")
     except KeyboardInterrupt:
         if not fits:
@@ -126,11 +143,18 @@ def _fit_and_report(
         typer.echo("Interrupted: the report holds what had finished.")
     write_results(fits, output, inputs)
     page = write_report(fits, output, inputs)
+    for note in recording.notes:
+        typer.echo(f"  note: {note}")
     for one in fits:
         for note in one.warnings:
-            typer.echo(f"  note ({one.wall}): {note}")
+            if note not in recording.notes:
+                typer.echo(f"  note ({one.wall}): {note}")
     typer.echo(f"Report: {page}")
 
 
-def _say(done: int, count: int, best: float) -> None:
-    typer.echo(f"  {done} of {count} starts finished, best S {best:.4g} mmHg²")
+def _of_wall(plan: "Search", law: str, laws: "Sequence[str]") -> "Search":
+    from dataclasses import replace
+
+    from vasowave.cli.options import for_wall
+
+    return replace(plan, bounds=for_wall(law, laws, plan.bounds), fixed=for_wall(law, laws, plan.fixed))

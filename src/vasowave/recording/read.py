@@ -85,12 +85,14 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
         if drop:
             notes.append(f"the last sample of {signal.quantity} repeats the first and was left out")
         if signal.assumed_unit:
-            notes.append(f"{signal.quantity} is assumed to be in {signal.assumed_unit}; {signal.file} names no unit")
+            notes.append(
+                f"{signal.quantity} is assumed to be in {signal.assumed_unit}; {Path(signal.file).name} names no unit"
+            )
         cycles.append(values)
     odd = odd_values(cycles[0], cycles[1], periods[0])
     for message in odd:
         warnings.warn(f"{signals[0].file}: {message}", VasowaveWarning, stacklevel=3)
-    source = " and ".join(dict.fromkeys(signal.file for signal in signals))
+    source = " and ".join(dict.fromkeys(Path(signal.file).name for signal in signals))
     return Recording(cycles[0], cycles[1], periods[0], source, (*notes, *odd))
 
 
@@ -125,7 +127,10 @@ def _period(signal: Signal, drop: bool, period: float | None) -> float:
     """Return the period from the times, checked against the one given."""
     if signal.time is None:
         if period is None:
-            raise InputError(f"{signal.file}: no time column; give the period, for example period=0.11 (s)")
+            raise InputError(
+                f"{signal.file}: no time column; give the period in seconds "
+                "(--period 0.11 on the command line, period=0.11 in Python)"
+            )
         return period
     step = even_step(signal)
     measured = step * (len(signal.time) - drop)

@@ -2,13 +2,13 @@
 
 import csv
 import hashlib
+import io
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vasowave.figures.gallery import write_figures
 from vasowave.figures.network import plot_network
 from vasowave.figures.projection import projection_figure
 from vasowave.figures.style import new_figure, style
@@ -53,14 +53,19 @@ def write_answer(found: Answer, folder: Path) -> Path:
     check_extraction_folder(folder)
     figures = extraction_figures(found)
     origin = _provenance(found)
-    page = render(found, figures, origin)
+    drawings = {name: _svg(figure) for name, figure in figures.items()}
+    page = render(found, drawings, origin)
     with replacing(folder, MARKS) as fresh:
         _write_network(found, fresh)
         surface = smooth_surface(found.lumen)
         write_mask(found.lumen, found.image, fresh / "mask.nrrd")
         write_surface_vtp(surface, fresh / "surface.vtp")
         write_stl(surface, fresh / "surface.stl")
-        write_figures(figures, fresh / FIGURES)
+        (fresh / FIGURES).mkdir()
+        for name, figure in figures.items():
+            (fresh / FIGURES / f"{name}.svg").write_text(drawings[name], encoding="utf-8")
+            with style():
+                figure.savefig(fresh / FIGURES / f"{name}.png", metadata={"Software": None})
         stored = {"settings": dict(settings_rows(found)), "notes": found.notes, "provenance": origin}
         (fresh / SETTINGS).write_text(json.dumps(stored, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         (fresh / PAGE).write_text(page, encoding="utf-8")
@@ -80,6 +85,13 @@ def extraction_figures(found: Answer) -> dict[str, "Figure"]:
             figure.draw_without_rendering()
             figure.set_layout_engine("none")
     return {"projection": projection, "network": graph}
+
+
+def _svg(figure: "Figure") -> str:
+    text = io.StringIO()
+    with style():
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()
 
 
 def vessel_rows(found: Answer) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:

@@ -1,19 +1,14 @@
 """The page to review one extraction: the tree in space, projections, directed graph, vessels, settings."""
 
+import base64
 import json
 from dataclasses import fields
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vasowave.imaging.places import written
 from vasowave.imaging.request import Answer
 from vasowave.imaging.taper import taper
-from vasowave.report.page import embedded
-from vasowave.report.summary import number
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 _CAPTIONS = {
     "projection": (
@@ -29,8 +24,17 @@ _CAPTIONS = {
 _MOST_POINTS = 40  # of a vessel in the page's view
 
 
-def render(found: Answer, figures: dict[str, "Figure"], origin: dict[str, str]) -> str:
-    """Return the page as HTML text with figures, view and numbers inside; it needs no network."""
+def render(found: Answer, drawings: dict[str, str], origin: dict[str, str]) -> str:
+    """Return the page as HTML text with view and numbers inside; it needs no network.
+
+    Parameters
+    ----------
+    found : Answer
+    drawings : dict of str
+        The figures by name, as SVG text.
+    origin : dict of str
+        Provenance.
+    """
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     environment = Environment(
@@ -48,14 +52,19 @@ def render(found: Answer, figures: dict[str, "Figure"], origin: dict[str, str]) 
     return environment.get_template("review.html").render(
         source=str(found.request.image),
         sentence=f"{len(network)} vessels, {len(network.terminals)} of them terminal, in {len(network.generations)} "
-        f"generations; total length {number(float(network.length.sum()))} cm; root {network.name[network.root]} with "
-        f"a radius of {number(float(network.radius[network.root]))} cm. Scale of the cannula against the file: {scale}"
+        f"generations; total length {_number(network.length.sum())} cm; root {network.name[network.root]} with "
+        f"a radius of {_number(network.radius[network.root])} cm. Scale of the cannula against the file: {scale}"
         f"{', applied' if found.request.scale == 'cannula' else ''}.",
         notes=found.notes,
         actions=("remove", "cut", "merge", "root"),
         figures=[
-            {"name": name, "svg": embedded(figure, name), "title": _CAPTIONS[name][0], "caption": _CAPTIONS[name][1]}
-            for name, figure in figures.items()
+            {
+                "name": name,
+                "title": _CAPTIONS[name][0],
+                "caption": _CAPTIONS[name][1],
+                "svg": base64.b64encode(drawing.encode()).decode(),
+            }
+            for name, drawing in drawings.items()
         ],
         table_caption="Radius: densitometric, or inscribed where the vessel is too short. SD: over thresholds of 0.8, "
         "1 and 1.2 times the chosen one. Taper: fall of the radius per length, with its standard error.",
@@ -65,6 +74,10 @@ def render(found: Answer, figures: dict[str, "Figure"], origin: dict[str, str]) 
         tree=_tree_data(found),
         script=source,
     )
+
+
+def _number(value: float, digits: int = 3) -> str:
+    return f"{float(value):.{digits}g}" if np.isfinite(value) else "–"
 
 
 def _page_table(found: Answer) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -77,9 +90,9 @@ def _page_table(found: Answer) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         parent = network.name[network.parent[row]] if network.parent[row] >= 0 else "–"
         sizes = (network.length, network.radius, one.radius_sd, one.inscribed, one.densitometric)
         rows.append(
-            (name, parent, *(number(float(values[row])) for values in sizes), number(bool(one.reliable[row])),
-             *(number(float(value), 2) for value in (slopes.slope[row], slopes.slope_se[row])),
-             number(100 * float(network.flow_fraction[row])))
+            (name, parent, *(_number(values[row]) for values in sizes), "yes" if one.reliable[row] else "no",
+             *(_number(value, 2) for value in (slopes.slope[row], slopes.slope_se[row])),
+             _number(100 * network.flow_fraction[row]))
         )  # fmt: skip
     return header, rows
 
@@ -90,7 +103,7 @@ def _tree_data(found: Answer) -> str:
     for row, line in enumerate(found.extraction.tree.lines):
         few = np.unique(np.linspace(0, len(line) - 1, min(len(line), _MOST_POINTS)).round().astype(int))
         points = np.round(line[few][:, [2, 1, 0, 3]], 5).tolist()
-        sizes = {"radius": number(float(network.radius[row])), "length": number(float(network.length[row]))}
+        sizes = {"radius": _number(network.radius[row]), "length": _number(network.length[row])}
         vessels.append({"name": network.name[row], "terminal": row in terminals, "points": points, **sizes})
     # A name may hold "</script>".
     root = np.round(found.factor * found.root[::-1], 5).tolist()

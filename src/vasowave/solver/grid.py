@@ -5,6 +5,7 @@ its right one, and one loop over all slots serves the whole network. Faces 0 and
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,22 +17,36 @@ from vasowave.solver.laws import ConvolutionSteps, WindkesselSteps
 FEWEST_CELLS = 2  # the foot of a characteristic is extrapolated from the two cells next to an end
 
 
-class Nodes(NamedTuple):
-    """How vessel ends meet. `daughter` lists the daughters of all junctions; junction k owns start[k] … start[k+1]."""
+class Vessels(NamedTuple):
+    """Where the vessels' slots and faces lie."""
 
     first: np.ndarray  # (vessel,) first cell, which is also the inlet face
     last: np.ndarray  # (vessel,) outlet face, which is also the ghost slot
-    root: np.ndarray  # (1,) row of the root vessel
-    parent: np.ndarray  # (junction,)
-    start: np.ndarray  # (junction + 1,)
-    daughter: np.ndarray
-    terminal: np.ndarray  # (terminal,)
+
+
+class Ends(NamedTuple):
+    """How vessel ends meet: they are sorted by node, and node k owns ends start[k] … start[k+1].
+
+    Node 0 is the inlet of the root; then come the junctions, the parent's end first; then the terminals' outlets.
+    """
+
+    start: np.ndarray  # (node + 1,)
+    terminal_node: np.ndarray  # (terminal,)
+    vessel: np.ndarray  # (end,)
+    node: np.ndarray  # (end,)
+    side: np.ndarray  # (end,) 1 at an outlet, -1 at an inlet
+    face: np.ndarray  # (end,)
+    cell: np.ndarray  # (end,) next to the end
+    inner: np.ndarray  # (end,) the one behind it
+    area0: np.ndarray  # (end,) cm²
+    half: np.ndarray  # (end,) dt/(2 dx), s/cm
+    dt: np.ndarray  # (end,) s
 
 
 class Cells(NamedTuple):
     """What a kernel knows of each slot; all zero-step in ghost slots, whose state therefore never changes."""
 
-    area0: np.ndarray  # (slot,) cm²
+    per_area0: np.ndarray  # (slot,) 1/cm²
     smallest: np.ndarray  # (slot,) cm², below it the wall law ends
     largest: np.ndarray  # (slot,) cm², above it the wall law ends
     half: np.ndarray  # (slot,) dt/(2 dx), s/cm
@@ -45,7 +60,7 @@ class Grid:
     Attributes
     ----------
     model : Model
-    nodes : Nodes
+    vessels : Vessels
     vessel : int array, shape (slot,)
         Row of the vessel that owns the slot.
     position : float array, shape (slot,)
@@ -57,7 +72,7 @@ class Grid:
     """
 
     model: Model
-    nodes: Nodes
+    vessels: Vessels
     vessel: np.ndarray
     position: np.ndarray
     spacing: np.ndarray
@@ -68,12 +83,49 @@ class Grid:
         """True where the slot is a cell, False where it is a ghost; shape (slot,)."""
         return ~np.isnan(self.position)
 
+    @cached_property
+    def _ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Number of ends of every node, and vessel and side of every end."""
+        network = self.model.network
+        junctions = [row for row, daughters in enumerate(network.daughters) if daughters]
+        meeting = [[row, *network.daughters[row]] for row in junctions]
+        count = [1, *map(len, meeting), *[1] * len(network.terminals)]
+        vessel = [network.root, *(row for rows in meeting for row in rows), *network.terminals]
+        sides = [[1.0, *[-1.0] * (len(rows) - 1)] for rows in meeting]
+        side = [-1.0, *(sign for signs in sides for sign in signs), *[1.0] * len(network.terminals)]
+        return np.array(count), np.array(vessel), np.array(side)
+
+    def ends(self, dt: float) -> Ends:
+        """Return the vessel ends' constants for the time step `dt` (s)."""
+        count, vessel, side = self._ends
+        nodes, beds = len(count), len(self.model.network.terminals)
+        face = np.where(side > 0, self.vessels.last[vessel], self.vessels.first[vessel])
+        cell = np.where(side > 0, face - 1, face)
+        inner = cell - side.astype(np.int64)
+        return Ends(
+            start=np.concatenate([[0], np.cumsum(count)]),
+            terminal_node=np.arange(nodes - beds, nodes),
+            vessel=vessel,
+            node=np.repeat(np.arange(nodes), count).astype(np.uintp),
+            side=side,
+            face=face.astype(np.uintp),
+            cell=cell.astype(np.uintp),
+            inner=inner.astype(np.uintp),
+            area0=self.model.network.area0[vessel],
+            half=dt / (2 * self.spacing[cell]),
+            dt=np.full(len(vessel), dt),
+        )
+
+    def wall_at_ends(self) -> Any:
+        """Return the wall law, its parameters one per vessel end."""
+        return type(self.wall)(*(value[self.vessels.first[self._ends[1]]] for value in self.wall))
+
     def cells(self, dt: float) -> Cells:
         """Return the slots' constants for the time step `dt` (s)."""
         area0 = self.model.network.area0[self.vessel]
         low, high = self.wall.limits(*self.wall)
         step = np.where(self.is_cell, dt, 0.0)
-        return Cells(area0, low * area0, high * area0, step / (2 * self.spacing), step)
+        return Cells(1 / area0, low * area0, high * area0, step / (2 * self.spacing), step)
 
     def outlets(self, steps: int, period: float) -> WindkesselSteps | ConvolutionSteps:
         """Return the outlets' response over one of `steps` steps a cycle."""
@@ -101,15 +153,4 @@ def make_grid(model: Model, cell_size: float) -> Grid:
     spacing = (network.length / count)[vessel]
     position = np.where(number < count[vessel], (number + 0.5) * spacing, np.nan)
     wall = type(model.wall)(*(np.array(value[vessel]) for value in model.wall))
-    junctions = [row for row, daughters in enumerate(network.daughters) if daughters]
-    widths = [len(network.daughters[row]) for row in junctions]
-    nodes = Nodes(
-        first=first,
-        last=first + count,
-        root=np.array([network.root]),
-        parent=np.array(junctions, dtype=np.int64),
-        start=np.concatenate([[0], np.cumsum(widths)]).astype(np.int64),
-        daughter=np.array([d for row in junctions for d in network.daughters[row]], dtype=np.int64),
-        terminal=np.array(network.terminals, dtype=np.int64),
-    )
-    return Grid(model, nodes, vessel, position, spacing, wall)
+    return Grid(model, Vessels(first, first + count), vessel, position, spacing, wall)

@@ -10,6 +10,9 @@ import numpy as np
 from numba import njit
 from numba.extending import overload, register_jitable
 
+from vasowave import walls
+from vasowave.solver import trigonometry
+
 # Numba cannot unpack a tuple of arrays at one index, so the call is written out by the count of parameters.
 _CALL = {
     1: lambda law: lambda wall, j, x: law(x, wall[0][j]),
@@ -43,6 +46,9 @@ def _hand_over(name: str, stub: Any) -> None:
 
 for _stub in (pressure_at, ratio_at, slope_at):
     _hand_over(_stub.__name__, _stub)
+
+overload(walls.tangent)(lambda x: trigonometry.tangent)
+overload(walls.arctangent)(lambda x: trigonometry.arctangent)
 
 
 class WindkesselSteps(NamedTuple):

@@ -7,6 +7,9 @@ import numpy as np
 
 MEMORY = 3  # earlier cycles that the acceleration combines; more gains nothing and risks a poor least-squares problem
 
+Secants = tuple[np.ndarray, np.ndarray]
+"""How the change over a cycle, and its end, differ from one cycle to the next; shapes (cycle, variable)."""
+
 
 @dataclass(frozen=True)
 class Convergence:
@@ -17,10 +20,13 @@ class Convergence:
     changes : tuple of float
         Largest change of any variable over each cycle, mmHg.
     converged : bool
+    secants : Secants, optional
+        What the last cycles taught about the cycle map, for the search near by.
     """
 
     changes: tuple[float, ...]
     converged: bool
+    secants: Secants | None = None
 
 
 def fixed_point(
@@ -29,6 +35,7 @@ def fixed_point(
     tolerance: float,
     most: int,
     allowed: Callable[[np.ndarray], bool],
+    learned: Secants | None = None,
 ) -> tuple[np.ndarray, Convergence]:
     """Find x = cycle(x) by Anderson acceleration.
 
@@ -46,6 +53,8 @@ def fixed_point(
         Largest number of cycles.
     allowed : callable
         Says whether a state is physical; where it is not, the plain end of the cycle is taken instead.
+    learned : Secants, optional
+        From the fixed point of a neighbouring map, whose slow directions are nearly the same.
 
     Returns
     -------
@@ -57,22 +66,25 @@ def fixed_point(
     ends: list[np.ndarray] = []
     changes: list[np.ndarray] = []
     sizes: list[float] = []
+    none = (np.empty((0, len(start))), np.empty((0, len(start))))
+    secants = learned if learned is not None and learned[0].shape[1] == len(start) else none
     for _ in range(most):
         end = cycle(x)
         change = end - x
         sizes.append(float(np.max(np.abs(change))))
-        if sizes[-1] <= tolerance:
-            return end, Convergence(tuple(sizes), True)
         ends, changes = [*ends[-MEMORY:], end], [*changes[-MEMORY:], change]
-        x = _combine(ends, changes)
+        own = np.diff(np.array(changes), axis=0), np.diff(np.array(ends), axis=0)
+        if sizes[-1] <= tolerance:
+            return end, Convergence(tuple(sizes), True, own if len(own[0]) > 1 else secants)
+        x = _combine(end, change, np.vstack([secants[0], own[0]]), np.vstack([secants[1], own[1]]))
         if not allowed(x):
-            x, ends, changes = end, [end], [change]
+            x, ends, changes, secants = end, [end], [change], none
     return end, Convergence(tuple(sizes), False)
 
 
-def _combine(ends: list[np.ndarray], changes: list[np.ndarray]) -> np.ndarray:
-    if len(ends) == 1:
-        return ends[0]
-    steps = np.diff(np.array(changes), axis=0).T
-    weights = np.linalg.lstsq(steps, changes[-1], rcond=1e-12)[0]
-    return ends[-1] - np.diff(np.array(ends), axis=0).T @ weights
+def _combine(end: np.ndarray, change: np.ndarray, changes: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Go from `end` along the secants by the amounts that cancel `change` best."""
+    if not len(changes):
+        return end
+    weights = np.linalg.lstsq(changes.T, change, rcond=1e-12)[0]
+    return end - ends.T @ weights

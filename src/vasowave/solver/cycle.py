@@ -1,0 +1,97 @@
+"""One compiled cardiac cycle: the steps of `cells` and `nodes` in their order, and what is kept of them.
+
+Half steps lie at t = 0, dt, 2dt …: inflow, outlets and output live there, and nothing is interpolated in time.
+"""
+
+import hashlib
+import inspect
+import sys
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from vasowave import walls
+from vasowave.solver import cells as cell_kernels
+from vasowave.solver import grid, laws, trigonometry
+from vasowave.solver import nodes as node_kernels
+from vasowave.solver.cells import OPTIONS, find_fluxes, inner_faces, largest_courant, update_cells, worst_slot
+from vasowave.solver.nodes import characteristics, gather, solve_nodes
+
+DONE, LEFT_LAW, NODE_FAILED = 0, 1, 2
+"""How a cycle ended: well; an area outside the wall law; a node whose pressure was not found."""
+
+
+@njit(**OPTIONS)
+def record_stations(sample, vessels, faces, out):
+    """Area and flow at inlet, middle and outlet of every vessel into out[0] and out[1]."""
+    for v in range(len(vessels.first)):
+        i, k = vessels.first[v], vessels.last[v]
+        left = (i + k) // 2
+        right = i + k - left  # the same face for an even number of cells, else the two around the middle cell
+        for kind, values in enumerate((faces.area, faces.flow)):
+            out[kind, sample, v, 0] = values[i]
+            out[kind, sample, v, 1] = 0.5 * (values[left] + values[right])
+            out[kind, sample, v, 2] = values[k]
+
+
+def _source_fingerprint() -> str:
+    """Hash of everything that is compiled: it stands in the kernel's closure, so that no stale binary is ever run."""
+    modules = (walls, laws, trigonometry, grid, cell_kernels, node_kernels, sys.modules[__name__])
+    return hashlib.sha256("".join(inspect.getsource(module) for module in modules).encode()).hexdigest()
+
+
+def _compiled(fingerprint: str) -> Any:
+    @njit(cache=True, **OPTIONS)
+    def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, inlet_area, out, cell_out):
+        _ = fingerprint
+        area, flow, memory = state
+        wall, end_wall = law
+        vessels, cells, ends = parts
+        faces, fluxes, nodes = scratch
+        every = len(inflow) // out.shape[1]
+        per_cell = cell_out.shape[1] > 0
+        report = np.zeros(8)  # status, slot or vessel, step; Courant number, its vessel, its step; volume in, out
+        for n in range(len(inflow)):
+            sampled = n % every == 0
+            if not find_fluxes(area, flow, cells, wall, fluid, fluxes):
+                report[0], report[1], report[2] = LEFT_LAW, worst_slot(area, cells), n
+                return report
+            inner_faces(area, flow, cells, fluid, fluxes, faces)
+            gather(area, flow, fluxes, ends, nodes)
+            courant, e = characteristics(ends, end_wall, fluid, nodes)
+            vessel = ends.vessel[e]
+            if sampled:
+                inner, slot = largest_courant(area, flow, cells, wall, fluid, fluxes)
+                if inner > courant:
+                    courant, vessel = inner, np.searchsorted(vessels.last, slot)
+            if courant > report[3]:
+                report[3], report[4], report[5] = courant, vessel, n
+            failed = solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
+            if failed >= 0:
+                report[0], report[1], report[2] = NODE_FAILED, ends.vessel[ends.start[failed]], n
+                return report
+            inlet_area[n] = faces.area[ends.face[0]]
+            if not find_fluxes(faces.area, faces.flow, cells, wall, fluid, fluxes):
+                report[0], report[1], report[2] = LEFT_LAW, worst_slot(faces.area, cells), n
+                return report
+            if sampled:
+                record_stations(n // every, vessels, faces, out)
+                if per_cell:
+                    cell_out[0, n // every] = area
+                    cell_out[1, n // every] = flow
+            update_cells(area, flow, cells, fluid, fluxes, faces)
+            if sampled and per_cell:  # the cell at the half step is the mean of before and after
+                cell_out[0, n // every] = 0.5 * (cell_out[0, n // every] + area)
+                cell_out[1, n // every] = 0.5 * (cell_out[1, n // every] + flow)
+            report[6] += inflow[n]
+            for k in ends.terminal_node:
+                report[7] += faces.flow[ends.face[ends.start[k]]]
+        if not find_fluxes(area, flow, cells, wall, fluid, fluxes):
+            report[0], report[1], report[2] = LEFT_LAW, worst_slot(area, cells), len(inflow)
+        return report
+
+    return advance_cycle
+
+
+advance_cycle = _compiled(_source_fingerprint())
