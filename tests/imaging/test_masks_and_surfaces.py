@@ -89,7 +89,7 @@ def test_a_written_mask_reads_back_and_as_lumen_gives_the_same_voxels(tmp_path):
     write_mask(lumen, image, tmp_path / "m.nrrd")
     labels = read_labels(tmp_path / "m.nrrd", image)
     assert labels.sum() == lumen.mask.sum()
-    again = EditedMask(labels > 0, 45)(image, 45, np.array([1.193, 2.226, 3.3]))
+    again = EditedMask(labels > 0, image, 45)(image, 45, np.array([1.193, 2.226, 3.3]))
     np.testing.assert_array_equal(full_mask(again, image), full_mask(lumen, image))
     np.testing.assert_allclose(again.grey, lumen.grey)
 
@@ -99,11 +99,20 @@ def test_what_was_painted_over_the_mask_overrules_the_threshold():
     mask = full_mask(segment(image, 45), image)
     mask[:, :, :20] = False  # erased
     mask[19, 22, 40:58] = True  # a thread drawn through the background
-    found = full_mask(EditedMask(mask, 45)(image, 45, np.array([1.193, 2.226, 3.3])), image)
+    found = full_mask(EditedMask(mask, image, 45)(image, 45, np.array([1.193, 2.226, 3.3])), image)
     np.testing.assert_array_equal(found, mask)
-    wider = full_mask(EditedMask(mask, 45)(image, 36, np.array([1.193, 2.226, 3.3])), image)
+    wider = full_mask(EditedMask(mask, image, 45)(image, 36, np.array([1.193, 2.226, 3.3])), image)
     assert wider.sum() > mask.sum()
     assert not wider[:, :, :17].any()
+
+
+def test_a_mask_serves_a_part_of_its_image_too():
+    image = tube()
+    mask = full_mask(segment(image, 45), image)
+    mask[:, :, :20] = False
+    part = Volume(image.grey[4:, 5:, 6:], image.spacing, image.origin + 0.01 * np.array([4, 5, 6]))
+    found = EditedMask(mask, image, 45)(part, 45, np.array([1.193, 2.226, 3.3]))
+    np.testing.assert_array_equal(full_mask(found, image), mask)
 
 
 def test_a_mask_of_an_anisotropic_image_goes_to_the_cubes_and_back(tmp_path):
@@ -150,7 +159,7 @@ def test_labels_above_one_mark_root_and_outlets():
 def test_nothing_outside_the_region_is_lumen():
     image = tube()
     box = box_region(image, np.array([1.0, 2.0, 3.25]), np.array([1.4, 2.5, 3.0]))
-    found = full_mask(Within(box)(image, 45, np.array([1.193, 2.226, 3.2])), image)
+    found = full_mask(Within(box, image)(image, 45, np.array([1.193, 2.226, 3.2])), image)
     assert found[:, :, :25].any()
     assert not found[:, :, 27:].any()
     with pytest.raises(InputError, match=r"the image spans 30, 20, 10 to 35\.9, 24\.3, 13\.9 mm"):

@@ -2,16 +2,20 @@
 
 import numpy as np
 from scipy.ndimage import map_coordinates
+from scipy.stats import trim_mean
 
 from vasowave.imaging.tree import Tree, distance_along
 from vasowave.imaging.volume import Volume
+
+DISC, RING = 2.0, 7.0
+"""A section is integrated up to DISC voxels beyond the radius, its background taken from there to RING voxels."""
 
 
 def densitometric_radii(tree: Tree, volume: Volume, inscribed: np.ndarray) -> np.ndarray:
     """Return a radius per vessel, cm, shape (vessel,); NaN for vessels without a free stretch.
 
     The area of a section is ∫(g - background)/(lumen - background) dA, the background being that of a ring around
-    it and the lumen's grey level that on the axes of the vessels wider than 4 voxels; the median over sections counts.
+    it and the lumen's grey level that on the axes of the vessels wider than 4 voxels.
     Blur conserves this integral, so neither blur nor threshold changes it.
 
     Parameters
@@ -35,9 +39,12 @@ def densitometric_radii(tree: Tree, volume: Volume, inscribed: np.ndarray) -> np
 def densitometric_radius(
     line: np.ndarray, sections: np.ndarray, inscribed: float, volume: Volume, lumen: float
 ) -> float:
-    """Return the radius from the median area of `sections` (points of `line`), cm; NaN without sections."""
+    """Return the radius from the mean area of `sections` (points of `line`), cm; NaN without sections.
+
+    The mean is that of the middle half: neighbors disturb some sections, noise all.
+    """
     areas = [_section_area(line, int(point), inscribed, volume, lumen) for point in sections]
-    return float(np.sqrt(np.median(areas) / np.pi)) if areas else np.nan
+    return float(np.sqrt(trim_mean(areas, 0.25) / np.pi)) if areas else np.nan
 
 
 def lumen_grey(tree: Tree, volume: Volume) -> float:
@@ -57,7 +64,7 @@ def _section_area(line: np.ndarray, point: int, radius: float, volume: Volume, l
     u /= np.linalg.norm(u)
     v = np.cross(axis, u)
     step = 0.5 * volume.spacing[0]
-    inner, outer = radius + 2.5 * volume.spacing[0], radius + 4.5 * volume.spacing[0]
+    inner, outer = radius + DISC * volume.spacing[0], radius + RING * volume.spacing[0]
     side = np.arange(-int(outer / step) - 1, int(outer / step) + 2) * step
     a, b = np.meshgrid(side, side, indexing="ij")
     rho = np.hypot(a, b)

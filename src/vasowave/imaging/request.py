@@ -172,7 +172,7 @@ def _carried_out(
     def remembering(volume: Volume, threshold: float, seed: np.ndarray) -> Segmentation:
         main = lumens.get(request.threshold)
         # A place near the wall is outside the lumen at a higher threshold.
-        inside = first if main is None else deepest_near(main, first)
+        inside = first if main is None else deepest_near(main, root)
         lumens[threshold] = segmenter(volume, threshold, inside)
         if threshold == request.threshold and outlets is not None:
             require_reached(lumens[threshold], outlets)
@@ -197,9 +197,9 @@ def _segmenter(request: Request, image: Volume, volume: Volume, labels: np.ndarr
     elif request.region is not None:
         region = on_grid_of(read_labels(request.region, image, request.voxel), volume) > 0
     if labels is not None:
-        return EditedMask((labels > 0) if region is None else (labels > 0) & region, request.threshold)
+        return EditedMask((labels > 0) if region is None else (labels > 0) & region, volume, request.threshold)
     found = _METHODS[request.method]
-    return found if region is None else Within(region, found)
+    return found if region is None else Within(region, volume, found)
 
 
 def _kept(extraction: Extraction, request: Request) -> Extraction:

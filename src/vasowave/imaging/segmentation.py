@@ -108,8 +108,7 @@ def connected_lumen(
     labels, count = ndimage.label(bright)
     if count == 0:
         raise InputError("the lumen is empty; check the mask, the region and the threshold")
-    sizes = np.bincount(labels.ravel())
-    sizes[0] = 0
+    sizes = np.bincount(labels[bright])  # of the few bright voxels alone: a copy of all labels takes a gigabyte
     chosen = _component(volume, labels, sizes, seed)
     where = ndimage.find_objects(labels, chosen)[chosen - 1]
     if any(s.start == 0 or s.stop == n for s, n in zip(where, grey.shape, strict=True)):
