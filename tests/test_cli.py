@@ -17,7 +17,7 @@ from vasowave.errors import InputError
 from vasowave.network import write_network
 
 
-@pytest.mark.parametrize("command", [[], ["demo"], ["fit"], ["simulate"]])
+@pytest.mark.parametrize("command", [[], ["demo"], ["fit"], ["simulate"], ["extract"], ["match"]])
 def test_help_shows_an_example(command):
     result = CliRunner().invoke(app, [*command, "--help"])
     assert result.exit_code == 0

@@ -3,7 +3,7 @@
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -48,7 +48,7 @@ def write_results(fits: Sequence[Fit], folder: Path, inputs: Sequence[Path] = ()
     """
     folder = prepared_folder(fits, folder)
     produced = tables(fits)
-    with _replacing(folder) as fresh:
+    with replacing(folder) as fresh:
         write_archive(fits, fresh / ARCHIVE, provenance(inputs))
         for name, table in produced.items():
             table.to_csv(fresh / f"{name}.csv", index=False, lineterminator="\n")
@@ -79,13 +79,16 @@ def check_fits(fits: Sequence[Fit]) -> None:
             )
 
 
-def check_folder(folder: Path) -> None:
-    """Raise `InputError` unless `folder` is missing, empty, or an earlier result of vasowave."""
+def check_folder(folder: Path, marks: Mapping[str, bytes] = _MARKS) -> None:
+    """Raise `InputError` unless `folder` is missing, empty, or an earlier result of vasowave.
+
+    `marks` names files by which such a result is known, and what they contain.
+    """
     if not folder.exists():
         return
     if not folder.is_dir():
         raise InputError(f"{folder} is a file; give the name of a folder")
-    if any(folder.iterdir()) and not any(_has_mark(folder / name, mark) for name, mark in _MARKS.items()):
+    if any(folder.iterdir()) and not any(_has_mark(folder / name, mark) for name, mark in marks.items()):
         raise InputError(f"{folder} is not empty and not a vasowave result; give another folder or empty it first")
 
 
@@ -196,8 +199,11 @@ def _has_mark(path: Path, mark: bytes) -> bool:
 
 
 @contextmanager
-def _replacing(folder: Path) -> Iterator[Path]:
-    """Give an empty sibling of `folder` to fill; put it in the folder's place only if nothing went wrong."""
+def replacing(folder: Path, marks: Mapping[str, bytes] = _MARKS) -> Iterator[Path]:
+    """Give an empty sibling of `folder` to fill; put it in the folder's place only if nothing went wrong.
+
+    Files of other origin stay; an earlier result, known by `marks`, goes.
+    """
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         fresh = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
@@ -206,14 +212,14 @@ def _replacing(folder: Path) -> Iterator[Path]:
     try:
         yield fresh
         fresh.chmod(0o755)
-        _put_in_place(fresh, folder)
+        _put_in_place(fresh, folder, marks)
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror or error}); choose another place") from error
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
 
 
-def _put_in_place(fresh: Path, folder: Path) -> None:
+def _put_in_place(fresh: Path, folder: Path, marks: Mapping[str, bytes]) -> None:
     if not folder.exists():
         os.replace(fresh, folder)
         return
@@ -221,7 +227,7 @@ def _put_in_place(fresh: Path, folder: Path) -> None:
     os.replace(folder, old / folder.name)
     os.replace(fresh, folder)
     for stray in (old / folder.name).iterdir():
-        ours = stray.name in _MARKS or stray.name == FIGURES or (folder / stray.name).exists()
+        ours = stray.name in marks or stray.name == FIGURES or (folder / stray.name).exists()
         if not ours:
             os.replace(stray, folder / stray.name)
     shutil.rmtree(old)

@@ -5,7 +5,7 @@ import warnings
 
 import typer
 
-from vasowave.cli import mouse, study  # noqa: F401  they register their commands
+from vasowave.cli import extract, mouse, study  # noqa: F401  they register their commands
 from vasowave.cli.app import app
 
 _INTERRUPTED = 130  # exit status after Ctrl-C

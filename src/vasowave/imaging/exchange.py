@@ -16,6 +16,9 @@ from vasowave.network import Network
 RADIUS_NAMES = ("MaximumInscribedSphereRadius", "Radius")
 """The radius array as VMTK's command line and as Slicer call it."""
 
+_LEAST = 1e-6
+"""Radius, cm, that is written where an axis ends at the surface; readers refuse 0."""
+
 _ALIASES = {
     "points:0": "x", "points:1": "y", "points:2": "z", "points_0": "x", "points_1": "y", "points_2": "z",
     "maximuminscribedsphereradius": "radius", "r": "radius",
@@ -121,10 +124,10 @@ def _swc(path: Path, unit: float) -> tuple[np.ndarray, np.ndarray]:
     return points, above
 
 
-def write_centerlines(tree: Tree, path: str | Path) -> None:
-    """Write `tree` as .vtp as VMTK does: one line from the root to each terminal, cm, x, y, z.
+def write_centerlines(tree: Tree, path: str | Path, unit: float = 1.0) -> None:
+    """Write `tree` as .vtp as VMTK does: one line from the root to each terminal, x, y, z in `unit` (cm).
 
-    `read_centerlines(path, unit=1, cut="identical")` reads the same vessels back.
+    `read_centerlines(path, unit, cut="identical")` reads the same vessels back. Slicer and ITK-SNAP expect mm: 0.1.
     """
     numbers: list[np.ndarray] = []
     points: list[np.ndarray] = []
@@ -142,8 +145,24 @@ def write_centerlines(tree: Tree, path: str | Path) -> None:
             way.append(numbers[row][:-1])
             row = int(tree.parent[row])
         lines.append(np.concatenate(way[::-1]))
-    table = np.concatenate(points)
-    write_vtp(PolyLines(table[:, 2::-1], tuple(lines), {RADIUS_NAMES[0]: table[:, 3]}), path)
+    table = np.concatenate(points) / unit
+    radius = np.maximum(table[:, 3], _LEAST / unit)
+    write_vtp(PolyLines(table[:, 2::-1], tuple(lines), {RADIUS_NAMES[0]: radius}), path)
+
+
+def write_swc(tree: Tree, path: str | Path) -> None:
+    """Write `tree` as SWC in µm, x, y, z: `read_centerlines(path, unit=1e-4)` reads the same vessels back."""
+    last: list[int] = []
+    count = 0
+    with Path(path).open("w", encoding="utf-8") as file:
+        file.write("# number type x y z radius parent, micrometers\n")
+        for line, parent in zip(tree.lines, tree.parent, strict=True):
+            above = -1 if parent < 0 else last[parent]
+            for z, y, x, r in 1e4 * (line if parent < 0 else line[1:]):
+                count += 1
+                file.write(f"{count} 0 {x:.9g} {y:.9g} {z:.9g} {max(r, 1e4 * _LEAST):.9g} {above}\n")
+                above = count
+            last.append(count)
 
 
 def write_author_tables(network: Network, connectivity: str | Path, dimensions: str | Path) -> None:

@@ -7,6 +7,7 @@ import tempfile
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,8 @@ from vasowave.imaging.terminals import with_ends_at_the_surface
 from vasowave.imaging.tree import Tree, cut_at_junctions, free_length, network_of
 from vasowave.imaging.volume import Volume, isotropic, read_volume
 from vasowave.network import Network
+
+Segmenter = Callable[[Volume, float, np.ndarray], Segmentation]
 
 RELIABLE = 2.0
 """A radius is reliable if it was measured over a free length of at least this many radii."""
@@ -86,7 +89,13 @@ class Extraction:
     scale: float
 
 
-def extract(volume: Volume | str | Path, options: Options, progress: Callable[[str], None] | None = None) -> Extraction:
+def extract(
+    volume: Volume | str | Path,
+    options: Options,
+    progress: Callable[[str], None] | None = None,
+    segmenter: Segmenter = segment,
+    revise: Callable[[Tree], Tree] = lambda tree: tree,
+) -> Extraction:
     """Return the vessel network in `volume`.
 
     Parameters
@@ -95,6 +104,10 @@ def extract(volume: Volume | str | Path, options: Options, progress: Callable[[s
     options : Options
     progress : callable, optional
         Called with the name of each stage as it begins.
+    segmenter : callable
+        Finds the lumen in a volume at a threshold from a point in it, see `segment`.
+    revise : callable
+        Changes the tree before it is measured, see `edits`.
 
     Raises
     ------
@@ -111,7 +124,7 @@ def extract(volume: Volume | str | Path, options: Options, progress: Callable[[s
     say("volume")
     volume = isotropic(volume if isinstance(volume, Volume) else read_volume(volume, options.spacing))
     say("centerlines")
-    tree, cannula = _tree(volume, options, options.threshold, report_loops=True)
+    tree, cannula = _tree(volume, options, options.threshold, segmenter, revise, report_loops=True)
     first = network_of(tree)
     say("radii")
     dense = densitometric_radii(tree, volume, first.radius)
@@ -119,7 +132,9 @@ def extract(volume: Volume | str | Path, options: Options, progress: Callable[[s
     scale = _scale(cannula, volume, tree, options.cannula_radius)
     say("uncertainty")
     part = _around(volume, [*tree.lines, np.atleast_2d(options.root)])
-    found = [radius, *(_radii_at(part, options, factor, first, np.isfinite(dense)) for factor in (0.8, 1.2))]
+    again = partial(_tree, part, options, segmenter=segmenter, revise=revise)
+    others = [factor * options.threshold for factor in (0.8, 1.2)]
+    found = [radius, *(_radii_at(part, again, threshold, first, np.isfinite(dense)) for threshold in others)]
     network = Network(first.name, first.parent, first.length, radius)
     reliable = np.isfinite(dense) & (free_length(tree) >= RELIABLE * radius)
     return Extraction(network, tree, first.radius, dense, _spread(np.array(found)), reliable, scale)
@@ -141,11 +156,16 @@ def _spread(found: np.ndarray) -> np.ndarray:
 
 
 def _tree(
-    volume: Volume, options: Options, threshold: float, report_loops: bool = False
+    volume: Volume,
+    options: Options,
+    threshold: float,
+    segmenter: Segmenter,
+    revise: Callable[[Tree], Tree],
+    report_loops: bool = False,
 ) -> tuple[Tree, np.ndarray | None]:
     """Return the tree without its cannula, and the cannula's line if there is one."""
     root = np.asarray(options.root, dtype=float)
-    lumen = segment(volume, threshold, root)
+    lumen = segmenter(volume, threshold, root)
     outlets = None if options.outlets is None else np.asarray(options.outlets, dtype=float)
     tree = tree_of(lumen, root, outlets)
     count = loop_count(lumen) if report_loops else 0
@@ -155,7 +175,10 @@ def _tree(
             f"the lumen closes {count} loop(s), which the tree opens, probably at (z, y, x, cm) {places or 'unknown'}: "
             "vessels touch there; raise the threshold or give the outlets"
         )
-    return (tree, None) if options.cannula_radius is None else without_cannula(tree)
+    cannula = None
+    if options.cannula_radius is not None:
+        tree, cannula = without_cannula(tree)
+    return revise(tree), cannula
 
 
 def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Tree:
@@ -196,14 +219,19 @@ def _scale(cannula: np.ndarray | None, volume: Volume, tree: Tree, known: float 
     return scale
 
 
-def _radii_at(volume: Volume, options: Options, factor: float, network: Network, dense: np.ndarray) -> np.ndarray:
+def _radii_at(
+    volume: Volume,
+    find: Callable[[float], tuple[Tree, np.ndarray | None]],
+    threshold: float,
+    network: Network,
+    dense: np.ndarray,
+) -> np.ndarray:
     """Return the radii at another threshold by the same estimators, NaN for vessels that are not found there."""
     from vasowave.imaging.matching import match
 
     found = np.full(len(network), np.nan)
-    threshold = options.threshold * factor
     try:
-        tree = _tree(volume, options, threshold)[0]
+        tree = find(threshold)[0]
     except InputError as error:
         _warn(f"at threshold {threshold:g} no tree, so radius_sd is unknown: {error}")
         return found

@@ -39,3 +39,12 @@ def match(first: Network, second: Network) -> dict[int, int]:
             for b in rows_b:
                 best(int(a), int(b))
     return best(first.root, second.root)[2]
+
+
+def unmatched(first: Network, second: Network, pairs: dict[int, int]) -> tuple[list[str], list[str]]:
+    """Return the names of the vessels of each network that `pairs` (see `match`) leaves out."""
+    there = set(pairs.values())
+    return (
+        [name for row, name in enumerate(first.name) if row not in pairs],
+        [name for row, name in enumerate(second.name) if row not in there],
+    )

@@ -82,26 +82,28 @@ def read_polydata(path: str | Path) -> PolyLines:
 def write_vtp(data: PolyLines, path: str | Path) -> None:
     """Write `data` as .vtp: binary, compressed with zlib, little endian."""
 
-    def array(name: str, values: np.ndarray, kind: str) -> str:
-        width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
-        content = np.ascontiguousarray(values, dtype="<" + _TYPES[kind]).tobytes()
-        packed = zlib.compress(content)
-        header = np.array([1, len(content), len(content), len(packed)], "<u8").tobytes()
-        text = base64.b64encode(header).decode() + base64.b64encode(packed).decode()
-        return f'<DataArray type="{kind}" Name="{name}"{width} format="binary">{text}</DataArray>'
-
     ends = np.cumsum([len(line) for line in data.lines])
-    fields = "\n".join(array(name, values, "Float64") for name, values in data.fields.items())
+    fields = "\n".join(data_array(name, values, "Float64") for name, values in data.fields.items())
     Path(path).write_text(
         '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" '
         'header_type="UInt64" compressor="vtkZLibDataCompressor"><PolyData>\n'
         f'<Piece NumberOfPoints="{len(data.points)}" NumberOfVerts="0" NumberOfLines="{len(data.lines)}" '
         'NumberOfStrips="0" NumberOfPolys="0">\n'
-        f"<PointData>{fields}</PointData>\n<Points>{array('Points', data.points, 'Float64')}</Points>\n"
-        f"<Lines>{array('connectivity', np.concatenate(data.lines), 'Int64')}\n{array('offsets', ends, 'Int64')}"
-        "</Lines>\n</Piece></PolyData></VTKFile>\n",
+        f"<PointData>{fields}</PointData>\n<Points>{data_array('Points', data.points, 'Float64')}</Points>\n"
+        f"<Lines>{data_array('connectivity', np.concatenate(data.lines), 'Int64')}\n"
+        f"{data_array('offsets', ends, 'Int64')}</Lines>\n</Piece></PolyData></VTKFile>\n",
         encoding="utf-8",
     )
+
+
+def data_array(name: str, values: np.ndarray, kind: str) -> str:
+    """Return the XML element that holds `values` in VTK's type `kind`: little endian, zlib, base64, one block."""
+    width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
+    content = np.ascontiguousarray(values, dtype="<" + _TYPES[kind]).tobytes()
+    packed = zlib.compress(content)
+    header = np.array([1, len(content), len(content), len(packed)], "<u8").tobytes()
+    text = base64.b64encode(header).decode() + base64.b64encode(packed).decode()
+    return f'<DataArray type="{kind}" Name="{name}"{width} format="binary">{text}</DataArray>'
 
 
 def _xml(raw: bytes) -> PolyLines:

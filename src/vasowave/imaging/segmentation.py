@@ -7,6 +7,7 @@ import numpy as np
 from scipy import ndimage
 
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging.places import written
 from vasowave.imaging.volume import Volume
 
 
@@ -70,20 +71,44 @@ def segment(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None = N
     VasowaveWarning
         A second tree of comparable size; a lumen that touches the border of the volume.
     """
+    grey, noise = smoothed(volume, threshold)
+    bright = grey > threshold
+    if not bright.any():
+        raise InputError(f"no voxel is brighter than {threshold:g}; the brightest has {grey.max():.4g}: lower it")
+    if bright.sum() > 0.5 * grey.size:
+        raise InputError(f"more than half of the volume is brighter than {threshold:g}; raise the threshold")
+    return connected_lumen(volume, grey, bright, threshold, noise, seed)
+
+
+def smoothed(volume: Volume, threshold: float) -> tuple[np.ndarray, float]:
+    """Return the grey levels smoothed as much as noise and contrast need, and the noise.
+
+    The wall at `threshold` is half the contrast away from the background, so noise over contrast says how much
+    smoothing the surface needs.
+    """
     if not np.allclose(volume.spacing, volume.spacing[0], rtol=2e-3):
         raise InputError(f"segment: spacing {volume.spacing} cm is not cubic; call isotropic(volume) first")
     noise = noise_level(volume)
-    contrast = max(threshold - float(np.median(volume.grey[::4, ::4, ::4])), 1e-9)
-    # The wall is half the contrast away, so noise/contrast says how much smoothing the surface needs.
-    width = float(np.clip(0.5 + 1.1 * noise / contrast, 0.5, 1.3))
-    grey = ndimage.gaussian_filter(np.asarray(volume.grey), width, truncate=3.0)
-    bright = grey > threshold
+    width = float(np.clip(0.5 + 1.1 * noise / _contrast(volume, threshold), 0.5, 1.3))
+    return ndimage.gaussian_filter(np.asarray(volume.grey), width, truncate=3.0), noise
+
+
+def _contrast(volume: Volume, threshold: float) -> float:
+    return max(threshold - float(np.median(volume.grey[::4, ::4, ::4])), 1e-9)
+
+
+def connected_lumen(
+    volume: Volume, grey: np.ndarray, bright: np.ndarray, threshold: float, noise: float, seed: np.ndarray | None
+) -> Segmentation:
+    """Return the piece of `bright` (bool, shape of the volume) that holds `seed`, or the largest, holes filled.
+
+    Where `grey` contradicts the piece, it is set to just above or below the threshold.
+    """
+    contrast = _contrast(volume, threshold)
     labels, count = ndimage.label(bright)
     if count == 0:
-        raise InputError(f"no voxel is brighter than {threshold:g}; the brightest has {grey.max():.4g}: lower it")
+        raise InputError("the lumen is empty; check the mask, the region and the threshold")
     sizes = np.bincount(labels[bright])  # of the few bright voxels alone: a copy of all labels takes a gigabyte
-    if sizes.sum() > 0.5 * grey.size:
-        raise InputError(f"more than half of the volume is brighter than {threshold:g}; raise the threshold")
     chosen = _component(volume, labels, sizes, seed)
     where = ndimage.find_objects(labels, chosen)[chosen - 1]
     if any(s.start == 0 or s.stop == n for s, n in zip(where, grey.shape, strict=True)):
@@ -103,7 +128,7 @@ def _component(volume: Volume, labels: np.ndarray, sizes: np.ndarray, seed: np.n
         inside = bool((voxel >= 0).all() and (voxel < labels.shape).all())
         if not inside or labels[tuple(voxel)] == 0:
             raise InputError(
-                f"the seed {np.asarray(seed)} cm (z, y, x) is not inside a vessel; move it or the threshold"
+                f"the point {written(np.asarray(seed))} cm (x,y,z) is not inside a vessel; move it or the threshold"
             )
         return int(labels[tuple(voxel)])
     largest, second = np.argsort(sizes)[::-1][:2]

@@ -1,12 +1,14 @@
 """A grey-level volume on a grid of known spacing, read from a DICOM series or an image file."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vasowave.errors import InputError
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging.nifti import require_whole
 
 _MISSING = "reading images needs the extra 'imaging': install vasowave[imaging]"
 
@@ -63,7 +65,9 @@ def isotropic(volume: Volume) -> Volume:
 
 
 def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
-    """Read a DICOM series (a folder), or NRRD, NIfTI, MetaImage, TIFF stack (a file).
+    """Read a DICOM series (a folder), or NRRD, NIfTI, MetaImage, RAW with header, TIFF stack (a file).
+
+    Axes that the file turns or flips are turned back, so that z, y, x are the patient's as DICOM counts them.
 
     Parameters
     ----------
@@ -74,11 +78,19 @@ def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
     Raises
     ------
     InputError
-        Missing or unreadable file, a series with missing, doubled or foreign slices (each named).
+        Missing, truncated or unreadable file, RAW without header, a series with missing, doubled or foreign slices
+        (each named), a `spacing` that is not positive.
+
+    Warns
+    -----
+    VasowaveWarning
+        Axes that are not the patient's even after turning: places count along the image's own.
     """
     path = Path(path)
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
+    if spacing is not None and not (np.isfinite(spacing) and spacing > 0):
+        raise InputError(f"voxel size {spacing:g} cm; give a positive number of cm")
     if path.is_dir():
         volume = read_dicom_series(path)
     elif path.suffix.lower() in (".tif", ".tiff"):
@@ -118,7 +130,14 @@ def read_dicom_series(folder: Path) -> Volume:
     gap = _slice_distance(folder, height[order], [slices[i][0] for i in order])
     planes = [_pixels(folder / slices[i][0], slices[i][1]) for i in order]
     first = np.array(slices[order[0]][1].ImagePositionPatient, dtype=float)
-    return Volume(np.stack(planes), np.array([gap, *in_plane]) / 10, first[::-1] / 10)
+    axes = np.array(slices[0][1].ImageOrientationPatient, dtype=float).reshape(2, 3)
+    if np.allclose(axes, [[1, 0, 0], [0, 1, 0]], atol=1e-4):
+        return Volume(np.stack(planes), np.array([gap, *in_plane]) / 10, first[::-1] / 10)
+    image = _itk().GetImageFromArray(np.stack(planes))
+    image.SetSpacing([float(h) for h in (in_plane[1], in_plane[0], gap)])
+    image.SetOrigin(first.tolist())
+    image.SetDirection(np.column_stack([*axes, normal]).ravel().tolist())
+    return _upright(image, folder)
 
 
 def _require_one_series(folder: Path, slices: list[tuple[str, Any]]) -> None:
@@ -170,28 +189,56 @@ def _read_tiff(path: Path, spacing: float | None) -> Volume:
     return Volume(grey, np.full(3, spacing), np.zeros(3))
 
 
-def _read_itk(path: Path) -> Volume:
+def _itk() -> Any:
     try:
         import SimpleITK
     except ImportError:
         raise InputError(_MISSING) from None
+    return SimpleITK
+
+
+def _read_itk(path: Path) -> Volume:
+    if path.suffix.lower() == ".raw":
+        path = _header_of(path)
+    if path.name.lower().endswith((".nii", ".nii.gz")):
+        require_whole(path)
     try:
-        image = SimpleITK.ReadImage(str(path))
+        image = _itk().ReadImage(str(path))
     except RuntimeError:
-        raise InputError(f"{path}: not an image that can be read (NRRD, NIfTI, MetaImage), or truncated") from None
+        raise InputError(
+            f"{path}: not an image that can be read (NRRD, NIfTI, MetaImage), truncated, or its data file is missing"
+        ) from None
     if image.GetDimension() != 3 or image.GetNumberOfComponentsPerPixel() != 1:
         raise InputError(f"{path}: not a three-dimensional grey-level image; export one channel of a 3D volume")
-    grey = SimpleITK.GetArrayFromImage(image)
+    return _upright(image, path)
+
+
+def _header_of(path: Path) -> Path:
+    """Return the header beside a .raw file, which says nothing about itself."""
+    found = [path.with_suffix(suffix) for suffix in (".mhd", ".nhdr") if path.with_suffix(suffix).exists()]
+    if not found:
+        wanted = f"{path.stem}.mhd (MetaImage) or {path.stem}.nhdr (NRRD)"
+        raise InputError(f"{path}: RAW says nothing about its size; put its header beside it: {wanted}")
+    return found[0]
+
+
+def _upright(image: Any, source: Path) -> Volume:
+    """Return the volume with its axes turned to x left, y posterior, z superior, as DICOM counts."""
+    if not np.allclose(image.GetDirection(), np.eye(3).ravel(), atol=1e-4):
+        image = _itk().DICOMOrient(image, "LPS")
+        if not np.allclose(image.GetDirection(), np.eye(3).ravel(), atol=1e-2):
+            warnings.warn(
+                f"{source}: its axes are oblique; places count along the image's own axes, from its first voxel",
+                VasowaveWarning,
+                stacklevel=4,
+            )
+    grey = _itk().GetArrayFromImage(image)
     return Volume(grey, np.array(image.GetSpacing())[::-1] / 10, np.array(image.GetOrigin())[::-1] / 10)
 
 
 def write_volume(volume: Volume, path: str | Path) -> None:
     """Write `volume` as NRRD, NIfTI or MetaImage (by the suffix), spacing in mm."""
-    try:
-        import SimpleITK
-    except ImportError:
-        raise InputError(_MISSING) from None
-    image = SimpleITK.GetImageFromArray(np.asarray(volume.grey))
+    image = _itk().GetImageFromArray(np.asarray(volume.grey))
     image.SetSpacing([float(h) for h in volume.spacing[::-1] * 10])
     image.SetOrigin([float(h) for h in volume.origin[::-1] * 10])
-    SimpleITK.WriteImage(image, str(path))
+    _itk().WriteImage(image, str(path))

@@ -1,0 +1,49 @@
+"""Whether a NIfTI file is whole: the library that reads it fills what is missing with zeros and says nothing."""
+
+import gzip
+import struct
+import zlib
+from math import prod
+from pathlib import Path
+
+from vasowave.errors import InputError
+
+_CHUNK = 1 << 24
+
+
+def require_whole(path: Path) -> None:
+    """Raise `InputError` unless `path` (.nii or .nii.gz) holds all the voxels its header announces."""
+    packed = path.name.lower().endswith(".gz")
+    twin = path.with_name(path.name[:-3]) if packed else path.with_name(path.name + ".gz")
+    if twin.exists():
+        raise InputError(f"{path}: {twin.name} lies beside it, and the reader may confuse the two; move one of them")
+    try:
+        with gzip.open(path) if packed else path.open("rb") as file:
+            expected = _announced(file.read(544))
+            actual = 544
+            while chunk := file.read(_CHUNK):
+                actual += len(chunk)
+    except (EOFError, zlib.error, struct.error):
+        raise InputError(f"{path}: truncated; copy or export it again") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: not a NIfTI file that can be read ({error})") from None
+    if actual < expected:
+        raise InputError(f"{path}: truncated, {actual} of {expected} bytes; copy or export it again")
+
+
+def _announced(header: bytes) -> int:
+    """Return the size of a whole file with this header, bytes."""
+    for order in "<>":
+        (size,) = struct.unpack_from(f"{order}i", header)
+        if size == 348:
+            dim = struct.unpack_from(f"{order}8h", header, 40)
+            bits = struct.unpack_from(f"{order}h", header, 72)[0]
+            offset = struct.unpack_from(f"{order}f", header, 108)[0]
+        elif size == 540:
+            dim = struct.unpack_from(f"{order}8q", header, 16)
+            bits = struct.unpack_from(f"{order}h", header, 14)[0]
+            offset = struct.unpack_from(f"{order}q", header, 168)[0]
+        else:
+            continue
+        return int(offset) + prod(dim[1 : dim[0] + 1]) * bits // 8
+    raise ValueError("its first number is neither 348 nor 540")

@@ -1,0 +1,57 @@
+"""Places as people write them, x y z with a unit, and as the package holds them, z y x in cm."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vasowave import units
+from vasowave.columns import read_columns
+from vasowave.errors import InputError
+
+
+def parse_place(text: str) -> np.ndarray:
+    """Return the place in ``"x,y,z"`` or ``"x y z unit"`` (cm where no unit is given) as z, y, x, cm.
+
+    Raises
+    ------
+    InputError
+        Not three finite numbers, or a unit that is none of length.
+    """
+    words = text.replace(",", " ").split()
+    unit = words.pop() if words and not _is_number(words[-1]) else "cm"
+    if len(words) != 3 or not all(_is_number(word) for word in words):
+        raise InputError(f"'{text}' is not a place; write three numbers x,y,z and perhaps a unit: 0.91,1.2,0.45 cm")
+    return place([float(word) for word in words], units.factor(unit, "length"))
+
+
+def place(xyz: Sequence[float], unit: float = 1.0) -> np.ndarray:
+    """Return x, y, z in `unit` (cm) as z, y, x, cm; `InputError` unless they are finite."""
+    found = unit * np.array(xyz, dtype=float)[::-1]
+    if not np.isfinite(found).all():
+        raise InputError(f"the place {tuple(xyz)} is not finite")
+    return found
+
+
+def read_places(path: str | Path) -> np.ndarray:
+    """Return the places in a table with columns x, y, z and a unit in each header, shape (place, 3), z, y, x, cm.
+
+    Raises
+    ------
+    InputError
+        As `read_columns`; a column missing or without a unit.
+    """
+    table = read_columns(path)
+    return np.column_stack([table.numbers(table.require(axis), "length") for axis in ("z", "y", "x")])
+
+
+def written(point: np.ndarray) -> str:
+    """Return z, y, x (cm) as ``"x,y,z"``, to 0.1 µm."""
+    return ",".join(f"{value:.5f}".rstrip("0").rstrip(".") for value in point[::-1])
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return bool(np.isfinite(float(text)))
+    except ValueError:
+        return False

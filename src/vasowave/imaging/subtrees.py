@@ -1,0 +1,125 @@
+"""Parts of a tree: its first generations, its largest vessels, all above a radius; junctions stay whole."""
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging.extraction import Extraction
+from vasowave.imaging.tree import Tree
+from vasowave.network import Network
+
+
+def first_generations(network: Network, count: int) -> np.ndarray:
+    """Return the rows of the vessels at most `count` - 1 junctions away from the root, ascending.
+
+    Raises
+    ------
+    InputError
+        `count` below 1.
+
+    Warns
+    -----
+    VasowaveWarning
+        The network has fewer generations.
+    """
+    _require(count >= 1, f"{count} generations; at least the root is needed: give 1 or more")
+    if count > len(network.generations):
+        _warn(f"the network has {len(network.generations)} generations, not {count}: all of it is kept")
+    return np.sort(np.concatenate(network.generations[:count]))
+
+
+def largest_vessels(network: Network, count: int) -> np.ndarray:
+    """Return the rows of the largest sub-tree of at most `count` vessels, ascending.
+
+    It grows from the root; each time the junction opens whose widest daughter is widest, with all its daughters,
+    since a junction that lost a daughter would divide the flow wrongly.
+
+    Raises
+    ------
+    InputError
+        `count` below 1.
+
+    Warns
+    -----
+    VasowaveWarning
+        No sub-tree with whole junctions has exactly `count` vessels.
+    """
+    _require(count >= 1, f"{count} vessels; at least the root is needed: give 1 or more")
+    kept = {network.root}
+    while True:
+        ends = [row for row in kept if network.daughters[row] and network.daughters[row][0] not in kept]
+        ends = [row for row in ends if len(kept) + len(network.daughters[row]) <= count]
+        if not ends:
+            break
+        widest = max(ends, key=lambda row: max(network.radius[daughter] for daughter in network.daughters[row]))
+        kept |= set(network.daughters[widest])
+    if len(kept) < count:
+        _warn(f"{len(kept)} vessels are kept, not {count}: one more junction would make more, or there are no more")
+    return np.array(sorted(kept))
+
+
+def wider_than(network: Network, radius: float) -> np.ndarray:
+    """Return the rows of all vessels with at least `radius` (cm) whose parents are kept too, ascending.
+
+    The narrower sisters of a kept vessel stay, as terminals, since a junction that lost a daughter would divide the
+    flow wrongly.
+
+    Raises
+    ------
+    InputError
+        The root is narrower.
+    """
+    widest = float(network.radius[network.root])
+    _require(radius <= widest, f"the root's radius is {widest:.4g} cm, below {radius:g}: nothing would be kept")
+    wide = {row for row in range(len(network)) if network.radius[row] >= radius}
+    kept = {network.root}
+    for rows in network.generations:
+        for row in rows.tolist():
+            if row in kept and row in wide and wide.intersection(network.daughters[row]):
+                kept |= set(network.daughters[row])
+    return np.array(sorted(kept))
+
+
+def part_of(extraction: Extraction, rows: Sequence[int] | np.ndarray) -> Extraction:
+    """Return the vessels `rows` of `extraction`, with their names; the parent of each but the root's is among them."""
+    rows = np.asarray(rows)
+    new = np.full(len(extraction.network), -1)
+    new[rows] = np.arange(len(rows))
+    whole = extraction.network
+    parent = np.where(whole.parent[rows] >= 0, new[whole.parent[rows]], -1)
+    names = tuple(whole.name[row] for row in rows)
+    return replace(
+        extraction,
+        network=Network(names, parent, whole.length[rows], whole.radius[rows]),
+        tree=Tree(tuple(extraction.tree.lines[row] for row in rows), parent),
+        inscribed=extraction.inscribed[rows],
+        densitometric=extraction.densitometric[rows],
+        radius_sd=extraction.radius_sd[rows],
+        reliable=extraction.reliable[rows],
+    )
+
+
+def scaled(extraction: Extraction, factor: float) -> Extraction:
+    """Return `extraction` with every length, radius and coordinate times `factor`."""
+    whole = extraction.network
+    scale = np.array([factor] * 4)
+    return replace(
+        extraction,
+        network=Network(whole.name, whole.parent, whole.length * factor, whole.radius * factor),
+        tree=Tree(tuple(line * scale for line in extraction.tree.lines), extraction.tree.parent),
+        inscribed=extraction.inscribed * factor,
+        densitometric=extraction.densitometric * factor,
+        radius_sd=extraction.radius_sd * factor,
+    )
+
+
+def _require(condition: bool, message: str) -> None:
+    if not condition:
+        raise InputError(message)
+
+
+def _warn(message: str) -> None:
+    warnings.warn(message, VasowaveWarning, stacklevel=3)

@@ -1,0 +1,146 @@
+"""The folder of one extraction: tables, centerlines, mask, surface, figures and the page to review them."""
+
+import csv
+import hashlib
+import io
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vasowave.figures.network import plot_network
+from vasowave.figures.projection import projection_figure
+from vasowave.figures.style import new_figure, style
+from vasowave.imaging.exchange import write_author_tables, write_centerlines, write_swc
+from vasowave.imaging.extraction import write_extraction
+from vasowave.imaging.request import Answer
+from vasowave.imaging.surface import smooth_surface, write_mask, write_stl, write_surface_vtp
+from vasowave.imaging.taper import taper
+from vasowave.imaging.tree import Tree, free_length
+from vasowave.imaging.volume import isotropic
+from vasowave.provenance import provenance
+from vasowave.report.review import render, settings_rows
+from vasowave.results import FIGURES, check_folder, replacing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PAGE = "review.html"
+SETTINGS = "extraction.json"
+MARKS = {PAGE: b'name="generator" content="vasowave'}
+_TAPER = ("taper [cm/cm]", "taper_se [cm/cm]", "radius_proximal [cm]", "radius_distal [cm]")
+_ENDS = tuple(f"{axis}_{end} [cm]" for end in ("proximal", "distal") for axis in "xyz")
+
+
+def check_extraction_folder(folder: Path) -> None:
+    """Raise `InputError` unless `folder` is missing, empty, or an earlier extraction."""
+    check_folder(Path(folder), MARKS)
+
+
+def write_answer(found: Answer, folder: Path) -> Path:
+    """Write everything about an extraction into `folder`, whole or not at all, and return the page's path.
+
+    An earlier extraction in it is replaced; files of other origin stay. Lengths are cm in tables; mask, surface and
+    ``centerlines.vtp`` are in mm, as imaging programs expect, ``centerlines.swc`` in µm.
+
+    Raises
+    ------
+    InputError
+        The folder holds something else or cannot be written.
+    """
+    folder = Path(folder).resolve()
+    check_extraction_folder(folder)
+    figures = extraction_figures(found)
+    origin = _provenance(found)
+    drawings = {name: _svg(figure) for name, figure in figures.items()}
+    page = render(found, drawings, origin)
+    with replacing(folder, MARKS) as fresh:
+        _write_network(found, fresh)
+        surface = smooth_surface(found.lumen)
+        write_mask(found.lumen, found.image, fresh / "mask.nrrd")
+        write_surface_vtp(surface, fresh / "surface.vtp")
+        write_stl(surface, fresh / "surface.stl")
+        (fresh / FIGURES).mkdir()
+        for name, figure in figures.items():
+            (fresh / FIGURES / f"{name}.svg").write_text(drawings[name], encoding="utf-8")
+            with style():
+                figure.savefig(fresh / FIGURES / f"{name}.png", metadata={"Software": None})
+        stored = {"settings": dict(settings_rows(found)), "notes": found.notes, "provenance": origin}
+        (fresh / SETTINGS).write_text(json.dumps(stored, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        (fresh / PAGE).write_text(page, encoding="utf-8")
+    return folder / PAGE
+
+
+def extraction_figures(found: Answer) -> dict[str, "Figure"]:
+    """Return the figures by name: projection, network."""
+    network = found.extraction.network
+    tree = _in_image(found)
+    projection = projection_figure(isotropic(found.image), found.lumen, tree, network.name)
+    with style():
+        height = min(60.0, max(5.0, 0.9 * len(network.terminals)))
+        graph = new_figure(min(60.0, max(12.0, 2.6 * len(network.generations))), height)
+        plot_network(graph.subplots(), network)
+        for figure in (projection, graph):  # drawn to several files: the layout is worked out once
+            figure.draw_without_rendering()
+            figure.set_layout_engine("none")
+    return {"projection": projection, "network": graph}
+
+
+def _svg(figure: "Figure") -> str:
+    text = io.StringIO()
+    with style():
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()
+
+
+def vessel_rows(found: Answer) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
+    """Return header and rows of `vessels.csv`: what the network table does not say of each vessel."""
+    network, tree = found.extraction.network, found.extraction.tree
+    generation = np.zeros(len(network), dtype=int)
+    for level, members in enumerate(network.generations, 1):
+        generation[members] = level
+    free, slopes = free_length(tree), taper(tree)
+    tapers = np.column_stack([slopes.slope, slopes.slope_se, slopes.proximal, slopes.distal])
+    header = ("name", "generation", "flow_fraction", "free_length [cm]", *_TAPER, *_ENDS)
+    rows: list[tuple[Any, ...]] = []
+    for row, name in enumerate(network.name):
+        ends = tree.lines[row][[0, -1], 2::-1].ravel().tolist()
+        numbers = [network.flow_fraction[row], free[row], *tapers[row], *ends]
+        rows.append((name, int(generation[row]), *map(float, numbers)))
+    return header, rows
+
+
+def _write_network(found: Answer, folder: Path) -> None:
+    write_extraction(found.extraction, folder / "tables")
+    for table in (folder / "tables").iterdir():
+        table.rename(folder / table.name)
+    (folder / "tables").rmdir()
+    header, rows = vessel_rows(found)
+    with (folder / "vessels.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        writer.writerows(["" if cell != cell else cell for cell in row] for row in rows)
+    network, tree = found.extraction.network, found.extraction.tree
+    write_author_tables(network, folder / "connectivity.csv", folder / "dimensions.csv")
+    write_centerlines(tree, folder / "centerlines.vtp", unit=0.1)
+    write_swc(tree, folder / "centerlines.swc")
+
+
+def _in_image(found: Answer) -> Tree:
+    """Return the tree in the image's coordinates, before the cannula's scale."""
+    tree = found.extraction.tree
+    return Tree(tuple(line / found.factor for line in tree.lines), tree.parent)
+
+
+def _provenance(found: Answer) -> dict[str, str]:
+    request = found.request
+    given = [request.image, request.mask, request.edits, request.region]
+    files = [path for path in given if isinstance(path, Path) and path.is_file()]
+    origin = provenance(files)
+    if request.image.is_dir():
+        digest = hashlib.sha256()
+        for file in sorted(path for path in request.image.iterdir() if path.is_file()):
+            digest.update(file.read_bytes())
+        origin[f"sha256 of all files in {request.image.name}"] = digest.hexdigest()
+    return origin

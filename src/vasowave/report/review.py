@@ -1,0 +1,124 @@
+"""The page to review one extraction: the tree in space, projections, directed graph, vessels, settings."""
+
+import base64
+import json
+from dataclasses import fields
+
+import numpy as np
+
+from vasowave.imaging.places import written
+from vasowave.imaging.request import Answer
+from vasowave.imaging.taper import taper
+
+_CAPTIONS = {
+    "projection": (
+        "The image and the network",
+        "Brightest voxel along each axis of the image (grey), outline of the lumen, and the vessels, named where there "
+        "are at most 60.",
+    ),
+    "network": (
+        "The network as a directed graph",
+        "Each vessel with its share of the mean flow (eq. 11); width follows the radius, lengths are not to scale.",
+    ),
+}
+_MOST_POINTS = 40  # of a vessel in the page's view
+
+
+def render(found: Answer, drawings: dict[str, str], origin: dict[str, str]) -> str:
+    """Return the page as HTML text with view and numbers inside; it needs no network.
+
+    Parameters
+    ----------
+    found : Answer
+    drawings : dict of str
+        The figures by name, as SVG text.
+    origin : dict of str
+        Provenance.
+    """
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("vasowave.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    source, *_ = environment.loader.get_source(environment, "tree3d.js")  # type: ignore[union-attr]
+    network = found.extraction.network
+    scale = "not measured"
+    if found.request.cannula_radius is not None:
+        scale = f"{100 * (found.extraction.scale - 1):+.1f} %"
+    return environment.get_template("review.html").render(
+        source=str(found.request.image),
+        sentence=f"{len(network)} vessels, {len(network.terminals)} of them terminal, in {len(network.generations)} "
+        f"generations; total length {_number(network.length.sum())} cm; root {network.name[network.root]} with "
+        f"a radius of {_number(network.radius[network.root])} cm. Scale of the cannula against the file: {scale}"
+        f"{', applied' if found.request.scale == 'cannula' else ''}.",
+        notes=found.notes,
+        actions=("remove", "cut", "merge", "root"),
+        figures=[
+            {
+                "name": name,
+                "title": _CAPTIONS[name][0],
+                "caption": _CAPTIONS[name][1],
+                "svg": base64.b64encode(drawing.encode()).decode(),
+            }
+            for name, drawing in drawings.items()
+        ],
+        table_caption="Radius: densitometric, or inscribed where the vessel is too short. SD: over thresholds of 0.8, "
+        "1 and 1.2 times the chosen one. Taper: fall of the radius per length, with its standard error.",
+        table=_page_table(found),
+        settings=settings_rows(found),
+        provenance=origin,
+        tree=_tree_data(found),
+        script=source,
+    )
+
+
+def _number(value: float, digits: int = 3) -> str:
+    return f"{float(value):.{digits}g}" if np.isfinite(value) else "–"
+
+
+def _page_table(found: Answer) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    network, one = found.extraction.network, found.extraction
+    slopes = taper(one.tree)
+    header = ("vessel", "parent", "length [cm]", "radius [cm]", "SD [cm]", "inscribed [cm]", "densitometric [cm]",
+              "reliable", "taper [cm/cm]", "±", "flow [%]")  # fmt: skip
+    rows = []
+    for row, name in enumerate(network.name):
+        parent = network.name[network.parent[row]] if network.parent[row] >= 0 else "–"
+        sizes = (network.length, network.radius, one.radius_sd, one.inscribed, one.densitometric)
+        rows.append(
+            (name, parent, *(_number(values[row]) for values in sizes), "yes" if one.reliable[row] else "no",
+             *(_number(value, 2) for value in (slopes.slope[row], slopes.slope_se[row])),
+             _number(100 * network.flow_fraction[row]))
+        )  # fmt: skip
+    return header, rows
+
+
+def _tree_data(found: Answer) -> str:
+    network, vessels = found.extraction.network, []
+    terminals = set(network.terminals.tolist())
+    for row, line in enumerate(found.extraction.tree.lines):
+        few = np.unique(np.linspace(0, len(line) - 1, min(len(line), _MOST_POINTS)).round().astype(int))
+        points = np.round(line[few][:, [2, 1, 0, 3]], 5).tolist()
+        sizes = {"radius": _number(network.radius[row]), "length": _number(network.length[row])}
+        vessels.append({"name": network.name[row], "terminal": row in terminals, "points": points, **sizes})
+    # A name may hold "</script>".
+    root = np.round(found.factor * found.root[::-1], 5).tolist()
+    return json.dumps({"factor": found.factor, "root": root, "vessels": vessels}).replace("<", "\\u003c")
+
+
+def settings_rows(found: Answer) -> list[tuple[str, str]]:
+    """Return what the user asked for, by name, as text."""
+    request = found.request
+    rows = [("root used (x,y,z, cm)", written(found.root)), ("scale factor", f"{found.factor:.5g}")]
+    for entry in fields(request):
+        value = getattr(request, entry.name)
+        if value is None or entry.name == "root":
+            continue
+        if isinstance(value, tuple | list | np.ndarray):
+            value = "; ".join(written(point) for point in np.atleast_2d(value))
+        rows.append((entry.name.replace("_", " "), str(value)))
+    return rows

@@ -1,0 +1,43 @@
+"""A small phantom of five vessels on disk, and the command run on it."""
+
+import warnings
+
+import numpy as np
+from typer.testing import CliRunner
+
+from vasowave.cli import app
+from vasowave.datasets.phantom import embed, render
+from vasowave.errors import VasowaveWarning
+from vasowave.imaging.places import written
+from vasowave.network import Network
+
+NETWORK = Network(
+    ("1", "2", "3", "4", "5"),
+    np.array([-1, 0, 0, 1, 1]),
+    np.array([0.35, 0.4, 0.3, 0.25, 0.3]),
+    np.array([0.052, 0.042, 0.032, 0.034, 0.026]),
+)
+VOXEL = 0.0095
+
+
+def phantom(seed=5, shape=140, spacing=VOXEL, noise=6.0):
+    """Return the embedding of NETWORK and its volume."""
+    rng = np.random.default_rng(seed)
+    embedding = embed(NETWORK, rng)
+    return embedding, render(embedding, shape, spacing, rng, noise=noise)
+
+
+def root_of(embedding):
+    return written(embedding.cannula[0])
+
+
+def outlets_of(embedding):
+    return [argument for row in NETWORK.terminals for argument in ("--outlet", written(embedding.lines[row][-1]))]
+
+
+def run(*arguments):
+    """Run `vasowave extract` and return (result, messages of its warnings)."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", VasowaveWarning)
+        result = CliRunner().invoke(app, ["extract", *map(str, arguments)])
+    return result, [str(note.message) for note in told if issubclass(note.category, VasowaveWarning)]

@@ -1,0 +1,183 @@
+"""What people feed the command by mistake: each time one clear error or warning, and nothing half-written."""
+
+import numpy as np
+import pytest
+from made_phantom import outlets_of, phantom, root_of, run
+
+from vasowave.datasets.phantom import write_dicom_series
+from vasowave.errors import InputError
+from vasowave.imaging import Volume, write_volume
+from vasowave.imaging.places import written
+
+
+@pytest.fixture(scope="module")
+def scan():
+    return phantom()
+
+
+@pytest.fixture(scope="module")
+def image(scan, tmp_path_factory):
+    path = tmp_path_factory.mktemp("image") / "image.nrrd"
+    write_volume(scan[1], path)
+    return path
+
+
+def refused(message, tmp_path, *arguments):
+    """Run, expect an InputError that holds `message`, and nothing where the result would be or beside it."""
+    before = sorted(tmp_path.rglob("*"))
+    result, _ = run(*arguments, "-o", tmp_path / "out")
+    assert isinstance(result.exception, InputError), repr(result.exception) + result.output
+    assert message in str(result.exception)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.fixture
+def series(scan, tmp_path):
+    write_dicom_series(Volume(scan[1].grey[:8, :40, :40], scan[1].spacing, scan[1].origin), tmp_path / "dicom")
+    return tmp_path / "dicom"
+
+
+def test_a_truncated_slice(series, tmp_path):
+    content = (series / "slice0004.dcm").read_bytes()
+    (series / "slice0004.dcm").write_bytes(content[: len(content) // 2])
+    refused("slice0004.dcm", tmp_path, series, "--root", "0,0,0")
+
+
+def test_two_series_in_one_folder(series, tmp_path):
+    write_dicom_series(
+        Volume(np.random.default_rng(0).normal(size=(4, 40, 40)), np.full(3, 0.01), np.zeros(3)), tmp_path / "b"
+    )
+    (tmp_path / "b" / "slice0002.dcm").rename(series / "zz.dcm")
+    refused("more than one series", tmp_path, series, "--root", "0,0,0")
+
+
+def test_a_text_file_among_the_slices(series, tmp_path):
+    (series / "notes.txt").write_text("scanned on Monday")
+    refused("notes.txt: not a readable DICOM file", tmp_path, series, "--root", "0,0,0")
+
+
+@pytest.mark.parametrize(
+    ("value", "message"), [(np.nan, "not finite"), (7.0, "every voxel has grey level 7"), (None, "where does")]
+)
+def test_a_volume_of_nan_or_of_one_value(scan, tmp_path, value, message):
+    import SimpleITK
+
+    grey = np.array(scan[1].grey)
+    if value is not None:
+        grey[:] = value
+    picture = SimpleITK.GetImageFromArray(grey)
+    picture.SetSpacing([10 * float(h) for h in scan[1].spacing])
+    SimpleITK.WriteImage(picture, str(tmp_path / "v.mha"))
+    refused(message, tmp_path, tmp_path / "v.mha")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("v.nrrd", b"NRRD0004\ntype: flaot\n\n", "v.nrrd: not an image that can be read"),
+        ("v.mhd", b"ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\nElementDataFile = gone.raw\n", "v.mhd: not"),
+        ("v.nii", b"NIFTI" * 200, "v.nii: not a NIfTI file"),
+        ("v.tif", b"II*\0rubbish", "v.tif: a TIFF stack says nothing reliable about its voxel size"),
+        ("v.raw", b"\0" * 64, "RAW says nothing about its size"),
+        ("v.jpg", b"\xff\xd8\xff\xe0", "v.jpg: not an image that can be read"),
+    ],
+)  # fmt: skip
+def test_a_header_that_cannot_be_read(tmp_path, name, content, message):
+    (tmp_path / name).write_bytes(content)
+    refused(message, tmp_path, tmp_path / name, "--root", "0,0,0")
+
+
+def test_a_flat_picture(tmp_path):
+    import SimpleITK
+
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(np.eye(9, dtype=np.float32)), str(tmp_path / "flat.nrrd"))
+    refused("not a three-dimensional grey-level image", tmp_path, tmp_path / "flat.nrrd", "--root", "0,0,0")
+
+
+def test_a_voxel_size_wrong_by_a_factor_of_ten_shows_at_the_cannula(scan, image, tmp_path):
+    embedding, volume = scan
+    # The file's origin is kept, so places move with the voxels.
+    far = [
+        written(volume.origin + 10 * (np.asarray(place) - volume.origin))
+        for place in (embedding.cannula[0], *(embedding.lines[row][-1] for row in (2, 3, 4)))
+    ]
+    outlets = [argument for place in far[1:] for argument in ("--outlet", place)]
+    refused("the voxel size is wrong", tmp_path, image, "--voxel", "0.095", "--root", far[0], *outlets)
+    refused("give a positive number of cm", tmp_path, image, "--voxel", "-1", "--root", far[0])
+
+
+def test_a_root_at_the_wrong_end(scan, image, tmp_path):
+    embedding, _ = scan
+    wrong = written(embedding.lines[2][-2])
+    ends = [embedding.cannula[0] + [0.02, 0, 0], embedding.lines[3][-1], embedding.lines[4][-1]]
+    outlets = [argument for place in ends for argument in ("--outlet", written(place))]
+    refused("not at the cannula's outer end", tmp_path, image, "--root", wrong, *outlets)
+    result, notes = run(image, "-o", tmp_path / "out", "--root", wrong, "--cannula", "0", *outlets)
+    assert result.exit_code == 0, repr(result.exception)
+    assert any("is wider than the root" in note for note in notes), notes
+    assert "is wider than the root" in (tmp_path / "out" / "review.html").read_text()
+
+
+def test_a_tree_that_touches_the_border_and_a_second_tree_beside_it(scan, tmp_path):
+    embedding, volume = scan
+    low = int((embedding.cannula[0, 0] + 0.05 - volume.origin[0]) / volume.spacing[0])
+    grey = np.array(volume.grey[low:])
+    tip = np.round((embedding.lines[4][-1] - volume.origin) / volume.spacing).astype(int)
+    y, x = (10 if at > 70 else 120 for at in tip[1:])
+    grey[20:90, y : y + 8, x : x + 8] = 100
+    cut = Volume(grey, volume.spacing, volume.origin + np.array([low, 0, 0]) * volume.spacing)
+    write_volume(cut, tmp_path / "cut.nrrd")
+    root = written(np.array([cut.origin[0], *embedding.cannula[0, 1:]]))
+    result, notes = run(tmp_path / "cut.nrrd", "-o", tmp_path / "out", "--root", root, *outlets_of(embedding))
+    assert result.exit_code == 0, repr(result.exception)
+    assert any("touches the border" in note for note in notes), notes
+    result, notes = run(tmp_path / "cut.nrrd", "-o", tmp_path / "other")
+    assert isinstance(result.exception, InputError)
+    assert any("two separate trees" in note for note in notes), notes
+
+
+def test_every_outlet_that_is_not_at_the_lumen_is_named(scan, image, tmp_path):
+    embedding, _ = scan
+    far = ["--outlet", "0.5,0.5,-0.1", "--outlet", "-0.5,0.5,-0.1"]
+    arguments = (image, "--root", root_of(embedding), *outlets_of(embedding), *far)
+    refused("2 of 5 outlets (x,y,z, cm) do not lie at the lumen: 0.5,0.5,-0.1 (", tmp_path, *arguments)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--root", "1,2"], "'1,2' is not a place; write three numbers"),
+        (["--root", "1,2,3 furlong"], "'furlong' is not a unit of length"),
+        (["--root", "0.4,0.4,0"], "is not inside a vessel"),
+        (["--threshold", "500"], "no voxel is brighter than 500"),
+        (["--threshold", "1"], "more than half of the volume is brighter than 1"),
+        (["--method", "magic"], "method 'magic'; there are: threshold, level-set"),
+        (["--scale", "ruler"], "scale 'ruler'"),
+        (["--scale", "cannula", "--cannula", "0"], "needs a cannula of known diameter"),
+        (["--generations", "2", "--vessels", "3"], "keep either"),
+        (["--min-radius", "0.2"], "nothing would be kept"),
+        (["--region", "0,0,0"], "region '0,0,0': no such file, and no box"),
+        (["--mask", "gone.nrrd"], "gone.nrrd: no such file"),
+        (["--edits", "gone.txt"], "gone.txt: the edits cannot be read"),
+        (["--outlets", "gone.csv"], "gone.csv"),
+    ],
+)
+def test_an_option_that_makes_no_sense(scan, image, tmp_path, arguments, message):
+    root = [] if "--root" in arguments else ["--root", root_of(scan[0])]
+    refused(message, tmp_path, image, *root, *arguments)
+
+
+def test_a_folder_that_holds_something_else_is_not_touched(image, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.txt").write_text("mine")
+    refused("not empty and not a vasowave result", tmp_path, image, "--root", "0,0,0")
+
+
+def test_a_region_cuts_the_tree_off_in_the_command(scan, image, tmp_path):
+    embedding, volume = scan
+    low, high = volume.origin.copy(), volume.origin + (np.array(volume.grey.shape) - 1) * volume.spacing
+    high[0] = embedding.lines[0][-1, 0] - 0.1  # before the first junction
+    box = f"{written(low)}:{written(high)}"
+    result, _ = run(image, "-o", tmp_path / "out", "--root", root_of(embedding), "--region", box)
+    assert result.exit_code == 0, repr(result.exception)
+    assert len((tmp_path / "out" / "network.csv").read_text().splitlines()) == 2

@@ -1,0 +1,146 @@
+import numpy as np
+import pytest
+
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging.edits import edited, read_edits, root_of
+from vasowave.imaging.subtrees import first_generations, largest_vessels, wider_than
+from vasowave.imaging.taper import taper
+from vasowave.imaging.tree import Tree, network_of
+from vasowave.network import Network
+
+
+def straight(start, end, radius, points=41):
+    """A vessel from `start` to `end`, x y z in cm; the tree holds z y x r."""
+    way = np.linspace(start, end, points)[:, ::-1]
+    return np.column_stack([way, np.full(points, radius)])
+
+
+@pytest.fixture
+def tree():
+    """Root 1 forks into 2 and 3; 2 forks into 4 and 5; all in the plane z = 0.
+
+    ::   1: (0,0)-(1,0)   2: (1,0)-(2,1)   3: (1,0)-(2,-1)   4: (2,1)-(3,2)   5: (2,1)-(3,1)
+    """
+    lines = (
+        straight((0, 0, 0), (1, 0, 0), 0.10),
+        straight((1, 0, 0), (2, 1, 0), 0.08),
+        straight((1, 0, 0), (2, -1, 0), 0.05),
+        straight((2, 1, 0), (3, 2, 0), 0.04),
+        straight((2, 1, 0), (3, 1, 0), 0.03),
+    )
+    return Tree(lines, np.array([-1, 0, 0, 1, 1]))
+
+
+def after(tree, tmp_path, text):
+    file = tmp_path / "edits.txt"
+    file.write_text(text)
+    return edited(tree, read_edits(file))
+
+
+def test_removing_one_of_two_sisters_lets_the_other_continue_the_parent(tree, tmp_path):
+    found = after(tree, tmp_path, "remove 2.5 1 0   # vessel 5\n")
+    np.testing.assert_array_equal(found.parent, [-1, 0, 0])
+    assert sorted(network_of(found).length.round(9)) == sorted(np.round([1, np.sqrt(2), 2 * np.sqrt(2)], 9))
+    long = found.lines[int(np.argmax(network_of(found).length))]
+    np.testing.assert_allclose(long[[0, -1], :3], [[0, 0, 1], [0, 2, 3]], atol=1e-12)
+
+
+def test_removing_a_vessel_takes_what_lies_beyond_it(tree, tmp_path):
+    found = after(tree, tmp_path, "remove 1.5, 0.5, 0\n")
+    np.testing.assert_array_equal(found.parent, [-1])  # 3 continues 1
+    assert network_of(found).length[0] == pytest.approx(1 + np.sqrt(2))
+
+
+def test_a_cut_shortens_the_vessel_and_takes_what_lies_beyond_it(tree, tmp_path):
+    found = after(tree, tmp_path, "unit mm\ncut 15 5 0\n")
+    np.testing.assert_array_equal(found.parent, [-1, 0, 0])
+    np.testing.assert_allclose(found.lines[1][-1, :3], [0, 0.5, 1.5], atol=1e-12)
+
+
+def test_a_merged_vessel_leaves_one_junction_with_three_daughters(tree, tmp_path):
+    found = after(tree, tmp_path, "merge 1.5 0.5 0\n")
+    np.testing.assert_array_equal(found.parent, [-1, 0, 0, 0])
+
+
+def test_edits_act_in_the_order_of_the_lines(tree, tmp_path):
+    # After the merge 4 and 5 are daughters of 1, so removing 5 leaves a fork, and nothing is joined.
+    found = after(tree, tmp_path, "merge 1.5 0.5 0\nremove 2.5 1 0\n")
+    np.testing.assert_array_equal(found.parent, [-1, 0, 0])
+
+
+def test_a_root_among_the_edits_is_read_in_its_unit(tmp_path):
+    (tmp_path / "e.txt").write_text("# by hand\nunit mm\nroot 1 2 3\n")
+    np.testing.assert_allclose(root_of(read_edits(tmp_path / "e.txt")), [0.3, 0.2, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("\nremvoe 1 2 3", r"line 2: unknown edit 'remvoe' \(did you mean 'remove'\?\)"),
+        ("remove 1 2", "line 1: 'remove' takes three finite numbers x y z, not 1 2"),
+        ("cut 1 2 nan", "line 1: 'cut' takes three finite numbers"),
+        ("cut", "line 1: 'cut' takes three finite numbers x y z, not nothing"),
+        ("unit furlong", "line 1: 'furlong' is not a unit of length"),
+        ("root 1 2 3\nroot 1 2 3", "line 2: a second root"),
+        ("remove 2.5 1 0\nremove 2.5 1 0.5", r"line 2: no vessel at 2\.5,1,0\.5 cm; the nearest axis passes"),
+        ("remove 0.5 0 0", "line 1: this is the root"),
+        ("merge 0.5 0 0", "line 1: 'merge' makes an inner vessel a point, but this is a root"),
+        ("merge 2.5 1 0", "line 1: .* a terminal vessel; use 'remove'"),
+        ("cut 0 0 0", "line 1: the place is where the vessel begins"),
+    ],
+)
+def test_a_wrong_edit_is_named_with_its_line(tree, tmp_path, text, message):
+    with pytest.raises(InputError, match=message):
+        after(tree, tmp_path, text)
+
+
+@pytest.fixture
+def network(tree):
+    return network_of(tree)
+
+
+def test_generations_count_from_the_root(network):
+    np.testing.assert_array_equal(first_generations(network, 2), [0, 1, 2])
+    with pytest.warns(VasowaveWarning, match="3 generations, not 9"):
+        assert len(first_generations(network, 9)) == 5
+
+
+def test_the_largest_sub_tree_opens_the_widest_junction_first_and_keeps_junctions_whole():
+    parent = np.array([-1, 0, 0, 1, 1, 2, 2])
+    radius = np.array([1, 0.7, 0.8, 0.6, 0.5, 0.55, 0.1])
+    network = Network(tuple("abcdefg"), parent, np.ones(7), radius)
+    np.testing.assert_array_equal(largest_vessels(network, 5), [0, 1, 2, 3, 4])  # 0.6 is wider than 0.55
+    with pytest.warns(VasowaveWarning, match="3 vessels are kept, not 4"):
+        assert len(largest_vessels(network, 4)) == 3
+
+
+def test_all_vessels_above_a_radius_keep_their_narrow_sisters(network):
+    np.testing.assert_array_equal(wider_than(network, 0.07), [0, 1, 2])  # 3 (0.05) is the sister of 2 (0.08)
+    np.testing.assert_array_equal(wider_than(network, 0.035), [0, 1, 2, 3, 4])
+    with pytest.raises(InputError, match="nothing would be kept"):
+        wider_than(network, 0.2)
+
+
+def test_taper_is_the_fall_of_the_radius_along_the_free_stretch():
+    line = straight((0, 0, 0), (1, 0, 0), 0.05, 201)
+    line[:, 3] = 0.05 - 0.02 * np.linspace(0, 1, 201)
+    line[:5, 3] = 0.08  # inside the junction, and not measured
+    short = straight((1, 0, 0), (1.05, 0, 0), 0.03)
+    found = taper(Tree((line, short), np.array([-1, 0])))
+    assert found.slope[0] == pytest.approx(0.02, rel=1e-9)
+    assert found.proximal[0] == pytest.approx(0.05, rel=1e-9)
+    assert found.distal[0] == pytest.approx(0.03, rel=1e-9)
+    assert np.isnan(found.slope[1])
+
+
+def test_the_standard_error_of_the_taper_is_that_of_repeated_measurements():
+    """Radii that wander over one radius of length: the stated error must be the spread of the slopes."""
+    rng, slopes, errors = np.random.default_rng(0), [], []
+    for _ in range(300):
+        line = straight((0, 0, 0), (2, 0, 0), 0.05, 801)
+        knots = rng.normal(0, 0.001, 41)
+        line[:, 3] += np.interp(np.linspace(0, 40, 801), np.arange(41), knots)
+        found = taper(Tree((line,), np.array([-1])))
+        slopes.append(found.slope[0])
+        errors.append(found.slope_se[0])
+    assert np.mean(errors) == pytest.approx(np.std(slopes), rel=0.25)
