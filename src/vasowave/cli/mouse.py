@@ -1,4 +1,4 @@
-"""Commands on one mouse: demo, fit, simulate."""
+"""Commands on one mouse: fit, simulate."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,19 +17,6 @@ if TYPE_CHECKING:
 
 _PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
 _OUTPUT = typer.Option("--output", "-o", help="Folder for the results.")
-
-
-@app.command(epilog="Example: vasowave demo --output vasowave-demo")
-def demo(output: Annotated[Path, _OUTPUT] = Path("vasowave-demo"), starts: int = 4) -> None:
-    """Fit both wall laws to an embedded synthetic mouse and write its report."""
-    from vasowave.calibration import Search
-    from vasowave.datasets import control_network
-    from vasowave.datasets.virtual import virtual_mouse
-
-    typer.echo(
-        "The recording is synthetic: a virtual control mouse made by vasowave from known parameters, with noise."
-    )
-    _fit_and_report(control_network(), virtual_mouse(), output, ("linear", "tangent"), Search(starts))
 
 
 @app.command(

@@ -1,5 +1,6 @@
-"""Commands on a study: new, check, run, report."""
+"""Commands on a study: demo, new, check, run, report."""
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +14,23 @@ if TYPE_CHECKING:
     from vasowave.study.engine import Progress
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
+
+
+@app.command(epilog="Example: vasowave demo --output vasowave-demo")
+def demo(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder of the study.")] = Path("vasowave-demo"),
+    starts: Annotated[int, typer.Option(min=1, help="Starts of each fit.")] = 4,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual animals.")] = 1,
+) -> None:
+    """Do a whole study of 7 + 5 virtual mice, from raw recordings to the report. No animal was measured."""
+    from vasowave.study.virtual import write_virtual_study
+
+    typer.echo("SYNTHETIC: vasowave makes the twelve mice itself, from published parameters and group statistics.")
+    begun = time.monotonic()
+    write_virtual_study(output, starts=starts, seed=seed)
+    typer.echo(f"Study: {output} ({time.monotonic() - begun:.0f} s)")
+    typer.echo("The first animal compiles the solver, which takes half a minute once.")
+    _run(output)
 
 
 @app.command(epilog="Example: vasowave new my-study")
@@ -51,11 +69,22 @@ def run(
     pdf: Annotated[bool | None, typer.Option(help="Write the report as PDF too.")] = None,
 ) -> None:
     """Do the study. After an interruption of any kind, run it again: it goes on where it was."""
+    _run(study, workers, scheduler, report, pdf)
+
+
+def _run(
+    study: Path,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    report: bool = True,
+    pdf: bool | None = None,
+) -> None:
     from vasowave.study.plan import read_study
     from vasowave.study.reporting import report_study
     from vasowave.study.running import run_study
 
     plan = read_study(study)
+    begun = time.monotonic()
     try:
         with _shown(len(plan.animals)) as show:
             done = run_study(plan, workers=workers, scheduler=scheduler, progress=show)
@@ -65,9 +94,11 @@ def run(
     typer.echo(
         f"{len(done.computed)} animals computed, {len(done.kept)} kept from earlier, {len(done.failures)} failed."
     )
-    typer.echo(f"Results: {done.results}")
+    computed = time.monotonic()
+    typer.echo(f"Results: {done.results} ({computed - begun:.0f} s)")
     if report:
-        typer.echo(f"Report: {report_study(plan.path, pdf=pdf)}")
+        page = report_study(plan.path, pdf=pdf)
+        typer.echo(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
     for name, why in done.failures.items():
         typer.echo(f"failed: {name}: {why}", err=True)
     raise typer.Exit(1 if done.failures else 0)
@@ -117,4 +148,4 @@ def _left(step: "Progress") -> str:
     return f"about {step.left:.0f} s left" if step.left < 90 else f"about {step.left / 60:.0f} min left"
 
 
-__all__ = ["check", "make_report", "new", "run"]
+__all__ = ["check", "demo", "make_report", "new", "run"]
