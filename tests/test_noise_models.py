@@ -143,13 +143,11 @@ def test_with_known_noise_shape_the_interval_is_that_of_linear_regression():
 def test_the_table_of_an_animal_holds_every_covariance_and_is_ready_for_netcdf(tmp_path):
     fits = [made_fit("linear"), made_fit("tangent")]
     steps = []
-    table = selection.compare_fits(
-        fits, covariances=("Matern 3/2", "circulant", "ARMA"), progress=lambda *step: steps.append(step)
-    )
-    assert dict(table.sizes) == {"candidate": 3 * 2 * 2}
-    assert steps[-1][:2] == (6, 6)
+    table = selection.compare_fits(fits, covariances=("circulant", "ARMA"), progress=lambda *step: steps.append(step))
+    assert dict(table.sizes) == {"candidate": 2 * 2 * 2}
+    assert steps[-1][:2] == (4, 4)
     table.to_netcdf(tmp_path / "selection.nc")
-    for covariance in ("Matern 3/2", "circulant", "ARMA"):
+    for covariance in ("circulant", "ARMA"):
         rows = table.where(table["covariance"] == covariance, drop=True)
         assert rows.sizes["candidate"] == 4
     D, N, logL = table["D"], table["N"], table["loglik"]
