@@ -192,7 +192,10 @@ def test_a_second_run_replaces_the_first_and_leaves_the_users_own_files(scan, tm
 
 def test_an_interrupt_leaves_nothing_behind(scan, tmp_path):
     folder, embedding, _ = scan
-    code = "from vasowave.cli import run; run()"
+    # A background job inherits a SIGINT that is ignored.
+    code = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); from vasowave.cli import run; run()"
+    )
     arguments = ["extract", folder / "image.nrrd", "-o", tmp_path / "out", "--root", root_of(embedding)]
     with subprocess.Popen(
         [sys.executable, "-c", code, *map(str, arguments)], stderr=subprocess.PIPE, text=True,
