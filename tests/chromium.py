@@ -13,31 +13,37 @@ NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"
 # The page stands in a frame of the width asked for, since a window cannot be as narrow as a phone. Everything folded is
 # opened. A box that scrolls by itself may be wider inside; anything else may not.
 MEASURE = """
-const frame = document.getElementById("frame");
-frame.onload = () => {
+const measured = frame => {
   const page = frame.contentDocument, root = page.documentElement;
-  page.querySelectorAll("details").forEach(one => one.open = true);
+  const all = selector => [...page.querySelectorAll(selector)];
+  const box = one => one.getBoundingClientRect();
+  all("details").forEach(one => one.open = true);
   const scrolls = one => ["auto", "scroll"].includes(getComputedStyle(one).overflowX);
-  const inside = one => { for (let up = one.parentElement; up; up = up.parentElement) if (scrolls(up)) return true; return false; };
-  const wide = [...page.body.querySelectorAll("*:not(svg *)")].filter(one => !scrolls(one) && !inside(one) &&
-    (one.scrollWidth > one.clientWidth + 1 && one.clientWidth > 0 || one.getBoundingClientRect().right > root.clientWidth + 1));
-  const cut = [...page.querySelectorAll("svg")].flatMap(drawing => {
-    const box = drawing.getBoundingClientRect();
-    return [...drawing.querySelectorAll("text")].filter(text => { const at = text.getBoundingClientRect();
-      return at.left < box.left - 2 || at.right > box.right + 2 || at.top < box.top - 2 || at.bottom > box.bottom + 2; })
-      .map(text => drawing.parentElement.parentElement.id + ": " + text.textContent); });
-  document.getElementById("result").textContent = JSON.stringify({
-    pageWidth: root.scrollWidth, frameWidth: root.clientWidth, errors: frame.contentWindow.failed || [],
-    wide: wide.map(one => one.tagName + " " + one.className + " " + one.textContent.slice(0, 60)), cut: cut,
-    drawings: page.querySelectorAll("figure svg").length,
-    empty: [...page.querySelectorAll("figure svg")].filter(one => one.getBoundingClientRect().height < 20).length,
-    missing: [...page.images].filter(one => !one.complete || one.naturalWidth === 0).length,
+  const inside = one => one.parentElement && (scrolls(one.parentElement) || inside(one.parentElement));
+  const overflows = one => one.clientWidth > 0 && one.scrollWidth > one.clientWidth + 1;
+  const beyond = one => box(one).right > root.clientWidth + 1;
+  const wide = all("body *:not(svg *)").filter(one => !scrolls(one) && !inside(one) && (overflows(one) || beyond(one)));
+  const outside = (text, at) => text.left < at.left - 2 || text.right > at.right + 2 ||
+    text.top < at.top - 2 || text.bottom > at.bottom + 2;
+  const cut = all("svg text").filter(text => outside(box(text), box(text.closest("svg"))));
+  const target = one => one.getAttribute("href") || one.getAttribute("xlink:href");
+  return {
+    width: root.clientWidth, pageWidth: root.scrollWidth, errors: frame.contentWindow.failed || [],
+    wide: wide.map(one => one.tagName + " " + one.className + " " + one.textContent.slice(0, 60)),
+    cut: cut.map(text => text.closest("figure").id + ": " + text.textContent),
+    drawings: all("figure svg").length,
+    empty: all("figure svg").filter(one => box(one).height < 20).length,
+    missing: all("img").filter(one => !one.complete || one.naturalWidth === 0).length,
     loaded: frame.contentWindow.performance.getEntriesByType("resource").map(one => one.name),
-    unresolved: [...page.querySelectorAll('a[href^="#"], use')].filter(one =>
-      !page.getElementById((one.getAttribute("href") || one.getAttribute("xlink:href")).slice(1))).length,
-  });
+    unresolved: all('a[href^="#"], use').filter(one => !page.getElementById(target(one).slice(1))).length,
+  };
 };
+addEventListener("load", () => {
+  const frames = [...document.querySelectorAll("iframe")];
+  document.getElementById("result").textContent = JSON.stringify(frames.map(measured));
+});
 """
+WATCH = "window.failed = []; addEventListener('error', e => failed.push(String(e.message)), true);"
 
 
 def browser():
@@ -48,19 +54,17 @@ def browser():
     return found
 
 
-def measured(page, width, folder):
-    """Return what Chromium measures of a page (text) in a frame of `width` px, and the lines of its console."""
-    watched = page.replace(
-        "<head>",
-        "<head><script>window.failed = []; addEventListener('error', e => failed.push(String(e.message)), true);</script>",
-        1,
+def measured(page, widths, folder):
+    """Return what Chromium measures of a page (text) in frames of each of `widths` px, and the lines of its console."""
+    watched = html.escape(page.replace("<head>", f"<head><script>{WATCH}</script>", 1), quote=True)
+    frames = [
+        f'<iframe style="border:0; width:{width}px; height:900px" srcdoc="{watched}"></iframe>' for width in widths
+    ]
+    path = folder / "frames.html"
+    path.write_text(
+        f'<!DOCTYPE html><meta charset="utf-8"><script>{MEASURE}</script><pre id="result"></pre>{"".join(frames)}',
+        encoding="utf-8",
     )
-    outer = (
-        f'<!DOCTYPE html><iframe id="frame" style="border:0; width:{width}px; height:900px" '
-        f'srcdoc="{html.escape(watched, quote=True)}"></iframe><pre id="result"></pre><script>{MEASURE}</script>'
-    )
-    path = folder / f"frame-{width}.html"
-    path.write_text(outer, encoding="utf-8")
     done = run(["--dump-dom", "--virtual-time-budget=20000", "--enable-logging=stderr", path.as_uri()], folder)
     result = re.search(r'<pre id="result">(.*?)</pre>', done.stdout, re.DOTALL)
     console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]

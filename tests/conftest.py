@@ -34,3 +34,30 @@ def control(request) -> Model:
     network = control_network()
     wall = LinearWall(57.0) if request.param == "linear" else TangentWall(7.0, 4.0)
     return Model(network, wall, windkessels(network, 76.0, 0.11, a=0.12))
+
+
+@pytest.fixture(scope="session")
+def cohort_trees() -> list:
+    """Return the trees of 3 + 3 animals with planted values, see made_cohort."""
+    from made_cohort import planted_trees
+
+    return planted_trees()
+
+
+@pytest.fixture(scope="session")
+def cohort_report(cohort_trees, tmp_path_factory) -> Path:
+    """Return a folder with their report, one more animal having failed."""
+    from made_cohort import FAILURE
+    from vasowave.report import write_cohort_report
+
+    folder = tmp_path_factory.mktemp("cohort") / "study"
+    folder.mkdir()
+    (folder / "results.nc").write_bytes(b"not ours to touch")
+    write_cohort_report(cohort_trees, folder, failures={"HPH 9": FAILURE})
+    return folder
+
+
+@pytest.fixture(scope="session")
+def cohort_page(cohort_report) -> str:
+    """Return the page of that report."""
+    return (cohort_report / "report.html").read_text(encoding="utf-8")

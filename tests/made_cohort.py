@@ -1,26 +1,54 @@
 """A cohort whose fits are made from formulas: real analyses and real trees, no search behind them."""
 
+import json
+import warnings
+
 import numpy as np
 import pytest
 
 import made_fit
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.datasets.raw import synthetic_raw_recording
+from vasowave.errors import VasowaveWarning
 from vasowave.recording import Recording
 from vasowave.subject import Animal, Settings, analyze
+
+FAILURE = "no diastolic decay of positive pressure after ejection; check the cycle"
+PLANTED = 98.765432
+"""A resistance that no analysis of these animals could give."""
 
 NETWORKS = {"HPH": hypertensive_network}
 
 
-def made_trees(groups, *, raw=True, walls=("linear", "tangent"), selection=False):
-    """Return the trees of a cohort; `groups` says how many animals each has, later groups are stiffer."""
+def made_trees(groups, *, raw=0, walls=("linear", "tangent"), selection=False):
+    """Return the trees of a cohort; `groups` says how many animals each has, later groups are stiffer.
+
+    The first `raw` animals have continuous recordings.
+    """
     rng = np.random.default_rng(7)
     trees = []
     for place, (group, count) in enumerate(groups.items()):
         for number in range(1, count + 1):
             factor = (1 + 0.8 * place) * np.exp(0.12 * rng.standard_normal())
-            trees.append(made_tree(f"{group} {number}", group, factor, rng, raw, walls, selection))
+            trees.append(made_tree(f"{group} {number}", group, factor, rng, len(trees) < raw, walls, selection))
     return trees
+
+
+def planted_trees():
+    """Return 3 + 3 animals, the first of a raw recording, with a value, a mark and a note planted."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)
+        trees = made_trees({"CTL": 3, "HPH": 3}, raw=1)
+    _plant(trees[1], "linear/quantities", R_T=PLANTED)
+    _plant(trees[0], "tangent/calibration", at_bound=np.array([True, False, False, False, False]))
+    trees[2].attrs["notes"] = json.dumps(["the flow <ends> late & is odd"])
+    return trees
+
+
+def _plant(tree, group, **values):
+    """Replace variables of one group of a tree."""
+    data = tree[group].to_dataset()
+    tree[group].dataset = data.assign({name: data[name].copy(data=value) for name, value in values.items()})
 
 
 def made_tree(name, group, factor, rng, raw, walls, selection):

@@ -5,7 +5,6 @@ from scipy.stats import multivariate_normal
 
 from vasowave import selection
 from vasowave.errors import InputError
-from vasowave.selection.likelihood import _kernel_objective
 
 T, N = 0.11, 64
 TIME = np.arange(N) * T / N
@@ -41,20 +40,6 @@ def test_the_spectrum_of_periodic_noise_is_found_again():
     found = selection.fit_circulant(drawn(dense, 400, 1), np.random.default_rng(0))
     # 400 series: each harmonic's power has a standard error of √(2/800) = 5 %, a fit of four numbers less.
     np.testing.assert_allclose(found.power, periodic_power(), rtol=0.08)
-
-
-@pytest.mark.parametrize("name", selection.KERNELS)
-def test_the_gradient_of_the_likelihood_is_its_slope(name):
-    kernel, residuals = selection.KERNELS[name], drawn(selection.matern32(TIME, 0.01), 2, 2)
-    x = np.array([0.5 * np.log(low * high) for _, low, high, _ in kernel.hyperparameters]) + 0.1
-    slopes = [
-        (value(1e-5) - value(-1e-5)) / 2e-5
-        for value in (
-            lambda step, e=e: _kernel_objective(kernel.matrix, TIME / T, residuals, x + step * e)[0]
-            for e in np.eye(len(x))
-        )
-    ]
-    np.testing.assert_allclose(_kernel_objective(kernel.matrix, TIME / T, residuals, x)[1], slopes, rtol=1e-4)
 
 
 def test_the_fitted_kernel_has_the_greatest_likelihood_of_a_grid_and_is_near_the_truth():

@@ -86,7 +86,7 @@ def test_every_animal_stands_beside_its_box(ax):
     plot_groups(ax, table, "beta [mmHg]")
     points = np.concatenate([line.get_ydata() for line in ax.lines if line.get_marker() in ("o", "s")])
     assert sorted(points) == sorted(table["beta [mmHg]"])
-    assert [label.get_text() for label in ax.get_xticklabels()] == ["CTL (n = 7)", "HPH (n = 5)"]
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["CTL\n(n = 7)", "HPH\n(n = 5)"]
 
 
 def test_ratios_stand_with_their_intervals(ax):

@@ -53,6 +53,7 @@ def test_the_same_seed_makes_the_same_animals_and_another_seed_others(cohort):
 def test_the_files_read_back_as_the_recordings_they_were_made_from(cohort, folder):
     table = pd.read_csv(folder / "animals.csv", comment="#")
     assert list(table["animal"]) == [animal.name for animal in cohort]
+    assert set(table["synthetic"]) == {"yes"}
     for row, animal in zip(table.itertuples(), cohort, strict=True):
         raw = read_raw_recording(folder / row.recording)
         assert raw.sampling_rate == pytest.approx(animal.raw.sampling_rate)

@@ -1,4 +1,4 @@
-"""What the residual of a fit says about the noise: a smooth spectrum, estimated by restricted maximum likelihood.
+"""What the residual of a fit says about the noise: a smooth spectrum, from its restricted likelihood.
 
 A measured cycle closes, so its noise is stationary and periodic: its Fourier coefficients are independent, with a
 variance that falls with the harmonic. A fit removes from the residual what its parameters can imitate, above all at low
@@ -12,8 +12,10 @@ import numpy as np
 HARMONICS = 20
 """Harmonics from which the spectrum is estimated: those that the averaged cycle of a mouse carries."""
 
+_USUAL = np.log([1.0, 4.0, 2.5])  # the shape of the residual of a measured mouse; σ² is free
+_SPREAD = np.array([np.inf, 0.7, 0.5])  # SD of the logarithms around it
 _LOG_BOUNDS = np.log([(1e-9, 1e4), (0.5, 30.0), (0.5, 8.0)])
-_CORNERS = (4.0, 8.0)  # starts of the corner harmonic
+_CORNERS = (3.0, 8.0)  # starts of the corner harmonic
 _STEP = 1e-2  # of the finite differences, in logarithms
 _FLATTEST = 1e-2  # curvature below which a hyperparameter counts as known to its bounds only
 _FEWEST = 2.0  # degrees of freedom; with fewer an interval would be as good as infinite
@@ -58,11 +60,11 @@ def noise_spectrum(residual: np.ndarray, jacobian: np.ndarray) -> NoiseSpectrum:
     y = y / np.sqrt(scale)
     J = np.linalg.qr(J)[0]  # any basis of what the parameters can imitate serves
     fits = [
-        minimize(_restricted, np.log([10.0, corner, 2.0]), (k, y, J), "L-BFGS-B", bounds=_LOG_BOUNDS)
+        minimize(_objective, np.log([10.0, corner, 2.0]), (k, y, J), "L-BFGS-B", bounds=_LOG_BOUNDS)
         for corner in _CORNERS
     ]
     best = min(fits, key=lambda one: one.fun).x
-    curvature, axes = np.linalg.eigh(_hessian(lambda x: _restricted(x, k, y, J), best))
+    curvature, axes = np.linalg.eigh(_hessian(lambda x: _objective(x, k, y, J), best))
     covariance = (axes / np.maximum(curvature, _FLATTEST)) @ axes.T
     return NoiseSpectrum(best + np.array([np.log(scale), 0.0, 0.0]), covariance)
 
@@ -123,14 +125,23 @@ def _variance(logarithms: np.ndarray, harmonic: np.ndarray) -> np.ndarray:
     return power * (1 + (harmonic / corner) ** 2) ** -slope
 
 
-def _restricted(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> float:
-    """Return minus the restricted log-likelihood of the residual, whatever the parameters took from it."""
+def _objective(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> float:
+    """Return minus the restricted log-likelihood and minus the log-prior of the shape.
+
+    One residual has few harmonics left after a fit; without the prior a spectrum that rises without end towards
+    harmonic 0, which the parameters hide, is sometimes the likeliest.
+    """
+    return 0.5 * float(np.sum(((x - _USUAL) / _SPREAD) ** 2)) - restricted_likelihood(x, k, y, J)
+
+
+def restricted_likelihood(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> float:
+    """Log-likelihood of what the parameters could not take from the residual, up to a constant."""
     s = _variance(x, k)
     weighted = J / s[:, np.newaxis]
     information = J.T @ weighted
     taken = weighted.T @ y
     quadratic = y @ (y / s) - taken @ np.linalg.solve(information, taken)
-    return 0.5 * float(np.log(s).sum() + np.linalg.slogdet(information)[1] + quadratic)
+    return -0.5 * float(np.log(s).sum() + np.linalg.slogdet(information)[1] + quadratic)
 
 
 def _hessian(function, x: np.ndarray) -> np.ndarray:  # type: ignore[no-untyped-def]

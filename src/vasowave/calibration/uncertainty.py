@@ -25,14 +25,9 @@ def covariance(jacobian: np.ndarray, residual: np.ndarray) -> np.ndarray:
 
 
 def correlated_covariance(space: Space, jacobian: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Covariance of the free parameters' logarithms for smooth noise, and the degrees of freedom of each variance.
-
-    The noise is that of the pressure, the first half of the residual: flow at the inlet is prescribed.
-    """
-    N = len(residual) // 2
+    """Covariance of the free parameters' logarithms for smooth noise, and the degrees of freedom of each variance."""
     low, high = space.log_bounds
-    spectrum = noise_spectrum(residual[:N], jacobian[:N])
-    return least_squares_covariance(residual[:N], jacobian[:N], spectrum, high - low)
+    return least_squares_covariance(residual, jacobian, noise_spectrum(residual, jacobian), high - low)
 
 
 def parameter_table(space: Space, x: np.ndarray, jacobian: np.ndarray, residual: np.ndarray) -> pd.DataFrame:

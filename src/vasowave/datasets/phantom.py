@@ -185,6 +185,8 @@ def render(
 
 def _add_tube(distance: np.ndarray, line: np.ndarray, radius: float, cut_end: bool) -> None:
     """Lower `distance` (voxels, signed) to the tube around `line`; a terminal is cut flat."""
+    # A voxel's share of the lumen falls linearly over one voxel at the wall, which adds π/12 to a circle's area.
+    radius = float(np.sqrt(max(radius**2 - 1 / 12, 0.01)))
     count = max(int(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() / 0.25), 8)
     at = np.linspace(0, len(line) - 1, count)
     fine = np.stack([np.interp(at, np.arange(len(line)), line[:, k]) for k in range(3)], axis=1)

@@ -69,10 +69,10 @@ def plot_ensemble(ax: "Axes", tree: "xr.DataTree", signal: str = "pressure") -> 
     mean, deviation = recording[signal].values, recording[f"{signal}_sd"].values
     time = recording["time" if signal == "pressure" else "flow_time"].values
     count = int(data_of(tree, "beats")["kept"].sum())
-    ax.fill_between(time, mean - deviation, mean + deviation, color="0.6", lw=0, label="± 1 SD of the beats")
-    ax.plot(time, mean, color=DATA, lw=0.9, label=f"mean of {count} beats")
+    ax.fill_between(time, mean - deviation, mean + deviation, color="0.6", lw=0)
+    ax.plot(time, mean, color=DATA, lw=0.9, label=f"mean of {count} beats ± SD")
     ax.set_xlim(0.0, recording.attrs["period"])
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.0)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.0)
     return label_axes(ax, "time [s]", _LABELS[signal])
 
 

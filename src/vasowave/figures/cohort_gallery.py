@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLUMN = 8.5  # cm, width of one group's panels
+_LEAST_RANGE = 1.02  # differences far below a percent are agreement, and look like it
 _WIDE_RANGE = 3.0  # a waterfall that rises more gets a logarithmic axis
 Share = Literal["none", "row"]
 Panel = Callable[["Axes", xr.DataTree, str], object]
@@ -226,7 +227,10 @@ def waterfall_figure(cohort: Cohort) -> "Figure":
     for ax in axes[1:]:
         ax.set_ylabel("")
     axes[0].legend()
-    if max(ax.get_ylim()[1] for ax in axes) > _WIDE_RANGE:
+    highest = max(ax.get_ylim()[1] for ax in axes)
+    axes[0].set_ylim(top=max(highest, _LEAST_RANGE))
+    axes[0].ticklabel_format(axis="y", useOffset=False)
+    if highest > _WIDE_RANGE:
         axes[0].set_yscale("log")
         plain_log(axes[0].yaxis)
     return figure

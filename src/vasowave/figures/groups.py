@@ -86,8 +86,8 @@ def plot_ratios(ax: "Axes", contrasts: "pd.DataFrame") -> "Axes":
     ax.set_yticks(rows, contrasts["quantity"].tolist())
     ax.set_ylim(-0.7, len(rows) - 0.3)
     ax.set_xscale("log")
-    ticks = [tick for tick in (0.1, 0.2, 0.3, 0.5, 1, 2, 3, 5, 10) if _inside(tick, contrasts)]
-    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks], minor=False)
+    ticks = _ratio_ticks(min(contrasts["ratio low"].min(), 1), max(contrasts["ratio high"].max(), 1))
+    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     ax.minorticks_off()
     return label_axes(ax, "ratio of geometric means [1]", "")
 
@@ -116,6 +116,9 @@ def _box(ax: "Axes", at: float, x: np.ndarray, look: GroupLook, hatch: str) -> N
     ax.plot(at + spread, x, look.marker, color=DATA, markersize=2.5, ls="none")
 
 
-def _inside(tick: float, contrasts: "pd.DataFrame") -> bool:
-    low, high = min(contrasts["ratio low"].min(), 1), max(contrasts["ratio high"].max(), 1)
-    return bool(low / 1.3 <= tick <= high * 1.3)
+def _ratio_ticks(low: float, high: float) -> list[float]:
+    """Return round ratios over a range, fewer of each decade the wider it is."""
+    leading = (1, 2, 3, 5) if high < 8 * low else (1, 2, 5) if high < 40 * low else (1,)
+    decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    every = [digit * 10.0**decade for decade in decades for digit in leading]
+    return [tick for tick in every if low / 1.3 <= tick <= high * 1.3]

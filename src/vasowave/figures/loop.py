@@ -28,7 +28,7 @@ def plot_pressure_area(ax: "Axes", tree: "xr.DataTree", vessel: str | None = Non
         ax.plot(law, whole, **(line | {"linewidth": 0.8, "label": None}))
         ax.plot(area[order], pressure[order], **(line | {"linewidth": 2.2}))
     ax.axvline(vessels.area0[row], color=FAINT, linewidth=0.8)
-    ax.annotate("$A_0$", (vessels.area0[row], 1.0), xycoords=("data", "axes fraction"), xytext=(3, -9),
-                textcoords="offset points", color="0.35")  # fmt: skip
+    ax.annotate("A₀", (vessels.area0[row], 1.0), xycoords=("data", "axes fraction"), xytext=(3, -2),
+                textcoords="offset points", va="top", color="0.35")  # fmt: skip
     ax.legend()
     return label_axes(ax, "area [cm²]", "pressure [mmHg]")

@@ -1,5 +1,6 @@
 """Center paths of a lumen: minimal paths from the root that keep to the middle (the TEASAR idea)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,8 +11,45 @@ from scipy.spatial import cKDTree
 from vasowave.errors import InputError
 from vasowave.imaging.segmentation import Segmentation, surface_points
 
-BALL, MARGIN = 1.1, 1.9
-"""A tip counts if it protrudes from all balls of BALL inscribed radii + MARGIN voxels around longer paths."""
+BALL, MARGIN = 1.1, 2.5
+"""A tip counts as long if it protrudes from all balls of BALL inscribed radii + MARGIN voxels around longer paths."""
+
+STEEPNESS = 8
+"""A path costs its length / depth**STEEPNESS: with 2 it still cuts the corners of wide vessels."""
+
+
+@dataclass(frozen=True, eq=False)
+class MinimalPaths:
+    """For every voxel of a lumen the way to the root that keeps to the middle.
+
+    Attributes
+    ----------
+    voxels : int array, shape (voxel, 3)
+        Voxels of the lumen within its crop.
+    points : float array, shape (voxel, 3)
+        Their positions, z, y, x, cm.
+    depth : float array, shape (voxel,)
+        Distance to the surface, voxels.
+    travelled : float array, shape (voxel,)
+        Distance to the root through the lumen, voxels; -1 where it was not reached.
+    above : int array, shape (voxel,)
+        The next voxel toward the root.
+    start : int
+        The root's voxel.
+    surface : float array, shape (corner, 3)
+        Points of the lumen's surface, cm.
+    spacing : float
+        Voxel size, cm.
+    """
+
+    voxels: np.ndarray
+    points: np.ndarray
+    depth: np.ndarray
+    travelled: np.ndarray
+    above: np.ndarray
+    start: int
+    surface: np.ndarray
+    spacing: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,24 +87,31 @@ def center_paths(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | No
     InputError
         The root or an outlet farther than 5 voxels from the lumen; each is named.
     """
+    ways = minimal_paths(lumen, root)
+    return paths_to(ways, long_tips(ways) if outlets is None else outlet_tips(ways, outlets))
+
+
+def minimal_paths(lumen: Segmentation, root: np.ndarray) -> MinimalPaths:
+    """Return the minimal paths through `lumen` to `root`; see `center_paths`."""
     surface = surface_points(lumen)
     voxels = np.argwhere(lumen.mask)
-    depth = cKDTree(surface).query(voxels * lumen.spacing + lumen.origin)[0] / lumen.spacing
+    points = voxels * lumen.spacing + lumen.origin
+    depth = cKDTree(surface).query(points)[0] / lumen.spacing
     graph, lengths = _neighbors(lumen.mask, depth)
-    start = _nearest(lumen, voxels, np.atleast_2d(root), "root")[0]
+    start = int(_nearest(points, lumen.spacing, np.atleast_2d(root), "root")[0])
     travelled = dijkstra(lengths, indices=start)
     _, above = dijkstra(graph, indices=start, return_predecessors=True)
     travelled[~np.isfinite(travelled)] = -1.0
-    if outlets is None:
-        kept = _tips(voxels, depth, travelled, above, start)
-    else:
-        kept = _walk(above, _nearest(lumen, voxels, np.atleast_2d(outlets), "outlet"), start)
-    rows = np.flatnonzero(kept)
-    new = np.full(len(voxels), -1)
+    return MinimalPaths(voxels, points, depth, travelled, above, start, surface, lumen.spacing)
+
+
+def paths_to(ways: MinimalPaths, tips: Sequence[int]) -> Paths:
+    """Return the union of the minimal paths to the voxels `tips`."""
+    rows = np.flatnonzero(_walk(ways.above, tips, ways.start))
+    new = np.full(len(ways.points), -1)
     new[rows] = np.arange(len(rows))
-    up = np.where(rows == start, -1, new[np.maximum(above[rows], 0)])
-    points = np.column_stack([voxels[rows] * lumen.spacing + lumen.origin, depth[rows] * lumen.spacing])
-    return Paths(points, up, surface)
+    up = np.where(rows == ways.start, -1, new[np.maximum(ways.above[rows], 0)])
+    return Paths(np.column_stack([ways.points[rows], ways.depth[rows] * ways.spacing]), up, ways.surface)
 
 
 def _neighbors(mask: np.ndarray, depth: np.ndarray) -> tuple[coo_array, coo_array]:
@@ -84,8 +129,7 @@ def _neighbors(mask: np.ndarray, depth: np.ndarray) -> tuple[coo_array, coo_arra
         there.append(other[both])
         length.append(np.full(both.sum(), np.linalg.norm(np.array(offset) - 1)))
     i, j, far = np.concatenate(here), np.concatenate(there), np.concatenate(length)
-    # Cost 1/depth² per length: a detour through the middle of the vessel is always the cheaper way.
-    cost = far / (0.5 * (np.maximum(depth[i], 0.2) + np.maximum(depth[j], 0.2))) ** 2
+    cost = far / (0.5 * (np.maximum(depth[i], 0.2) + np.maximum(depth[j], 0.2))) ** STEEPNESS
     shape = (len(depth), len(depth))
     both_ways = (np.concatenate([i, j]), np.concatenate([j, i]))
     return (
@@ -94,15 +138,41 @@ def _neighbors(mask: np.ndarray, depth: np.ndarray) -> tuple[coo_array, coo_arra
     )
 
 
-def _nearest(lumen: Segmentation, voxels: np.ndarray, places: np.ndarray, what: str) -> np.ndarray:
-    distance, found = cKDTree(voxels).query((places - lumen.origin) / lumen.spacing)
-    for place, gap in zip(places, distance, strict=True):
-        if gap > 5:
-            raise InputError(f"{what} {place} cm (z, y, x) was not reached: {gap:.0f} voxels from the lumen; move it")
+def _nearest(points: np.ndarray, spacing: float, places: np.ndarray, what: str) -> np.ndarray:
+    """Return the voxel nearest to each of `places`; all that are too far are named at once."""
+    distance, found = cKDTree(points).query(places)
+    lost = [
+        f"{what} {place} cm (z, y, x) was not reached: {gap:.0f} voxels from the lumen"
+        for place, gap in zip(places, distance / spacing, strict=True)
+        if gap > 5
+    ]
+    if lost:
+        raise InputError("; ".join(lost) + "; move it, or lower the threshold")
     return np.asarray(found)
 
 
-def _walk(above: np.ndarray, tips: np.ndarray, start: int) -> np.ndarray:
+def outlet_tips(ways: MinimalPaths, outlets: np.ndarray) -> list[int]:
+    """Return the voxel of each outlet.
+
+    Raises
+    ------
+    InputError
+        An outlet farther than 5 voxels from the lumen, or one on the way to another; each is named.
+    """
+    outlets = np.atleast_2d(outlets)
+    tips = [int(tip) for tip in _nearest(ways.points, ways.spacing, outlets, "outlet")]
+    inner = _walk(ways.above, [int(ways.above[tip]) for tip in tips if tip != ways.start], ways.start)
+    lost = [
+        f"outlet {place} cm (z, y, x) was not reached as an end: the vessel goes on to another outlet"
+        for number, (place, tip) in enumerate(zip(outlets, tips, strict=True))
+        if inner[tip] or tip in tips[:number]
+    ]
+    if lost:
+        raise InputError("; ".join(lost) + "; remove it, or move it to the end of a vessel of its own")
+    return tips
+
+
+def _walk(above: np.ndarray, tips: Sequence[int], start: int) -> np.ndarray:
     """Return which voxels lie on the paths from `tips` to `start`."""
     kept = np.zeros(len(above), dtype=bool)
     kept[start] = True
@@ -113,20 +183,22 @@ def _walk(above: np.ndarray, tips: np.ndarray, start: int) -> np.ndarray:
     return kept
 
 
-def _tips(voxels: np.ndarray, depth: np.ndarray, travelled: np.ndarray, above: np.ndarray, start: int) -> np.ndarray:
-    """Return the union of paths to tips that protrude from the inscribed balls of all longer paths."""
-    tree = cKDTree(voxels)
-    free = travelled >= 0
-    kept = np.zeros(len(above), dtype=bool)
-    kept[start] = True
-    for tip in np.argsort(travelled)[::-1]:
+def long_tips(ways: MinimalPaths) -> list[int]:
+    """Return the tips that protrude from the inscribed balls of all longer paths, the farthest first."""
+    tree = cKDTree(ways.voxels)
+    free = ways.travelled >= 0
+    kept = np.zeros(len(free), dtype=bool)
+    kept[ways.start] = True
+    tips = []
+    for tip in np.argsort(ways.travelled)[::-1]:
         if not free[tip]:
             continue
+        tips.append(int(tip))
         path = []
         while not kept[tip]:
             kept[tip] = True
             path.append(tip)
-            tip = above[tip]
-        for near in tree.query_ball_point(voxels[path], BALL * depth[path] + MARGIN):
+            tip = ways.above[tip]
+        for near in tree.query_ball_point(ways.voxels[path], BALL * ways.depth[path] + MARGIN):
             free[near] = False
-    return kept
+    return tips

@@ -13,18 +13,23 @@ import numpy as np
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.cannula import PE90_RADIUS, cannula_radius, without_cannula
-from vasowave.imaging.centerlines import center_paths
+from vasowave.imaging.centering import centered, without_stairs
+from vasowave.imaging.centerlines import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
 from vasowave.imaging.junctions import with_met_axes
 from vasowave.imaging.loops import loop_count, loop_places
+from vasowave.imaging.protrusions import tips_outside
 from vasowave.imaging.radii import densitometric_radii, lumen_grey
 from vasowave.imaging.segmentation import Segmentation, segment
 from vasowave.imaging.terminals import with_ends_at_the_surface
-from vasowave.imaging.tree import Tree, free_length, network_of, vessel_tree
+from vasowave.imaging.tree import Tree, cut_at_junctions, free_length, network_of
 from vasowave.imaging.volume import Volume, isotropic, read_volume
 from vasowave.network import Network
 
 RELIABLE = 2.0
 """A radius is reliable if it was measured over a free length of at least this many radii."""
+
+ROUNDS = 4
+"""Automatic mode looks at most so often for vessels that stick out of the tubes of those found."""
 
 
 @dataclass(frozen=True)
@@ -113,10 +118,21 @@ def extract(volume: Volume | str | Path, options: Options, progress: Callable[[s
     radius = np.where(np.isfinite(dense), dense, first.radius)
     scale = _scale(cannula, volume, tree, options.cannula_radius)
     say("uncertainty")
-    found = [radius, *(_radii_at(volume, options, factor, first, np.isfinite(dense)) for factor in (0.8, 1.2))]
+    part = _around(volume, [*tree.lines, np.atleast_2d(options.root)])
+    found = [radius, *(_radii_at(part, options, factor, first, np.isfinite(dense)) for factor in (0.8, 1.2))]
     network = Network(first.name, first.parent, first.length, radius)
     reliable = np.isfinite(dense) & (free_length(tree) >= RELIABLE * radius)
     return Extraction(network, tree, first.radius, dense, _spread(np.array(found)), reliable, scale)
+
+
+def _around(volume: Volume, lines: Sequence[np.ndarray]) -> Volume:
+    """Return the part of `volume` that holds `lines`, without a copy: other thresholds look no farther."""
+    places = (np.concatenate([line[:, :3] for line in lines]) - volume.origin) / volume.spacing
+    widest = max(line[:, 3].max() for line in lines if line.shape[1] > 3) / volume.spacing[0]
+    low = np.maximum(places.min(axis=0) - 2 * widest - 10, 0).astype(int)
+    high = (places.max(axis=0) + 2 * widest + 11).astype(int)
+    box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
+    return Volume(volume.grey[box], volume.spacing, volume.origin + low * volume.spacing)
 
 
 def _spread(found: np.ndarray) -> np.ndarray:
@@ -144,8 +160,27 @@ def _tree(
 
 def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Tree:
     """Return the vessels of `lumen`, the cannula being part of the root; see `center_paths` for the arguments."""
-    paths = center_paths(lumen, root, outlets)
-    return with_ends_at_the_surface(with_met_axes(vessel_tree(paths)), paths.surface)
+    ways = minimal_paths(lumen, root)
+    tips = _tips(ways) if outlets is None else outlet_tips(ways, outlets)
+    tree = centered(_rough(ways, tips), lumen, ways.surface)
+    return with_ends_at_the_surface(with_met_axes(tree), ways.surface)
+
+
+def _tips(ways: MinimalPaths) -> list[int]:
+    """Return the tips of all vessels: the long ones, then what sticks out of their tubes, until nothing does."""
+    tips = long_tips(ways)
+    for _ in range(ROUNDS):
+        # Not centered: beside a vessel that is still missing, the center of the section is not on the axis.
+        more = tips_outside(with_ends_at_the_surface(with_met_axes(_rough(ways, tips)), ways.surface), ways)
+        if not more:
+            break
+        tips += more
+    return tips
+
+
+def _rough(ways: MinimalPaths, tips: Sequence[int]) -> Tree:
+    paths = paths_to(ways, tips)
+    return without_stairs(cut_at_junctions(paths.points, paths.above), ways.surface, ways.spacing)
 
 
 def _scale(cannula: np.ndarray | None, volume: Volume, tree: Tree, known: float | None) -> float:

@@ -77,11 +77,11 @@ def segment(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None = N
     # The wall is half the contrast away, so noise/contrast says how much smoothing the surface needs.
     width = float(np.clip(0.5 + 1.1 * noise / contrast, 0.5, 1.3))
     grey = ndimage.gaussian_filter(np.asarray(volume.grey), width, truncate=3.0)
-    labels, count = ndimage.label(grey > threshold)
+    bright = grey > threshold
+    labels, count = ndimage.label(bright)
     if count == 0:
         raise InputError(f"no voxel is brighter than {threshold:g}; the brightest has {grey.max():.4g}: lower it")
-    sizes = np.bincount(labels.ravel())
-    sizes[0] = 0
+    sizes = np.bincount(labels[bright])  # of the few bright voxels alone: a copy of all labels takes a gigabyte
     if sizes.sum() > 0.5 * grey.size:
         raise InputError(f"more than half of the volume is brighter than {threshold:g}; raise the threshold")
     chosen = _component(volume, labels, sizes, seed)

@@ -1,14 +1,11 @@
-"""From center paths to vessels: cut at junctions, smooth, measure lengths and radii."""
+"""From center paths to vessels: cut at junctions, measure lengths and radii."""
 
 from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
-from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError
-from vasowave.imaging.centerlines import Paths
 from vasowave.network import Network
 
 
@@ -26,13 +23,6 @@ class Tree:
 
     lines: tuple[np.ndarray, ...]
     parent: np.ndarray
-
-
-def vessel_tree(paths: Paths) -> Tree:
-    """Cut `paths` into vessels (see `cut_at_junctions`), smooth away the voxel stairs and measure radii anew."""
-    rough = cut_at_junctions(paths.points, paths.above)
-    surface = cKDTree(paths.surface)
-    return Tree(tuple(_smoothed(line, surface) for line in rough.lines), rough.parent)
 
 
 def cut_at_junctions(points: np.ndarray, above: np.ndarray, collapse: float = 0.6) -> Tree:
@@ -95,16 +85,6 @@ def distance_along(line: np.ndarray) -> np.ndarray:
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1))])
 
 
-def _smoothed(line: np.ndarray, surface: cKDTree) -> np.ndarray:
-    """Return `line` without the stairs of the voxel grid, radii measured anew; its ends stay."""
-    width = min(3.0, len(line) / 6)
-    ends = line[[0, -1], :3]
-    straight = np.linspace(ends[0], ends[1], len(line))
-    middle = straight + gaussian_filter1d(line[:, :3] - straight, width, axis=0, mode="mirror")
-    middle[[0, -1]] = ends
-    return np.column_stack([middle, surface.query(middle)[0]])
-
-
 def network_of(tree: Tree) -> Network:
     """Return lengths and mean radii of `tree` (eq. 1); vessels are numbered from 1 in the order of the tree.
 
@@ -118,7 +98,7 @@ def network_of(tree: Tree) -> Network:
     """
     length = [distance_along(line)[-1] for line in tree.lines]
     radius = []
-    for line, (begin, end) in zip(tree.lines, _free_stretches(tree), strict=True):
+    for line, (begin, end) in zip(tree.lines, free_stretches(tree), strict=True):
         run = distance_along(line)
         away = (run > begin) & (run < end)
         radius.append(float(line[away, 3].mean()) if away.any() else _typical_radius(line))
@@ -127,10 +107,10 @@ def network_of(tree: Tree) -> Network:
 
 def free_length(tree: Tree) -> np.ndarray:
     """Return the length of each vessel outside its junctions' inscribed balls and its free end, cm, shape (vessel,)."""
-    return np.array([max(end - begin, 0.0) for begin, end in _free_stretches(tree)])
+    return np.array([max(end - begin, 0.0) for begin, end in free_stretches(tree)])
 
 
-def _free_stretches(tree: Tree) -> list[tuple[float, float]]:
+def free_stretches(tree: Tree) -> list[tuple[float, float]]:
     """Return where each vessel leaves its first junction's ball and where it enters the last or nears its end, cm."""
     ends = set(range(len(tree.lines))) - set(tree.parent.tolist())
     found = []

@@ -10,6 +10,7 @@ from vasowave import units
 from vasowave.columns import read_columns
 from vasowave.errors import InputError, did_you_mean
 from vasowave.recording.channels import Block, Channel, read_bytes
+from vasowave.recording.edf import is_edf, read_edf
 from vasowave.recording.labchart_mat import read_labchart_mat
 from vasowave.recording.labchart_text import is_labchart_text, read_labchart_text
 from vasowave.recording.raw import RawRecording
@@ -47,7 +48,7 @@ def read_raw_recording(
     ----------
     path : path
         A CSV, TSV or blank-separated table whose header names columns and units (``time [s]``, ``pressure [mmHg]``,
-        ``flow [ml/s]``, ``ecg [mV]``), or LabChart's text or MATLAB export.
+        ``flow [ml/s]``, ``ecg [mV]``), LabChart's text or MATLAB export, or EDF/EDF+.
     pressure, flow, ecg : str, optional
         Titles of the channels; needed where no title, or more than one, says what it holds.
     pressure_unit, flow_unit : str, optional
@@ -104,6 +105,8 @@ def _blocks(path: str | Path, sampling_rate: float | None) -> list[Block]:
         raise InputError(f"{path}: {_ADICHT}")
     if suffix == ".mat":
         blocks = read_labchart_mat(path)
+    elif suffix == ".edf" or is_edf(read_bytes(path)):
+        blocks = read_edf(path)
     elif is_labchart_text(read_bytes(path)):
         blocks = read_labchart_text(path)
     else:

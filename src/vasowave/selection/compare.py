@@ -7,14 +7,15 @@ import numpy as np
 import pandas as pd
 
 from vasowave.errors import InputError
+from vasowave.selection.arma import fit_arma
 from vasowave.selection.criteria import aicc, bic
-from vasowave.selection.likelihood import KERNELS, fit_circulant, fit_kernel, regularized
+from vasowave.selection.likelihood import FAMILIES, KERNELS, Family, fit_kernel, maximize, named, regularized
 from vasowave.selection.noise import CirculantNoise, Noise
 
 Sharing = Literal["joint", "average"]
 
-NOISE = (*KERNELS, "circulant")
-"""Names of the noise models that need only the core libraries."""
+NOISE = (*KERNELS, "circulant", "ARMA", "independent")
+"""Names of the noise models: the paper's, the periodic stationary process, and white noise."""
 
 UNDECIDED = 5.0
 """Differences of AICc or BIC below this decide nothing."""
@@ -77,7 +78,7 @@ def compare_models(
         discarded = model.weight > largest_weight
         for criterion, score in (("AICc", aicc), ("BIC", bic)):
             scores = {key: score(found[key], n_parameters[key], series.shape[1]) for key in residuals}
-            for key, difference, verdict in _verdicts(scores):
+            for key, difference, verdict in verdicts(scores):
                 rows.append(
                     {
                         "noise": name,
@@ -116,20 +117,43 @@ def fit_noise(
     if sharing not in ("joint", "average"):
         raise InputError(f"sharing '{sharing}': give 'joint' or 'average'")
     groups = [residuals] if sharing == "joint" else [r[np.newaxis] for r in residuals]
-    if name == "circulant":
-        fits = [fit_circulant(group, rng, starts) for group in groups]
-        power = np.mean([fit.power for fit in fits], axis=0)
-        return CirculantNoise(power, residuals.shape[1], _mean([fit.hyperparameters for fit in fits]))
-    pairs = [fit_kernel(KERNELS[name], group, period, rng, starts) for group in groups]
+    if name in KERNELS:
+        pairs = [fit_kernel(KERNELS[name], group, period, rng, starts) for group in groups]
+    elif name == "ARMA":
+        pairs = [_arma(group) for group in groups]
+    else:
+        return _circulant(FAMILIES[name], groups, period, rng, starts)
     sigma = np.mean([matrix for matrix, _ in pairs], axis=0)
     return regularized(sigma, _mean([values for _, values in pairs]), norm)
 
 
+def _arma(residuals: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:
+    found = fit_arma(residuals)
+    sigma = found.covariance(residuals.shape[1])
+    values = {"amplitude [mmHg2]": float(sigma[0, 0]), "p": float(len(found.ar)), "q": float(len(found.ma))}
+    for letter, coefficients in (("phi", found.ar), ("theta", found.ma)):
+        values |= {f"{letter}{i}": float(value) for i, value in enumerate(coefficients, 1)}
+    return sigma, values
+
+
+def _circulant(
+    family: Family, groups: list[np.ndarray], period: float, rng: np.random.Generator, starts: int
+) -> CirculantNoise:
+    powers, values, count = [], [], groups[0].shape[1]
+    for group in groups:
+        theta, amplitude = maximize(family, group, rng, starts)
+        powers.append(amplitude * family.noise(count, theta).power)  # type: ignore[attr-defined]
+        values.append(named(family, theta, period, amplitude))
+    return CirculantNoise(np.mean(powers, axis=0), count, _mean(values))
+
+
 def _mean(fits: list[dict[str, float]]) -> dict[str, float]:
-    return {name: float(np.mean([fit[name] for fit in fits])) for name in fits[0]}
+    """Return the means of what all fits have: ARMA models of different orders share few."""
+    shared = [name for name in fits[0] if all(name in fit for fit in fits)]
+    return {name: float(np.mean([fit[name] for fit in fits])) for name in shared}
 
 
-def _verdicts(scores: Mapping[str, float]) -> list[tuple[str, float, str]]:
+def verdicts(scores: Mapping[str, float]) -> list[tuple[str, float, str]]:
     """Return (model, difference, verdict), best first."""
     order = sorted(scores, key=lambda key: scores[key])
     best = scores[order[0]]

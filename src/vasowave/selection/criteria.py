@@ -8,7 +8,7 @@ from vasowave.errors import InputError, NumericalError
 
 def whiten(values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     """Return L⁻¹ values with Σ = LLᵀ, for residuals (sample,) or a Jacobian (sample, parameter)."""
-    return solve_triangular(_factor(covariance), values, lower=True)
+    return solve_triangular(cholesky_factor(covariance), values, lower=True)
 
 
 def log_likelihood(residuals: np.ndarray, covariance: np.ndarray) -> float:
@@ -19,7 +19,7 @@ def log_likelihood(residuals: np.ndarray, covariance: np.ndarray) -> float:
     NumericalError
         If the covariance is not positive definite; regularize it first.
     """
-    factor = _factor(covariance)
+    factor = cholesky_factor(covariance)
     white = solve_triangular(factor, residuals, lower=True)
     return float(-0.5 * len(white) * np.log(2 * np.pi) - np.log(np.diag(factor)).sum() - 0.5 * white @ white)
 
@@ -36,7 +36,8 @@ def bic(log_likelihood: float, parameters: int, samples: int) -> float:
     return float(-2 * log_likelihood + parameters * np.log(samples))
 
 
-def _factor(covariance: np.ndarray) -> np.ndarray:
+def cholesky_factor(covariance: np.ndarray) -> np.ndarray:
+    """Return the lower triangular L with Σ = LLᵀ; `NumericalError` if Σ is not positive definite."""
     try:
         return np.linalg.cholesky(covariance)
     except np.linalg.LinAlgError:

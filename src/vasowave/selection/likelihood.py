@@ -1,31 +1,88 @@
-"""Hyperparameters of noise models by maximum likelihood, from one or several series of residuals."""
+"""Hyperparameters of noise models by maximum likelihood, full or restricted, from series of residuals."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from vasowave.errors import NumericalError
 from vasowave.selection import covariance
-from vasowave.selection.noise import CirculantNoise, DenseNoise, real_fourier, real_harmonics
+from vasowave.selection.noise import CirculantNoise, DenseNoise, Noise
 
 Bounds = tuple[tuple[str, float, float, int], ...]
+"""(Name with unit, lower, upper, power): bounds in units of T; the fitted value times T**power is reported."""
+
+_EXPLORED = 128  # samples on which the starts of a dense covariance are explored; the best is refined on all
+_CONDITION = 1e4  # the paper's largest condition number
+
+
+class Family(Protocol):
+    """Noise models of unit amplitude that differ in their hyperparameters."""
+
+    @property
+    def hyperparameters(self) -> Bounds:
+        """What may be fitted."""
+        ...
+
+    @property
+    def dense(self) -> bool:
+        """Whether a likelihood costs N³, so that starts are explored on fewer samples."""
+        ...
+
+    def noise(self, count: int, theta: np.ndarray) -> Noise:
+        """Return the noise model of `count` samples of one period."""
+        ...
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """A kernel in unit time t/T with unit amplitude, and what may be fitted in it.
+    """A Gaussian-process kernel in unit time t/T with unit amplitude, and what may be fitted in it.
 
     Attributes
     ----------
     matrix : callable
         (t/T, *hyperparameters) to a matrix, shape (sample, sample).
     hyperparameters : tuple of (name with unit, lower, upper, power)
-        Bounds in units of T; the fitted value times T**power is reported.
     """
 
     matrix: Callable[..., np.ndarray]
     hyperparameters: Bounds
+    dense: bool = True
+
+    def noise(self, count: int, theta: np.ndarray) -> DenseNoise:
+        """Return the noise regularized to a 2-norm condition number of 10⁴: smooth kernels are singular without."""
+        K = self.matrix(np.arange(count) / count, *theta)
+        eigenvalues, variance = np.linalg.eigvalsh(K), float(np.trace(K)) / count
+        weight = covariance.smallest_weight(eigenvalues[0], eigenvalues[-1], variance, _CONDITION)
+        K *= 1 - weight
+        K[np.diag_indices(count)] += weight * variance
+        return DenseNoise(K, weight, {})
+
+
+@dataclass(frozen=True)
+class PeriodicStationary:
+    """A Matérn process on the circle over a floor of white noise, S_k = (1 + (k/k0)²)^-s + floor."""
+
+    hyperparameters: Bounds = (("corner harmonic", 0.1, 200.0, 0), ("slope", 0.26, 8.0, 0), ("floor", 1e-10, 1.0, 0))
+    dense: bool = False
+
+    def noise(self, count: int, theta: np.ndarray) -> CirculantNoise:
+        """Return the circulant noise; its smoothness is s - 1/2."""
+        k = np.arange(count // 2 + 1)
+        return CirculantNoise((1 + (k / theta[0]) ** 2) ** -theta[1] + theta[2], count, {})
+
+
+@dataclass(frozen=True)
+class Independent:
+    """White noise."""
+
+    hyperparameters: Bounds = ()
+    dense: bool = False
+
+    def noise(self, count: int, theta: np.ndarray) -> CirculantNoise:
+        """Return noise of unit variance."""
+        return CirculantNoise(np.ones(count // 2 + 1), count, {})
 
 
 _LENGTH = (("length [s]", 1e-3, 10.0, 1),)
@@ -39,7 +96,8 @@ KERNELS = {
 }
 """The paper's Gaussian-process kernels by name."""
 
-_CIRCULANT: Bounds = (("corner harmonic", 0.1, 200.0, 0), ("slope", 0.26, 8.0, 0), ("floor", 1e-10, 1.0, 0))
+FAMILIES: dict[str, Family] = {**KERNELS, "circulant": PeriodicStationary(), "independent": Independent()}
+"""Everything but ARMA, whose orders are fitted too."""
 
 
 def fit_kernel(
@@ -48,8 +106,7 @@ def fit_kernel(
     """Maximum-likelihood covariance (unregularized), mmHg², and its hyperparameters.
 
     The likelihood is the joint one of all series, eq. 23 with the covariance regularized to a 2-norm condition number
-    of 10⁴: smooth kernels are singular in double precision, so without that it cannot be computed. The amplitude
-    is maximized in closed form, the other hyperparameters as logarithms by L-BFGS-B with an exact gradient.
+    of 10⁴. The amplitude is maximized in closed form, the other hyperparameters as logarithms by L-BFGS-B.
 
     Parameters
     ----------
@@ -67,34 +124,19 @@ def fit_kernel(
     NumericalError
         No start reached an optimum.
     """
+    theta, amplitude = maximize(kernel, residuals, rng, starts)
     t = np.arange(residuals.shape[1]) / residuals.shape[1]
-    theta = _maximize(lambda x: _kernel_objective(kernel.matrix, t, residuals, x), kernel.hyperparameters, rng, starts)
-    matrix = kernel.matrix(t, *theta)
-    white = _regularized_inverse(matrix)[0]
-    amplitude = float(np.einsum("si,ij,sj->", residuals, white, residuals)) / residuals.size
-    return amplitude * matrix, _named(kernel.hyperparameters, theta, period, amplitude)
+    return amplitude * kernel.matrix(t, *theta), named(kernel, theta, period, amplitude)
 
 
 def fit_circulant(residuals: np.ndarray, rng: np.random.Generator, starts: int = 4) -> CirculantNoise:
     """Maximum-likelihood periodic stationary noise with S_k = σ² ((1 + (k/k0)²)^-s + floor).
 
-    A Matérn process on the circle (s = smoothness + 1/2) over a floor of white noise. It needs no regularization.
-    Parameters, errors: as `fit_kernel`.
+    It needs no regularization. Parameters, errors: as `fit_kernel`.
     """
-    count = residuals.shape[1]
-    k = real_harmonics(count)
-    energy = (np.stack([real_fourier(r) for r in residuals]) ** 2).mean(0)
-
-    def shape(theta: np.ndarray) -> np.ndarray:
-        return (1 + (np.arange(count // 2 + 1) / theta[0]) ** 2) ** -theta[1] + theta[2]
-
-    def objective(x: np.ndarray) -> float:
-        S = shape(np.exp(x))[k]
-        return float(0.5 * (np.log(np.mean(energy / S)) + np.log(S).mean()))
-
-    theta = _maximize(objective, _CIRCULANT, rng, starts, gradient=False)
-    amplitude = float(np.mean(energy / shape(theta)[k]))
-    return CirculantNoise(amplitude * shape(theta), count, _named(_CIRCULANT, theta, 1.0, amplitude))
+    family, count = PeriodicStationary(), residuals.shape[1]
+    theta, amplitude = maximize(family, residuals, rng, starts)
+    return CirculantNoise(amplitude * family.noise(count, theta).power, count, named(family, theta, 1.0, amplitude))
 
 
 def regularized(sigma: np.ndarray, hyperparameters: dict[str, float], norm: int) -> DenseNoise:
@@ -103,64 +145,80 @@ def regularized(sigma: np.ndarray, hyperparameters: dict[str, float], norm: int)
     return DenseNoise(better, weight, hyperparameters)
 
 
-def _maximize(
-    objective: Callable, bounds: Bounds, rng: np.random.Generator, starts: int, gradient: bool = True
-) -> np.ndarray:
+def concentrated(
+    noise: Noise, residuals: np.ndarray, jacobians: Sequence[np.ndarray] | None = None
+) -> tuple[float, float]:
+    """Log-likelihood of all series, maximized over the amplitude of the noise, and that amplitude.
+
+    Parameters
+    ----------
+    noise : Noise
+        Of unit amplitude.
+    residuals : array, shape (series, sample)
+    jacobians : sequence of array, shape (sample, parameter), optional
+        Derivatives of each series by the parameters fitted to it. With them the likelihood is the restricted one
+        (REML): that of what remains of the residuals when those parameters are free, so that a fit does not hide the
+        noise which it has absorbed.
+    """
+    white = noise.whiten(residuals.T)
+    log_det, count = len(residuals) * noise.log_determinant, residuals.size
+    if jacobians is not None:
+        for column, jacobian in enumerate(jacobians):
+            Q, R = np.linalg.qr(noise.whiten(jacobian))
+            white[:, column] -= Q @ (Q.T @ white[:, column])
+            log_det += 2 * float(np.log(np.abs(np.diag(R))).sum())
+            count -= jacobian.shape[1]
+    amplitude = float(np.sum(white**2)) / count
+    return -0.5 * (count * (np.log(2 * np.pi * amplitude) + 1) + log_det), amplitude
+
+
+def maximize(
+    family: Family,
+    residuals: np.ndarray,
+    rng: np.random.Generator,
+    starts: int = 4,
+    jacobians: Sequence[np.ndarray] | None = None,
+) -> tuple[np.ndarray, float]:
+    """Return the hyperparameters of the greatest likelihood (units of T) and the amplitude; see `concentrated`."""
+    count = residuals.shape[1]
+    low, high = _log_bounds(family)
+    begin = [0.5 * (low + high), *(rng.uniform(low, high) for _ in range(starts - 1))] if len(low) else []
+    step = max(1, count // _EXPLORED) if family.dense else 1
+    thinned = None if jacobians is None else [one[::step] for one in jacobians]
+    ends = [_climb(family, residuals[:, ::step], thinned, x) for x in begin]
+    if ends and step > 1:
+        ends = [_climb(family, residuals, jacobians, min(ends, key=lambda end: end[1])[0])]
+    x = min(ends, key=lambda end: end[1])[0] if ends else low
+    value, amplitude = concentrated(family.noise(count, np.exp(x)), residuals, jacobians)
+    if not (np.isfinite(value) and amplitude > 0):
+        raise NumericalError(f"no optimum of the likelihood from {starts} starts; are the residuals all zero?")
+    return np.exp(x), amplitude
+
+
+def named(family: Family, theta: np.ndarray, period: float, amplitude: float) -> dict[str, float]:
+    """Return amplitude and hyperparameters by name, in the units of their names."""
+    values = {name: float(v * period**power) for (name, _, _, power), v in zip(family.hyperparameters, theta)}
+    return {"amplitude [mmHg2]": amplitude, **values}
+
+
+def _log_bounds(family: Family) -> tuple[np.ndarray, np.ndarray]:
+    low, high = (np.log([bound[i] for bound in family.hyperparameters]) for i in (1, 2))
+    return low, high
+
+
+def _climb(
+    family: Family, residuals: np.ndarray, jacobians: Sequence[np.ndarray] | None, x: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Return the top of the likelihood near x, and minus its height per sample."""
     from scipy.optimize import minimize
 
-    low, high = (np.log([b[i] for b in bounds]) for i in (1, 2))
-    found = []
-    for start in range(starts):
-        x = 0.5 * (low + high) if start == 0 else rng.uniform(low, high)
-        found.append(minimize(objective, x, jac=gradient, method="L-BFGS-B", bounds=list(zip(low, high))))
-    best = min(found, key=lambda result: result.fun if np.isfinite(result.fun) else np.inf)
-    if not np.isfinite(best.fun):
-        raise NumericalError(f"no optimum of the likelihood from {starts} starts; are the residuals all zero?")
-    return np.exp(best.x)
+    low, high = _log_bounds(family)
+    level = float(np.log(np.mean(residuals**2)))  # without it the unit of pressure would enter the tolerances
 
+    def objective(x: np.ndarray) -> float:
+        value = concentrated(family.noise(residuals.shape[1], np.exp(x)), residuals, jacobians)[0] / residuals.size
+        return -value - 0.5 * level if np.isfinite(value) else 1e3
 
-def _kernel_objective(
-    matrix: Callable[..., np.ndarray], t: np.ndarray, residuals: np.ndarray, x: np.ndarray
-) -> tuple[float, np.ndarray]:
-    """Return minus the log-likelihood per sample (without constants) and its gradient in the log-hyperparameters."""
-    series, count = residuals.shape
-    K = matrix(t, *np.exp(x))
-    inverse, log_det, turned = _regularized_inverse(K)
-    alpha = residuals @ inverse
-    amplitude = float((alpha * residuals).sum()) / (series * count)
-    value = 0.5 * (np.log(amplitude) + log_det / count)
-    sensitivity = inverse / count - alpha.T @ alpha / (amplitude * series * count)
-    slopes = np.empty(len(x))
-    for i in range(len(x)):
-        step = np.zeros(len(x))
-        step[i] = 1e-5
-        dK = (matrix(t, *np.exp(x + step)) - matrix(t, *np.exp(x - step))) / 2e-5
-        slopes[i] = 0.5 * np.sum(sensitivity * turned(dK))
-    return value, slopes
-
-
-def _regularized_inverse(
-    K: np.ndarray, largest_condition: float = 1e4
-) -> tuple[np.ndarray, float, Callable[[np.ndarray], np.ndarray]]:
-    """Return Σ*⁻¹, log det Σ*, and the map from a change dΣ to dΣ*."""
-    w, V = np.linalg.eigh(K)
-    identity, variance = np.eye(len(K)), float(np.trace(K)) / len(K)
-    weight = covariance.smallest_weight(w[0], w[-1], variance, largest_condition)
-    mixed = (1 - weight) * w + weight * variance
-
-    def turned(dK: np.ndarray) -> np.ndarray:
-        d_variance = float(np.trace(dK)) / len(K)
-        d_weight = 0.0
-        if weight > 0:
-            excess = w[-1] - largest_condition * w[0]
-            d_excess = V[:, -1] @ dK @ V[:, -1] - largest_condition * (V[:, 0] @ dK @ V[:, 0])
-            rest = largest_condition - 1
-            d_weight = rest * (variance * d_excess - excess * d_variance) / (excess + rest * variance) ** 2
-        return (1 - weight) * dK + weight * d_variance * identity + d_weight * (variance * identity - K)
-
-    return (V / mixed) @ V.T, float(np.log(mixed).sum()), turned
-
-
-def _named(bounds: Bounds, theta: np.ndarray, period: float, amplitude: float) -> dict[str, float]:
-    values = {name: float(value * period**power) for (name, _, _, power), value in zip(bounds, theta)}
-    return {"amplitude [mmHg2]": amplitude, **values}
+    options = {"ftol": 1e-10, "gtol": 1e-7, "eps": 1e-6, "maxiter": 60}
+    end = minimize(objective, x, method="L-BFGS-B", bounds=list(zip(low, high)), options=options)
+    return end.x, float(end.fun)

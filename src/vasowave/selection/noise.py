@@ -1,12 +1,13 @@
 """Noise models: what is known about the covariance of the residuals, as likelihood and as whitening."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.selection.criteria import log_likelihood, whiten
+from vasowave.selection.criteria import cholesky_factor
 
 
 class Noise(Protocol):
@@ -20,6 +21,11 @@ class Noise(Protocol):
     @property
     def hyperparameters(self) -> dict[str, float]:
         """Fitted values by name, with units in the names."""
+        ...
+
+    @property
+    def log_determinant(self) -> float:
+        """Logarithm of the determinant of the covariance."""
         ...
 
     def log_likelihood(self, residuals: np.ndarray) -> float:
@@ -39,13 +45,24 @@ class DenseNoise:
     weight: float
     hyperparameters: dict[str, float]
 
+    @cached_property
+    def _factor(self) -> np.ndarray:
+        return cholesky_factor(self.covariance)
+
+    @property
+    def log_determinant(self) -> float:
+        """Logarithm of the determinant of Σ*."""
+        return 2 * float(np.log(np.diag(self._factor)).sum())
+
     def log_likelihood(self, residuals: np.ndarray) -> float:
         """Gaussian log-likelihood (eq. 23)."""
-        return log_likelihood(residuals, self.covariance)
+        return _log_likelihood(self, residuals)
 
     def whiten(self, values: np.ndarray) -> np.ndarray:
         """Return L⁻¹ values with Σ* = LLᵀ."""
-        return whiten(values, self.covariance)
+        from scipy.linalg import solve_triangular
+
+        return solve_triangular(self._factor, values, lower=True, check_finite=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,11 +90,14 @@ class CirculantNoise:
 
         return circulant(np.fft.irfft(self.power, self.samples))
 
+    @property
+    def log_determinant(self) -> float:
+        """Logarithm of the determinant of the covariance."""
+        return float(np.log(self.power[real_harmonics(self.samples)]).sum())
+
     def log_likelihood(self, residuals: np.ndarray) -> float:
         """Gaussian log-likelihood (eq. 23), summed over harmonics; no matrix is formed."""
-        white = self.whiten(residuals)
-        every = self.power[real_harmonics(self.samples)]
-        return float(-0.5 * (self.samples * np.log(2 * np.pi) + np.log(every).sum() + white @ white))
+        return _log_likelihood(self, residuals)
 
     def whiten(self, values: np.ndarray) -> np.ndarray:
         """Return the real Fourier coefficients divided by their standard deviations; shape as `values`."""
@@ -86,6 +106,11 @@ class CirculantNoise:
             raise InputError(f"{len(values)} residuals, but the noise model was fitted to {self.samples}")
         scale = np.sqrt(self.power[real_harmonics(self.samples)])
         return real_fourier(values) / scale.reshape(-1, *([1] * (values.ndim - 1)))
+
+
+def _log_likelihood(noise: Noise, residuals: np.ndarray) -> float:
+    white = noise.whiten(residuals)
+    return float(-0.5 * (len(white) * np.log(2 * np.pi) + noise.log_determinant + white @ white))
 
 
 def real_fourier(values: np.ndarray) -> np.ndarray:

@@ -19,7 +19,8 @@ _METHODS = {
 
 def methods_paragraphs(cohort: Cohort, found: dict[str, Comparison]) -> list[str]:
     """Return the paragraphs on data, model, calibration, analyses and statistics."""
-    return [_data(cohort), _model(cohort), _calibration(cohort), _analyses(), _statistics(cohort, found)]
+    modeled = [_model(cohort), _calibration(cohort)] if cohort.walls else []
+    return [_data(cohort), *modeled, _analyses(), _statistics(cohort, found)]
 
 
 def differing_settings(cohort: Cohort) -> list[str]:

@@ -81,7 +81,7 @@ def model_section(cohort: Cohort, written: Mapping[str, str]) -> Section:
                 "autocorrelation cannot be told from that of independent noise.", drawing.residuals_figure(cohort)),
     ]  # fmt: skip
     if any("selection" in tree.children for tree in cohort.trees):
-        blocks.append(Fold("AICc and BIC of both wall laws for every animal", [selection_table(cohort)]))
+        blocks.append(Fold("Model selection, animal by animal", [selection_table(cohort)]))
     return Section("models", "Calibrated models", blocks)
 
 
@@ -101,7 +101,7 @@ def groups_section(cohort: Cohort, found: Mapping[str, Comparison], written: dic
         blocks.append(Paragraph("There is one group; importance indices and tests need two."))
     for source, one in found.items():
         blocks += _compared(one, source, written)
-    blocks.append(Fold("All quantities by group", [group_tables.groups(cohort)]))
+    blocks.append(Fold("Every quantity of every source", [group_tables.groups(cohort)]))
     return Section("groups", "Groups", blocks)
 
 
@@ -137,7 +137,7 @@ def _compared(one: Comparison, source: str, written: dict[str, str]) -> list[Blo
         blocks.append(group_tables.all_groups(one, source))
     if len(one.without_one):
         left_out = group_tables.without_one(one, source, written)
-        blocks.append(Fold(left_out.caption, [left_out]))
+        blocks.append(Fold("One animal left out", [left_out]))
     if one.left_out:
         why = [f"{column_label(what)}: {reason}" for what, reason in one.left_out.items()]
         blocks.append(Notice(f"Not compared ({source})", why))
@@ -147,7 +147,7 @@ def _compared(one: Comparison, source: str, written: dict[str, str]) -> list[Blo
 def _beats_caption(tree) -> str:  # type: ignore[no-untyped-def]
     beats = data_of(tree, "beats")
     kept = int(beats["kept"].sum())
-    reasons = pd.Series([str(reason) for reason in beats["reason"].values if reason])
+    reasons = pd.Series([str(reason).split(":")[0] for reason in beats["reason"].values if reason])
     rejected = "; ".join(f"{count} rejected: {reason}" for reason, count in reasons.value_counts().items())
     return (
         f"{beats.sizes['beat']} beats detected, {kept} averaged{f'; {rejected}' if rejected else ''}. Above: recorded "

@@ -24,7 +24,7 @@ def selection_table(cohort: Cohort) -> Table:
 
 def _candidates(tree: xr.DataTree) -> pd.DataFrame:
     """Return one row per noise model, in the order of the tree, discarded ones last."""
-    frame = data_of(tree, "selection").to_dataset().to_dataframe().reset_index(drop=True)
+    frame = data_of(tree, "selection").to_dataframe().reset_index(drop=True)
     keys = [key for key in _NOISE if key in frame.columns]
     rows = []
     for which, part in frame.groupby(keys, sort=False):

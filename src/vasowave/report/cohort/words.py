@@ -155,8 +155,8 @@ def _limits(cohort: Cohort, found: Mapping[str, Comparison]) -> list[str]:
     ]
     if carried:
         sentences.append(
-            f"Leaving out one animal moves p across 0.05 (before Holm) in {len(carried)} cases: see the tables of one "
-            "animal left out."
+            f"Leaving out one animal moves p across 0.05 (before Holm) in {len(carried)} combinations of animal and "
+            "quantity: see the tables of one animal left out."
         )
     elif any(len(one.without_one) for one in found.values()):
         sentences.append("Leaving out any one animal moves no p across 0.05 (before Holm).")

@@ -121,7 +121,7 @@ def cohort_document(cohort: Cohort, failures: Mapping[str, str], title: str = TI
                 "summary",
                 "Summary",
                 [
-                    *([Notice("Animals that failed", _failed(failures))] if failures else []),
+                    *([Notice("Animals that failed", words.failure_sentences(failures))] if failures else []),
                     Bullets(words.summary(cohort, found, written)),
                     *_considered(cohort),
                 ],
@@ -152,10 +152,6 @@ def origin(cohort: Cohort) -> dict[str, str]:
         for tree in cohort.trees
     }
     return rows
-
-
-def _failed(failures: Mapping[str, str]) -> list[str]:
-    return [f"{name}: {why}" for name, why in failures.items()]
 
 
 def _considered(cohort: Cohort) -> list[Notice]:

@@ -1,0 +1,35 @@
+"""Cross-sections of vessels: the grey levels on planes across an axis."""
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+STEP = 0.5
+"""Distance of the samples in a section, voxels."""
+
+
+def tangents(line: np.ndarray, reach: int = 3) -> np.ndarray:
+    """Return the unit direction of `line` at each point, from the points `reach` before and after it."""
+    rows = np.arange(len(line))
+    along = line[np.minimum(rows + reach, len(line) - 1), :3] - line[np.maximum(rows - reach, 0), :3]
+    return along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+
+
+def across(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return two unit vectors perpendicular to each of `axes` and to one another, each of shape (axis, 3)."""
+    u = np.cross(axes, np.eye(3)[np.argmin(np.abs(axes), axis=1)])
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    return u, np.cross(axes, u)
+
+
+def disc(reach: float, step: float) -> np.ndarray:
+    """Return the points of a square grid of `step` within `reach` of its middle, shape (sample, 2)."""
+    side = np.arange(-int(reach / step) - 1, int(reach / step) + 2) * step
+    a, b = np.meshgrid(side, side, indexing="ij")
+    inside = np.hypot(a, b) <= reach
+    return np.column_stack([a[inside], b[inside]])
+
+
+def sampled(grey: np.ndarray, places: np.ndarray, origin: np.ndarray, spacing: float) -> np.ndarray:
+    """Return `grey` interpolated linearly at `places` (z, y, x, cm; any shape + (3,))."""
+    at = np.moveaxis((places - origin) / spacing, -1, 0)
+    return np.asarray(map_coordinates(grey, at, order=1, mode="nearest"))

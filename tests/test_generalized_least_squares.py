@@ -1,0 +1,99 @@
+"""Generalized least squares and profiles, on recordings that a simulation made."""
+
+import numpy as np
+import pytest
+
+from vasowave.calibration import Search, calibrate
+from vasowave.calibration.generalized import least_squares_optimum, reoptimize
+from vasowave.calibration.profile import profile_likelihood
+from vasowave.datasets import control_network
+from vasowave.errors import InputError
+from vasowave.model import Model
+from vasowave.nominal import windkessels
+from vasowave.recording import Recording
+from vasowave.selection import CirculantNoise, compare_fits, generalized_fit
+from vasowave.solver import Numerics, simulate
+from vasowave.walls import LinearWall
+
+COUNT = 64
+TRUE = {"beta": 57.0, "R_T": 76.0}
+
+
+@pytest.fixture(scope="module")
+def fit(request):
+    """A fit to the truth plus a disturbance of 0.5 mmHg in the third harmonic alone."""
+    t = np.arange(256) / 256
+    q = np.exp(-0.5 * ((t - 0.45) / 0.09) ** 2)
+    network = control_network()
+    flow = Recording(np.ones(256), 0.17 * q / q.mean(), 0.11).resampled(COUNT).flow
+    model = Model(network, LinearWall(TRUE["beta"]), windkessels(network, TRUE["R_T"], 0.12, 0.12))
+    inflow = Recording(np.ones(COUNT), flow, 0.11)
+    pressure = simulate(model, inflow, Numerics(samples=COUNT, tolerance=1e-8)).pressure.values[:, network.root, 0]
+    disturbed = pressure + 0.5 * np.sin(2 * np.pi * 3 * np.arange(COUNT) / COUNT + 0.4)
+    return calibrate(network, Recording(disturbed, flow, 0.11), search=Search(starts=1))
+
+
+def noise_in_third_harmonic():
+    power = np.full(COUNT // 2 + 1, 1e-4)
+    power[3] = 1e4
+    return CirculantNoise(power, COUNT, {})
+
+
+def test_with_white_noise_the_least_squares_optimum_stays(fit):
+    optimum = reoptimize(fit, lambda values: values / 0.1)
+    expected = least_squares_optimum(fit)
+    np.testing.assert_allclose(expected.residual, fit.pressure_residual, atol=1e-4)
+    np.testing.assert_allclose(optimum.x, expected.x, atol=1e-3)
+
+
+def test_noise_known_to_lie_in_one_harmonic_is_ignored_there_and_the_truth_comes_back(fit):
+    assert abs(fit.parameters["value"]["beta"] / TRUE["beta"] - 1) > 0.01
+    optimum = reoptimize(fit, noise_in_third_harmonic().whiten)
+    assert optimum.converged
+    assert optimum.values["beta"] == pytest.approx(TRUE["beta"], rel=2e-3)
+    outlets = optimum.space.model(optimum.space.values(optimum.x)).outlets
+    assert outlets.total_resistance() == pytest.approx(TRUE["R_T"], rel=2e-3)
+    left = noise_in_third_harmonic().whiten(optimum.residual)
+    assert np.sum(left**2) < np.sum(noise_in_third_harmonic().whiten(fit.pressure_residual) ** 2)
+
+
+def test_the_profile_of_a_well_determined_parameter_is_the_parabola_of_its_standard_error(fit):
+    steps = []
+    profile = profile_likelihood(
+        fit, "beta", points=6, span=0.25, progress=lambda done, every: steps.append((done, every))
+    )
+    assert steps[-1] == (6, 6)
+    assert profile["deviance"].values.min() == 0
+    assert profile["beta"].values[np.argmin(profile["deviance"].values)] == pytest.approx(
+        fit.parameters["value"]["beta"], rel=1e-6
+    )
+    optimum = least_squares_optimum(fit)
+    variance = np.sum(optimum.residual**2) / (COUNT - 4)
+    error = np.sqrt(variance * np.linalg.inv(optimum.jacobian.T @ optimum.jacobian)[0, 0])
+    width = np.log(profile.attrs["upper"] / profile.attrs["lower"])
+    assert width == pytest.approx(2 * 1.96 * error, rel=0.15)
+
+
+def test_a_profile_of_a_parameter_that_is_not_free_is_refused(fit):
+    with pytest.raises(InputError, match="'gamma' is no free parameter of the linear wall; free are: beta, r1, r2, c1"):
+        profile_likelihood(fit, "gamma")
+    with pytest.raises(InputError, match="at least four points"):
+        profile_likelihood(fit, "beta", points=2)
+
+
+def test_both_values_and_an_interval_are_reported_for_every_parameter(fit):
+    table, optimum = generalized_fit(fit, rounds=1)
+    assert table.index.tolist() == ["beta", "r1", "r2", "c1"]
+    np.testing.assert_allclose(table["least_squares"], fit.parameters["value"], rtol=1e-6)
+    assert ((table["lower"] < table["value"]) & (table["value"] < table["upper"])).all()
+    assert table["value"]["beta"] == pytest.approx(optimum.values["beta"])
+    with pytest.raises(InputError, match="unknown noise model 'brown'"):
+        generalized_fit(fit, "brown")
+
+
+@pytest.mark.validation
+def test_scores_at_the_generalized_optimum_are_never_worse_than_at_the_least_squares_one(fit):
+    tangent = calibrate(fit.model.network, fit.recording, "tangent", search=Search(starts=1))
+    table = compare_fits([fit, tangent], covariances=("Matern 5/2", "circulant"), optima=("OLS", "GLS"))
+    frame = table.to_dataframe().set_index(["covariance", "sharing", "wall", "optimum"])["loglik"].unstack()
+    assert (frame["GLS"] >= frame["OLS"] - 1e-3).all()

@@ -1,0 +1,179 @@
+"""Kernels, ARMA and restricted likelihood against independent implementations, and the table of one animal."""
+
+import numpy as np
+import pytest
+from scipy.linalg import null_space, toeplitz
+from scipy.stats import multivariate_normal
+from sklearn.gaussian_process.kernels import RBF, ExpSineSquared, Matern
+from statsmodels.tsa.arima.model import ARIMA
+from statsmodels.tsa.arima_process import arma_acovf, arma_generate_sample
+
+from made_fit import made_fit
+from vasowave import selection
+from vasowave.errors import InputError
+from vasowave.selection.arma import autocovariance, concentrated
+from vasowave.selection.likelihood import FAMILIES, maximize
+from vasowave.selection.likelihood import concentrated as concentrated_over_amplitude
+
+TIME = np.linspace(0, 0.11, 50, endpoint=False)
+
+
+@pytest.mark.parametrize(
+    ("ours", "theirs"),
+    [
+        (selection.squared_exponential(TIME, 0.02), RBF(0.02)),
+        (selection.matern32(TIME, 0.02), Matern(0.02, nu=1.5)),
+        (selection.matern52(TIME, 0.02), Matern(0.02, nu=2.5)),
+        (selection.periodic(TIME, 0.7, 0.11), ExpSineSquared(0.7, 0.11)),
+    ],
+    ids=["squared exponential", "Matern 3/2", "Matern 5/2", "periodic"],
+)
+def test_a_kernel_agrees_with_scikit_learn(ours, theirs):
+    np.testing.assert_allclose(ours, theirs(TIME[:, None]), atol=1e-12)
+
+
+def test_the_arcsine_kernel_is_williams_integral_done_by_hand():
+    # E[erf(a + bt) erf(a + bs)] over a ~ N(0, σa²), b ~ N(0, σb²), by Gauss-Hermite quadrature; Williams (1998) shows
+    # that it is (2/π) asin(2 x̃ᵀΣx̃' / √((1 + 2x̃ᵀΣx̃)(1 + 2x̃'ᵀΣx̃'))) with x̃ = (1, t), Σ = diag(σa², σb²).
+    from scipy.special import erf
+
+    nodes, weights = np.polynomial.hermite_e.hermegauss(80)
+    weights = weights / weights.sum()
+    t = np.array([-0.4, 0.3, 1.1])
+    hidden = erf(0.7 * nodes[:, None, None] + 1.3 * nodes[None, :, None] * t)
+    expected = np.einsum("a,b,abt,abs->ts", weights, weights, hidden, hidden)
+    np.testing.assert_allclose(selection.neural_network(t, 0.7, 1.3), expected, atol=1e-9)
+
+
+ORDERS = [([1.2, -0.5], [0.4, 0.2, 0.1]), ([0.9], []), ([], [0.7, -0.2]), ([0.5, 0.3], [-0.6]), ([], [])]
+
+
+@pytest.mark.parametrize(("ar", "ma"), ORDERS)
+def test_the_autocovariance_and_the_exact_likelihood_agree_with_statsmodels_and_scipy(ar, ma):
+    ar, ma = np.array(ar), np.array(ma)
+    theirs = arma_acovf(np.append(1, -ar), np.append(1, ma), nobs=40)
+    np.testing.assert_allclose(autocovariance(ar, ma, 40), theirs, atol=1e-10)
+    series = np.random.default_rng(0).normal(size=(2, 40))
+    found, variance = concentrated(ar, ma, series)
+    assert found == pytest.approx(multivariate_normal(cov=variance * toeplitz(theirs)).logpdf(series).sum())
+    if len(ar) + len(ma):
+        model = ARIMA(series[0], order=(len(ar), 0, len(ma)), trend="n")
+        one, variance = concentrated(ar, ma, series[:1])
+        assert one == pytest.approx(model.loglike(np.concatenate([ar, ma, [variance]])), rel=1e-6)
+
+
+def test_arma_finds_the_order_and_the_optimum_that_statsmodels_finds():
+    series = arma_generate_sample([1, -1.2, 0.5], [1, 0.4], 300, distrvs=np.random.default_rng(4).standard_normal)
+    found = selection.fit_arma(3.0 * series[None], largest=(2, 1))
+    theirs = ARIMA(3.0 * series, order=(len(found.ar), 0, len(found.ma)), trend="n").fit()
+    assert (len(found.ar), len(found.ma)) == (2, 1)
+    assert found.log_likelihood == pytest.approx(theirs.llf, abs=0.01)
+    assert found.bic == pytest.approx(theirs.bic, abs=0.02)
+    np.testing.assert_allclose([*found.ar, *found.ma, found.innovation_variance], theirs.params, rtol=0.01)
+    assert found.covariance(5)[0, 0] == pytest.approx(found.innovation_variance * autocovariance(found.ar, found.ma, 1))
+
+
+def test_two_series_share_one_arma_model():
+    series = np.random.default_rng(1).normal(size=(2, 200)).cumsum(axis=1) * 0.98
+    joint = selection.fit_arma(series, largest=(1, 0))
+    apart = [selection.fit_arma(one[None], largest=(1, 0)) for one in series]
+    assert joint.log_likelihood <= sum(one.log_likelihood for one in apart) + 1e-6
+    assert min(one.ar[0] for one in apart) <= joint.ar[0] <= max(one.ar[0] for one in apart)
+
+
+@pytest.mark.parametrize("name", ["circulant", "Matern 3/2", "independent"])
+def test_the_restricted_likelihood_is_that_of_contrasts_free_of_the_parameters(name):
+    rng, count = np.random.default_rng(3), 40
+    jacobian, residual = rng.normal(size=(count, 3)), rng.normal(size=count)
+    noise = FAMILIES[name].noise(count, np.array([0.07, 1.2, 0.1])[: len(FAMILIES[name].hyperparameters)])
+    found, amplitude = concentrated_over_amplitude(noise, residual[None], [jacobian])
+    contrasts = null_space(jacobian.T)
+    sigma = amplitude * contrasts.T @ noise.covariance @ contrasts
+    direct = multivariate_normal(cov=sigma).logpdf(contrasts.T @ residual)
+    # They differ by the constant log det(JᵀJ)/2 alone, and by no more when the residuals move along the parameters.
+    constant = 0.5 * np.linalg.slogdet(jacobian.T @ jacobian)[1]
+    assert found + constant == pytest.approx(direct)
+    moved = (residual + jacobian @ [1.0, -2.0, 0.5])[None]
+    assert concentrated_over_amplitude(noise, moved, [jacobian])[0] == pytest.approx(found)
+
+
+def test_restricted_likelihood_gives_back_the_variance_that_a_fit_has_absorbed():
+    rng, count = np.random.default_rng(0), 40
+    jacobian = rng.normal(size=(count, 10))
+    residual = (np.eye(count) - jacobian @ np.linalg.pinv(jacobian)) @ rng.normal(size=count)
+    plain, restricted = (
+        maximize(FAMILIES["independent"], residual[None], rng, jacobians=given)[1] for given in (None, [jacobian])
+    )
+    assert restricted == pytest.approx(plain * 40 / 30)
+
+
+def test_intervals_over_uncertain_noise_are_wider_than_plugged_in_ones_and_centered_on_generalized_least_squares():
+    rng, count = np.random.default_rng(2), 64
+    t = np.arange(count) / count
+    jacobian = np.stack([np.cos(2 * np.pi * t), np.exp(-3 * t)], axis=1)
+    power = (1 + (np.arange(33) / 3) ** 2) ** -2.0 + 1e-3
+    residual = np.linalg.cholesky(selection.CirculantNoise(power, count, {}).covariance) @ rng.normal(size=count)
+    mixture = selection.noise_posterior(FAMILIES["circulant"], residual, jacobian, rng)
+    for direction, best, error in zip(np.eye(2), *plugged_in(residual, jacobian, rng)):
+        low, high = mixture.interval(direction)
+        assert high - low > 2 * 1.96 * error
+        assert low < best < high
+        assert mixture.standard_error(direction) > error
+
+
+def plugged_in(residual, jacobian, rng):
+    theta, amplitude = maximize(FAMILIES["circulant"], residual[None], rng)
+    noise = FAMILIES["circulant"].noise(len(residual), theta)
+    white = noise.whiten(jacobian)
+    best = -np.linalg.lstsq(white, noise.whiten(residual), rcond=None)[0]
+    return best, np.sqrt(amplitude * np.diag(np.linalg.inv(white.T @ white)))
+
+
+def test_with_known_noise_shape_the_interval_is_that_of_linear_regression():
+    rng = np.random.default_rng(5)
+    jacobian, residual = rng.normal(size=(60, 2)), rng.normal(size=60)
+    mixture = selection.noise_posterior(FAMILIES["independent"], residual, jacobian, rng)
+    best = -np.linalg.lstsq(jacobian, residual, rcond=None)[0]
+    rest = residual + jacobian @ best
+    error = np.sqrt(rest @ rest / 58 * np.diag(np.linalg.inv(jacobian.T @ jacobian)))
+    expected = best[0] + 1.95996 * error[0] * np.array([-1, 1])
+    np.testing.assert_allclose(mixture.interval(np.array([1.0, 0.0])), expected, rtol=1e-4)
+
+
+def test_the_table_of_an_animal_holds_every_covariance_and_is_ready_for_netcdf(tmp_path):
+    fits = [made_fit("linear"), made_fit("tangent")]
+    steps = []
+    table = selection.compare_fits(
+        fits, covariances=("Matern 3/2", "circulant", "ARMA"), progress=lambda *step: steps.append(step)
+    )
+    assert dict(table.sizes) == {"candidate": 3 * 2 * 2}
+    assert steps[-1][:2] == (6, 6)
+    table.to_netcdf(tmp_path / "selection.nc")
+    for covariance in ("Matern 3/2", "circulant", "ARMA"):
+        rows = table.where(table["covariance"] == covariance, drop=True)
+        assert rows.sizes["candidate"] == 4
+    D, N, logL = table["D"], table["N"], table["loglik"]
+    np.testing.assert_allclose(table["BIC"], -2 * logL + D * np.log(N))
+    np.testing.assert_allclose(table["AICc"], -2 * logL + 2 * D * N / (N - D - 1))
+    assert set(np.unique(D)) == {4.0, 5.0}
+    assert np.all(N == 128)
+    clear = table["AICc_difference"] >= 5
+    assert set(table["AICc_verdict"].values[clear]) <= {"worse"}
+
+
+def test_a_covariance_that_needs_much_regularization_is_discarded_and_stands_last_with_its_weight():
+    fits = [made_fit("linear"), made_fit("tangent")]
+    table = selection.compare_fits(
+        fits, covariances=("squared exponential", "circulant"), sharings=("joint",), norm=1, largest_weight=1e-5
+    )
+    assert table["discarded"].values.tolist() == [0, 0, 1, 1]
+    assert table["covariance"].values[-1] == "squared exponential"
+    assert table["lambda"].values[-1] > 1e-5
+    assert table.attrs["preferred_covariance"] == "circulant"
+
+
+def test_fits_that_cannot_be_compared_are_refused():
+    with pytest.raises(InputError, match="different wall laws; given: linear, linear"):
+        selection.compare_fits([made_fit("linear"), made_fit("linear")])
+    with pytest.raises(InputError, match="tangent wall was fitted to another recording"):
+        selection.compare_fits([made_fit("linear"), made_fit("tangent", count=64)])
