@@ -9,6 +9,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import pandas as pd
 import pytest
 import xarray as xr
 from small_study import make_study_in
@@ -16,6 +17,7 @@ from small_study import make_study_in
 from vasowave.errors import InputError
 from vasowave.study.outcome import read_outcome
 from vasowave.study.plan import RESULTS, read_study
+from vasowave.study.reporting import report_study
 from vasowave.study.running import Done, run_study
 
 PROGRAM = [sys.executable, "-c", "from vasowave.cli import run; run()"]
@@ -162,6 +164,8 @@ def test_settings_that_change_numbers_ask_for_new_ones_and_others_do_not(undistu
 
 def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_path):
     folder = copied(undisturbed, tmp_path / "study")
+    with (folder / "study.yaml").open("a") as file:
+        file.write("title: Two mice and a slip\n")
     bad = folder / "recordings/1.csv"
     lines = bad.read_text().splitlines()
     lines[40] = lines[40].rpartition(",")[0] + ","
@@ -175,6 +179,19 @@ def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_p
     assert list(outcome.failures) == ["mouse 1"]
     assert "line 41" in outcome.failures["mouse 1"]
     assert "1.csv, line 41" in said
+
+    # The report needs the results file and nothing else.
+    for name in ("recordings", f"{RESULTS}/cache"):
+        shutil.rmtree(folder / name)
+    for name in ("animals.csv", "n.csv", "study.yaml"):
+        (folder / name).unlink()
+    page = report_study(folder / "study.yaml").read_text(encoding="utf-8")
+    for words in ("mouse 1", "line 41", "Two mice and a slip"):
+        assert words in page
+    table = pd.read_csv(folder / "report" / "tables" / "HemoStats.csv")
+    rate = table[(table["quantity"] == "HR [beats/min]") & (table["group"] == "CTL")].iloc[0]
+    assert rate["n"] == 1
+    assert rate["mean"] == pytest.approx(533, rel=1e-6)  # that of the virtual mouse
 
 
 def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed, tmp_path):

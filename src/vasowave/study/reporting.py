@@ -36,4 +36,5 @@ def report_study(study: Path, pdf: bool | None = None) -> Path:
         failures=outcome.failures,
         pdf=outcome.settings.report.pdf if pdf is None else pdf,
         reference=present[0],
+        title=outcome.settings.title,
     )

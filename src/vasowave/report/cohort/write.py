@@ -25,6 +25,7 @@ from vasowave.results import FIGURES, REPORT
 TABLES = "tables"
 PDF = "report.pdf"
 _MARK = 'name="generator" content="vasowave'
+TITLE = "Hemodynamic assessment of a cohort"
 _OWN_ATTRIBUTES = ("title", "Conventions", "animal", "group", "synthetic", "notes")
 
 Failures = Mapping[str, str] | Iterable[tuple[str, str]]
@@ -37,6 +38,7 @@ def write_cohort_report(
     failures: Failures = (),
     pdf: bool = True,
     reference: str | None = None,
+    title: str = TITLE,
 ) -> Path:
     """Write ``report.html``, ``report.pdf``, ``figures/`` and ``tables/`` into `folder`; return the page's path.
 
@@ -52,6 +54,8 @@ def write_cohort_report(
         Whether to typeset the PDF too.
     reference : str, optional
         Group that the others are compared with; by default CTL, or the first.
+    title : str
+        Title of the page.
 
     Raises
     ------
@@ -68,7 +72,7 @@ def write_cohort_report(
     _check_free(folder)
     why = dict(failures.items() if isinstance(failures, Mapping) else failures)
     with style():
-        document = cohort_document(arranged(trees, why, reference), why)
+        document = cohort_document(arranged(trees, why, reference), why, title)
     with placing(folder) as fresh:
         write_figures(document.drawings(), fresh / FIGURES)
         write_tables(document.tables(), fresh / TABLES)
@@ -102,13 +106,13 @@ def arranged(trees: Sequence[xr.DataTree], failures: Mapping[str, str], referenc
     return Cohort(groups, shown, table)
 
 
-def cohort_document(cohort: Cohort, failures: Mapping[str, str]) -> Document:
+def cohort_document(cohort: Cohort, failures: Mapping[str, str], title: str = TITLE) -> Document:
     """Return the report of a cohort."""
     found = {source: compare(cohort.table, source) for source in ("measured", *cohort.walls)}
     written = symbols(cohort.trees)
     count = len(cohort.trees)
     return Document(
-        "Hemodynamic assessment of a cohort",
+        title,
         f"{count} {'animal' if count == 1 else 'animals'} in {len(cohort.groups)} "
         f"{'group' if len(cohort.groups) == 1 else 'groups'}: {', '.join(cohort.groups)}",
         words.synthetic_banner(cohort),
