@@ -18,6 +18,7 @@ from vasowave.solver.simulate import Numerics
 
 Optima = Literal["OLS", "GLS"]
 
+_NO_HARMONIC = 1e-9  # of the largest modulus: a harmonic below it was cut off
 _TEXT = ("covariance", "wall", "sharing", "optimum", "AICc_verdict", "BIC_verdict", "hyperparameters")
 _MEANINGS = {
     "loglik": "log-likelihood (eq. 23)",
@@ -67,7 +68,8 @@ def compare_fits(
         Scores at the least-squares optimum (the paper; takes seconds), and at the generalized-least-squares optimum
         under the same covariance (simulates some tens to hundred times for every row).
     samples : int, optional
-        N is at most this (the paper's 512); longer residuals are resampled in Fourier space. None: as fitted.
+        N is at most this (the paper's 512), and at most what the harmonics in the measured cycle need: an average that
+        kept 20 harmonics has 41 independent samples. Longer residuals are resampled in Fourier space. None: as fitted.
     norm : {1, 2}
         Of the condition number that λ brings below 10⁴.
     largest_weight : float
@@ -93,7 +95,7 @@ def compare_fits(
         Fewer than two fits, of different recordings or the same wall law; unknown names.
     """
     _check(fits, optima)
-    N = min(fits[0].N, samples or fits[0].N)
+    N = fits[0].N if samples is None else min(samples, _carrying(fits[0].recording.pressure))
     series = np.stack([resample(fit.pressure_residual, N) for fit in fits])
     if not np.all(np.any(series, axis=1)):
         raise InputError("residuals of a fit are all zero; a covariance cannot be estimated")
@@ -118,6 +120,12 @@ def compare_fits(
         seed=seed,
         preferred_covariance=_preferred(blocks),
     )
+
+
+def _carrying(signal: np.ndarray) -> int:
+    """Return how many samples carry all harmonics of a signal: the residual at those it lacks is the model's alone."""
+    modulus = np.abs(np.fft.rfft(signal))
+    return min(len(signal), 2 * int(np.flatnonzero(modulus > _NO_HARMONIC * modulus.max())[-1]) + 1)
 
 
 def _check(fits: Sequence[Fit], optima: Sequence[Optima]) -> None:
