@@ -5,8 +5,11 @@ import warnings
 
 import typer
 
-from vasowave.cli import extract, mouse, study  # noqa: F401  they register their commands
 from vasowave.cli.app import app
+
+# isort: off  the order of import is the order of the help
+from vasowave.cli import study, mouse, extract  # noqa: F401  they register their commands
+# isort: on
 
 _INTERRUPTED = 130  # exit status after Ctrl-C
 
