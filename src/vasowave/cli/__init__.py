@@ -7,7 +7,8 @@ import typer
 
 from vasowave.cli.app import app
 
-# isort: off  the order of import is the order of the help
+# The order of import is the order of the help.
+# isort: off
 from vasowave.cli import study, mouse, extract  # noqa: F401  they register their commands
 # isort: on
 
