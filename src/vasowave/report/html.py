@@ -1,22 +1,32 @@
 """A report as one HTML page that needs no network."""
 
 import re
+from typing import TYPE_CHECKING
 
 from vasowave.report.document import Document, Drawing
 
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
-def page(document: Document) -> str:
-    """Return the page as HTML text with the figures inside."""
+
+def templates() -> "Environment":
+    """Return the templates of all pages."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
-    from markupsafe import Markup
 
-    environment = Environment(
+    return Environment(
         loader=PackageLoader("vasowave.report"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+
+
+def page(document: Document) -> str:
+    """Return the page as HTML text with the figures inside."""
+    from markupsafe import Markup
+
+    environment = templates()
     environment.globals["drawn"] = lambda drawing: Markup(embedded(drawing))
     return environment.get_template("report.html").render(document=document)
 

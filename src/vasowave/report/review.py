@@ -9,6 +9,7 @@ import numpy as np
 from vasowave.imaging.places import written
 from vasowave.imaging.request import Answer
 from vasowave.imaging.taper import taper
+from vasowave.report.html import templates
 
 _CAPTIONS = {
     "projection": (
@@ -35,15 +36,7 @@ def render(found: Answer, drawings: dict[str, str], origin: dict[str, str]) -> s
     origin : dict of str
         Provenance.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("vasowave.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates()
     source, *_ = environment.loader.get_source(environment, "tree3d.js")  # type: ignore[union-attr]
     network = found.extraction.network
     scale = "not measured"

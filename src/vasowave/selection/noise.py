@@ -6,6 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
+from vasowave.calibration.residual_noise import fourier, harmonics
 from vasowave.errors import InputError
 from vasowave.selection.criteria import cholesky_factor
 
@@ -93,7 +94,7 @@ class CirculantNoise:
     @property
     def log_determinant(self) -> float:
         """Logarithm of the determinant of the covariance."""
-        return float(np.log(self.power[real_harmonics(self.samples)]).sum())
+        return float(np.log(self.power[harmonics(self.samples)]).sum())
 
     def log_likelihood(self, residuals: np.ndarray) -> float:
         """Gaussian log-likelihood (eq. 23), summed over harmonics; no matrix is formed."""
@@ -104,25 +105,10 @@ class CirculantNoise:
         values = np.asarray(values, dtype=float)
         if len(values) != self.samples:
             raise InputError(f"{len(values)} residuals, but the noise model was fitted to {self.samples}")
-        scale = np.sqrt(self.power[real_harmonics(self.samples)])
-        return real_fourier(values) / scale.reshape(-1, *([1] * (values.ndim - 1)))
+        scale = np.sqrt(self.power[harmonics(self.samples)])
+        return fourier(values) / scale.reshape(-1, *([1] * (values.ndim - 1)))
 
 
 def _log_likelihood(noise: Noise, residuals: np.ndarray) -> float:
     white = noise.whiten(residuals)
     return float(-0.5 * (len(white) * np.log(2 * np.pi) + noise.log_determinant + white @ white))
-
-
-def real_fourier(values: np.ndarray) -> np.ndarray:
-    """Orthonormal real Fourier coefficients along the first axis: cosines 0 … N//2, then sines 1 … (N-1)//2."""
-    count = len(values)
-    spectrum = np.fft.rfft(values, axis=0) / np.sqrt(count)
-    inner = slice(1, (count - 1) // 2 + 1)
-    cosines = spectrum.real.copy()
-    cosines[inner] *= np.sqrt(2)
-    return np.concatenate([cosines, -np.sqrt(2) * spectrum.imag[inner]])
-
-
-def real_harmonics(count: int) -> np.ndarray:
-    """Harmonic of each coefficient that `real_fourier` returns."""
-    return np.concatenate([np.arange(count // 2 + 1), np.arange(1, (count - 1) // 2 + 1)])
