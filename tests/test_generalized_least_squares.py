@@ -12,6 +12,7 @@ from vasowave.model import Model
 from vasowave.nominal import windkessels
 from vasowave.recording import Recording
 from vasowave.selection import CirculantNoise, compare_fits, generalized_fit
+from vasowave.selection.generalized import explained_away
 from vasowave.solver import Numerics, simulate
 from vasowave.walls import LinearWall
 
@@ -86,7 +87,7 @@ def test_a_profile_of_a_parameter_that_is_not_free_is_refused(fit):
 
 
 def test_both_values_and_an_interval_are_reported_for_every_parameter(fit):
-    table, optimum = generalized_fit(fit, rounds=1)
+    table, optimum = generalized_fit(fit, "circulant", rounds=1)
     assert table.index.tolist() == ["beta", "r1", "r2", "c1"]
     np.testing.assert_allclose(table["least_squares"], fit.parameters["value"], rtol=1e-6)
     assert ((table["lower"] < table["value"]) & (table["value"] < table["upper"])).all()
@@ -101,3 +102,8 @@ def test_scores_at_the_generalized_optimum_are_never_worse_than_at_the_least_squ
     table = compare_fits([fit, tangent], covariances=("Matern 5/2", "circulant"), optima=("OLS", "GLS"))
     frame = table.to_dataframe().set_index(["covariance", "sharing", "wall", "optimum"])["loglik"].unstack()
     assert (frame["GLS"] >= frame["OLS"] - 1e-3).all()
+
+
+def test_noise_that_explains_the_data_away_is_refused(fit):
+    assert not explained_away(fit, 1.9 * fit.pressure_residual)
+    assert explained_away(fit, fit.pressure_residual - 20.0)

@@ -82,7 +82,7 @@ def test_every_estimator_of_characteristic_impedance_is_exact_without_reflection
 
 def test_a_flow_without_upstroke_is_refused():
     q = 0.5 + pulse(0.01, 0.05, 0.5)
-    with pytest.raises(InputError, match="upstroke"):
+    with pytest.raises(InputError, match="ejection has no onset"):
         analysis.characteristic_impedances(Recording(8.0 + 31.0 * q, q, T))
 
 

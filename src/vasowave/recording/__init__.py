@@ -1,7 +1,7 @@
 """From files of pressure and flow to one averaged cycle and its hemodynamic indices."""
 
 from vasowave.recording.beats import Beats, find_beats
-from vasowave.recording.cycle import INDEX_UNITS, Inflow, Recording, resample
+from vasowave.recording.cycle import INDEX_UNITS, Inflow, Recording, resample, samples_needed
 from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
@@ -20,4 +20,5 @@ __all__ = [
     "read_raw_recording",
     "read_recording",
     "resample",
+    "samples_needed",
 ]

@@ -10,15 +10,15 @@ import xarray as xr
 from vasowave.calibration import Fit
 from vasowave.calibration.generalized import reoptimize
 from vasowave.errors import InputError
-from vasowave.recording import resample
+from vasowave.recording import resample, samples_needed
 from vasowave.selection.compare import NOISE, UNDECIDED, Sharing, fit_noise, verdicts
 from vasowave.selection.criteria import aicc, bic
+from vasowave.selection.generalized import explained_away
 from vasowave.selection.noise import CirculantNoise, Noise
 from vasowave.solver.simulate import Numerics
 
 Optima = Literal["OLS", "GLS"]
 
-_NO_HARMONIC = 1e-9  # of the largest modulus: a harmonic below it was cut off
 _TEXT = ("covariance", "wall", "sharing", "optimum", "AICc_verdict", "BIC_verdict", "hyperparameters")
 _MEANINGS = {
     "loglik": "log-likelihood (eq. 23)",
@@ -31,7 +31,7 @@ _MEANINGS = {
     "AICc_verdict": f"what AICc says; a difference below {UNDECIDED:g} is undecided",
     "BIC_verdict": f"what BIC says; a difference below {UNDECIDED:g} is undecided",
     "lambda": "weight of the regularization",
-    "discarded": "1 where the covariance needs too large a weight of the regularization",
+    "discarded": "1 where the covariance needs too large a weight of the regularization, or explains the data away",
     "covariance": "noise model",
     "wall": "wall law",
     "sharing": "one covariance of all wall laws from their joint likelihood, or the average of separate ones",
@@ -95,7 +95,7 @@ def compare_fits(
         Fewer than two fits, of different recordings or the same wall law; unknown names.
     """
     _check(fits, optima)
-    N = fits[0].N if samples is None else min(samples, _carrying(fits[0].recording.pressure))
+    N = fits[0].N if samples is None else min(samples, samples_needed(fits[0].recording.pressure))
     series = np.stack([resample(fit.pressure_residual, N) for fit in fits])
     if not np.all(np.any(series, axis=1)):
         raise InputError("residuals of a fit are all zero; a covariance cannot be estimated")
@@ -109,7 +109,9 @@ def compare_fits(
                 at = series if optimum == "OLS" else _refitted(fits, noise, N, numerics)
                 rows = _rows(fits, at, noise)
                 label = {"covariance": covariance, "sharing": sharing, "optimum": optimum}
-                blocks.append([label | row | {"discarded": noise.weight > largest_weight} for row in rows])
+                useless = any(explained_away(fit, residual) for fit, residual in zip(fits, at, strict=True))
+                discarded = noise.weight > largest_weight or useless
+                blocks.append([label | row | {"discarded": discarded} for row in rows])
                 if progress is not None:
                     progress(len(blocks), count, f"{covariance}, {sharing}, {optimum}")
     blocks.sort(key=lambda rows: (rows[0]["discarded"], _noise_bic(rows)))
@@ -120,12 +122,6 @@ def compare_fits(
         seed=seed,
         preferred_covariance=_preferred(blocks),
     )
-
-
-def _carrying(signal: np.ndarray) -> int:
-    """Return how many samples carry all harmonics of a signal: the residual at those it lacks is the model's alone."""
-    modulus = np.abs(np.fft.rfft(signal))
-    return min(len(signal), 2 * int(np.flatnonzero(modulus > _NO_HARMONIC * modulus.max())[-1]) + 1)
 
 
 def _check(fits: Sequence[Fit], optima: Sequence[Optima]) -> None:

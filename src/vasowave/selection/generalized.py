@@ -15,12 +15,13 @@ from vasowave.calibration import Fit
 from vasowave.calibration.generalized import Optimum, Whiten, least_squares_optimum, reoptimize
 from vasowave.calibration.parameters import UNITS
 from vasowave.errors import InputError, NumericalError
-from vasowave.recording import resample
+from vasowave.recording import resample, samples_needed
 from vasowave.selection.likelihood import FAMILIES, Family, concentrated, maximize
 from vasowave.selection.noise import Noise
 from vasowave.solver.simulate import Numerics
 
 _DRAWS = 300
+_MOST_WORSE = 2.0  # root-mean-square residual over that of least squares
 _EVERY = 5  # steps of the random walk between two draws that are kept
 
 
@@ -97,7 +98,7 @@ def noise_posterior(
 
 def generalized_fit(
     fit: Fit,
-    covariance: str = "circulant",
+    covariance: str = "Matern 5/2",
     *,
     level: float = 0.95,
     rounds: int = 2,
@@ -112,7 +113,7 @@ def generalized_fit(
     fit : Fit
         From `calibrate`: ordinary least squares.
     covariance : str
-        Of the noise: a name in `FAMILIES`. The periodic stationary one needs no regularization.
+        Of the noise: a name in `FAMILIES`.
     level : float
         Of the intervals.
     rounds : int
@@ -134,11 +135,12 @@ def generalized_fit(
     InputError
         An unknown covariance.
     NumericalError
-        If a combination of parameters has no influence.
+        If a combination of parameters has no influence, or the noise model explains the data away (`explained_away`).
     """
     if covariance not in FAMILIES:
         raise InputError(f"unknown noise model '{covariance}'; known: {', '.join(FAMILIES)}")
-    family, rng, N = FAMILIES[covariance], np.random.default_rng(seed), min(fit.N, samples or fit.N)
+    family, rng = FAMILIES[covariance], np.random.default_rng(seed)
+    N = fit.N if samples is None else min(samples, samples_needed(fit.recording.pressure))
     optimum = least_squares_optimum(fit, numerics)
     first = optimum
     for _ in range(rounds):
@@ -146,8 +148,23 @@ def generalized_fit(
         theta, amplitude = maximize(family, residual[np.newaxis], rng, jacobians=[jacobian])
         noise = family.noise(N, theta)
         optimum = reoptimize(fit, _whitener(noise, amplitude, N), start=optimum.x, numerics=numerics)
+    if explained_away(fit, optimum.residual):
+        raise NumericalError(
+            f"{covariance} noise explains the data away: at its optimum the {fit.wall} wall misses the measured "
+            f"pressure by {np.sqrt(np.mean(optimum.residual**2)):.3g} mmHg (least squares: {fit.rmse:.3g}), since its "
+            "spectrum gives the slow harmonics no weight. Choose another covariance, or stay with least squares"
+        )
     mixture = noise_posterior(family, resample(optimum.residual, N), resample(optimum.jacobian, N), rng)
     return _table(first, optimum, mixture, level), optimum
+
+
+def explained_away(fit: Fit, residual: np.ndarray) -> bool:
+    """Whether a generalized-least-squares optimum misses the data by more than twice what least squares leaves.
+
+    A spectrum that falls steeply takes errors of the mean pressure for likely and puts all weight on the smallest
+    harmonics; what is found then is no calibration.
+    """
+    return bool(np.mean(residual**2) > (_MOST_WORSE * fit.rmse) ** 2)
 
 
 def _whitener(noise: Noise, amplitude: float, N: int) -> Whiten:
