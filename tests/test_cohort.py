@@ -85,7 +85,7 @@ def test_one_animal_that_carries_the_result_is_found_out():
         stats.mannwhitneyu(*(apart.loc[apart.group == g, "x"] for g in "ab"), method="exact").pvalue
     )
     assert found.loc["m11", "decides"] == (
-        (found.loc["m11", "p"] < 0.05) != (contrasts(table, ["x"], "a", "b")["p"][0] < 0.05)
+        (found.loc["m11", "p Holm"] < 0.05) != (contrasts(table, ["x"], "a", "b")["p Holm"][0] < 0.05)
     )
     with pytest.raises(InputError, match="three animals"):
         leave_one_out(table.iloc[5:9], ["x"], "a", "b")

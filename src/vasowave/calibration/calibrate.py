@@ -27,6 +27,7 @@ from vasowave.threads import threads
 _NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
 _SAME = 1e-3  # starts agree when their S differ by less than this share
 _COARSE_SAMPLES = 64  # the searches choose their step in multiples of this
+_LOOSEST = 1e-6  # mmHg, tolerance of a fit
 _COARSER = 10.0  # ratio of the searches' tolerance to that of the final one
 _MOST_SAMPLES = 1024  # a longer recording is compared at this many samples, which carry all its harmonics
 
@@ -88,7 +89,8 @@ def calibrate(
     search : Search, optional
         Starts, method, bounds.
     numerics : Numerics, optional
-        Its `samples` is ignored: the recording's are compared (at most 1024).
+        Its `samples` is ignored: the recording's are compared (at most 1024). A tolerance above 1e-6 mmHg becomes
+        1e-6: derivatives by finite differences need it.
     progress : callable, optional
         Called with finished starts, all starts and the best S so far.
 
@@ -109,7 +111,7 @@ def calibrate(
     nominal = estimate_nominal(network, recording, blood)
     space = parameter_space(wall, network, nominal, blood, plan.bounds, plan.fixed, plan.paper_bounds)
     compared = _compared(recording)
-    numerics = replace(numerics or Numerics(tolerance=1e-7), samples=len(compared.pressure), every_cell=False)
+    numerics = _for_fits(numerics, len(compared.pressure))
     found, stopped = _search_all(space, compared, _coarser(numerics), plan, progress)
     objective, best = _polish(space, compared, numerics, plan, found)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
@@ -132,6 +134,11 @@ def _compared(recording: Recording) -> Recording:
     if len(recording.pressure) == len(recording.flow) == count:
         return recording
     return recording.resampled(count)
+
+
+def _for_fits(numerics: Numerics | None, samples: int) -> Numerics:
+    given = numerics or Numerics(tolerance=1e-7)
+    return replace(given, samples=samples, every_cell=False, tolerance=min(given.tolerance, _LOOSEST))
 
 
 def _coarser(numerics: Numerics) -> Numerics:

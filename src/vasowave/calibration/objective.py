@@ -14,7 +14,8 @@ from vasowave.recording import Recording
 from vasowave.solver.run import Run
 from vasowave.solver.simulate import Numerics, simulate_run, simulate_runs
 
-_STEP = 1e3  # finite difference in the logarithm of a parameter, over the tolerance in mmHg: far below curvature
+_STEP = 1e3  # finite difference in the logarithm of a parameter, over the tolerance in mmHg …
+_STEPS = (1e-4, 1e-2)  # … within these: far above round-off, far below curvature
 _FAILED = 1e3  # mmHg, residual of a parameter set that cannot be simulated: the search turns back
 
 
@@ -78,7 +79,7 @@ class Objective:
             raise NumericalError("the parameters at which a derivative is asked cannot be simulated")
         here = _residuals(base, self.recording)
         numerics = replace(self.numerics, steps_per_cycle=base.steps)
-        step = _STEP * self.numerics.tolerance
+        step = min(max(_STEP * self.numerics.tolerance, _STEPS[0]), _STEPS[1])
         columns = self._columns(x, step, base, numerics)
         for i, column in enumerate(columns):
             if column is None:  # over the edge of what can be simulated: look to the other side

@@ -106,8 +106,8 @@ def average_beats(
     least_correlation : float
         A beat whose pressure or flow correlates less with the median beat is rejected.
     reject_ventilation : bool
-        Whether a beat whose mean pressure or flow stands off the end-expiratory level (more than 3 SD of the
-        narrowest half of all beats) is rejected.
+        Whether a beat whose mean pressure or flow stands off the end-expiratory level (more than 2.5 SD of the
+        narrowest quarter of all beats) is rejected.
     correct_delay : bool
         Whether the flow is advanced by the estimated p-q delay. It is estimated in any case.
 

@@ -70,6 +70,10 @@ _LOG_STEP = 1e-4
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 
 
+_SHARES = ("a", "C_p_over_C_T", "C_p_over_C_T_plain")
+"""Quantities that cannot exceed 1."""
+
+
 def measured_quantities(recording: Recording, nominal: Nominal, station: Station, waves: xr.Dataset) -> xr.Dataset:
     """Return what the recording alone says; compliance and stiffness are the nominal ones (eqs. 8 to 12)."""
     R_T, tau = nominal.total_resistance, nominal.time_constant
@@ -110,7 +114,14 @@ def model_quantities(
         "S": fit.S,
         "RMSE": fit.rmse,
     }
-    return quantities_dataset(values, errors_of(fit, derive))
+    found = quantities_dataset(values, errors_of(fit, derive))
+    bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
+    for name, value in found.data_vars.items():
+        low, high = bounds.get(str(name), (0.0, 1.0 if name in _SHARES else np.inf))
+        if "interval_low" in value.attrs:  # beyond its bounds a parameter is not bounded by the data
+            value.attrs["interval_low"] = max(value.attrs["interval_low"], low)
+            value.attrs["interval_high"] = min(value.attrs["interval_high"], high)
+    return found
 
 
 def derived(model: Model, values: Mapping[str, float], diastolic: np.ndarray, mean: float) -> dict[str, float]:

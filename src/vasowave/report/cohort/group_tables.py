@@ -26,7 +26,13 @@ def groups(cohort: Cohort) -> Table:
             for text in ((mean_sd(by_group[group]), median_iqr(by_group[group])) if group in by_group else ("–", "–"))
         ]
         cells.append((str(source), with_unit(label, written), *texts))
-    return Table("Groups", "All quantities by group", header, cells, "IQR: from the first to the third quartile.", data)
+    note = (
+        "IQR: from the first to the third quartile. A symbol means what its source can know: measured β, c and τ "
+        "follow from the up-slope (at zero pressure) and from the diastolic decay, measured R_T is mean pressure over "
+        "mean flow; those of a wall law are its calibrated stiffness, the wave speed at mean pressure, R_T of the "
+        "vascular beds alone, and R_T C_T."
+    )
+    return Table("Groups", "All quantities by group", header, cells, note, data)
 
 
 def contrasts(found: Comparison, source: str, written: dict[str, str]) -> Table:
@@ -55,9 +61,13 @@ def without_one(found: Comparison, source: str, written: dict[str, str]) -> Tabl
     for (reference, other, label), part in data.groupby(["reference", "other", "quantity"], sort=False):
         deciding = part.loc[part["decides"], "left out"].astype(str).tolist()
         cells.append((f"{other} / {reference}", with_unit(label, written), span(part["ratio"].to_numpy()),
-                      span(part["p"].to_numpy(), 2), ", ".join(deciding) or "none"))  # fmt: skip
-    header = ("groups", "quantity", "ratio", "p", "p crosses 0.05 without")
-    note = "Smallest and largest value over all ways of leaving one animal out; p of the exact test before Holm."
+                      span(part["p"].to_numpy(), 2), span(part["p Holm"].to_numpy(), 2),
+                      ", ".join(deciding) or "none"))  # fmt: skip
+    header = ("groups", "quantity", "ratio", "p", "p Holm", "p Holm crosses 0.05 without")
+    note = (
+        "Smallest and largest value over all ways of leaving one animal out, Holm over the same quantities each time. "
+        "One animal less costs power by itself."
+    )
     return Table(f"LeaveOneOut-{source}", f"{source_title(source)}, one animal left out", header, cells, note, data)
 
 

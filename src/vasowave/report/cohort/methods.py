@@ -39,7 +39,10 @@ def _data(cohort: Cohort) -> str:
     averaged = "One averaged cycle of pressure and flow per animal was given"
     if counts:
         beats = str(counts[0]) if len(set(counts)) == 1 else f"{min(counts)} to {max(counts)}"
-        averaged = f"Pressure and flow were averaged over {beats} consecutive beats, aligned at {listed(fiducials)}"
+        averaged = (
+            f"Pressure and flow were averaged over {beats} beats in succession, rejected ones left out, aligned at "
+            f"{listed(fiducials)}"
+        )
     return (
         f"Pressure and flow in the main pulmonary artery of {groups} animals were analyzed with vasowave "
         f"{cohort.trees[0].attrs.get('vasowave', '')}. {averaged}. Nominal parameters came from each recording: Z_c by "

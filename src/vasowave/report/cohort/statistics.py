@@ -139,16 +139,25 @@ def _strictly(test: Callable[..., pd.DataFrame], *arguments: object) -> pd.DataF
 
 
 def _without_one(rows: pd.DataFrame, usable: list[str]) -> pd.DataFrame:
+    """Leave out every animal in turn, for every pair of groups; Holm runs over the quantities of the pair."""
     groups = rows["group"].unique().tolist()
     parts = []
     for place, reference in enumerate(groups):
         for other in groups[place + 1 :]:
-            for label in usable:
-                try:
-                    part = _strictly(leave_one_out, rows, [label], reference, other)
-                except InputError:
-                    continue  # two animals in a group, or none of its scatter left: nothing to leave out
-                part.insert(0, "reference", reference)
-                part.insert(1, "other", other)
-                parts.append(part)
+            labels = [label for label in usable if _can_lose_one(rows, label, reference, other)]
+            if not labels:
+                continue
+            part = leave_one_out(rows, labels, reference, other)
+            part.insert(0, "reference", reference)
+            part.insert(1, "other", other)
+            parts.append(part)
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+
+def _can_lose_one(rows: pd.DataFrame, label: str, reference: str, other: str) -> bool:
+    """Whether there is something to test without any one animal: not so with two, or with no scatter among the rest."""
+    try:
+        _strictly(leave_one_out, rows, [label], reference, other)
+    except InputError:
+        return False
+    return True

@@ -13,6 +13,7 @@ from vasowave.figures.trees import data_of, wall_laws
 from vasowave.report.cohort.selection_table import selection_table
 from vasowave.report.cohort.statistics import Comparison, column, rows_of
 from vasowave.report.wording import listed, name_and_unit, number
+from vasowave.selection.compare import UNDECIDED
 
 CLEAR = 0.05
 """p after Holm below which the summary calls a difference clear."""
@@ -91,7 +92,11 @@ def _differences(source: str, found: Comparison, written: Mapping[str, str]) -> 
             f"{number(row['ratio high'], 2)}]"
             for _, row in clear.iterrows()
         ]
-        text = f"clear after Holm are {listed(changed)}" if changed else "no difference is clear after Holm"
+        text = (
+            f"clear after Holm (over these {len(rows)}) are {listed(changed)}"
+            if changed
+            else "no difference is clear after Holm"
+        )
         others = f"; not clear: {', '.join(_symbol(row, written) for _, row in rest.iterrows())}" if len(rest) else ""
         sentences.append(f"{lead}{text}{others if changed else ''}.")
     return sentences
@@ -124,15 +129,29 @@ def _undetermined(fits: list[xr.Dataset]) -> str:
 def _selection(cohort: Cohort) -> list[str]:
     if not any("selection" in tree.children for tree in cohort.trees):
         return []
+    votes = [_vote(data_of(tree, "selection")) for tree in cohort.trees if "selection" in tree.children]
+    told = listed([f"the {wall} wall in {votes.count(wall)}" for wall in cohort.walls])
     data = selection_table(cohort).data
     assert data is not None
-    counts = data["AICc prefers"].value_counts()
-    kept = len(data) - int(counts.get("discarded", 0))
-    votes = listed([f"the {wall} wall in {int(counts.get(wall, 0))}" for wall in cohort.walls])
+    joint = data[data["sharing"] == "joint"] if "sharing" in data else data
+    counts = joint["AICc prefers"].value_counts()
+    others = listed([f"{wall} {int(counts.get(wall, 0))}" for wall in cohort.walls])
     return [
-        f"Of {kept} comparisons of the wall laws (animals times noise models that were not discarded) AICc prefers "
-        f"{votes}, and {int(counts.get('undecided', 0))} are undecided."
+        f"Under the likeliest noise model of each animal, AICc at the least-squares optimum prefers {told} of "
+        f"{len(votes)} animals and leaves {votes.count('undecided')} undecided. Over all noise models (animals times "
+        f"models): {others}, undecided {int(counts.get('undecided', 0))}, discarded {int(counts.get('discarded', 0))}."
     ]
+
+
+def _vote(table: xr.Dataset) -> str:
+    """Return the wall law that AICc prefers under the likeliest noise model of one animal, or "undecided"."""
+    frame = table.to_dataframe()
+    best = frame[frame["covariance"] == table.attrs.get("preferred_covariance", frame["covariance"].iloc[0])]
+    for key, first in (("sharing", "joint"), ("optimum", "OLS")):
+        if key in best:
+            best = best[best[key] == first]
+    scores = best.set_index("wall")["AICc"]
+    return str(scores.idxmin()) if scores.max() - scores.min() >= UNDECIDED else "undecided"
 
 
 def _limits(cohort: Cohort, found: Mapping[str, Comparison]) -> list[str]:
@@ -145,6 +164,7 @@ def _limits(cohort: Cohort, found: Mapping[str, Comparison]) -> list[str]:
         sizes = len(cohort.groups[first]), len(cohort.groups[other])
         if min(sizes) >= 2 and tests:
             sentences.append(f"{first} and {other}: {what_n_can_show(*sizes, tests)}")
+    sentences += _one_geometry(cohort)
     carried = [
         f"{label} ({source}, without {animal})"
         for source, one in found.items()
@@ -155,12 +175,34 @@ def _limits(cohort: Cohort, found: Mapping[str, Comparison]) -> list[str]:
     ]
     if carried:
         sentences.append(
-            f"Leaving out one animal moves p across 0.05 (before Holm) in {len(carried)} combinations of animal and "
+            f"Leaving out one animal moves p (after Holm) across 0.05 in {len(carried)} combinations of animal and "
             "quantity: see the tables of one animal left out."
         )
     elif any(len(one.without_one) for one in found.values()):
-        sentences.append("Leaving out any one animal moves no p across 0.05 (before Holm).")
+        sentences.append("Leaving out any one animal moves no p (after Holm) across 0.05.")
     return sentences
+
+
+def _one_geometry(cohort: Cohort) -> list[str]:
+    """Say where a group has one network for all its animals: its geometry is then one measurement, not n."""
+    first, *others = cohort.groups
+    single = [group for group, trees in cohort.groups.items() if len(trees) > 1 and _share_a_network(trees)]
+    if not single:
+        return []
+    area = {
+        group: float(data_of(trees[0], "network")["radius"].values[0]) ** 2 for group, trees in cohort.groups.items()
+    }
+    factors = listed([f"{number((area[group] / area[first]) ** 2, 2)} ({group} / {first})" for group in others])
+    return [
+        f"All animals of {listed(single)} share the network of their group. Stiffness, compliance and wave speed "
+        "contain its geometry (β grows with A0² of the root, here by a factor of "
+        f"{factors}), which no interval and no test above knows: for geometry n is 1."
+    ]
+
+
+def _share_a_network(trees: list[xr.DataTree]) -> bool:
+    first, *rest = (data_of(tree, "network") for tree in trees)
+    return all(one.sizes == first.sizes and np.array_equal(one["radius"], first["radius"]) for one in rest)
 
 
 def _symbol(row: pd.Series, written: Mapping[str, str]) -> str:
