@@ -21,7 +21,7 @@ from vasowave.imaging.loops import loop_count, loop_places
 from vasowave.imaging.protrusions import tips_outside
 from vasowave.imaging.radii import densitometric_radii, lumen_grey
 from vasowave.imaging.segmentation import Segmentation, segment
-from vasowave.imaging.terminals import with_ends_at_the_surface
+from vasowave.imaging.terminals import with_ends_at_half_grey, with_ends_at_the_surface
 from vasowave.imaging.tree import Tree, cut_at_junctions, free_length, network_of
 from vasowave.imaging.volume import Volume, isotropic, read_volume
 from vasowave.network import Network
@@ -186,7 +186,7 @@ def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = 
     ways = minimal_paths(lumen, root)
     tips = _tips(ways) if outlets is None else outlet_tips(ways, outlets)
     tree = centered(_rough(ways, tips), lumen, ways.surface)
-    return with_ends_at_the_surface(with_met_axes(tree), ways.surface)
+    return with_ends_at_half_grey(with_ends_at_the_surface(with_met_axes(tree), ways.surface), lumen)
 
 
 def _tips(ways: MinimalPaths) -> list[int]:
