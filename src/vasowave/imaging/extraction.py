@@ -185,8 +185,10 @@ def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = 
     """Return the vessels of `lumen`, the cannula being part of the root; see `center_paths` for the arguments."""
     ways = minimal_paths(lumen, root)
     tips = _tips(ways) if outlets is None else outlet_tips(ways, outlets)
-    tree = centered(_rough(ways, tips), lumen, ways.surface)
-    return with_ends_at_half_grey(with_ends_at_the_surface(with_met_axes(tree), ways.surface), lumen)
+    tree = _rough(ways, tips)
+    for _ in range(2):  # Paths part beyond the junction; from where the axes met, more of each vessel is seen alone.
+        tree = with_met_axes(centered(tree, lumen, ways.surface))
+    return with_ends_at_half_grey(with_ends_at_the_surface(tree, ways.surface), lumen)
 
 
 def _tips(ways: MinimalPaths) -> list[int]:

@@ -9,7 +9,9 @@ from vasowave.imaging.segmentation import Segmentation
 from vasowave.imaging.tree import Tree, distance_along
 
 FARTHEST = 2.0
+"""An end moves by at most so many voxels from the surface."""
 PLATEAU = 1.5, 3.0
+"""The vessel's own grey is that on its axis so many voxels before its end; in wide vessels to 1.5 radii before it."""
 
 
 def with_ends_at_the_surface(tree: Tree, surface: np.ndarray) -> Tree:
@@ -88,9 +90,5 @@ def _half_grey(line: np.ndarray, lumen: Segmentation, background: float) -> np.n
     if len(falls) == 0:
         return line
     move = float(at[falls[np.argmin(np.abs(at[falls]))]]) * lumen.spacing
-    if move <= 0:
-        kept = line[run < run[-1] + move]
-    else:
-        kept = line
     end = line[-1] + np.append(move * axis, 0.0)
-    return np.concatenate([kept, end[None]])
+    return np.concatenate([line[run < run[-1] + move], end[None]])
