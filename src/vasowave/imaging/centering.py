@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from vasowave.imaging.sections import STEP, across, disc, sampled, tangents
 from vasowave.imaging.segmentation import Segmentation
-from vasowave.imaging.tree import Tree, distance_along, free_stretches
+from vasowave.imaging.tree import Tree, clear_stretches, distance_along
 
 ROUNDS = 2
 """The second round sees sections across the axis that the first one found."""
@@ -18,8 +18,9 @@ LARGEST = 0.6
 def centered(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
     """Return `tree` (without stairs) on the vessels' axes, inscribed radii measured anew.
 
-    Where a vessel is free of junctions, its points move to the center of what is brighter than the threshold in
-    their section; within junctions the axis leads straight on to the junction, which keeps its place.
+    Where a vessel is free of junctions and clear of its sisters, its points move to the center of what is brighter
+    than the threshold in their section; within junctions the axis leads straight on to the junction, which keeps its
+    place.
 
     Parameters
     ----------
@@ -31,7 +32,7 @@ def centered(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
     for _ in range(ROUNDS):
         lines = [
             np.column_stack([_moved(line, stretch, lumen), line[:, 3]])
-            for line, stretch in zip(tree.lines, free_stretches(tree), strict=True)
+            for line, stretch in zip(tree.lines, clear_stretches(tree), strict=True)
         ]
         tree = without_stairs(Tree(tuple(lines), tree.parent), surface, lumen.spacing, 1.5)
     return tree

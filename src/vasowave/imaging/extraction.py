@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.cannula import PE90_RADIUS, cannula_radius, without_cannula
@@ -21,7 +22,7 @@ from vasowave.imaging.loops import loop_count, loop_places
 from vasowave.imaging.protrusions import tips_outside
 from vasowave.imaging.radii import densitometric_radii, lumen_grey
 from vasowave.imaging.segmentation import Segmentation, segment
-from vasowave.imaging.terminals import with_ends_at_the_surface
+from vasowave.imaging.terminals import with_ends_at_half_grey, with_ends_at_the_surface
 from vasowave.imaging.tree import Tree, cut_at_junctions, free_length, network_of
 from vasowave.imaging.volume import Volume, isotropic, read_volume
 from vasowave.network import Network
@@ -184,9 +185,10 @@ def _tree(
 def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Tree:
     """Return the vessels of `lumen`, the cannula being part of the root; see `center_paths` for the arguments."""
     ways = minimal_paths(lumen, root)
-    tips = _tips(ways) if outlets is None else outlet_tips(ways, outlets)
-    tree = centered(_rough(ways, tips), lumen, ways.surface)
-    return with_ends_at_the_surface(with_met_axes(tree), ways.surface)
+    tree = _found(ways) if outlets is None else _rough(ways, outlet_tips(ways, outlets))
+    for _ in range(2):  # Paths part beyond the junction; from where the axes met, more of each vessel is seen alone.
+        tree = with_met_axes(centered(tree, lumen, ways.surface))
+    return with_ends_at_half_grey(with_ends_at_the_surface(tree, ways.surface), lumen)
 
 
 def _tips(ways: MinimalPaths) -> list[int]:
@@ -199,6 +201,19 @@ def _tips(ways: MinimalPaths) -> list[int]:
             break
         tips += more
     return tips
+
+
+def _found(ways: MinimalPaths) -> Tree:
+    """Return the vessels to all tips; their paths end in the middle of flat ends, not in the corners that are farther.
+
+    A path to a corner leaves the axis early, so the paths are drawn anew to where the axes meet the surface.
+    """
+    tips = _tips(ways)
+    tree = _rough(ways, tips)
+    ended = with_ends_at_the_surface(with_met_axes(tree), ways.surface)
+    ends = np.array([ended.lines[row][-1, :3] for row in np.setdiff1d(np.arange(len(ended.lines)), ended.parent)])
+    again = _rough(ways, sorted(set(cKDTree(ways.points).query(ends)[1].tolist())))
+    return again if len(again.lines) == len(tree.lines) else tree
 
 
 def _rough(ways: MinimalPaths, tips: Sequence[int]) -> Tree:

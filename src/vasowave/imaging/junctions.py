@@ -4,14 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from vasowave.imaging.tree import Tree, distance_along
+from vasowave.imaging.tree import Tree, clear_stretches, distance_along
+
+REACH = 2.5
+"""An axis is fitted over so many junction radii: farther out, a vessel's curvature misleads."""
 
 
 def with_met_axes(tree: Tree) -> Tree:
     """Return `tree` with every junction moved to the meeting point of the axes of its vessels.
 
-    An axis is fitted between 1.5 and 3.5 junction radii from where the paths part; within 1.5 radii the vessels run
-    straight to the new junction. A junction keeps its place where fewer than two vessels are long enough or the
+    An axis is fitted where its vessel has left the junction's ball and its sisters' tubes; the vessels run straight
+    from the ball to the new junction. A junction keeps its place where fewer than two vessels are long enough or the
     move would exceed 2.5 radii.
     """
     lines = list(tree.lines)
@@ -19,24 +22,26 @@ def with_met_axes(tree: Tree) -> Tree:
         daughters = np.flatnonzero(tree.parent == row)
         if len(daughters) == 0:
             continue
-        radius = float(lines[row][-1, 3])
+        clear = clear_stretches(replace(tree, lines=tuple(lines)))
+        radius, length = float(lines[row][-1, 3]), float(distance_along(lines[row])[-1])
         arms = [lines[row][::-1], *(lines[d] for d in daughters)]
-        meeting = _meeting_point(arms, radius)
+        stretches = [(length - clear[row][1], length - clear[row][0]), *(clear[d] for d in daughters)]
+        meeting = _meeting_point(arms, stretches, radius)
         if meeting is None:
             continue
         junction = np.append(meeting, radius)
-        lines[row] = _rerouted(arms[0], junction, 1.5 * radius)[::-1]
+        lines[row] = _rerouted(arms[0], junction, radius)[::-1]
         for daughter, arm in zip(daughters, arms[1:], strict=True):
-            lines[daughter] = _rerouted(arm, junction, 1.5 * radius)
+            lines[daughter] = _rerouted(arm, junction, radius)
     return replace(tree, lines=tuple(lines))
 
 
-def _meeting_point(arms: list[np.ndarray], radius: float) -> np.ndarray | None:
+def _meeting_point(arms: list[np.ndarray], stretches: list[tuple[float, float]], radius: float) -> np.ndarray | None:
     """Return the point nearest to the axes of `arms`, which all begin at the junction; None if undetermined."""
     matrix, right, used = np.zeros((3, 3)), np.zeros(3), 0
-    for arm in arms:
-        run = distance_along(arm)
-        straight = arm[(run > 1.5 * radius) & (run < min(3.5 * radius, run[-1] - 0.5 * arm[-1, 3])), :3]
+    for arm, (begin, end) in zip(arms, stretches, strict=True):
+        run, begin = distance_along(arm), max(begin, radius)
+        straight = arm[(run > begin) & (run < min(begin + REACH * radius, end)), :3]
         if len(straight) < 4:
             continue
         middle = straight.mean(axis=0)

@@ -10,8 +10,8 @@ from vasowave.imaging.tree import Tree, distance_along, free_stretches
 
 SHELL = 0.7
 """The lumen farther than this outside all tubes is looked at, voxels; within, noise and stairs decide."""
-HEIGHT, MISFIT = 1.25, 0.22
-"""A piece of it is a vessel if it rises HEIGHT voxels + MISFIT radii of its neighbor from the tubes."""
+HEIGHT, MISFIT = 1.7, 0.47
+"""A piece of it is a vessel if it rises HEIGHT voxels, and MISFIT radii of its neighbor, from the tubes."""
 CORNER = 2.0
 """What rises within so many radii of a vessel's end is a corner of that end: opposite corners are 2 radii apart."""
 
@@ -36,7 +36,7 @@ def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
         inside = out[pieces == piece]
         tip = int(inside[np.argmax(height[inside])])
         is_corner = bool((np.linalg.norm(places - ways.points[tip], axis=1) < corner).any())
-        if height[tip] >= HEIGHT + MISFIT * radius[tip] and not is_corner:
+        if height[tip] >= max(HEIGHT, MISFIT * radius[tip]) and not is_corner:
             tips.append(tip)
     return tips
 
@@ -46,7 +46,7 @@ def height_outside(tree: Tree, points: np.ndarray, spacing: float) -> tuple[np.n
     found, wide = np.full(len(points), np.inf), np.zeros(len(points))
     ends = set(range(len(tree.lines))) - set(tree.parent.tolist())
     for row, (line, stretch) in enumerate(zip(tree.lines, free_stretches(tree), strict=True)):
-        axis, radius = line[:, :3], _tube_radius(line, stretch, row in ends)
+        axis, radius = _calm(line[:, :3]), _tube_radius(line, stretch, row in ends)
         if tree.parent[row] < 0:
             axis, radius = _prolonged(axis[::-1], radius[::-1], spacing)
             axis, radius = axis[::-1], radius[::-1]
@@ -74,7 +74,7 @@ def _tube_radius(line: np.ndarray, stretch: tuple[float, float], is_end: bool) -
         return np.full(len(line), _stub_radius(line))
     well = free & (run < run[-1] - 2.5 * np.median(line[free, 3])) if is_end else free
     free = well if well.sum() >= 3 else free
-    radius = ndimage.median_filter(line[free, 3], size=min(int(free.sum()), 9), mode="nearest")
+    radius = ndimage.percentile_filter(line[free, 3], 35, size=min(int(free.sum()), 15), mode="nearest")
     return np.interp(run, run[free], radius)
 
 
@@ -88,3 +88,9 @@ def _prolonged(axis: np.ndarray, radius: np.ndarray, spacing: float) -> tuple[np
     steps = np.arange(1, int(1.5 * radius[-1] / spacing) + 2)[:, None] * spacing
     added = axis[-1] + steps * tangents(axis)[-1]
     return np.concatenate([axis, added]), np.append(radius, np.full(len(steps), radius[-1]))
+
+
+def _calm(axis: np.ndarray) -> np.ndarray:
+    """Return `axis` without the bulge that a vessel still missing beside it makes."""
+    straight = np.linspace(axis[0], axis[-1], len(axis))
+    return straight + ndimage.gaussian_filter1d(axis - straight, min(3.0, len(axis) / 6), axis=0, mode="mirror")

@@ -4,7 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from vasowave.imaging.sections import STEP, across, disc, sampled
+from vasowave.imaging.segmentation import Segmentation
 from vasowave.imaging.tree import Tree, distance_along
+
+FARTHEST = 2.0
+"""An end moves by at most so many voxels from the surface."""
+PLATEAU = 1.5, 3.0
+"""The vessel's own grey is that on its axis so many voxels before its end; in wide vessels to 1.5 radii before it."""
 
 
 def with_ends_at_the_surface(tree: Tree, surface: np.ndarray) -> Tree:
@@ -44,3 +51,44 @@ def _prolonged(line: np.ndarray, surface: np.ndarray) -> np.ndarray:
     along = np.linspace(0, far, steps + 1)[1:]
     added = kept[-1, :3] + along[:, None] * axis
     return np.concatenate([kept, np.column_stack([added, np.minimum(kept[-1, 3], far - along)])])
+
+
+def with_ends_at_half_grey(tree: Tree, lumen: Segmentation) -> Tree:
+    """Return `tree` with every terminal's end moved along its axis to where the grey falls to half the vessel's own.
+
+    Blur takes the axis of a thin vessel far below the lumen's grey, so that its surface at a fixed threshold lies
+    inside of its end; half of what the vessel itself shows above the background does not know blur nor threshold.
+
+    Parameters
+    ----------
+    tree : Tree
+        With its ends at the surface.
+    lumen : Segmentation
+    """
+    lines = list(tree.lines)
+    corners = np.ix_([0, -1], [0, -1], [0, -1])  # a crop's corners hold no vessel
+    background = float(np.median(lumen.grey[corners]))
+    for row in set(range(len(lines))) - set(tree.parent.tolist()):
+        lines[row] = _half_grey(lines[row], lumen, background)
+    return replace(tree, lines=tuple(lines))
+
+
+def _half_grey(line: np.ndarray, lumen: Segmentation, background: float) -> np.ndarray:
+    """Return `line` shortened or prolonged by at most FARTHEST voxels."""
+    run, radius = distance_along(line), float(np.median(line[len(line) // 2 :, 3]))
+    axis = line[-1, :3] - line[np.searchsorted(run, run[-1] - radius) - 1, :3]
+    axis /= np.linalg.norm(axis)
+    (u,), (v,) = across(axis[None])
+    grid = disc(0.5 * radius, STEP * lumen.spacing)
+    full = PLATEAU[0], max(PLATEAU[1], 1.5 * radius / lumen.spacing)
+    at = np.arange(-full[1], FARTHEST + 0.05, 0.1)
+    centers = line[-1, :3] + at[:, None] * lumen.spacing * axis
+    places = centers[:, None] + grid[:, :1] * u + grid[:, 1:] * v
+    profile = sampled(lumen.grey, places, lumen.origin, lumen.spacing).mean(axis=1)
+    half = (np.median(profile[at <= -full[0]]) + background) / 2
+    falls = np.flatnonzero((profile[:-1] >= half) & (profile[1:] < half) & (at[:-1] >= -FARTHEST))
+    if len(falls) == 0:
+        return line
+    move = float(at[falls[np.argmin(np.abs(at[falls]))]]) * lumen.spacing
+    end = line[-1] + np.append(move * axis, 0.0)
+    return np.concatenate([line[run < run[-1] + move], end[None]])

@@ -4,6 +4,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError
 from vasowave.network import Network
@@ -117,6 +118,26 @@ def free_stretches(tree: Tree) -> list[tuple[float, float]]:
     for row, line in enumerate(tree.lines):
         tail = _typical_radius(line) if row in ends else line[-1, 3]
         found.append((float(line[0, 3]), float(distance_along(line)[-1] - tail)))
+    return found
+
+
+def clear_stretches(tree: Tree) -> list[tuple[float, float]]:
+    """Return the free stretches of `tree` without what lies in the tube of a sister, cm.
+
+    A thin vessel runs on in the wide tube of its sister long after it has left the junction's ball, and its center
+    path there is not its axis. At most half a vessel's length is given up to its sisters.
+    """
+    typical = [_typical_radius(line) for line in tree.lines]
+    found = []
+    for row, (begin, end) in enumerate(free_stretches(tree)):
+        line, run = tree.lines[row], distance_along(tree.lines[row])
+        for sister in np.flatnonzero((tree.parent == tree.parent[row]) & (tree.parent >= 0)):
+            if sister != row:
+                distance = cKDTree(tree.lines[sister][:, :3]).query(line[:, :3])[0]
+                near = distance < typical[sister] + 0.5 * typical[row]
+                first = len(run) - 1 if near.all() else int(np.argmin(near))
+                begin = max(begin, min(float(run[first]), 0.5 * float(run[-1])))
+        found.append((begin, end))
     return found
 
 
