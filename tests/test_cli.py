@@ -1,4 +1,5 @@
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -22,6 +23,12 @@ def test_help_shows_an_example(command):
     result = CliRunner().invoke(app, [*command, "--help"])
     assert result.exit_code == 0
     assert "Example: vasowave" in result.output
+
+
+@pytest.mark.parametrize(("command", "columns"), [("fit", "length [cm], radius [cm]"), ("extract", "x [cm], y [cm]")])
+def test_help_shows_units_in_brackets(command, columns):
+    words = re.sub(r"[\s│]+", " ", CliRunner().invoke(app, [command, "--help"], terminal_width=200).output)
+    assert columns in words
 
 
 def test_fit_names_a_file_that_does_not_exist():
@@ -113,7 +120,7 @@ def test_options_of_fit_reach_the_calibration(tmp_path):
     table = pd.read_csv(tmp_path / "x" / "parameters.csv").set_index("parameter")
     assert table["value"]["c1"] == 0.9
     assert (table["lower"]["beta"], table["upper"]["beta"]) == (80, 90)
-    assert "reference radius 0.07" in (tmp_path / "x" / "report.html").read_text()
+    assert "a boundary layer (fixed radius 0.0700 cm)" in (tmp_path / "x" / "report.html").read_text()
 
 
 def test_simulate_writes_waveforms_that_xarray_opens(tmp_path):

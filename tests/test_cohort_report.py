@@ -13,7 +13,8 @@ from made_cohort import FAILURE, PLANTED, made_trees
 from vasowave import cohort
 from vasowave.errors import InputError
 from vasowave.report import write_cohort_report
-from vasowave.report.cohort import group_tables, statistics, write
+from vasowave.report.cohort import group_tables, model_tables, statistics, write
+from vasowave.report.cohort.methods import methods_paragraphs
 from vasowave.report.document import Table
 from vasowave.report.files import latex, latex_table
 from vasowave.report.wording import number
@@ -182,6 +183,21 @@ def test_a_report_that_fails_midway_leaves_the_earlier_one_as_it_was(trees, fold
     with pytest.raises(InputError, match="No space left"):
         write_cohort_report(trees[:1], folder, pdf=False)
     assert {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()} == before
+
+
+def test_the_methods_say_whose_beats_were_averaged():
+    mixed = methods_paragraphs(write.arranged(made_trees({"CTL": 2}, raw=1, walls=("linear",)), {}), {})[0]
+    assert re.search(r"flow of CTL 1 were averaged over \d+ consecutive beats, aligned at the R wave of the ECG", mixed)
+    assert "; of CTL 2 an averaged cycle was given." in mixed
+    given = methods_paragraphs(write.arranged(made_trees({"CTL": 2}, walls=("linear",)), {}), {})[0]
+    assert "were averaged" not in given
+    assert "One averaged cycle of pressure and flow per animal was given" in given
+
+
+def test_a_group_of_one_animal_has_no_empty_scatter():
+    table = model_tables.waves(write.arranged(made_trees({"sham": 1}, walls=("linear",)), {}))
+    assert {row[3] for row in table.rows} == {"1"}
+    assert not any("±" in cell for row in table.rows for cell in row)
 
 
 def test_one_animal_of_one_group_without_beats_gets_a_report(tmp_path):

@@ -27,7 +27,7 @@ def extract(
     root: Annotated[str | None, typer.Option(help=f"Where the blood enters: {_PLACE}.")] = None,
     seed: Annotated[str | None, typer.Option(help="A point inside the tree, if the root is not.")] = None,
     outlet: Annotated[list[str] | None, typer.Option(help="Guided mode: an outlet, x,y,z; repeat it.")] = None,
-    outlets: Annotated[Path | None, typer.Option(help="Guided mode: CSV with x [cm], y [cm], z [cm].")] = None,
+    outlets: Annotated[Path | None, typer.Option(help="Guided mode: CSV with x \\[cm], y \\[cm], z \\[cm].")] = None,
     threshold: Annotated[float, typer.Option(help="Grey level of the vessel wall.")] = 45.0,
     method: Annotated[str, typer.Option(help="threshold, or level-set (active contour).")] = "threshold",
     mask: Annotated[Path | None, typer.Option(help="Edited mask; labels: 1 lumen, 2 root, 3… outlets.")] = None,

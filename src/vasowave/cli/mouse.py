@@ -21,8 +21,8 @@ _OUTPUT = typer.Option("--output", "-o", help="Folder for the results.")
 
 @app.command(
     epilog="Example: vasowave fit network.csv pressure.dat flow.dat --period 0.11 --output mouse-6. "
-    "The network has the columns name, parent, length [cm], radius [cm]; the recording time [s], pressure [mmHg], "
-    "flow [ml/s], or two files of one column each."
+    "The network has the columns name, parent, length \\[cm], radius \\[cm]; the recording "
+    "time \\[s], pressure \\[mmHg], flow \\[ml/s], or two files of one column each."
 )
 def fit(
     network: Annotated[Path, typer.Argument(help="Vessel table, CSV.")],
