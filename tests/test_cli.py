@@ -101,6 +101,35 @@ def test_a_wrong_option_of_fit_is_an_error_that_says_what_to_write(tmp_path, opt
     assert not (tmp_path / "x").exists()
 
 
+@pytest.mark.parametrize("place", ["taken/fit", "taken"])
+def test_fit_refuses_a_place_it_cannot_write_before_it_computes(tmp_path, place):
+    network, cycle = _write_mouse(tmp_path)
+    (tmp_path / "taken").write_text("a file")
+    result = CliRunner().invoke(app, ["fit", str(network), str(cycle), "-o", str(tmp_path / place)])
+    assert isinstance(result.exception, InputError)
+    assert "Recording(" not in result.output
+
+
+def test_a_file_that_cannot_be_written_is_refused_and_nothing_stays(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    (tmp_path / "results").mkdir()
+    before = sorted(tmp_path.iterdir())
+    for command in (["simulate", str(network), str(cycle)], ["match", str(network), str(network)]):
+        folder = CliRunner().invoke(app, [*command, "-o", str(tmp_path / "results")])
+        assert "is a folder; give the name of a file" in str(folder.exception)
+        nowhere = CliRunner().invoke(app, [*command, "-o", str(tmp_path / "no" / "file")])
+        assert "there is no folder" in str(nowhere.exception)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_stiffness_of_zero_is_not_taken_for_none(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    result = CliRunner().invoke(
+        app, ["simulate", str(network), str(cycle), "--beta", "0", "-o", str(tmp_path / "w.nc")]
+    )
+    assert "beta = 0; it must be positive" in str(result.exception)
+
+
 def test_options_of_fit_reach_the_calibration(tmp_path):
     network, cycle = _write_mouse(tmp_path)
     options = [

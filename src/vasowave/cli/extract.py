@@ -78,9 +78,12 @@ def match(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV of the pairs.")] = None,
 ) -> None:
     """Pair the vessels of two networks one to one, by topology and size, and list those left over."""
+    from vasowave.cli.options import check_file
     from vasowave.imaging import matching
     from vasowave.network import read_network
 
+    if output is not None:
+        check_file(output)
     one, other = read_network(first), read_network(second)
     pairs = matching.match(one, other)
     lines = _pair_lines(one, other, pairs)
@@ -109,6 +112,8 @@ def _write_text(text: str, path: Path) -> None:
         unfinished.replace(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    finally:
+        unfinished.unlink(missing_ok=True)
 
 
 def _outlets(places: list[str], file: Path | None) -> "np.ndarray | None":
