@@ -1,4 +1,5 @@
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -22,6 +23,12 @@ def test_help_shows_an_example(command):
     result = CliRunner().invoke(app, [*command, "--help"])
     assert result.exit_code == 0
     assert "Example: vasowave" in result.output
+
+
+@pytest.mark.parametrize(("command", "columns"), [("fit", "length [cm], radius [cm]"), ("extract", "x [cm], y [cm]")])
+def test_help_shows_units_in_brackets(command, columns):
+    words = re.sub(r"[\s│]+", " ", CliRunner().invoke(app, [command, "--help"], terminal_width=200).output)
+    assert columns in words
 
 
 def test_fit_names_a_file_that_does_not_exist():
@@ -94,6 +101,35 @@ def test_a_wrong_option_of_fit_is_an_error_that_says_what_to_write(tmp_path, opt
     assert not (tmp_path / "x").exists()
 
 
+@pytest.mark.parametrize("place", ["taken/fit", "taken"])
+def test_fit_refuses_a_place_it_cannot_write_before_it_computes(tmp_path, place):
+    network, cycle = _write_mouse(tmp_path)
+    (tmp_path / "taken").write_text("a file")
+    result = CliRunner().invoke(app, ["fit", str(network), str(cycle), "-o", str(tmp_path / place)])
+    assert isinstance(result.exception, InputError)
+    assert "Recording(" not in result.output
+
+
+def test_a_file_that_cannot_be_written_is_refused_and_nothing_stays(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    (tmp_path / "results").mkdir()
+    before = sorted(tmp_path.iterdir())
+    for command in (["simulate", str(network), str(cycle)], ["match", str(network), str(network)]):
+        folder = CliRunner().invoke(app, [*command, "-o", str(tmp_path / "results")])
+        assert "is a folder; give the name of a file" in str(folder.exception)
+        nowhere = CliRunner().invoke(app, [*command, "-o", str(tmp_path / "no" / "file")])
+        assert "there is no folder" in str(nowhere.exception)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_stiffness_of_zero_is_not_taken_for_none(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    result = CliRunner().invoke(
+        app, ["simulate", str(network), str(cycle), "--beta", "0", "-o", str(tmp_path / "w.nc")]
+    )
+    assert "beta = 0; it must be positive" in str(result.exception)
+
+
 def test_options_of_fit_reach_the_calibration(tmp_path):
     network, cycle = _write_mouse(tmp_path)
     options = [
@@ -113,7 +149,7 @@ def test_options_of_fit_reach_the_calibration(tmp_path):
     table = pd.read_csv(tmp_path / "x" / "parameters.csv").set_index("parameter")
     assert table["value"]["c1"] == 0.9
     assert (table["lower"]["beta"], table["upper"]["beta"]) == (80, 90)
-    assert "reference radius 0.07" in (tmp_path / "x" / "report.html").read_text()
+    assert "a boundary layer (fixed radius 0.0700 cm)" in (tmp_path / "x" / "report.html").read_text()
 
 
 def test_simulate_writes_waveforms_that_xarray_opens(tmp_path):

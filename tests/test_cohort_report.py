@@ -13,7 +13,9 @@ from made_cohort import FAILURE, PLANTED, made_trees
 from vasowave import cohort
 from vasowave.errors import InputError
 from vasowave.report import write_cohort_report
-from vasowave.report.cohort import group_tables, statistics, write
+from vasowave.report.cohort import group_tables, model_tables, statistics, write
+from vasowave.report.cohort.cells import median_iqr
+from vasowave.report.cohort.methods import methods_paragraphs
 from vasowave.report.document import Table
 from vasowave.report.files import latex, latex_table
 from vasowave.report.wording import number
@@ -184,6 +186,27 @@ def test_a_report_that_fails_midway_leaves_the_earlier_one_as_it_was(trees, fold
     assert {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()} == before
 
 
+def test_the_methods_say_whose_beats_were_averaged():
+    mixed = methods_paragraphs(write.arranged(made_trees({"CTL": 2}, raw=1, walls=("linear",)), {}), {})[0]
+    assert re.search(r"flow of CTL 1 were averaged over \d+ consecutive beats, aligned at the R wave of the ECG", mixed)
+    assert "; of CTL 2 an averaged cycle was given." in mixed
+    given = methods_paragraphs(write.arranged(made_trees({"CTL": 2}, walls=("linear",)), {}), {})[0]
+    assert "were averaged" not in given
+    assert "One averaged cycle of pressure and flow per animal was given" in given
+
+
+def test_a_group_of_one_animal_has_no_empty_scatter():
+    table = model_tables.waves(write.arranged(made_trees({"sham": 1}, walls=("linear",)), {}))
+    assert {row[3] for row in table.rows} == {"1"}
+    assert not any("±" in cell for row in table.rows for cell in row)
+
+
+def test_one_animal_has_no_quartiles():
+    one = pd.Series({"median": 537.0, "Q1": 537.0, "Q3": 537.0, "SD": np.nan})
+    assert median_iqr(one) == "537"
+    assert median_iqr(pd.Series({"median": 537.0, "Q1": 530.0, "Q3": 540.0, "SD": 5.0})) == "537 [530, 540]"
+
+
 def test_one_animal_of_one_group_without_beats_gets_a_report(tmp_path):
     lone = made_trees({"sham": 1}, walls=("linear",))
     text = write_cohort_report(lone, tmp_path / "one", pdf=False).read_text(encoding="utf-8")
@@ -245,7 +268,7 @@ def test_a_selection_is_tabled_with_verdicts_and_discarded_models_last(trees):
     found = _candidates(tree)
     assert found["covariance"].tolist() == ["matern32", "periodic", "se"]
     assert found["AICc prefers"].tolist() == ["undecided", "tangent", "discarded"]
-    assert found["D"].iloc[0] == "linear 4, tangent 5"
+    assert (found["D linear"].iloc[0], found["D tangent"].iloc[0]) == (4, 5)
 
 
 def test_latex_takes_no_character_for_a_command():

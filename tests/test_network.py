@@ -21,13 +21,25 @@ def table(folder, rows, header=HEADER):
         ("a,,0.4,0.04\nb,,0.4,0.04\n", r"'a' \(.*line 2\), 'b' \(.*line 3\)"),
         ("a,,0.4,0.04\nb,c,0.4,0.04\nc,b,0.4,0.04\n", r"line 3 \(vessel 'b'\).*cycle"),
         ("trunk,,0.4,0.04\nb,trnk,0.4,0.04\n", r"line 3 .*'trnk'.*did you mean 'trunk'"),
+        ("10,0,0.4,0.04\nb,10,0.4,0.04\n", r"line 2 .*parent '0' is not in the table; leave the root's parent empty"),
         ("a,,0.4,0.04\nb,a,0.4,0.04\nb,a,0.4,0.04\n", r"line 4: vessel 'b' is already defined in .*line 3"),
         ("a,,0.4,0.04\nb,a,0,0.04\n", r"line 3 \(vessel 'b'\): length 0 cm"),
         ("a,,0.4,0.04\nb,a,0.4,-0.04\n", r"line 3 \(vessel 'b'\): radius -0\.04 cm"),
         ("a,,0.4,0.04\nb,a,long,0.04\n", r"line 3, column 'length': 'long' is not a number"),
         ("# scan 6\n\na,,0.4,0.04\nb,a,0.4,-1\n", r"line 5 "),
     ],
-    ids=["no root", "two roots", "cycle", "unknown", "duplicate", "zero", "negative", "text", "comments"],
+    ids=[
+        "no root",
+        "two roots",
+        "cycle",
+        "unknown",
+        "zero",
+        "duplicate",
+        "zero",
+        "negative",
+        "text",
+        "comments",
+    ],
 )
 def test_a_wrong_row_is_named_by_its_line(tmp_path, rows, message):
     with pytest.raises(InputError, match=message):

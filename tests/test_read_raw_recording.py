@@ -30,6 +30,11 @@ HEADER = (
 )
 
 
+def test_a_stretch_that_ends_before_it_starts_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"ends at 0\.2 s and starts at 0\.8 s"):
+        read_raw_recording(write(tmp_path / "raw.txt", labchart_block()), start=0.8, end=0.2)
+
+
 def labchart_block(interval="0.001 s", flow="ml/min", flow_scale=60.0, comma=False, remarks=(), first=0.0, count=COUNT):
     lines = []
     for i in range(count):

@@ -157,6 +157,35 @@ def test_a_wrong_header_is_refused(tmp_path, header, message):
         read_recording(path)
 
 
+def test_a_pressure_without_a_flow_file_asks_for_the_flow(tmp_path):
+    with pytest.raises(InputError, match="give the file of the flow too"):
+        read_recording(write(tmp_path / "p.dat", PRESSURE), period=PERIOD)
+
+
+def test_one_column_with_decimal_commas_is_told_so(tmp_path):
+    path = write(tmp_path / "p.dat", PRESSURE)
+    path.write_text(path.read_text().replace(".", ","))
+    with pytest.raises(InputError, match="if the comma is a decimal one, write a point"):
+        read_recording(path, write(tmp_path / "q.dat", FLOW), period=PERIOD)
+
+
+def test_a_continuous_recording_is_told_from_a_cycle(tmp_path):
+    labchart = tmp_path / "raw.txt"
+    labchart.write_text("Interval=\t0.001 s\nChannelTitle=\tPAP\tFlow\n0.0\t14.0\t0.2\n")
+    with pytest.raises(InputError, match=r"continuous recording exported by LabChart.*'raw' into the column 'kind'"):
+        read_recording(labchart)
+    long = write(tmp_path / "long.csv", 100 * TIME, PRESSURE, FLOW, header=",".join(GOOD))
+    with pytest.raises(InputError, match="or a continuous recording"):
+        read_recording(long)
+
+
+def test_utf_16_is_named(tmp_path):
+    path = write(tmp_path / "cycle.csv", TIME, PRESSURE, FLOW, header=",".join(GOOD))
+    path.write_bytes(path.read_text().encode("utf-16"))
+    with pytest.raises(InputError, match="UTF-16; save it as 'CSV UTF-8'"):
+        read_recording(path)
+
+
 def test_too_few_samples_and_a_missing_period_are_refused(tmp_path):
     short = write(tmp_path / "s.csv", TIME[:20], PRESSURE[:20], FLOW[:20], header=",".join(GOOD))
     with pytest.raises(InputError, match="line 21: the file ends after 20 samples"):

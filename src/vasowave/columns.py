@@ -141,7 +141,9 @@ def _split(path: Path) -> tuple[list[list[str]], list[int]]:
         reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
         raise InputError(f"{path}: {reason}") from None
     if b"\0" in raw:
-        raise InputError(f"{path}: not a text file; export it as CSV first")
+        utf16 = raw[:2] in (b"\xff\xfe", b"\xfe\xff")
+        cure = "text in UTF-16; save it as 'CSV UTF-8'" if utf16 else "not a text file; export it as CSV first"
+        raise InputError(f"{path}: {cure}")
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:

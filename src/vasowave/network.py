@@ -13,6 +13,7 @@ from vasowave.columns import read_columns
 from vasowave.errors import InputError, VasowaveWarning, did_you_mean
 
 _ALIASES = {"vessel": "name", "id": "name", "l": "length", "r0": "radius", "r": "radius"}
+_NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +200,7 @@ def _parent_rows(names: Sequence[str], parents: Sequence[str], where: Callable[[
     found = []
     for row, parent in enumerate(parents):
         if parent and parent not in rows:
-            hint = did_you_mean(parent, rows)
+            hint = "; leave the root's parent empty" if parent.lower() in _NO_PARENT else did_you_mean(parent, rows)
             raise InputError(f"{where(row)} (vessel '{names[row]}'): parent '{parent}' is not in the table{hint}")
         found.append(rows[parent] if parent else -1)
     return found

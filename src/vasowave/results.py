@@ -80,16 +80,27 @@ def check_fits(fits: Sequence[Fit]) -> None:
 
 
 def check_folder(folder: Path, marks: Mapping[str, bytes] = _MARKS) -> None:
-    """Raise `InputError` unless `folder` is missing, empty, or an earlier result of vasowave.
+    """Raise `InputError` unless `folder` is missing, empty, or an earlier result of vasowave, and can be written.
 
     `marks` names files by which such a result is known, and what they contain.
     """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder} is a file; give the name of a folder")
+    _check_writable(folder)
     if not folder.exists():
         return
-    if not folder.is_dir():
-        raise InputError(f"{folder} is a file; give the name of a folder")
     if any(folder.iterdir()) and not any(_has_mark(folder / name, mark) for name, mark in marks.items()):
         raise InputError(f"{folder} is not empty and not a vasowave result; give another folder or empty it first")
+
+
+def _check_writable(folder: Path) -> None:
+    """Raise `InputError` now, not after hours, if a folder cannot be put into the place of `folder`."""
+    place = next(parent for parent in folder.absolute().parents if parent.exists())
+    try:
+        with tempfile.TemporaryDirectory(prefix=".vasowave-", dir=place):
+            pass
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made ({error.strerror}); choose another place") from None
 
 
 def tables(fits: Sequence[Fit]) -> dict[str, pd.DataFrame]:

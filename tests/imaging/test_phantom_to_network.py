@@ -68,8 +68,9 @@ def test_a_phantom_becomes_the_network_it_was_made_from(fork, tmp_path):
 
 
 def test_an_outlet_far_from_the_lumen_is_named(fork):
-    with pytest.raises(InputError, match=r"outlet .* was not reached"):
-        extract(fork[2], Options(root=fork[1].cannula[0], outlets=[[0.2, 0.45, 0.45]]))
+    far = [0.2, 0.45, 0.4]  # z, y, x; the message has x,y,z as the command line takes them
+    with pytest.raises(InputError, match=r"outlet 0\.4,0\.45,0\.2 cm \(x,y,z\) was not reached"):
+        extract(fork[2], Options(root=fork[1].cannula[0], outlets=[far]))
 
 
 def test_a_dicom_series_reads_back_as_it_was_written(fork, tmp_path):

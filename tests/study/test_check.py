@@ -10,9 +10,11 @@ from small_study import SETTINGS, write_cycle
 from typer.testing import CliRunner
 
 from vasowave.cli import app
+from vasowave.datasets import control_network, hypertensive_network
+from vasowave.network import Network, write_network
 from vasowave.recording import Recording
 from vasowave.study.animals import COLUMNS, read_animals
-from vasowave.study.checking import check_study
+from vasowave.study.checking import NORMAL, check_study
 from vasowave.study.loading import load_animal
 from vasowave.study.plan import read_study
 
@@ -125,15 +127,41 @@ def test_a_mouse_that_is_none_is_odd(make_study, mice, change, word):
 
 def test_the_mean_mice_of_the_paper_are_plausible():
     from vasowave.datasets.published import published_table
-    from vasowave.study.checking import NORMAL
 
     paper = published_table("hemodynamics").set_index("quantity")
-    for name, (low, high, unit) in NORMAL["mouse"].items():
+    for name in paper.index.intersection(list(NORMAL["mouse"])):
+        low, high, unit = NORMAL["mouse"][name]
         assert unit == paper.loc[name, "unit"]
         for group in ("CTL", "HPH"):
             mean, sd = paper.loc[name, f"{group} mean"], paper.loc[name, f"{group} SD"]
             assert low <= mean - 2 * sd
             assert mean + 2 * sd <= high
+
+
+@pytest.mark.parametrize("network", [control_network(), hypertensive_network()])
+def test_the_radius_of_a_published_root_is_plausible_its_diameter_is_not(network):
+    low, high, unit = NORMAL["mouse"]["root radius"]
+    radius = network.radius[network.root]
+    assert unit == "cm"
+    assert 2 * low <= radius <= 0.75 * high
+    assert 2 * radius > high
+
+
+@pytest.mark.parametrize(("factor", "stiff"), [(10.0, True), (0.1, True), (2.0, False)])
+def test_a_network_in_another_unit_or_of_diameters_is_odd(make_study, factor, stiff):
+    folder = make_study()
+    radius, scale = [0.047, 0.026, 0.037], factor if stiff else 1.0  # a wrong unit is one of lengths and radii
+    length = [scale * value for value in (0.41, 0.45, 0.37)]
+    write_network(Network(("1", "2", "3"), [-1, 0, 0], length, [factor * r for r in radius]), folder / "n.csv")
+    found = said(folder)
+    assert any(f"root radius {0.047 * factor:.4g} cm is implausible for a mouse" in line for line in found)
+    assert any("is none of an artery" in line for line in found) is stiff
+
+
+@pytest.mark.parametrize("line", ["density: 1057", "viscosity: 4.62"])
+def test_blood_in_another_unit_is_odd(make_study, line):
+    found = said(make_study(settings=SETTINGS + f"blood: {{{line}}}\n"))
+    assert any(line.partition(":")[0] in text and "is no blood's" in text and "line 9" in text for text in found)
 
 
 def test_bounds_that_exclude_the_nominal_value_are_named_where_they_stand(make_study):

@@ -44,6 +44,15 @@ def search(objective: Objective, start: np.ndarray, method: str, tolerance: floa
     return Found(x, S, objective.simulations, converged, message)
 
 
+_ENDS = {
+    0: "too many iterations",
+    1: "the gradient is below the tolerance",
+    2: "the change of S is below the tolerance",
+    3: "the step is below the tolerance",
+    4: "step and change of S are below the tolerance",
+}
+
+
 def _least_squares(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.ndarray, float, bool, str]:
     from scipy.optimize import least_squares
 
@@ -58,7 +67,7 @@ def _least_squares(objective: Objective, start: np.ndarray, tolerance: float) ->
         gtol=tolerance,
         max_nfev=100,
     )
-    return found.x, float(2 * found.cost), bool(found.success), str(found.message)
+    return found.x, float(2 * found.cost), bool(found.success), _ENDS.get(found.status, str(found.message))
 
 
 def _sqp(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.ndarray, float, bool, str]:

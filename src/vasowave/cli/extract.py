@@ -27,7 +27,7 @@ def extract(
     root: Annotated[str | None, typer.Option(help=f"Where the blood enters: {_PLACE}.")] = None,
     seed: Annotated[str | None, typer.Option(help="A point inside the tree, if the root is not.")] = None,
     outlet: Annotated[list[str] | None, typer.Option(help="Guided mode: an outlet, x,y,z; repeat it.")] = None,
-    outlets: Annotated[Path | None, typer.Option(help="Guided mode: CSV with x [cm], y [cm], z [cm].")] = None,
+    outlets: Annotated[Path | None, typer.Option(help="Guided mode: CSV with x \\[cm], y \\[cm], z \\[cm].")] = None,
     threshold: Annotated[float, typer.Option(help="Grey level of the vessel wall.")] = 45.0,
     method: Annotated[str, typer.Option(help="threshold, or level-set (active contour).")] = "threshold",
     mask: Annotated[Path | None, typer.Option(help="Edited mask; labels: 1 lumen, 2 root, 3… outlets.")] = None,
@@ -78,9 +78,12 @@ def match(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV of the pairs.")] = None,
 ) -> None:
     """Pair the vessels of two networks one to one, by topology and size, and list those left over."""
+    from vasowave.cli.options import check_file
     from vasowave.imaging import matching
     from vasowave.network import read_network
 
+    if output is not None:
+        check_file(output)
     one, other = read_network(first), read_network(second)
     pairs = matching.match(one, other)
     lines = _pair_lines(one, other, pairs)
@@ -109,6 +112,8 @@ def _write_text(text: str, path: Path) -> None:
         unfinished.replace(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    finally:
+        unfinished.unlink(missing_ok=True)
 
 
 def _outlets(places: list[str], file: Path | None) -> "np.ndarray | None":

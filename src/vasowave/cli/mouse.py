@@ -21,8 +21,8 @@ _OUTPUT = typer.Option("--output", "-o", help="Folder for the results.")
 
 @app.command(
     epilog="Example: vasowave fit network.csv pressure.dat flow.dat --period 0.11 --output mouse-6. "
-    "The network has the columns name, parent, length [cm], radius [cm]; the recording time [s], pressure [mmHg], "
-    "flow [ml/s], or two files of one column each."
+    "The network has the columns name, parent, length \\[cm], radius \\[cm]; the recording "
+    "time \\[s], pressure \\[mmHg], flow \\[ml/s], or two files of one column each."
 )
 def fit(
     network: Annotated[Path, typer.Argument(help="Vessel table, CSV.")],
@@ -65,6 +65,7 @@ def simulate(
 ) -> None:
     """Simulate the network with nominal parameters (or a given stiffness) and write the waveforms of every vessel."""
     from vasowave import solver
+    from vasowave.cli.options import check_file
     from vasowave.errors import InputError
     from vasowave.model import Model
     from vasowave.network import read_network
@@ -74,12 +75,13 @@ def simulate(
 
     if not 0 < ratio < 1:
         raise InputError(f"--ratio {ratio:g} must lie between 0 and 1")
+    check_file(output)
     vessels = read_network(network)
     cycle = read_recording(*recording, period=period)
     nominal = estimate_nominal(vessels, cycle)
     typer.echo(repr(nominal))
     outlets = windkessels(vessels, nominal.total_resistance, nominal.time_constant, ratio)
-    result = solver.simulate(Model(vessels, LinearWall(beta or nominal.beta), outlets), cycle)
+    result = solver.simulate(Model(vessels, LinearWall(nominal.beta if beta is None else beta), outlets), cycle)
     unfinished = output.with_name(output.name + ".part")
     try:
         result.to_netcdf(unfinished)

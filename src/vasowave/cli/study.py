@@ -29,7 +29,6 @@ def demo(
     begun = time.monotonic()
     write_virtual_study(output, starts=starts, seed=seed)
     typer.echo(f"Study: {output} ({time.monotonic() - begun:.0f} s)")
-    typer.echo("The first animal compiles the solver, which takes half a minute once.")
     _run(output)
 
 
@@ -56,8 +55,13 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
     for problem in problems:
         typer.echo(f"{'error' if problem.error else 'warning'}: {problem}")
     count = len(problems) - len(errors)
-    typer.echo(f"{len(errors)} errors, {count} warnings" if problems else "Nothing is wrong or odd.")
+    said = f"{_counted(len(errors), 'error')}, {_counted(count, 'warning')}"
+    typer.echo(said if problems else "Nothing is wrong or odd.")
     raise typer.Exit(1 if errors else 0)
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 @app.command(epilog="Example: vasowave run my-study")
@@ -84,6 +88,7 @@ def _run(
     from vasowave.study.running import run_study
 
     plan = read_study(study)
+    typer.echo(f"{_counted(len(plan.animals), 'animal')}. The first compiles the solver, which takes a minute once.")
     begun = time.monotonic()
     try:
         with _shown(len(plan.animals)) as show:
@@ -92,7 +97,8 @@ def _run(
         typer.echo("What had finished is kept; run it again to go on.", err=True)
         raise typer.Exit(130) from None
     typer.echo(
-        f"{len(done.computed)} animals computed, {len(done.kept)} kept from earlier, {len(done.failures)} failed."
+        f"{_counted(len(done.computed), 'animal')} computed, {len(done.kept)} kept from earlier, "
+        f"{len(done.failures)} failed."
     )
     computed = time.monotonic()
     typer.echo(f"Results: {done.results} ({computed - begun:.0f} s)")

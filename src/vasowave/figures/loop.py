@@ -30,5 +30,6 @@ def plot_pressure_area(ax: "Axes", tree: "xr.DataTree", vessel: str | None = Non
     ax.axvline(vessels.area0[row], color=FAINT, linewidth=0.8)
     ax.annotate("A₀", (vessels.area0[row], 1.0), xycoords=("data", "axes fraction"), xytext=(3, -2),
                 textcoords="offset points", va="top", color="0.35")  # fmt: skip
+    ax.locator_params(axis="x", nbins=5)
     ax.legend()
     return label_axes(ax, "area [cm²]", "pressure [mmHg]")

@@ -27,7 +27,10 @@ def cannula_tip(line: np.ndarray) -> int:
     typical = np.median(line[:, 3])
     inner = np.flatnonzero((run > 1.2 * typical) & (run < run[-1] - 1.2 * typical))
     if len(inner) < 12:
-        raise InputError("the root vessel is too short to show where the cannula ends; give the tip instead")
+        raise InputError(
+            "the root vessel is too short to show where the cannula ends; give the outlets, if false branches cut it, "
+            "or the tip instead"
+        )
     radius, margin = line[inner, 3], 4
     cost = [radius[:k].var() * k + radius[k:].var() * (len(radius) - k) for k in range(margin, len(radius) - margin)]
     best = margin + int(np.argmin(cost))

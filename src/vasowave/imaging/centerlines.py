@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError
+from vasowave.imaging.places import written
 from vasowave.imaging.segmentation import Segmentation, surface_points
 
 BALL, MARGIN = 1.1, 2.5
@@ -142,7 +143,7 @@ def _nearest(points: np.ndarray, spacing: float, places: np.ndarray, what: str) 
     """Return the voxel nearest to each of `places`; all that are too far are named at once."""
     distance, found = cKDTree(points).query(places)
     lost = [
-        f"{what} {place} cm (z, y, x) was not reached: {gap:.0f} voxels from the lumen"
+        f"{what} {written(place)} cm (x,y,z) was not reached: {gap:.0f} voxels from the lumen"
         for place, gap in zip(places, distance / spacing, strict=True)
         if gap > 5
     ]
@@ -163,7 +164,7 @@ def outlet_tips(ways: MinimalPaths, outlets: np.ndarray) -> list[int]:
     tips = [int(tip) for tip in _nearest(ways.points, ways.spacing, outlets, "outlet")]
     inner = _walk(ways.above, [int(ways.above[tip]) for tip in tips if tip != ways.start], ways.start)
     lost = [
-        f"outlet {place} cm (z, y, x) was not reached as an end: the vessel goes on to another outlet"
+        f"outlet {written(place)} cm (x,y,z) was not reached as an end: the vessel goes on to another outlet"
         for number, (place, tip) in enumerate(zip(outlets, tips, strict=True))
         if inner[tip] or tip in tips[:number]
     ]

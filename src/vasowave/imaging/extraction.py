@@ -19,6 +19,7 @@ from vasowave.imaging.centering import centered, without_stairs
 from vasowave.imaging.centerlines import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
 from vasowave.imaging.junctions import with_met_axes
 from vasowave.imaging.loops import loop_count, loop_places
+from vasowave.imaging.places import written
 from vasowave.imaging.protrusions import tips_outside
 from vasowave.imaging.radii import densitometric_radii, lumen_grey
 from vasowave.imaging.segmentation import Segmentation, segment
@@ -171,9 +172,9 @@ def _tree(
     tree = tree_of(lumen, root, outlets)
     count = loop_count(lumen) if report_loops else 0
     if count > 0:
-        places = "; ".join(", ".join(f"{value:.3g}" for value in place) for place in loop_places(tree))
+        places = "; ".join(map(written, loop_places(tree)))
         _warn(
-            f"the lumen closes {count} loop(s), which the tree opens, probably at (z, y, x, cm) {places or 'unknown'}: "
+            f"the lumen closes {count} loop(s), which the tree opens, probably at (x,y,z, cm) {places or 'unknown'}: "
             "vessels touch there; raise the threshold or give the outlets"
         )
     cannula = None

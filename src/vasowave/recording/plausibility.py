@@ -23,7 +23,11 @@ def check_period(period: float, where: str) -> None:
     if not np.isfinite(period) or period <= 0:
         raise InputError(f"{where}: period {period:g} s is not a positive number")
     if not shortest <= period <= longest:
-        hint = "is it in ms?" if period > longest else "is the unit of time right, and is it one whole cycle?"
+        hint = (
+            "is it in ms, or a continuous recording ('raw' in the column 'kind' of a study)?"
+            if period > longest
+            else "is the unit of time right, and is it one whole cycle?"
+        )
         raise InputError(
             f"{where}: period {period:g} s is {60 / period:.3g} beats/min, which no heart has; {hint} "
             f"One cycle of {shortest:g} to {longest:g} s is needed"

@@ -129,7 +129,7 @@ def _period(signal: Signal, drop: bool, period: float | None) -> float:
         if period is None:
             raise InputError(
                 f"{signal.file}: no time column; give the period in seconds "
-                "(--period 0.11 on the command line, period=0.11 in Python)"
+                "(--period 0.11 on the command line, the column 'period [s]' in a study's table, period=0.11 in Python)"
             )
         return period
     step = even_step(signal)

@@ -212,6 +212,8 @@ def _stretch(channel: Channel, values: np.ndarray, start: float | None, end: flo
     lasts = len(values) / channel.sampling_rate
     first = round((start or 0.0) * channel.sampling_rate)
     last = len(values) if end is None else round(end * channel.sampling_rate)
+    if start is not None and end is not None and end <= start:
+        raise InputError(f"{channel.place}: the stretch ends at {end:g} s and starts at {start:g} s; exchange them")
     if not 0 <= first < last <= len(values):
         raise InputError(f"{channel.place}: {start or 0:g} to {end or lasts:g} s does not lie in 0 to {lasts:.5g} s")
     gaps = np.flatnonzero(~np.isfinite(values[first:last]))

@@ -11,6 +11,8 @@ import numpy as np
 from vasowave import units
 from vasowave.columns import Columns, read_columns
 from vasowave.errors import InputError
+from vasowave.recording.channels import read_bytes
+from vasowave.recording.labchart_text import is_labchart_text
 from vasowave.recording.matlab import read_mat, text, vector
 
 ALIASES = {
@@ -24,6 +26,11 @@ ALIASES = {
     "flowrate": "flow",
 }
 """Other titles of the columns, lower case."""
+
+_CONTINUOUS = (
+    "a continuous recording exported by LabChart, not one cycle; in a study, write 'raw' into the column 'kind' (in "
+    "Python: read_raw_recording, then average_beats)"
+)
 
 
 @dataclass(frozen=True)
@@ -46,6 +53,8 @@ def read_signals(path: str | Path, wanted: Mapping[str, str | None]) -> list[Sig
     if Path(path).suffix.lower() == ".mat":
         variables = _named(path, read_mat(path))
         return [_from_mat(path, variables, quantity, unit) for quantity, unit in wanted.items()]
+    if is_labchart_text(read_bytes(path)):
+        raise InputError(f"{path}: {_CONTINUOUS}")
     table = read_columns(path, ALIASES)
     return [_from_table(table, quantity, unit, alone=len(wanted) == 1) for quantity, unit in wanted.items()]
 
@@ -77,10 +86,7 @@ def even_step(signal: Signal) -> float:
 
 def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) -> Signal:
     if not table.names and not (alone and len(table.cells[0]) == 1):
-        raise InputError(
-            f"{table.source}: {len(table.cells[0])} columns without a header; "
-            "the first line must read: time [s],pressure [mmHg],flow [ml/s]"
-        )
+        raise InputError(f"{table.source}: {_headerless(table)}")
     column = table.require(quantity, ()) if table.names else 0
     stated = table.units[column] if table.units else ""
     if stated and unit and units.factor(stated, quantity) != units.factor(unit, quantity):
@@ -97,6 +103,15 @@ def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) ->
     return Signal(quantity, values, time, quantum, table.source, places, assumed)
 
 
+def _headerless(table: Columns) -> str:
+    """Say what a table without a header lacks, by what stands in it."""
+    width = len(table.cells[0])
+    if width == 1:
+        return "one column without a header; give the file of the flow too, after that of the pressure"
+    comma = "; if the comma is a decimal one, write a point" if width == 2 else ""
+    return f"{width} columns without a header{comma}; the first line must read: time [s],pressure [mmHg],flow [ml/s]"
+
+
 def written_to(cells: list[str]) -> float:
     """Return the place value of the last digit written in any of the cells: 0.001 for '0.2', '0.213'."""
     finest = 0
@@ -111,10 +126,7 @@ def written_to(cells: list[str]) -> float:
 def _named(path: str | Path, variables: Mapping[str, Any]) -> dict[str, Any]:
     """Return the variables of a ``.mat`` file under vasowave's names."""
     if {"datastart", "dataend"} <= set(variables):
-        raise InputError(
-            f"{path}: a continuous recording exported by LabChart, not one cycle; "
-            "read it with read_raw_recording and average its beats"
-        )
+        raise InputError(f"{path}: {_CONTINUOUS}")
     named: dict[str, Any] = {}
     for name, value in variables.items():
         key = ALIASES.get(name.lower(), name.lower())

@@ -5,7 +5,7 @@ from dataclasses import asdict
 
 from vasowave.blood import boundary_layer
 from vasowave.calibration.result import Fit
-from vasowave.report.wording import number
+from vasowave.report.wording import friction_words, number
 
 _SETTINGS = {
     "period": ("period", "s"),
@@ -42,14 +42,12 @@ def numerics_rows(fits: Sequence[Fit]) -> tuple[tuple[str, ...], list[tuple[str,
 
 def _model(fits: Sequence[Fit]) -> str:
     network, blood, period = fits[0].model.network, fits[0].model.blood, fits[0].recording.period
-    friction = asdict(blood.friction)  # type: ignore[call-overload]
-    settings = ", ".join(f"{key} {'local' if value is None else value}" for key, value in friction.items())
-    settings = settings.replace("_", " ")
+    friction = friction_words(type(blood.friction).__name__, asdict(blood.friction))  # type: ignore[call-overload]
     laws = "; ".join(f"{fit.wall}: {_LAWS.get(fit.wall, fit.wall)}" for fit in fits)
     return (
         f"One-dimensional flow in a network of {len(network)} vessels ({len(network.terminals)} terminals, total "
         f"length {number(float(network.length.sum()))} cm). Blood: density {number(blood.density, 4)} g/ml, kinematic "
-        f"viscosity {number(blood.viscosity)} cm²/s, friction {type(blood.friction).__name__} ({settings}), "
+        f"viscosity {number(blood.viscosity)} cm²/s, friction of {friction}, "
         f"boundary layer {number(boundary_layer(blood.viscosity, period))} cm. Wall laws: {laws}. "
         "Every terminal vessel ends in a three-element Windkessel (eq. 7); the measured flow is the inflow."
     )

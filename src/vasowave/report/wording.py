@@ -1,6 +1,7 @@
 """Numbers, units and tables as people write them."""
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -51,6 +52,17 @@ def table_rows(frame: pd.DataFrame, digits: int = 4) -> tuple[Row, list[Row]]:
     """Return header and rows of any table, numbers written as people do."""
     header = tuple(column_label(label) for label in frame.columns)
     return header, [tuple(number(value, digits) for value in row) for row in frame.itertuples(index=False)]
+
+
+def friction_words(law: str, settings: Mapping[str, Any]) -> str:
+    """Return a friction law and its settings in words: ``a boundary layer (local radius)``."""
+    if law == "BoundaryLayer":
+        radius = settings.get("reference_radius")
+        return f"a boundary layer ({'local radius' if radius is None else f'fixed radius {number(radius)} cm'})"
+    if law == "Poiseuille":
+        return "Poiseuille flow"
+    own = ", ".join(f"{key.replace('_', ' ')} {number(value)}" for key, value in settings.items())
+    return {"PowerLaw": "a power-law profile"}.get(law, law) + (f" ({own})" if own else "")
 
 
 def listed(items: list[str]) -> str:

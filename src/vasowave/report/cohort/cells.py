@@ -63,7 +63,9 @@ def mean_sd(row: pd.Series) -> str:
 
 
 def median_iqr(row: pd.Series) -> str:
-    """Return median and quartiles of a row of `cohort.describe`."""
+    """Return median and quartiles of a row of `cohort.describe`; of one animal its value."""
+    if not np.isfinite(row["SD"]):
+        return number(row["median"])
     return f"{number(row['median'])} [{number(row['Q1'])}, {number(row['Q3'])}]"
 
 

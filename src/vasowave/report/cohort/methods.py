@@ -6,11 +6,13 @@ import numpy as np
 
 from vasowave.figures.cohort_gallery import Cohort
 from vasowave.figures.trees import data_of, network, wall_laws
+from vasowave.report.cohort.cells import names
 from vasowave.report.cohort.statistics import Comparison
 from vasowave.report.cohort.words import settings_of
-from vasowave.report.wording import listed, number
+from vasowave.report.wording import friction_words, listed, number
 
 _LAWS = {"linear": "a linear elastic law (β, eq. 3)", "tangent": "a stiffening tangent law (p₁ and γ, eq. 4)"}
+_FIDUCIALS = {"ecg": "the R wave of the ECG", "pressure": "the foot of the pressure"}
 _METHODS = {
     "least-squares": "bounded least squares (trust region)",
     "sqp": "sequential quadratic programming",
@@ -32,23 +34,28 @@ def differing_settings(cohort: Cohort) -> list[str]:
 
 def _data(cohort: Cohort) -> str:
     groups = listed([f"{len(trees)} {group}" for group, trees in cohort.groups.items()])
-    counts = [int(data_of(tree, "beats")["kept"].sum()) for tree in cohort.trees if "beats" in tree.children]
-    fiducials = sorted(
-        {str(data_of(tree, "beats").attrs.get("fiducial", "")) for tree in cohort.trees if "beats" in tree.children}
-    )
-    averaged = "One averaged cycle of pressure and flow per animal was given"
-    if counts:
-        beats = str(counts[0]) if len(set(counts)) == 1 else f"{min(counts)} to {max(counts)}"
-        averaged = (
-            f"Pressure and flow were averaged over {beats} beats in succession, rejected ones left out, aligned at "
-            f"{listed(fiducials)}"
-        )
     return (
         f"Pressure and flow in the main pulmonary artery of {groups} animals were analyzed with vasowave "
-        f"{cohort.trees[0].attrs.get('vasowave', '')}. {averaged}. Nominal parameters came from each recording: Z_c by "
-        "the up-slope method (eq. 8), wall stiffness from Z_c (eqs. 9, 10), the time constant from the diastolic decay "
-        "(eq. 12), resistances and compliances of the beds by the flow division of Poiseuille's law (eqs. 11, 13)."
+        f"{cohort.trees[0].attrs.get('vasowave', '')}. {_averaged(cohort)}. Nominal parameters came from each "
+        "recording: Z_c by the up-slope method (eq. 8), wall stiffness from Z_c (eqs. 9, 10), the time constant from "
+        "the diastolic decay (eq. 12), resistances and compliances of the beds by the flow division of Poiseuille's "
+        "law (eqs. 11, 13)."
     )
+
+
+def _averaged(cohort: Cohort) -> str:
+    """Say whose beats were averaged, and whose cycle was given as it is."""
+    raw = [tree for tree in cohort.trees if "beats" in tree.children]
+    given = names([tree for tree in cohort.trees if "beats" not in tree.children])
+    if not raw:
+        return "One averaged cycle of pressure and flow per animal was given"
+    counts = sorted({int(data_of(tree, "beats")["kept"].sum()) for tree in raw})
+    beats = " to ".join(str(count) for count in dict.fromkeys((counts[0], counts[-1])))
+    marks = {str(data_of(tree, "beats").attrs.get("fiducial", "")) for tree in raw}
+    aligned = listed(sorted(_FIDUCIALS.get(mark, mark) for mark in marks))
+    whose = f" of {names(raw)}" if given else ""
+    words = f"Pressure and flow{whose} were averaged over {beats} beats in succession, rejected ones left out, aligned at {aligned}"
+    return f"{words}; of {given} an averaged cycle was given" if given else words
 
 
 def _model(cohort: Cohort) -> str:
@@ -57,13 +64,10 @@ def _model(cohort: Cohort) -> str:
     blood = settings_of(cohort).get("blood")
     words = ""
     if isinstance(blood, dict):
-        friction = blood.get("friction", {})
-        own = ", ".join(
-            f"{k.replace('_', ' ')} {'local' if v is None else v}" for k, v in friction.items() if k != "law"
-        )
+        friction = dict(blood.get("friction", {}))
         words = (
-            f" Blood had density {blood['density']} g/ml and kinematic viscosity {blood['viscosity']} cm²/s, friction "
-            f"{friction.get('law', '')}{f' ({own})' if own else ''}."
+            f" Blood had density {blood['density']} g/ml and kinematic viscosity {blood['viscosity']} cm²/s; friction "
+            f"was that of {friction_words(friction.pop('law', ''), friction)}."
         )
     return (
         f"One-dimensional flow (eq. 2) was solved in networks of {listed([str(size) for size in sizes])} vessels with "

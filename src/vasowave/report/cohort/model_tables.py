@@ -8,7 +8,7 @@ from vasowave.analysis import WAVES
 from vasowave.archive import split_unit
 from vasowave.figures.cohort_gallery import Cohort
 from vasowave.figures.trees import data_of, wall_laws
-from vasowave.report.cohort.cells import span, symbols, who, with_unit
+from vasowave.report.cohort.cells import mean_sd, span, symbols, who, with_unit
 from vasowave.report.cohort.statistics import columns
 from vasowave.report.document import Table
 from vasowave.report.wording import Row, column_label, number
@@ -80,7 +80,7 @@ def waves(cohort: Cohort) -> Table:
     header = ("wave", "source", "group", "n", *map(column_label, measures))
     cells = [
         (str(wave), str(source), str(group), str(len(part)),
-         *(f"{number(part[label].mean())} ± {number(part[label].std(), 2)}" for label in measures))
+         *(mean_sd(part[label].agg(mean="mean", SD="std")) for label in measures))
         for (wave, source, group), part in data.groupby(["wave", "source", "group"], sort=False)
     ]  # fmt: skip
     note = (

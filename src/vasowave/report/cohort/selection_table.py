@@ -36,6 +36,6 @@ def _candidates(tree: xr.DataTree) -> pd.DataFrame:
             best = str(scores[criterion].idxmin()) if gap >= UNDECIDED else "undecided"
             row[f"{criterion} prefers"] = "discarded" if discarded else best
         row |= {"λ": float(scores["lambda"].max()), "N": int(scores["N"].iloc[0])}
-        rows.append(row | {"D": ", ".join(f"{wall} {int(scores.loc[wall, 'D'])}" for wall in scores.index)})
+        rows.append(row | {f"D {wall}": int(scores.loc[wall, "D"]) for wall in scores.index})
     found = pd.DataFrame(rows)
     return found.iloc[(found["AICc prefers"] == "discarded").argsort(kind="stable")]
