@@ -1,9 +1,11 @@
 """The exact likelihood of ARMA noise, compiled: orders are chosen from tens of thousands of likelihoods."""
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 
-_OPTIONS = {"cache": True, "nogil": True, "error_model": "numpy"}
+_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
 _STEP = 1e-5  # of the central differences
 
 
@@ -56,7 +58,7 @@ def _solved(left, right):
 
 @njit(**_OPTIONS)
 def first_autocovariances(ar, moving):
-    """Autocovariance for unit innovations, of as many lags as determine all others (Brockwell & Davis, third method)."""
+    """Autocovariance for unit innovations, lags that determine all others (Brockwell & Davis, third method)."""
     order = max(len(ar) + 1, len(moving))
     psi = impulse_response(ar, moving, len(moving))
     left, right = np.zeros((order, order)), np.zeros(order)
