@@ -48,6 +48,17 @@ def test_the_arcsine_kernel_is_williams_integral_done_by_hand():
     np.testing.assert_allclose(selection.neural_network(t, 0.7, 1.3), expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("name", selection.KERNELS)
+@pytest.mark.parametrize("count", [64, 65])
+def test_the_likelihoods_covariance_has_the_condition_number_that_is_aimed_at(name, count):
+    kernel = selection.KERNELS[name]
+    theta = [np.sqrt(lower * upper) for _, lower, upper, _ in kernel.hyperparameters]
+    noise = kernel.noise(count, theta)
+    expected, weight = selection.regularize(kernel.matrix(np.arange(count) / count, *theta))
+    np.testing.assert_allclose(noise.covariance, expected, atol=1e-12)
+    assert noise.weight == pytest.approx(weight, abs=1e-12)
+
+
 ORDERS = [([1.2, -0.5], [0.4, 0.2, 0.1]), ([0.9], []), ([], [0.7, -0.2]), ([0.5, 0.3], [-0.6]), ([], [])]
 
 

@@ -6,6 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from vasowave.errors import NumericalError
+from vasowave.selection.arma_likelihood import (
+    first_autocovariances,
+    height_and_slope,
+    levinson,
+    squares_and_log_determinant,
+)
 
 LARGEST_ORDERS = (4, 3)
 """Largest p and q that are tried by default."""
@@ -75,17 +81,8 @@ def autocovariance(ar: np.ndarray, ma: np.ndarray, count: int) -> np.ndarray:
     from scipy.signal import lfilter, lfiltic
 
     p, moving = len(ar), np.append(1.0, ma)
-    order = max(p, len(ma)) + 1
-    right = np.zeros(order)
-    psi = _psi(ar, moving, len(moving))
-    for lag in range(len(moving)):
-        right[lag] = moving[lag:] @ psi[: len(moving) - lag]
-    polynomial = np.append(1.0, -ar)
-    left = np.zeros((order, order))
-    for lag in range(order):
-        for i, factor in enumerate(polynomial):
-            left[lag, abs(lag - i)] += factor
-    first = np.linalg.solve(left, right)
+    first = first_autocovariances(ar, moving)
+    order, polynomial = len(first), np.append(1.0, -ar)
     if count <= order:
         return first[:count]
     if p == 0:
@@ -95,65 +92,27 @@ def autocovariance(ar: np.ndarray, ma: np.ndarray, count: int) -> np.ndarray:
 
 
 def concentrated(ar: np.ndarray, ma: np.ndarray, series: np.ndarray) -> tuple[float, float]:
-    """Log-likelihood maximized over the innovation variance, and that variance; -inf where it cannot be computed.
-
-    The first m = max(p, q) samples stay, every later one becomes w_t = x_t - Σ φ_i x_{t-i} (Ansley 1979): the
-    covariance of those has a band of width m, so its Cholesky factor costs N m².
-    """
-    from scipy.linalg import LinAlgError, cholesky_banded
-    from scipy.linalg.lapack import dtbtrs
-
-    m, count = max(len(ar), len(ma), 1), series.shape[1]
-    w = series.copy()
-    for i, factor in enumerate(ar, 1):
-        w[:, m:] -= factor * series[:, m - i : count - i]
-    try:
-        band = cholesky_banded(_band(ar, ma, m, count), lower=True)
-    except (LinAlgError, ValueError):
+    """Log-likelihood maximized over the innovation variance, and that variance; -inf where it cannot be computed."""
+    squares, log_det = squares_and_log_determinant(ar, ma, series)
+    variance = squares / series.size
+    if not (np.isfinite(variance) and variance > 0):
         return -np.inf, np.nan
-    white, failed = dtbtrs(band, w.T, uplo="L")
-    variance = float(np.mean(white**2))
-    if failed or not np.isfinite(variance) or variance <= 0:
-        return -np.inf, np.nan
-    log_det = 2 * len(series) * float(np.log(band[0]).sum())
-    return -0.5 * (series.size * (np.log(2 * np.pi * variance) + 1) + log_det), variance
-
-
-def _band(ar: np.ndarray, ma: np.ndarray, m: int, count: int) -> np.ndarray:
-    """Lower band of the covariance of the transformed samples."""
-    moving = np.append(1.0, ma)
-    q = len(ma)
-    band = np.zeros((m + 1, count))
-    for lag in range(q + 1):
-        band[lag, : count - lag] = moving[lag:] @ moving[: q + 1 - lag]
-    gamma, psi = autocovariance(ar, ma, m), _psi(ar, moving, q + 1)
-    for s in range(m):
-        for t in range(s, m):
-            band[t - s, s] = gamma[t - s]
-        for t in range(m, min(s + m, count - 1) + 1):
-            lag = t - s
-            band[lag, s] = moving[lag:] @ psi[: q + 1 - lag] if lag <= q else 0.0
-    return band
-
-
-def _psi(ar: np.ndarray, moving: np.ndarray, count: int) -> np.ndarray:
-    """Return the first weights of x_t = Σ ψ_j e_{t-j}."""
-    from scipy.signal import lfilter
-
-    return lfilter(moving, np.append(1.0, -ar), np.eye(1, count)[0])
+    return -0.5 * (series.size * (np.log(2 * np.pi * variance) + 1) + len(series) * log_det), variance
 
 
 def _fit_order(unit: np.ndarray, p: int, q: int, starts: list[np.ndarray]) -> tuple[np.ndarray, Arma]:
     from scipy.optimize import minimize
 
-    def objective(x: np.ndarray) -> float:
-        value = concentrated(*_coefficients(x, p), unit)[0] / unit.size
-        return -value if np.isfinite(value) else 1e3
+    def objective(x: np.ndarray) -> tuple[float, np.ndarray]:
+        height, slope = height_and_slope(x, p, unit)
+        return (height, slope) if np.all(np.isfinite([height, *slope])) else (1e3, np.zeros(len(x)))
 
     x, bounds = np.zeros(0), [(-_EDGE, _EDGE)] * (p + q)
     if p + q:
         options = {"ftol": 1e-11, "gtol": 1e-7, "maxiter": 200}
-        ends = [minimize(objective, start, method="L-BFGS-B", bounds=bounds, options=options) for start in starts]
+        ends = [
+            minimize(objective, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options) for start in starts
+        ]
         x = min(ends, key=lambda end: end.fun).x
     ar, ma = _coefficients(x, p)
     log_likelihood, variance = concentrated(ar, ma, unit)
@@ -169,14 +128,7 @@ def _orders(largest: tuple[int, int]) -> Iterator[tuple[int, int]]:
 
 def _coefficients(x: np.ndarray, p: int) -> tuple[np.ndarray, np.ndarray]:
     """φ and θ of unbounded numbers: tanh of each is a partial autocorrelation, so every model is stationary."""
-    return _levinson(np.tanh(x[:p])), -_levinson(np.tanh(x[p:]))
-
-
-def _levinson(partial: np.ndarray) -> np.ndarray:
-    coefficients = np.zeros(0)
-    for value in partial:
-        coefficients = np.append(coefficients - value * coefficients[::-1], value)
-    return coefficients
+    return levinson(np.tanh(x[:p])), -levinson(np.tanh(x[p:]))
 
 
 def _grown(x: np.ndarray, of: tuple[int, int], to: tuple[int, int]) -> np.ndarray:
