@@ -54,7 +54,7 @@ def _averaged(cohort: Cohort) -> str:
     marks = {str(data_of(tree, "beats").attrs.get("fiducial", "")) for tree in raw}
     aligned = listed(sorted(_FIDUCIALS.get(mark, mark) for mark in marks))
     whose = f" of {names(raw)}" if given else ""
-    words = f"Pressure and flow{whose} were averaged over {beats} beats in succession, rejected ones left out, aligned at {aligned}"
+    words = f"Pressure and flow{whose} were averaged over {beats} beats (rejected ones left out), aligned at {aligned}"
     return f"{words}; of {given} an averaged cycle was given" if given else words
 
 
