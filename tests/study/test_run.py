@@ -199,6 +199,7 @@ def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed
     shutil.copytree(undisturbed[0], folder, ignore=shutil.ignore_patterns(RESULTS))
     with start(folder) as program:
         assert program.stdout is not None
+        assert program.stdout.readline().startswith("3 animals.")
         first = program.stdout.readline()
         program.send_signal(signal.SIGINT)
         said = program.communicate()[0]
