@@ -3,7 +3,7 @@
 Usage: python benchmarks/imaging.py accuracy [voxels per edge, 256] [embeddings, 40] [first seed, 3000]
        python benchmarks/imaging.py cost [voxels per edge, 256]
 Ctrl-C ends `accuracy` early with the table of what was run.
-Constants were chosen on seeds 2000-2007 (256³) and 1000-1001 (497³).
+Constants were chosen on seeds 2000-2007 and 1000-1019 (256³).
 """
 
 import resource

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from vasowave.datasets.phantom import embed, render
-from vasowave.errors import VasowaveWarning
+from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract, write_extraction
 from vasowave.imaging.cannula import cannula_radius, without_cannula
 from vasowave.imaging.extraction import tree_of
 from vasowave.imaging.loops import loop_count
 from vasowave.imaging.radii import lumen_grey
-from vasowave.imaging.segmentation import segment
-from vasowave.imaging.terminals import with_ends_at_the_surface
+from vasowave.imaging.segmentation import segment, surface_points
+from vasowave.imaging.terminals import with_ends_at_half_grey, with_ends_at_the_surface
 from vasowave.imaging.tree import Tree, free_length, network_of
 from vasowave.network import Network
 
@@ -125,3 +125,33 @@ def test_a_ring_is_one_loop_reported_where_it_closes_and_an_open_ring_is_none():
     assert loop_count(segment(volume, 45, root)) == 1
     with pytest.warns(VasowaveWarning, match=r"closes 1 loop.*x,y,z, cm\) 0\.[45]\d*,0\.[23]\d*,0\.1"):
         extract(volume, Options(root=root, cannula_radius=None))
+
+
+def test_a_loop_is_refused_with_its_place_where_the_user_wants_none():
+    root = np.array([0.12, 0.30, 0.05])
+    with pytest.raises(InputError, match=r"closes 1 loop.* 0\.1\d*, 0\.[23]\d*, 0\.[45]"):
+        extract(ring_volume(closed=True), Options(root=root, cannula_radius=None, loops="refuse"))
+    with pytest.raises(InputError, match="'open' or 'refuse'"):
+        Options(root=root, loops="cut")
+
+
+def blurred_end(radius, threshold):
+    """A tube along x that ends flat at voxel 40.3, blurred by a voxel; its end as found at `threshold`."""
+    from scipy.special import ndtr
+
+    z, y, x = np.indices((41, 41, 60)).astype(float)
+    rho = np.hypot(z - 20, y - 20)
+    section = ndtr((radius - rho) / 1.0) - ndtr((-radius - rho) / 1.0)
+    grey = 12 + 88 * section * (ndtr(x - 5.0) - ndtr(x - 40.3))
+    lumen = segment(Volume(grey, np.full(3, 0.01), np.zeros(3)), threshold)
+    axis = np.arange(6, 39.0)
+    line = np.column_stack([np.full((len(axis), 2), 20.0), axis, np.full(len(axis), radius)]) * 0.01
+    tree = with_ends_at_the_surface(Tree((line,), np.array([-1])), surface_points(lumen))
+    return tree.lines[0][-1, 2] / 0.01, with_ends_at_half_grey(tree, lumen).lines[0][-1, 2] / 0.01
+
+
+@pytest.mark.parametrize("radius", [2.5, 5.0])
+def test_the_end_of_a_vessel_does_not_move_with_the_threshold(radius):
+    at = np.array([blurred_end(radius, threshold) for threshold in (30, 45, 60)])
+    assert np.ptp(at[:, 0]) > 0.5  # at the surface it does
+    np.testing.assert_allclose(at[:, 1], 40.3, atol=0.15)

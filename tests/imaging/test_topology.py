@@ -9,6 +9,7 @@ from vasowave.imaging import Options, Volume, extract
 from vasowave.imaging.cannula import without_cannula
 from vasowave.imaging.centering import centered
 from vasowave.imaging.extraction import tree_of
+from vasowave.imaging.junctions import with_met_axes
 from vasowave.imaging.matching import match
 from vasowave.imaging.radii import densitometric_radii, densitometric_radius
 from vasowave.imaging.segmentation import segment, surface_points
@@ -150,3 +151,19 @@ def test_a_tube_hardly_wider_than_a_voxel_has_the_area_of_the_network():
         cosine = along[0] / np.linalg.norm(along)
         areas.append((volume.grey[plane] - 12).sum() / 88 * 0.008**2 * cosine)
     np.testing.assert_allclose(areas, np.pi * 0.012**2, rtol=0.03)
+
+
+def test_a_path_that_lingers_in_its_wide_sister_does_not_carry_the_junction_along():
+    def line(places, radius):
+        run = np.append(0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
+        at = np.linspace(0, run[-1], round(run[-1] / 0.01) + 1)
+        points = [np.interp(at, run, np.array(places)[:, k]) for k in range(2)]
+        return np.column_stack([np.zeros(len(at)), points[1], points[0], np.full(len(at), radius)])
+
+    # The thin vessel leaves x = 0.3 at 30 degrees; its path parts at x = 0.36 and keeps to its sister until y = 0.035.
+    axis = np.array([np.cos(np.pi / 6), np.sin(np.pi / 6)])
+    thin = [[0.36, 0], [0.43, 0.035], *([0.3, 0] + t * axis for t in (0.13, 0.4))]
+    lines = line([[0, 0], [0.36, 0]], 0.03), line([[0.36, 0], [0.9, 0]], 0.03), line(thin, 0.015)
+    tree = Tree(lines, np.array([-1, 0, 0]))
+    met = with_met_axes(with_met_axes(tree)).lines
+    np.testing.assert_allclose(met[0][-1, :3], [0, 0, 0.3], atol=0.045)  # 0.13 off where the sister is not seen

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -53,6 +54,8 @@ class Options:
         Known inner radius, cm; None where there is no cannula.
     spacing : float, optional
         Voxel size, cm, in place of the file's.
+    loops : "open" or "refuse"
+        What becomes of a lumen that closes loops: a tree that opens them, with a warning, or an error; both say where.
     """
 
     root: Sequence[float]
@@ -60,6 +63,11 @@ class Options:
     threshold: float = 45.0
     cannula_radius: float | None = PE90_RADIUS
     spacing: float | None = None
+    loops: Literal["open", "refuse"] = "open"
+
+    def __post_init__(self) -> None:
+        if self.loops not in ("open", "refuse"):
+            raise InputError(f"loops '{self.loops}'; the tree can 'open' or 'refuse' them")
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +122,7 @@ def extract(
     Raises
     ------
     InputError
-        As `read_volume`, `segment`, `center_paths`.
+        As `read_volume`, `segment`, `center_paths`; a lumen that closes loops, if `options.loops` is "refuse".
 
     Warns
     -----
@@ -173,9 +181,13 @@ def _tree(
     count = loop_count(lumen) if report_loops else 0
     if count > 0:
         places = "; ".join(map(written, loop_places(tree)))
+        where = f"probably at (x,y,z, cm) {places or 'unknown'}: vessels touch there"
+        if options.loops == "refuse":
+            raise InputError(
+                f"the lumen closes {count} loop(s), {where}; raise the threshold, cut them in the mask, or open them"
+            )
         _warn(
-            f"the lumen closes {count} loop(s), which the tree opens, probably at (x,y,z, cm) {places or 'unknown'}: "
-            "vessels touch there; raise the threshold or give the outlets"
+            f"the lumen closes {count} loop(s), which the tree opens, {where}; raise the threshold or give the outlets"
         )
     cannula = None
     if options.cannula_radius is not None:

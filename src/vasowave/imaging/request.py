@@ -49,6 +49,8 @@ class Request:
         Known inner radius, cm; None where there is no cannula.
     scale : "file" or "cannula"
         Whether lengths follow the file's voxel size or the cannula's known radius.
+    loops : "open" or "refuse"
+        What becomes of loops of the lumen, see `Options`.
     generations, vessels, min_radius : optional
         At most one: the part of the tree to keep, see `subtrees`.
     """
@@ -65,6 +67,7 @@ class Request:
     voxel: float | None = None
     cannula_radius: float | None = PE90_RADIUS
     scale: Literal["file", "cannula"] = "file"
+    loops: Literal["open", "refuse"] = "open"
     generations: int | None = None
     vessels: int | None = None
     min_radius: float | None = None
@@ -165,7 +168,7 @@ def _carried_out(
         raise root_wanted(segmenter(volume, request.threshold, None))  # type: ignore[arg-type]
     root = np.asarray(root, dtype=float)
     places = None if outlets is None else outlets.tolist()
-    options = Options(root.tolist(), places, request.threshold, request.cannula_radius)
+    options = Options(root.tolist(), places, request.threshold, request.cannula_radius, loops=request.loops)
     first = root if request.seed is None else np.asarray(request.seed, dtype=float)
     lumens: dict[float, Segmentation] = {}
 
