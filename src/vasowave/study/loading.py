@@ -19,6 +19,9 @@ from vasowave.study.settings import BloodSection, StudyFile
 from vasowave.study.store import digest
 from vasowave.subject import Animal, Settings, analyze
 
+SYNTHETIC_MARK = b"SYNTHETIC"
+"""Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
+
 
 def animal_settings(study: StudyFile) -> Settings:
     """Return what the study file says about the analysis of an animal."""
@@ -102,7 +105,17 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
             beats = average_beats(raw, **study.averaging.model_dump())
             animal = Animal(row.animal, row.group, network, beats.recording, beats, raw)
     said = [str(one.message) for one in caught if issubclass(one.category, VasowaveWarning)]
-    return replace(animal, recording=_relative(animal.recording, said, folder), synthetic=row.synthetic)
+    synthetic = row.synthetic or _says_synthetic(row)
+    return replace(animal, recording=_relative(animal.recording, said, folder), synthetic=synthetic)
+
+
+def _says_synthetic(row: AnimalRow) -> bool:
+    """Whether a recording says of itself, near its beginning, that no animal was measured."""
+    for file in row.recordings:
+        with file.open("rb") as stream:
+            if SYNTHETIC_MARK in stream.read(4096):
+                return True
+    return False
 
 
 def analyze_animal(animal: Animal, settings: Settings, hashes: Mapping[str, str]) -> xr.DataTree:
