@@ -35,6 +35,7 @@ def animal_settings(study: StudyFile) -> Settings:
         fixed={str(name): value for name, value in calibration.fixed.items()},
         seed=calibration.seed,
         selection=study.model_selection,
+        selection_optima=tuple(study.selection_optima),
         blood=blood(study.blood),
         numerics=Numerics(**numerics.model_dump()),
     )

@@ -136,6 +136,12 @@ class StudyFile(Section):
     averaging: Averaging = Averaging()
     calibration: Calibration = Calibration()
     model_selection: bool = Field(True, description="Whether the wall laws are compared by AICc and BIC.")
+    selection_optima: list[Literal["OLS", "GLS"]] = Field(
+        ["OLS"],
+        min_length=1,
+        description="Where they are compared: at the optimum of ordinary least squares, of generalized least squares "
+        "under the same noise model (about a minute an animal), or both.",
+    )
     blood: BloodSection = BloodSection()
     numerics: NumericsSection = NumericsSection()
     report: ReportSection = ReportSection()

@@ -83,6 +83,8 @@ class Settings:
         Of the starts.
     selection : bool
         Compare the wall laws by AICc and BIC (needs two of them).
+    selection_optima : tuple of str
+        Where: at the optimum of ordinary ("OLS") or of generalized least squares ("GLS", a minute an animal), or both.
     blood : Blood
     numerics : Numerics, optional
         By default those of `calibrate`.
@@ -103,6 +105,7 @@ class Settings:
     fixed: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
     selection: bool = False
+    selection_optima: tuple[str, ...] = ("OLS",)
     blood: Blood = field(default_factory=Blood)
     numerics: Numerics | None = None
     harmonics: int = 14
@@ -118,6 +121,9 @@ class Settings:
         for name in (*self.bounds, *self.fixed):
             if name not in UNITS:
                 raise InputError(f"no parameter '{name}'{did_you_mean(name, UNITS)}; there are: {', '.join(UNITS)}")
+        object.__setattr__(self, "selection_optima", tuple(self.selection_optima))
+        if not self.selection_optima or set(self.selection_optima) - {"OLS", "GLS"}:
+            raise InputError(f"selection_optima {self.selection_optima}: give 'OLS', 'GLS' or both")
         if self.harmonics < 1:
             raise InputError(f"harmonics {self.harmonics}: at least one")
         self.search(self.walls[0] if self.walls else "linear")

@@ -5,10 +5,16 @@ from collections.abc import Sequence
 import xarray as xr
 
 from vasowave.calibration import Fit
+from vasowave.subject.animal import Settings
 
 
-def selection_dataset(fits: Sequence[Fit]) -> xr.Dataset:
+def selection_dataset(fits: Sequence[Fit], settings: Settings) -> xr.Dataset:
     """Return AICc and BIC of every wall law under every noise model (eqs. 21 to 23), one candidate per pair."""
     from vasowave.selection import compare_fits
 
-    return compare_fits(fits)
+    return compare_fits(
+        fits,
+        optima=settings.selection_optima,  # type: ignore[arg-type]
+        numerics=settings.numerics,
+        seed=settings.seed,
+    )

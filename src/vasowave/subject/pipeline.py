@@ -64,7 +64,7 @@ def analyze(animal: Animal, settings: Settings | None = None, progress: Progress
         for fit in fits:
             groups |= _modeled(animal, fit, settings)
         if settings.selection and len(fits) > 1:
-            groups["selection"] = selection_dataset(fits)
+            groups["selection"] = selection_dataset(fits, settings)
     notes = [*animal.recording.notes, *warned, *(f"{fit.wall} wall: {note}" for fit in fits for note in _own(fit))]
     tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
     tree.attrs = {
