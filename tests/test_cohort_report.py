@@ -188,7 +188,10 @@ def test_a_report_that_fails_midway_leaves_the_earlier_one_as_it_was(trees, fold
 
 def test_the_methods_say_whose_beats_were_averaged():
     mixed = methods_paragraphs(write.arranged(made_trees({"CTL": 2}, raw=1, walls=("linear",)), {}), {})[0]
-    assert re.search(r"flow of CTL 1 were averaged over \d+ consecutive beats, aligned at the R wave of the ECG", mixed)
+    assert re.search(
+        r"flow of CTL 1 were averaged over \d+ beats \(rejected ones left out\), aligned at the R wave of the ECG",
+        mixed,
+    )
     assert "; of CTL 2 an averaged cycle was given." in mixed
     given = methods_paragraphs(write.arranged(made_trees({"CTL": 2}, walls=("linear",)), {}), {})[0]
     assert "were averaged" not in given
