@@ -70,7 +70,7 @@ def test_our_model_of_mouse_c6(mouse):
 
 
 def test_the_papers_practice_gives_the_papers_optimum(shared):
-    """Fixed friction radius, eight cycles from rest, lengths rounded down; a is found as 5.54 % (published 5.4 %)."""
+    """Fixed friction radius, eight cycles from rest, lengths rounded down; a is found as 5.51 % (published 5.4 %)."""
     folder = shared / "mouse-c6"
     pressure = np.loadtxt(folder / "pC6_1024.dat")
     flow = np.loadtxt(folder / "qC6_8192.dat")[:-1]
@@ -86,4 +86,4 @@ def test_the_papers_practice_gives_the_papers_optimum(shared):
     assert fit.parameters["value"]["beta"] == pytest.approx(52.1, rel=0.01)
     assert fit.total_resistance == pytest.approx(65.6, rel=0.01)
     assert pytest.approx(125, rel=0.02) == fit.S
-    assert fit.resistance_ratio == pytest.approx(0.0554, abs=0.0005)
+    assert fit.resistance_ratio == pytest.approx(0.0551, abs=0.0005)
