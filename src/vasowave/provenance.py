@@ -22,10 +22,11 @@ def provenance(inputs: Sequence[Path] = ()) -> dict[str, str]:
     """
     found = {"created": datetime.now(UTC).isoformat(timespec="seconds"), "python": platform.python_version()}
     found |= {program: version(program) for program in _PROGRAMS}
-    return found | {f"sha256 of {Path(path).name}": _sha256(Path(path)) for path in inputs}
+    return found | {f"sha256 of {Path(path).name}": sha256(Path(path)) for path in inputs}
 
 
-def _sha256(path: Path) -> str:
+def sha256(path: Path) -> str:
+    """Return the SHA-256 of a file; `InputError` if it cannot be read."""
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

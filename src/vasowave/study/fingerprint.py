@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from vasowave.errors import InputError
+from vasowave.provenance import sha256
 
 _NUMERICAL = ("numpy", "scipy", "numba", "xarray")
 _NOT_NUMERICAL = ("cli", "report", "figures", "cohort.py")
@@ -45,14 +45,6 @@ def fingerprint(what: Mapping[str, Any], files: Mapping[str, Path]) -> str:
     InputError
         A file cannot be read.
     """
-    found = {"program": source_digest(), "what": what, "files": {role: _sha256(path) for role, path in files.items()}}
+    found = {"program": source_digest(), "what": what, "files": {role: sha256(path) for role, path in files.items()}}
     text = json.dumps(found, sort_keys=True, ensure_ascii=True, allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-
-def _sha256(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
