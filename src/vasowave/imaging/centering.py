@@ -2,11 +2,10 @@
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.spatial import cKDTree
 
 from vasowave.imaging.sections import STEP, across, disc, sampled, tangents
 from vasowave.imaging.segmentation import Segmentation
-from vasowave.imaging.tree import Tree, clear_stretches, distance_along
+from vasowave.imaging.tree import Tree, clear_stretches, distance_along, with_inscribed_radii
 
 ROUNDS = 2
 """The second round sees sections across the axis that the first one found."""
@@ -40,9 +39,7 @@ def centered(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
 
 def without_stairs(tree: Tree, surface: np.ndarray, spacing: float, width: float = 3.0) -> Tree:
     """Return `tree` smoothed over `width` points at equal steps of about a voxel, inscribed radii measured anew."""
-    index = cKDTree(surface)
-    lines = [_smoothed(line[:, :3], spacing, width) for line in tree.lines]
-    return Tree(tuple(np.column_stack([line, index.query(line)[0]]) for line in lines), tree.parent)
+    return with_inscribed_radii([_smoothed(line[:, :3], spacing, width) for line in tree.lines], tree.parent, surface)
 
 
 def _smoothed(line: np.ndarray, spacing: float, width: float) -> np.ndarray:

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.cannula import PE90_RADIUS, cannula_radius, without_cannula
-from vasowave.imaging.centering import centered, without_stairs
+from vasowave.imaging.centering import without_stairs
 from vasowave.imaging.centerlines import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
 from vasowave.imaging.junctions import with_met_axes
 from vasowave.imaging.loops import loop_count, loop_places
@@ -26,6 +26,7 @@ from vasowave.imaging.radii import densitometric_radii, lumen_grey
 from vasowave.imaging.segmentation import Segmentation, segment
 from vasowave.imaging.terminals import with_ends_at_half_grey, with_ends_at_the_surface
 from vasowave.imaging.tree import Tree, cut_at_junctions, free_length, network_of
+from vasowave.imaging.tubes import fitted
 from vasowave.imaging.volume import Volume, isotropic, read_volume
 from vasowave.network import Network
 
@@ -198,40 +199,38 @@ def _tree(
 def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Tree:
     """Return the vessels of `lumen`, the cannula being part of the root; see `center_paths` for the arguments."""
     ways = minimal_paths(lumen, root)
-    tree = _found(ways) if outlets is None else _rough(ways, outlet_tips(ways, outlets))
-    for _ in range(2):  # Paths part beyond the junction; from where the axes met, more of each vessel is seen alone.
-        tree = with_met_axes(centered(tree, lumen, ways.surface))
-    return with_ends_at_half_grey(with_ends_at_the_surface(tree, ways.surface), lumen)
+    tree = _to_surface(ways, _tips(ways) if outlets is None else outlet_tips(ways, outlets))
+    if outlets is None:
+        tree = _straight_ended(tree, ways)
+    return with_ends_at_half_grey(tree, lumen)
 
 
 def _tips(ways: MinimalPaths) -> list[int]:
     """Return the tips of all vessels: the long ones, then what sticks out of their tubes, until nothing does."""
     tips = long_tips(ways)
     for _ in range(ROUNDS):
-        # Not centered: beside a vessel that is still missing, the center of the section is not on the axis.
-        more = tips_outside(with_ends_at_the_surface(with_met_axes(_rough(ways, tips)), ways.surface), ways)
+        more = tips_outside(_to_surface(ways, tips), ways)
         if not more:
             break
         tips += more
     return tips
 
 
-def _found(ways: MinimalPaths) -> Tree:
-    """Return the vessels to all tips; their paths end in the middle of flat ends, not in the corners that are farther.
+def _straight_ended(tree: Tree, ways: MinimalPaths) -> Tree:
+    """Return the vessels with paths drawn anew to where the axes of `tree` meet the surface.
 
-    A path to a corner leaves the axis early, so the paths are drawn anew to where the axes meet the surface.
+    The tips are the farthest corners of flat ends, and a path to a corner leaves the axis early.
     """
-    tips = _tips(ways)
-    tree = _rough(ways, tips)
-    ended = with_ends_at_the_surface(with_met_axes(tree), ways.surface)
-    ends = np.array([ended.lines[row][-1, :3] for row in np.setdiff1d(np.arange(len(ended.lines)), ended.parent)])
-    again = _rough(ways, sorted(set(cKDTree(ways.points).query(ends)[1].tolist())))
+    ends = np.array([tree.lines[row][-1, :3] for row in np.setdiff1d(np.arange(len(tree.lines)), tree.parent)])
+    again = _to_surface(ways, sorted(set(cKDTree(ways.points).query(ends)[1].tolist())))
     return again if len(again.lines) == len(tree.lines) else tree
 
 
-def _rough(ways: MinimalPaths, tips: Sequence[int]) -> Tree:
+def _to_surface(ways: MinimalPaths, tips: Sequence[int]) -> Tree:
+    """Return the vessels on the minimal paths to `tips`, their axes fitted to the surface and ending there."""
     paths = paths_to(ways, tips)
-    return without_stairs(cut_at_junctions(paths.points, paths.above), ways.surface, ways.spacing)
+    rough = without_stairs(cut_at_junctions(paths.points, paths.above), ways.surface, ways.spacing)
+    return with_ends_at_the_surface(fitted(with_met_axes(rough), ways.surface, ways.spacing), ways.surface)
 
 
 def _scale(cannula: np.ndarray | None, volume: Volume, tree: Tree, known: float | None) -> float:

@@ -10,7 +10,7 @@ from vasowave.imaging.tree import Tree, distance_along, free_stretches
 
 SHELL = 0.7
 """The lumen farther than this outside all tubes is looked at, voxels; within, noise and stairs decide."""
-HEIGHT, MISFIT = 1.7, 0.47
+HEIGHT, MISFIT = 1.5, 0.4
 """A piece of it is a vessel if it rises HEIGHT voxels, and MISFIT radii of its neighbor, from the tubes."""
 CORNER = 2.0
 """What rises within so many radii of a vessel's end is a corner of that end: opposite corners are 2 radii apart."""

@@ -1,6 +1,7 @@
 """From center paths to vessels: cut at junctions, measure lengths and radii."""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,7 +103,7 @@ def network_of(tree: Tree) -> Network:
     for line, (begin, end) in zip(tree.lines, free_stretches(tree), strict=True):
         run = distance_along(line)
         away = (run > begin) & (run < end)
-        radius.append(float(line[away, 3].mean()) if away.any() else _typical_radius(line))
+        radius.append(float(line[away, 3].mean()) if away.any() else typical_radius(line))
     return Network(tuple(str(i + 1) for i in range(len(length))), tree.parent, np.array(length), np.array(radius))
 
 
@@ -116,7 +117,7 @@ def free_stretches(tree: Tree) -> list[tuple[float, float]]:
     ends = set(range(len(tree.lines))) - set(tree.parent.tolist())
     found = []
     for row, line in enumerate(tree.lines):
-        tail = _typical_radius(line) if row in ends else line[-1, 3]
+        tail = typical_radius(line) if row in ends else line[-1, 3]
         found.append((float(line[0, 3]), float(distance_along(line)[-1] - tail)))
     return found
 
@@ -127,7 +128,7 @@ def clear_stretches(tree: Tree) -> list[tuple[float, float]]:
     A thin vessel runs on in the wide tube of its sister long after it has left the junction's ball, and its center
     path there is not its axis. At most half a vessel's length is given up to its sisters.
     """
-    typical = [_typical_radius(line) for line in tree.lines]
+    typical = [typical_radius(line) for line in tree.lines]
     found = []
     for row, (begin, end) in enumerate(free_stretches(tree)):
         line, run = tree.lines[row], distance_along(tree.lines[row])
@@ -141,5 +142,12 @@ def clear_stretches(tree: Tree) -> list[tuple[float, float]]:
     return found
 
 
-def _typical_radius(line: np.ndarray) -> float:
+def with_inscribed_radii(lines: Sequence[np.ndarray], parent: np.ndarray, surface: np.ndarray) -> Tree:
+    """Return the tree of `lines` (z, y, x, cm), each point with its distance to the nearest of the `surface`'s."""
+    index = cKDTree(surface)
+    return Tree(tuple(np.column_stack([line, index.query(line)[0]]) for line in lines), parent)
+
+
+def typical_radius(line: np.ndarray) -> float:
+    """Return the median inscribed radius of `line` without its first third, which is often wider, cm."""
     return float(np.median(line[len(line) // 3 :, 3]))
