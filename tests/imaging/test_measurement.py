@@ -7,12 +7,12 @@ from vasowave.datasets.phantom import embed, render
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract, write_extraction
 from vasowave.imaging.cannula import cannula_radius, without_cannula
-from vasowave.imaging.extraction import tree_of
 from vasowave.imaging.loops import loop_count
 from vasowave.imaging.radii import lumen_grey
 from vasowave.imaging.segmentation import segment, surface_points
 from vasowave.imaging.terminals import with_ends_at_half_grey, with_ends_at_the_surface
 from vasowave.imaging.tree import Tree, free_length, network_of
+from vasowave.imaging.vessels import tree_of
 from vasowave.network import Network
 
 
@@ -74,8 +74,8 @@ def test_a_stub_is_marked_unreliable_and_the_spread_is_that_of_the_radius_in_the
     np.testing.assert_array_equal(np.flatnonzero(~found.reliable), [stub])
     expected = np.std([other.network.radius for other in at], axis=0, ddof=1)
     same = np.flatnonzero(found.reliable)
-    # The other thresholds look only around the tree and measure the noise, hence the smoothing, there.
-    np.testing.assert_allclose(found.radius_sd[same], expected[same], rtol=0.05)
+    # A tree found anew at each threshold begins at another tip of the cannula; the spread is that of one tree.
+    np.testing.assert_allclose(found.radius_sd[same], expected[same], rtol=0.2)
     # The densitometric radius hardly knows the threshold; the inscribed one moves with it.
     inscribed = np.std([other.inscribed for other in at], axis=0, ddof=1)
     assert (found.radius_sd[same] < 0.5 * inscribed[same]).all()

@@ -7,26 +7,20 @@ import tempfile
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.cannula import PE90_RADIUS, cannula_radius, without_cannula
-from vasowave.imaging.centering import without_stairs
-from vasowave.imaging.centerlines import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
-from vasowave.imaging.junctions import with_met_axes
 from vasowave.imaging.loops import loop_count, loop_places
 from vasowave.imaging.places import written
-from vasowave.imaging.protrusions import tips_outside
 from vasowave.imaging.radii import densitometric_radii, lumen_grey
 from vasowave.imaging.segmentation import Segmentation, segment
-from vasowave.imaging.terminals import with_ends_at_half_grey, with_ends_at_the_surface
-from vasowave.imaging.tree import Tree, cut_at_junctions, free_length, network_of
-from vasowave.imaging.tubes import fitted
+from vasowave.imaging.tree import Tree, free_length, network_of
+from vasowave.imaging.uncertainty import radius_spread
+from vasowave.imaging.vessels import tree_of
 from vasowave.imaging.volume import Volume, isotropic, read_volume
 from vasowave.network import Network
 
@@ -34,9 +28,6 @@ Segmenter = Callable[[Volume, float, np.ndarray], Segmentation]
 
 RELIABLE = 2.0
 """A radius is reliable if it was measured over a free length of at least this many radii."""
-
-ROUNDS = 4
-"""Automatic mode looks at most so often for vessels that stick out of the tubes of those found."""
 
 
 @dataclass(frozen=True)
@@ -128,109 +119,54 @@ def extract(
     Warns
     -----
     VasowaveWarning
-        The cannula contradicts the file's voxel size by more than 1 %; another threshold gives another tree; the lumen
-        closes loops.
+        The cannula contradicts the file's voxel size by more than 1 %; at another threshold vessels are not in the
+        lumen; the lumen closes loops.
     """
     say = progress or (lambda stage: None)
     say("volume")
     volume = isotropic(volume if isinstance(volume, Volume) else read_volume(volume, options.spacing))
     say("centerlines")
-    tree, cannula = _tree(volume, options, options.threshold, segmenter, revise, report_loops=True)
+    tree, cannula = _tree(volume, options, segmenter, revise)
     first = network_of(tree)
     say("radii")
     dense = densitometric_radii(tree, volume, first.radius)
     radius = np.where(np.isfinite(dense), dense, first.radius)
     scale = _scale(cannula, volume, tree, options.cannula_radius)
     say("uncertainty")
-    part = _around(volume, [*tree.lines, np.atleast_2d(options.root)])
-    again = partial(_tree, part, options, segmenter=segmenter, revise=revise)
-    others = [factor * options.threshold for factor in (0.8, 1.2)]
-    found = [radius, *(_radii_at(part, again, threshold, first, np.isfinite(dense)) for threshold in others)]
+    measured = np.isfinite(dense)
+    spread = radius_spread(tree, volume, np.asarray(options.root), radius, measured, options.threshold, segmenter)
     network = Network(first.name, first.parent, first.length, radius)
-    reliable = np.isfinite(dense) & (free_length(tree) >= RELIABLE * radius)
-    return Extraction(network, tree, first.radius, dense, _spread(np.array(found)), reliable, scale)
-
-
-def _around(volume: Volume, lines: Sequence[np.ndarray]) -> Volume:
-    """Return the part of `volume` that holds `lines`, without a copy: other thresholds look no farther."""
-    places = (np.concatenate([line[:, :3] for line in lines]) - volume.origin) / volume.spacing
-    widest = max(line[:, 3].max() for line in lines if line.shape[1] > 3) / volume.spacing[0]
-    low = np.maximum(places.min(axis=0) - 2 * widest - 10, 0).astype(int)
-    high = (places.max(axis=0) + 2 * widest + 11).astype(int)
-    box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
-    return Volume(volume.grey[box], volume.spacing, volume.origin + low * volume.spacing)
-
-
-def _spread(found: np.ndarray) -> np.ndarray:
-    """Return the SD over the rows of `found`, NaN where a value is missing: two of three say too little."""
-    return found.std(axis=0, ddof=1)
+    reliable = measured & (free_length(tree) >= RELIABLE * radius)
+    return Extraction(network, tree, first.radius, dense, spread, reliable, scale)
 
 
 def _tree(
-    volume: Volume,
-    options: Options,
-    threshold: float,
-    segmenter: Segmenter,
-    revise: Callable[[Tree], Tree],
-    report_loops: bool = False,
+    volume: Volume, options: Options, segmenter: Segmenter, revise: Callable[[Tree], Tree]
 ) -> tuple[Tree, np.ndarray | None]:
     """Return the tree without its cannula, and the cannula's line if there is one."""
     root = np.asarray(options.root, dtype=float)
-    lumen = segmenter(volume, threshold, root)
+    lumen = segmenter(volume, options.threshold, root)
     outlets = None if options.outlets is None else np.asarray(options.outlets, dtype=float)
     tree = tree_of(lumen, root, outlets)
-    count = loop_count(lumen) if report_loops else 0
-    if count > 0:
-        places = "; ".join(map(written, loop_places(tree)))
-        where = f"probably at (x,y,z, cm) {places or 'unknown'}: vessels touch there"
-        if options.loops == "refuse":
-            raise InputError(
-                f"the lumen closes {count} loop(s), {where}; raise the threshold, cut them in the mask, or open them"
-            )
-        _warn(
-            f"the lumen closes {count} loop(s), which the tree opens, {where}; raise the threshold or give the outlets"
-        )
+    _tell_loops(lumen, tree, options.loops)
     cannula = None
     if options.cannula_radius is not None:
         tree, cannula = without_cannula(tree)
     return revise(tree), cannula
 
 
-def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Tree:
-    """Return the vessels of `lumen`, the cannula being part of the root; see `center_paths` for the arguments."""
-    ways = minimal_paths(lumen, root)
-    tree = _to_surface(ways, _tips(ways) if outlets is None else outlet_tips(ways, outlets))
-    if outlets is None:
-        tree = _straight_ended(tree, ways)
-    return with_ends_at_half_grey(tree, lumen)
-
-
-def _tips(ways: MinimalPaths) -> list[int]:
-    """Return the tips of all vessels: the long ones, then what sticks out of their tubes, until nothing does."""
-    tips = long_tips(ways)
-    for _ in range(ROUNDS):
-        more = tips_outside(_to_surface(ways, tips), ways)
-        if not more:
-            break
-        tips += more
-    return tips
-
-
-def _straight_ended(tree: Tree, ways: MinimalPaths) -> Tree:
-    """Return the vessels with paths drawn anew to where the axes of `tree` meet the surface.
-
-    The tips are the farthest corners of flat ends, and a path to a corner leaves the axis early.
-    """
-    ends = np.array([tree.lines[row][-1, :3] for row in np.setdiff1d(np.arange(len(tree.lines)), tree.parent)])
-    again = _to_surface(ways, sorted(set(cKDTree(ways.points).query(ends)[1].tolist())))
-    return again if len(again.lines) == len(tree.lines) else tree
-
-
-def _to_surface(ways: MinimalPaths, tips: Sequence[int]) -> Tree:
-    """Return the vessels on the minimal paths to `tips`, their axes fitted to the surface and ending there."""
-    paths = paths_to(ways, tips)
-    rough = without_stairs(cut_at_junctions(paths.points, paths.above), ways.surface, ways.spacing)
-    return with_ends_at_the_surface(fitted(with_met_axes(rough), ways.surface, ways.spacing), ways.surface)
+def _tell_loops(lumen: Segmentation, tree: Tree, what: str) -> None:
+    """Warn of loops that `tree` opens in `lumen`, or refuse them, and say where they probably are."""
+    count = loop_count(lumen)
+    if count <= 0:
+        return
+    places = "; ".join(map(written, loop_places(tree)))
+    where = f"probably at (x,y,z, cm) {places or 'unknown'}: vessels touch there"
+    if what == "refuse":
+        raise InputError(
+            f"the lumen closes {count} loop(s), {where}; raise the threshold, cut them in the mask, or open them"
+        )
+    _warn(f"the lumen closes {count} loop(s), which the tree opens, {where}; raise the threshold or give the outlets")
 
 
 def _scale(cannula: np.ndarray | None, volume: Volume, tree: Tree, known: float | None) -> float:
@@ -244,32 +180,6 @@ def _scale(cannula: np.ndarray | None, volume: Volume, tree: Tree, known: float 
             f"{100 * (scale - 1):+.1f} % from the file's voxel size, which was used; check the spacing"
         )
     return scale
-
-
-def _radii_at(
-    volume: Volume,
-    find: Callable[[float], tuple[Tree, np.ndarray | None]],
-    threshold: float,
-    network: Network,
-    dense: np.ndarray,
-) -> np.ndarray:
-    """Return the radii at another threshold by the same estimators, NaN for vessels that are not found there."""
-    from vasowave.imaging.matching import match
-
-    found = np.full(len(network), np.nan)
-    try:
-        tree = find(threshold)[0]
-    except InputError as error:
-        _warn(f"at threshold {threshold:g} no tree, so radius_sd is unknown: {error}")
-        return found
-    other = network_of(tree)
-    pairs = match(network, other)
-    if len(other) != len(network) or len(pairs) < len(network):
-        _warn(f"at threshold {threshold:g} the tree has {len(other)} vessels, not {len(network)}")
-    radius = densitometric_radii(tree, volume, other.radius)
-    for row, same in pairs.items():
-        found[row] = radius[same] if dense[row] else other.radius[same]
-    return found
 
 
 def write_extraction(extraction: Extraction, folder: str | Path) -> None:

@@ -5,10 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.places import written
 from vasowave.imaging.volume import Volume
+
+MARGIN = 3
+"""Voxels kept around the lumen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,14 +25,14 @@ class Segmentation:
     mask : bool array, shape (z, y, x)
         The lumen within the crop.
     grey : float array, shape (z, y, x)
-        Smoothed grey levels of the crop; other components are set to below the threshold.
+        Smoothed grey levels of the crop; what is not lumen is below the threshold.
     corner : int array, shape (3,)
         Voxel of the volume at which the crop starts.
     spacing : float
         Voxel size, cm.
     origin : float array, shape (3,)
         Position of the crop's voxel (0, 0, 0), cm.
-    threshold, noise : float
+    threshold, background, noise : float
         Grey levels; noise is the standard deviation measured in the volume.
     """
 
@@ -37,6 +42,7 @@ class Segmentation:
     spacing: float
     origin: np.ndarray
     threshold: float
+    background: float
     noise: float
 
 
@@ -105,36 +111,63 @@ def connected_lumen(
     Where `grey` contradicts the piece, it is set to just above or below the threshold.
     """
     contrast = _contrast(volume, threshold)
-    labels, count = ndimage.label(bright)
-    if count == 0:
-        raise InputError("the lumen is empty; check the mask, the region and the threshold")
-    sizes = np.bincount(labels[bright])  # of the few bright voxels alone: a copy of all labels takes a gigabyte
-    chosen = _component(volume, labels, sizes, seed)
-    where = ndimage.find_objects(labels, chosen)[chosen - 1]
-    if any(s.start == 0 or s.stop == n for s, n in zip(where, grey.shape, strict=True)):
+    voxels = _piece(volume, bright, seed)
+    low, high = voxels.min(axis=0), voxels.max(axis=0) + 1
+    if (low == 0).any() or (high == grey.shape).any():
         _warn("the lumen touches the border of the volume: the vessels that leave it end there, cut")
-    box = tuple(slice(max(s.start - 3, 0), min(s.stop + 3, n)) for s, n in zip(where, grey.shape, strict=True))
-    mask = ndimage.binary_fill_holes(labels[box] == chosen)
-    local = np.where(ndimage.binary_dilation(mask, iterations=2), grey[box], threshold - contrast)
+    low, high = np.maximum(low - MARGIN, 0), np.minimum(high + MARGIN, grey.shape)
+    mask = np.zeros(high - low, dtype=bool)
+    mask[tuple((voxels - low).T)] = True
+    mask |= _holes(mask)
+    local = grey[tuple(slice(a, b) for a, b in zip(low, high, strict=True))]
     local = np.where(mask, np.maximum(local, threshold + 1e-3 * contrast), np.minimum(local, threshold - 1e-6))
-    corner = np.array([s.start for s in box])
     spacing = float(volume.spacing[0])
-    return Segmentation(mask, local, corner, spacing, volume.origin + corner * spacing, threshold, noise)
+    origin = volume.origin + low * spacing
+    return Segmentation(mask, local, low, spacing, origin, threshold, threshold - contrast, noise)
 
 
-def _component(volume: Volume, labels: np.ndarray, sizes: np.ndarray, seed: np.ndarray | None) -> int:
+def _piece(volume: Volume, bright: np.ndarray, seed: np.ndarray | None) -> np.ndarray:
+    """Return the voxels of the connected piece of `bright` that holds `seed`, or of the largest, shape (voxel, 3).
+
+    Only the bright voxels are looked at, a few in a thousand: labels for all would take half a gigabyte.
+    """
+    places = np.flatnonzero(bright)
+    if len(places) == 0:
+        raise InputError("the lumen is empty; check the mask, the region and the threshold")
+    voxels = np.stack(np.unravel_index(places, bright.shape), axis=1)
+    links = []
+    for axis, stride in enumerate((bright.shape[1] * bright.shape[2], bright.shape[2], 1)):
+        inner = np.flatnonzero(voxels[:, axis] < bright.shape[axis] - 1)
+        inner = inner[bright.ravel()[places[inner] + stride]]
+        links.append((inner, np.searchsorted(places, places[inner] + stride)))
+    here, there = (np.concatenate(side) for side in zip(*links, strict=True))
+    touching = coo_array((np.ones(len(here), dtype=bool), (here, there)), shape=(len(places), len(places)))
+    labels = connected_components(touching, directed=False)[1]
+    return voxels[labels == _chosen(volume, voxels, labels, seed)]
+
+
+def _chosen(volume: Volume, voxels: np.ndarray, labels: np.ndarray, seed: np.ndarray | None) -> int:
+    """Return the label of the voxel at `seed`, or the commonest."""
     if seed is not None:
-        voxel = np.round((np.asarray(seed) - volume.origin) / volume.spacing).astype(int)
-        inside = bool((voxel >= 0).all() and (voxel < labels.shape).all())
-        if not inside or labels[tuple(voxel)] == 0:
+        at = np.flatnonzero((voxels == np.round((np.asarray(seed) - volume.origin) / volume.spacing)).all(axis=1))
+        if len(at) == 0:
             raise InputError(
                 f"the point {written(np.asarray(seed))} cm (x,y,z) is not inside a vessel; move it or the threshold"
             )
-        return int(labels[tuple(voxel)])
+        return int(labels[at[0]])
+    sizes = np.append(np.bincount(labels), 0)
     largest, second = np.argsort(sizes)[::-1][:2]
     if sizes[second] > 0.1 * sizes[largest]:
         _warn(f"two separate trees ({sizes[largest]} and {sizes[second]} voxels): took the larger; a seed chooses")
     return int(largest)
+
+
+def _holes(mask: np.ndarray) -> np.ndarray:
+    """Return what `mask` encloses."""
+    outside, count = ndimage.label(~mask)
+    faces = [np.take(outside, end, axis=axis).ravel() for axis in range(3) for end in (0, -1)]
+    enclosed = np.setdiff1d(np.arange(1, count + 1), np.concatenate(faces))
+    return np.isin(outside, enclosed) if len(enclosed) else np.zeros_like(mask)
 
 
 def surface_points(lumen: Segmentation) -> np.ndarray:

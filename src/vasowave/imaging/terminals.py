@@ -66,14 +66,12 @@ def with_ends_at_half_grey(tree: Tree, lumen: Segmentation) -> Tree:
     lumen : Segmentation
     """
     lines = list(tree.lines)
-    corners = np.ix_([0, -1], [0, -1], [0, -1])  # a crop's corners hold no vessel
-    background = float(np.median(lumen.grey[corners]))
     for row in set(range(len(lines))) - set(tree.parent.tolist()):
-        lines[row] = _half_grey(lines[row], lumen, background)
+        lines[row] = _half_grey(lines[row], lumen)
     return replace(tree, lines=tuple(lines))
 
 
-def _half_grey(line: np.ndarray, lumen: Segmentation, background: float) -> np.ndarray:
+def _half_grey(line: np.ndarray, lumen: Segmentation) -> np.ndarray:
     """Return `line` shortened or prolonged by at most FARTHEST voxels."""
     run, radius = distance_along(line), float(np.median(line[len(line) // 2 :, 3]))
     axis = line[-1, :3] - line[np.searchsorted(run, run[-1] - radius) - 1, :3]
@@ -85,7 +83,7 @@ def _half_grey(line: np.ndarray, lumen: Segmentation, background: float) -> np.n
     centers = line[-1, :3] + at[:, None] * lumen.spacing * axis
     places = centers[:, None] + grid[:, :1] * u + grid[:, 1:] * v
     profile = sampled(lumen.grey, places, lumen.origin, lumen.spacing).mean(axis=1)
-    half = (np.median(profile[at <= -full[0]]) + background) / 2
+    half = (np.median(profile[at <= -full[0]]) + lumen.background) / 2
     falls = np.flatnonzero((profile[:-1] >= half) & (profile[1:] < half) & (at[:-1] >= -FARTHEST))
     if len(falls) == 0:
         return line

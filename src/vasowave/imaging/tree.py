@@ -90,8 +90,8 @@ def distance_along(line: np.ndarray) -> np.ndarray:
 def network_of(tree: Tree) -> Network:
     """Return lengths and mean radii of `tree` (eq. 1); vessels are numbered from 1 in the order of the tree.
 
-    The radius is the mean over the points outside the junctions' inscribed balls and farther than a radius from a
-    free end; the median of all points where no such point exists.
+    The radius is the mean over the points outside the junctions' inscribed balls and sisters' tubes and farther than
+    a radius from a free end; the median of all points where no such point exists.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def network_of(tree: Tree) -> Network:
     """
     length = [distance_along(line)[-1] for line in tree.lines]
     radius = []
-    for line, (begin, end) in zip(tree.lines, free_stretches(tree), strict=True):
+    for line, (begin, end) in zip(tree.lines, clear_stretches(tree), strict=True):
         run = distance_along(line)
         away = (run > begin) & (run < end)
         radius.append(float(line[away, 3].mean()) if away.any() else typical_radius(line))
@@ -108,8 +108,8 @@ def network_of(tree: Tree) -> Network:
 
 
 def free_length(tree: Tree) -> np.ndarray:
-    """Return the length of each vessel outside its junctions' inscribed balls and its free end, cm, shape (vessel,)."""
-    return np.array([max(end - begin, 0.0) for begin, end in free_stretches(tree)])
+    """Return the length of each vessel in its clear stretch (see `clear_stretches`), cm, shape (vessel,)."""
+    return np.array([max(end - begin, 0.0) for begin, end in clear_stretches(tree)])
 
 
 def free_stretches(tree: Tree) -> list[tuple[float, float]]:
