@@ -41,6 +41,8 @@ class MinimalPaths:
         Points of the lumen's surface, cm.
     spacing : float
         Voxel size, cm.
+    roughness : float
+        Noise over the contrast between wall and background: how much noise bends the surface.
     """
 
     voxels: np.ndarray
@@ -51,6 +53,7 @@ class MinimalPaths:
     start: int
     surface: np.ndarray
     spacing: float
+    roughness: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +106,8 @@ def minimal_paths(lumen: Segmentation, root: np.ndarray) -> MinimalPaths:
     travelled = dijkstra(lengths, indices=start)
     _, above = dijkstra(graph, indices=start, return_predecessors=True)
     travelled[~np.isfinite(travelled)] = -1.0
-    return MinimalPaths(voxels, points, depth, travelled, above, start, surface, lumen.spacing)
+    roughness = lumen.noise / (lumen.threshold - lumen.background)
+    return MinimalPaths(voxels, points, depth, travelled, above, start, surface, lumen.spacing, roughness)
 
 
 def paths_to(ways: MinimalPaths, tips: Sequence[int]) -> Paths:

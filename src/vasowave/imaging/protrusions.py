@@ -10,8 +10,9 @@ from vasowave.imaging.tree import Tree, distance_along, free_stretches
 
 SHELL = 0.7
 """The lumen farther than this outside all tubes is looked at, voxels; within, noise and stairs decide."""
-HEIGHT, MISFIT = 1.5, 0.4
-"""A piece of it is a vessel if it rises HEIGHT voxels, and MISFIT radii of its neighbor, from the tubes."""
+HEIGHT, MISFIT = (1.1, 1.2), (0.35, 0.25)
+"""A piece of it is a vessel if it rises so many voxels, and so many radii of its neighbor, from the tubes: the first
+number in an image without noise, the second added times its roughness (see `MinimalPaths`)."""
 CORNER = 2.0
 """What rises within so many radii of a vessel's end is a corner of that end: opposite corners are 2 radii apart."""
 
@@ -31,12 +32,13 @@ def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
     ends = sorted(set(range(len(tree.lines))) - set(tree.parent.tolist()))
     places = np.array([tree.lines[row][-1, :3] for row in ends])
     corner = np.array([CORNER * _stub_radius(tree.lines[row]) for row in ends])
+    least, misfit = (base + added * ways.roughness for base, added in (HEIGHT, MISFIT))
     tips = []
     for piece in range(1, int(pieces.max(initial=0)) + 1):
         inside = out[pieces == piece]
         tip = int(inside[np.argmax(height[inside])])
         is_corner = bool((np.linalg.norm(places - ways.points[tip], axis=1) < corner).any())
-        if height[tip] >= max(HEIGHT, MISFIT * radius[tip]) and not is_corner:
+        if height[tip] >= max(least, misfit * radius[tip]) and not is_corner:
             tips.append(tip)
     return tips
 

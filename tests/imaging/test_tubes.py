@@ -1,0 +1,113 @@
+"""Axes and radii where vessels hide one another, against surfaces and sections known exactly."""
+
+import numpy as np
+import pytest
+
+from vasowave.imaging import Volume
+from vasowave.imaging.radii import densitometric_radius
+from vasowave.imaging.sections import across, tangents
+from vasowave.imaging.tree import Tree
+from vasowave.imaging.tubes import fitted
+
+VOXEL = 0.01
+JUNCTION = np.array([0.0, 0.0, 0.3])
+
+
+def polyline(places, radius, step=VOXEL):
+    """Points along `places` (x, y in the plane z = 0) at equal steps, z, y, x and radius."""
+    places = np.asarray(places, dtype=float)
+    run = np.append(0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
+    at = np.linspace(0, run[-1], round(run[-1] / step) + 1)
+    x, y = (np.interp(at, run, places[:, k]) for k in range(2))
+    return np.column_stack([np.zeros(len(at)), y, x, np.full(len(at), radius)])
+
+
+def walls(axes, radii, rng=None, noise=0.0):
+    """Points on the surface of the union of the tubes around `axes`, half a voxel apart."""
+    points = []
+    for row, (axis, radius) in enumerate(zip(axes, radii, strict=True)):
+        fine = np.stack(
+            [np.interp(np.arange(0, len(axis) - 1, 0.5), np.arange(len(axis)), axis[:, k]) for k in range(3)], 1
+        )
+        u, v = across(tangents(fine, 1))
+        angle = np.arange(0, 2 * np.pi, 0.5 * VOXEL / radius)[:, None, None]
+        depth = radius + (0 if rng is None else noise * VOXEL * rng.standard_normal((len(angle), len(fine), 1)))
+        ring = (fine + depth * (np.cos(angle) * u + np.sin(angle) * v)).reshape(-1, 3)
+        for other, (line, wide) in enumerate(zip(axes, radii, strict=True)):
+            if other != row:
+                ring = ring[np.linalg.norm(ring[:, None] - line[None, :, :3], axis=2).min(axis=1) >= wide - 0.1 * VOXEL]
+        points.append(ring)
+    return np.concatenate(points)
+
+
+def fork(turn=np.pi / 6):
+    """A parent along x, a sister as wide that turns by 25 degrees, a thin one that turns by `turn` the other way."""
+    start = JUNCTION[[2, 1]]
+    sister = start + 0.5 * np.array([[0, 0], [np.cos(0.44), -np.sin(0.44)]])
+    thin = start + 0.4 * np.array([[0, 0], [np.cos(turn), np.sin(turn)]])
+    radii = 0.05, 0.045, 0.015
+    return [
+        polyline(places, radius) for places, radius in zip(([[0, 0], start], sister, thin), radii, strict=True)
+    ], radii
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3])
+def test_axes_found_from_the_walls_meet_where_the_tubes_were_joined_though_the_paths_part_seven_voxels_later(noise):
+    axes, radii = fork()
+    # Paths as the lumen's middle gives them: the thin one lingers in its sister and leaves it abruptly.
+    parting = axes[1][7, [2, 1]]
+    paths = (
+        polyline([[0, 0], JUNCTION[[2, 1]], parting], radii[0]),
+        polyline([parting, axes[1][-1, [2, 1]]], radii[1]),
+        polyline([parting, axes[2][13, [2, 1]], axes[2][-1, [2, 1]]], radii[2]),
+    )
+    surface = walls(axes, radii, np.random.default_rng(0), noise)
+    found = fitted(Tree(paths, np.array([-1, 0, 0])), surface, VOXEL)
+    meeting = found.lines[0][-1, :3]
+    assert np.linalg.norm(meeting - JUNCTION) < 0.6 * VOXEL
+    for daughter in found.lines[1:]:
+        np.testing.assert_allclose(daughter[0, :3], meeting, atol=1e-12)
+    for line, axis in zip(found.lines, axes, strict=True):
+        length = np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1).sum()
+        assert length == pytest.approx(np.linalg.norm(axis[-1, :3] - axis[0, :3]), abs=0.5 * VOXEL)
+
+
+def test_a_curved_axis_is_followed_and_its_inscribed_radius_is_that_of_the_tube():
+    angle = np.linspace(0, 1.2, 60)
+    axis = 0.5 * np.column_stack([np.zeros(60), 1 - np.cos(angle), np.sin(angle)])
+    axis = np.column_stack([axis, np.full(60, 0.03)])
+    rng = np.random.default_rng(1)
+    surface = walls([axis], [0.03], rng, 0.2)
+    jagged = axis + np.append(0.5 * VOXEL * rng.standard_normal((60, 3)), np.zeros((60, 1)), axis=1)
+    found = fitted(Tree((jagged,), np.array([-1])), surface, VOXEL).lines[0]
+    middle = found[(found[:, 2] > 0.05) & (found[:, 2] < 0.4)]
+    off = np.abs(np.hypot(middle[:, 2], 0.5 - middle[:, 1]) - 0.5)
+    assert max(off.max(), np.abs(middle[:, 0]).max()) < 0.1 * VOXEL
+    # The nearest of many noisy points lies nearer than the wall.
+    np.testing.assert_allclose(middle[:, 3], 0.03, atol=0.7 * VOXEL)
+
+
+def test_free_ends_stay_where_they_are():
+    axes, radii = fork()
+    found = fitted(Tree(tuple(axes), np.array([-1, 0, 0])), walls(axes, radii), VOXEL)
+    for line, axis, end in zip(found.lines, axes, (0, -1, -1), strict=True):
+        assert np.linalg.norm(line[end, :3] - axis[end, :3]) < 0.15 * VOXEL
+
+
+def test_a_vessel_that_runs_beside_another_has_its_own_densitometric_radius():
+    size, radius = 48, 0.03
+    _, y, x = np.indices((size,) * 3) * VOXEL
+    near = np.hypot(y - 0.20, x - 0.24) - radius
+    other = np.hypot(y - 0.27, x - 0.26) - 0.03
+    grey = 12 + 88 * np.clip(0.5 - np.minimum(near, other) / VOXEL, 0, 1)
+    volume = Volume(grey, np.full(3, VOXEL), np.zeros(3))
+    run = np.arange(5, 43) * VOXEL
+
+    def line(at):
+        return np.column_stack([run, np.full(len(run), at[0]), np.full(len(run), at[1]), np.full(len(run), 0.03)])
+
+    sections = np.arange(5, 33)
+    alone = densitometric_radius(line((0.20, 0.24)), sections, radius, volume, 100.0)
+    aware = densitometric_radius(line((0.20, 0.24)), sections, radius, volume, 100.0, [line((0.27, 0.26))])
+    assert aware == pytest.approx(radius, rel=0.015)
+    assert alone > 1.03 * radius  # what the neighbor adds where it is not told
