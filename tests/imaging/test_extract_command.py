@@ -127,7 +127,7 @@ def test_the_edited_mask_gives_the_network_that_was_left_in_it(extracted, scan, 
     np.testing.assert_allclose(found.length[[pairs[row] for row in range(3)]], left.length, atol=0.04)
 
 
-def test_edits_are_replayed_at_every_threshold(scan, tmp_path):
+def test_the_spread_over_thresholds_is_that_of_the_edited_tree(scan, tmp_path):
     folder, embedding, _ = scan
     middle = embedding.lines[4][2 * len(embedding.lines[4]) // 3]
     (tmp_path / "edits.txt").write_text(

@@ -6,7 +6,7 @@ import pytest
 from vasowave.imaging import Volume
 from vasowave.imaging.radii import densitometric_radius
 from vasowave.imaging.sections import across, tangents
-from vasowave.imaging.tree import Tree
+from vasowave.imaging.tree import Tree, network_of
 from vasowave.imaging.tubes import fitted
 
 VOXEL = 0.01
@@ -85,6 +85,24 @@ def test_a_curved_axis_is_followed_and_its_inscribed_radius_is_that_of_the_tube(
     assert max(off.max(), np.abs(middle[:, 0]).max()) < 0.1 * VOXEL
     # The nearest of many noisy points lies nearer than the wall.
     np.testing.assert_allclose(middle[:, 3], 0.03, atol=0.7 * VOXEL)
+
+
+def test_a_bump_on_the_wall_does_not_draw_the_axis_aside():
+    axis, radius = polyline([[0, 0], [0.6, 0]], 0.03), 0.03
+    surface = walls([axis], [radius])
+    bump = (np.abs(surface[:, 2] - 0.3) < 0.04) & (surface[:, 1] > 0.5 * radius)
+    surface[bump, 1] += 3 * VOXEL
+    found = fitted(Tree((axis,), np.array([-1])), surface, VOXEL).lines[0]
+    assert np.abs(found[:, 1]).max() < 0.3 * VOXEL  # unweighted points would move it by more than half a voxel
+
+
+def test_the_radius_of_a_vessel_does_not_count_where_it_lies_in_its_wide_sister():
+    axes, radii = fork(0.2)  # 37 degrees apart: it leaves the junction's ball long before its sister's tube
+    gap = np.linalg.norm(axes[2][:, None, :3] - axes[1][None, :, :3], axis=2).min(axis=1)
+    thin = axes[2].copy()
+    thin[:, 3] = np.where(gap < radii[1], radii[1] - gap + radii[2], radii[2])  # the largest ball there is the sister's
+    lines = axes[0], axes[1], thin
+    assert network_of(Tree(lines, np.array([-1, 0, 0]))).radius[2] == pytest.approx(radii[2], rel=1e-6)
 
 
 def test_free_ends_stay_where_they_are():

@@ -73,6 +73,46 @@ def extract(
     typer.echo(f"Look at it: {page}; then: vasowave fit {output / 'network.csv'} RECORDING")
 
 
+@app.command(
+    epilog="Example: vasowave centerlines lung.vtp -o lung --unit mm --vessels 21. "
+    "Then: vasowave fit lung/network.csv recording.csv"
+)
+def centerlines(
+    lines: Annotated[Path, typer.Argument(help="Centerlines of VMTK or Slicer (.vtp, .vtk, .dat, .csv), or .swc.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the network.")],
+    unit: Annotated[str, typer.Option(help="Unit of length in the file: mm, cm, um, or its size in cm: 0.00427.")],
+    cut: Annotated[str, typer.Option(help="Lines part at a 'tube' of half the radius or where 'identical'.")] = "tube",
+    collapse: Annotated[float, typer.Option(help="Inner vessels shorter than this, in radii, become junctions.")] = 0.0,
+    generations: Annotated[int | None, typer.Option(help="Keep the first so many generations.")] = None,
+    vessels: Annotated[int | None, typer.Option(help="Keep the largest so many vessels.")] = None,
+    min_radius: Annotated[float | None, typer.Option(help="Keep the vessels above this radius, cm.")] = None,
+) -> None:
+    """Turn the centerlines of another program into a vessel network, for ParaView and the authors' tables too."""
+    from vasowave.errors import InputError
+    from vasowave.imaging.exchange import as_extraction, read_centerlines
+    from vasowave.imaging.subtrees import check_wishes, wanted_part
+    from vasowave.report.centerlines import check_centerlines_folder, write_centerline_network
+
+    check_wishes(generations, vessels, min_radius)
+    if cut not in ("tube", "identical"):
+        raise InputError(f"cut '{cut}'; lines part where they enter a 'tube' or where they are 'identical'")
+    check_centerlines_folder(output)
+    size = _length_unit(unit)
+    tree = read_centerlines(lines, size, cast(Literal["tube", "identical"], cut), collapse)
+    found = wanted_part(as_extraction(tree), generations, vessels, min_radius)
+    settings: dict[str, str | float] = {
+        "unit [cm]": size,
+        "cut": cut,
+        "collapse": collapse,
+        "vessels in the file": len(tree.lines),
+    }
+    write_centerline_network(found, lines, settings, output)
+    typer.echo(repr(found.network))
+    typer.echo(
+        f"Look at it: {output / 'figures' / 'network.png'}; then: vasowave fit {output / 'network.csv'} RECORDING"
+    )
+
+
 @app.command(epilog="Example: vasowave match control/network.csv hypertensive/network.csv -o matched.csv")
 def match(
     first: Annotated[Path, typer.Argument(help="Vessel table, CSV.")],
@@ -129,6 +169,16 @@ def _outlets(places: list[str], file: Path | None) -> "np.ndarray | None":
     if file is not None:
         return read_places(file)
     return np.array([parse_place(text) for text in places]) if places else None
+
+
+def _length_unit(text: str) -> float:
+    """Return a unit of length, or a number of cm, in cm."""
+    from vasowave.units import factor
+
+    try:
+        return float(text)
+    except ValueError:
+        return factor(text, "length")
 
 
 def _region(text: str | None) -> "Path | tuple[np.ndarray, np.ndarray] | None":

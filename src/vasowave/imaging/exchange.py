@@ -8,9 +8,10 @@ import numpy as np
 
 from vasowave.columns import read_columns
 from vasowave.errors import InputError
+from vasowave.imaging.extraction import RELIABLE, Extraction
 from vasowave.imaging.merging import merged
 from vasowave.imaging.polydata import PolyLines, read_polydata, write_vtp
-from vasowave.imaging.tree import Tree, cut_at_junctions
+from vasowave.imaging.tree import Tree, cut_at_junctions, free_length, network_of
 from vasowave.network import Network
 
 RADIUS_NAMES = ("MaximumInscribedSphereRadius", "Radius")
@@ -67,6 +68,14 @@ def read_centerlines(
         return cut_at_junctions(points, above, collapse)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def as_extraction(tree: Tree) -> Extraction:
+    """Return imported centerlines as an `Extraction`: inscribed radii alone, their spread unknown."""
+    network = network_of(tree)
+    unknown = np.full(len(network), np.nan)
+    reliable = free_length(tree) >= RELIABLE * network.radius
+    return Extraction(network, tree, network.radius, unknown, unknown, reliable, 1.0)
 
 
 def _require_radii(path: Path, line: np.ndarray) -> None:

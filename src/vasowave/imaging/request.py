@@ -17,7 +17,7 @@ from vasowave.imaging.ends import check_root, deepest_near, require_reached, roo
 from vasowave.imaging.extraction import Extraction, Options, Segmenter, extract
 from vasowave.imaging.masks import ROOT, EditedMask, Within, box_region, marks, on_grid_of, read_labels
 from vasowave.imaging.segmentation import Segmentation, segment
-from vasowave.imaging.subtrees import first_generations, largest_vessels, part_of, scaled, wider_than
+from vasowave.imaging.subtrees import check_wishes, scaled, wanted_part
 from vasowave.imaging.volume import Volume, isotropic, read_volume
 
 
@@ -74,8 +74,7 @@ class Request:
 
     def __post_init__(self) -> None:
         """Refuse what contradicts itself before any file is read."""
-        if sum(part is not None for part in (self.generations, self.vessels, self.min_radius)) > 1:
-            raise InputError("keep either the first generations, or so many vessels, or all above a radius")
+        check_wishes(self.generations, self.vessels, self.min_radius)
         if self.method not in _METHODS:
             raise InputError(f"method '{self.method}'; there are: {', '.join(_METHODS)}")
         if self.scale not in ("file", "cannula"):
@@ -189,7 +188,7 @@ def _carried_out(
         raise
     check_root(whole, request.cannula_radius)
     factor = whole.scale if request.scale == "cannula" else 1.0
-    kept = _kept(scaled(whole, factor), request)
+    kept = wanted_part(scaled(whole, factor), request.generations, request.vessels, request.min_radius)
     return kept, lumens[request.threshold], image, root, request, factor
 
 
@@ -203,14 +202,3 @@ def _segmenter(request: Request, image: Volume, volume: Volume, labels: np.ndarr
         return EditedMask((labels > 0) if region is None else (labels > 0) & region, volume, request.threshold)
     found = _METHODS[request.method]
     return found if region is None else Within(region, volume, found)
-
-
-def _kept(extraction: Extraction, request: Request) -> Extraction:
-    network = extraction.network
-    if request.generations is not None:
-        return part_of(extraction, first_generations(network, request.generations))
-    if request.vessels is not None:
-        return part_of(extraction, largest_vessels(network, request.vessels))
-    if request.min_radius is not None:
-        return part_of(extraction, wider_than(network, request.min_radius))
-    return extraction

@@ -83,6 +83,33 @@ def wider_than(network: Network, radius: float) -> np.ndarray:
     return np.array(sorted(kept))
 
 
+def wanted_part(
+    extraction: Extraction, generations: int | None, vessels: int | None, min_radius: float | None
+) -> Extraction:
+    """Return the part of `extraction` that at most one of three wishes keeps, or all of it.
+
+    Raises
+    ------
+    InputError
+        More than one wish, or one that keeps nothing.
+    """
+    check_wishes(generations, vessels, min_radius)
+    network = extraction.network
+    if generations is not None:
+        return part_of(extraction, first_generations(network, generations))
+    if vessels is not None:
+        return part_of(extraction, largest_vessels(network, vessels))
+    if min_radius is not None:
+        return part_of(extraction, wider_than(network, min_radius))
+    return extraction
+
+
+def check_wishes(*wishes: float | None) -> None:
+    """Raise `InputError` if more than one part is wanted."""
+    if sum(wish is not None for wish in wishes) > 1:
+        raise InputError("keep either the first generations, or so many vessels, or all above a radius")
+
+
 def part_of(extraction: Extraction, rows: Sequence[int] | np.ndarray) -> Extraction:
     """Return the vessels `rows` of `extraction`, with their names; the parent of each but the root's is among them."""
     rows = np.asarray(rows)

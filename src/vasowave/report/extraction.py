@@ -13,12 +13,13 @@ from vasowave.figures.network import plot_network
 from vasowave.figures.projection import projection_figure
 from vasowave.figures.style import new_figure, style
 from vasowave.imaging.exchange import write_author_tables, write_centerlines, write_swc
-from vasowave.imaging.extraction import write_extraction
+from vasowave.imaging.extraction import Extraction, write_extraction
 from vasowave.imaging.request import Answer
 from vasowave.imaging.surface import smooth_surface, write_mask, write_stl, write_surface_vtp
 from vasowave.imaging.taper import taper
 from vasowave.imaging.tree import Tree, free_length
 from vasowave.imaging.volume import isotropic
+from vasowave.network import Network
 from vasowave.provenance import provenance
 from vasowave.report.review import render, settings_rows
 from vasowave.results import FIGURES, check_folder, replacing
@@ -56,7 +57,7 @@ def write_answer(found: Answer, folder: Path) -> Path:
     drawings = {name: _svg(figure) for name, figure in figures.items()}
     page = render(found, drawings, origin)
     with replacing(folder, MARKS) as fresh:
-        _write_network(found, fresh)
+        write_network_files(found.extraction, fresh)
         surface = smooth_surface(found.lumen)
         write_mask(found.lumen, found.image, fresh / "mask.nrrd")
         write_surface_vtp(surface, fresh / "surface.vtp")
@@ -78,9 +79,7 @@ def extraction_figures(found: Answer) -> dict[str, "Figure"]:
     tree = _in_image(found)
     projection = projection_figure(isotropic(found.image), found.lumen, tree, network.name)
     with style():
-        height = min(60.0, max(5.0, 0.9 * len(network.terminals)))
-        graph = new_figure(min(60.0, max(12.0, 2.6 * len(network.generations))), height)
-        plot_network(graph.subplots(), network)
+        graph = network_figure(network)
         for figure in (projection, graph):  # drawn to several files: the layout is worked out once
             figure.draw_without_rendering()
             figure.set_layout_engine("none")
@@ -94,9 +93,9 @@ def _svg(figure: "Figure") -> str:
     return text.getvalue()
 
 
-def vessel_rows(found: Answer) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
+def vessel_rows(extraction: Extraction) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
     """Return header and rows of `vessels.csv`: what the network table does not say of each vessel."""
-    network, tree = found.extraction.network, found.extraction.tree
+    network, tree = extraction.network, extraction.tree
     generation = np.zeros(len(network), dtype=int)
     for level, members in enumerate(network.generations, 1):
         generation[members] = level
@@ -111,20 +110,28 @@ def vessel_rows(found: Answer) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
     return header, rows
 
 
-def _write_network(found: Answer, folder: Path) -> None:
-    write_extraction(found.extraction, folder / "tables")
+def write_network_files(extraction: Extraction, folder: Path) -> None:
+    """Write the tables and centerlines of `extraction` into `folder`."""
+    write_extraction(extraction, folder / "tables")
     for table in (folder / "tables").iterdir():
         table.rename(folder / table.name)
     (folder / "tables").rmdir()
-    header, rows = vessel_rows(found)
+    header, rows = vessel_rows(extraction)
     with (folder / "vessels.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(header)
         writer.writerows(["" if cell != cell else cell for cell in row] for row in rows)
-    network, tree = found.extraction.network, found.extraction.tree
-    write_author_tables(network, folder / "connectivity.csv", folder / "dimensions.csv")
-    write_centerlines(tree, folder / "centerlines.vtp", unit=0.1)
-    write_swc(tree, folder / "centerlines.swc")
+    write_author_tables(extraction.network, folder / "connectivity.csv", folder / "dimensions.csv")
+    write_centerlines(extraction.tree, folder / "centerlines.vtp", unit=0.1)
+    write_swc(extraction.tree, folder / "centerlines.swc")
+
+
+def network_figure(network: Network) -> "Figure":
+    """Return the directed graph of `network`, large enough to read its labels."""
+    height = min(60.0, max(5.0, 0.9 * len(network.terminals)))
+    graph = new_figure(min(60.0, max(12.0, 2.6 * len(network.generations))), height)
+    plot_network(graph.subplots(), network)
+    return graph
 
 
 def _in_image(found: Answer) -> Tree:

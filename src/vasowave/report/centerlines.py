@@ -1,0 +1,53 @@
+"""The folder of a network that comes from the centerlines of another program."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from vasowave.figures.style import style
+from vasowave.imaging.extraction import Extraction
+from vasowave.provenance import provenance
+from vasowave.report.extraction import network_figure, write_network_files
+from vasowave.results import FIGURES, check_folder, replacing
+
+SETTINGS = "centerlines.json"
+MARKS = {SETTINGS: b'"vasowave"'}
+
+
+def check_centerlines_folder(folder: Path) -> None:
+    """Raise `InputError` unless `folder` is missing, empty, or an earlier network of centerlines."""
+    check_folder(Path(folder), MARKS)
+
+
+def write_centerline_network(
+    extraction: Extraction, source: Path, settings: Mapping[str, str | float], folder: Path
+) -> None:
+    """Write the network, its tables, centerlines and graph into `folder`, whole or not at all.
+
+    Parameters
+    ----------
+    extraction : Extraction
+        See `imaging.exchange.as_extraction`.
+    source : Path
+        The file it comes from.
+    settings : mapping
+        How it was read, for the record.
+    folder : Path
+
+    Raises
+    ------
+    InputError
+        The folder holds something else or cannot be written.
+    """
+    folder = Path(folder).resolve()
+    check_centerlines_folder(folder)
+    origin = provenance([source])
+    with replacing(folder, MARKS) as fresh:
+        write_network_files(extraction, fresh)
+        (fresh / FIGURES).mkdir()
+        with style():
+            figure = network_figure(extraction.network)
+            for kind, made in (("svg", {"Date": None}), ("png", {"Software": None})):
+                figure.savefig(fresh / FIGURES / f"network.{kind}", metadata=made)
+        stored = {"file": source.name, "settings": dict(settings), "provenance": origin}
+        (fresh / SETTINGS).write_text(json.dumps(stored, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
