@@ -167,3 +167,20 @@ def test_a_path_that_lingers_in_its_wide_sister_does_not_carry_the_junction_alon
     tree = Tree(lines, np.array([-1, 0, 0]))
     met = with_met_axes(with_met_axes(tree)).lines
     np.testing.assert_allclose(met[0][-1, :3], [0, 0, 0.3], atol=0.045)  # 0.13 off where the sister is not seen
+
+
+@pytest.fixture(scope="module")
+def fine():
+    """Three vessels and a cannula ten voxels wide."""
+    network = Network(("a", "b", "c"), np.array([-1, 0, 0]), np.array([0.25, 0.2, 0.2]), np.array([0.052, 0.04, 0.03]))
+    embedding = embed(network, np.random.default_rng(5), cannula=0.15)
+    volume = render(embedding, 170, 0.0044, np.random.default_rng(0))
+    return embedding, segment(volume, 45, embedding.cannula[0])
+
+
+@pytest.mark.parametrize("aside", [(-0.04, 0, -0.01), (-0.02, 0.01, 0.02), (0, 0, 0), (0.01, 0.03, 0)])
+def test_a_root_given_by_eye_at_the_end_of_a_wide_cannula_makes_no_false_branches(fine, aside):
+    embedding, lumen = fine
+    tree = tree_of(lumen, embedding.cannula[0] + aside)
+    assert len(tree.lines) == 3
+    assert np.linalg.norm(tree.lines[0][-1, :3] - embedding.lines[0][-1]) < 0.005

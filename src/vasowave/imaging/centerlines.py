@@ -12,8 +12,11 @@ from vasowave.errors import InputError
 from vasowave.imaging.places import written
 from vasowave.imaging.segmentation import Segmentation, surface_points
 
-BALL, MARGIN = 1.1, 2.5
+BALL, MARGIN = 1.5, 2.5
 """A tip counts as long if it protrudes from all balls of BALL inscribed radii + MARGIN voxels around longer paths."""
+
+END = 2.0
+"""The end of a vessel reaches so many radii from its tip."""
 
 STEEPNESS = 8
 """A path costs its length / depth**STEEPNESS: with 2 it still cuts the corners of wide vessels."""
@@ -188,10 +191,20 @@ def _walk(above: np.ndarray, tips: Sequence[int], start: int) -> np.ndarray:
     return kept
 
 
+def end_around(ways: MinimalPaths, voxel: int) -> np.ndarray:
+    """Return which voxels belong to the end of a vessel at `voxel`, bool, shape (voxel,): no other vessel ends there.
+
+    A tip is the farthest corner of an end, the opposite one is two radii away; a root is given by eye.
+    """
+    distance = np.linalg.norm(ways.voxels - ways.voxels[voxel], axis=1)
+    wide = ways.depth[distance <= 1.5 * ways.depth].max(initial=ways.depth[voxel])
+    return np.asarray(distance < END * wide)
+
+
 def long_tips(ways: MinimalPaths) -> list[int]:
     """Return the tips that protrude from the inscribed balls of all longer paths, the farthest first."""
     tree = cKDTree(ways.voxels)
-    free = ways.travelled >= 0
+    free = (ways.travelled >= 0) & ~end_around(ways, ways.start)
     kept = np.zeros(len(free), dtype=bool)
     kept[ways.start] = True
     tips = []
@@ -206,4 +219,5 @@ def long_tips(ways: MinimalPaths) -> list[int]:
             tip = ways.above[tip]
         for near in tree.query_ball_point(ways.voxels[path], BALL * ways.depth[path] + MARGIN):
             free[near] = False
+        free &= ~end_around(ways, tips[-1])
     return tips

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from vasowave.imaging.centerlines import MinimalPaths
+from vasowave.imaging.centerlines import MinimalPaths, end_around
 from vasowave.imaging.sections import tangents
 from vasowave.imaging.tree import Tree, distance_along, free_stretches
 
@@ -24,7 +24,7 @@ def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
     vessels' own radii, carried into their junctions, make tubes; ends go on straight, for a flat end has corners.
     """
     height, radius = height_outside(tree, ways.points, ways.spacing)
-    out = np.flatnonzero(height > SHELL)
+    out = np.flatnonzero((height > SHELL) & ~end_around(ways, ways.start))
     shape = ways.voxels.max(axis=0) + 2
     image = np.zeros(shape, dtype=bool)
     image[tuple(ways.voxels[out].T)] = True
