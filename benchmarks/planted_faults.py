@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
-WORDS = "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry"
+WORDS = "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry tubes"
 LONGEST = 1800  # s for one run of the tests; a fault that makes them hang has no verdict
 TESTS = ["tests", "-m", "not validation", "-k", " or ".join(WORDS.split())]
 
@@ -32,6 +32,7 @@ class Fault(NamedTuple):
 
 CELLS, NODES, CYCLE = "solver/cells.py", "solver/nodes.py", "solver/cycle.py"
 GRID, LAWS, TRIGONOMETRY = "solver/grid.py", "solver/laws.py", "solver/trigonometry.py"
+TUBES = "imaging/tubes.py"
 FAULTS = [
     Fault(
         "friction halved",
@@ -65,6 +66,21 @@ FAULTS = [
     Fault("capacitor discharges a whole step early", LAWS, (("outlet.decay_half[j] *", "outlet.decay[j] *"),)),
     Fault("capacitor not charged between steps", LAWS, (("R1[j] + outlet.gain_half[j]", "R1[j]"),)),
     Fault("tangent wall of constant slope", "walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),
+    Fault("tubes' free ends slide along their axes", TUBES, ((" + held.T @ held", ""),)),
+    Fault("tubes may bend as they like", TUBES, (("SWELLING, TAPER = 16.0", "SWELLING, TAPER = 0.01"),)),
+    Fault("tubes begin soft", TUBES, (("STIFF = 64.0", "STIFF = 1.0"),)),
+    Fault("tubes follow every bump", TUBES, (("OUTLIER, SHAPE = 0.5", "OUTLIER, SHAPE = 500.0"),)),
+    Fault("tubes' sections count their neighbors", "imaging/radii.py", (("inside |= distance <", "inside |= -1 >"),)),
+    Fault(
+        "tubes' radii count within sisters",
+        "imaging/tree.py",
+        (
+            (
+                "zip(tree.lines, clear_stretches(tree), strict=True)",
+                "zip(tree.lines, free_stretches(tree), strict=True)",
+            ),
+        ),
+    ),
 ]
 
 

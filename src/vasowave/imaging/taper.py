@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vasowave.imaging.tree import Tree, distance_along
+from vasowave.imaging.tree import Tree, clear_stretches, distance_along, typical_radius
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,21 +28,19 @@ class Taper:
 
 
 def taper(tree: Tree) -> Taper:
-    """Fit r(s) = r0 - slope · s over each vessel's stretch outside junctions' inscribed balls and its free end.
+    """Fit r(s) = r0 - slope · s over each vessel's clear stretch: outside junctions, sisters and its free end.
 
     Radii of neighboring points are of one sphere, so a stretch holds only as many independent values as radii fit
     into it; vessels with a free stretch below three radii have no taper (NaN).
     """
-    ends = set(range(len(tree.lines))) - set(tree.parent.tolist())
-    rows = [_fit(line, row in ends) for row, line in enumerate(tree.lines)]
+    rows = [_fit(line, *stretch) for line, stretch in zip(tree.lines, clear_stretches(tree), strict=True)]
     return Taper(*np.array(rows).T)
 
 
-def _fit(line: np.ndarray, is_end: bool) -> tuple[float, float, float, float]:
+def _fit(line: np.ndarray, begin: float, end: float) -> tuple[float, float, float, float]:
     run, radius = distance_along(line), line[:, 3]
-    typical = float(np.median(radius[len(radius) // 3 :]))
-    free = (run > radius[0]) & (run < run[-1] - (typical if is_end else radius[-1]))
-    independent = np.ptp(run[free]) / typical if free.any() else 0.0
+    free = (run > begin) & (run < end)
+    independent = np.ptp(run[free]) / typical_radius(line) if free.any() else 0.0
     if independent < 3 or free.sum() < 5:
         return (np.nan,) * 4
     s, r = run[free], radius[free]
