@@ -107,7 +107,7 @@ def accuracy(voxels, count, first, settings):
 
 
 def one_embedding(seed, voxels, settings):
-    """Return the seed and, for every mode, noise and threshold, the errors or None, and why; nothing if it is too large."""
+    """Return the seed and, for every mode and setting, the errors or None, and why; nothing where it does not fit."""
     warnings.simplefilter("ignore", VasowaveWarning)
     network = (control_network(), hypertensive_network())[seed % 2]
     try:
