@@ -105,6 +105,15 @@ def test_the_radius_of_a_vessel_does_not_count_where_it_lies_in_its_wide_sister(
     assert network_of(Tree(lines, np.array([-1, 0, 0]))).radius[2] == pytest.approx(radii[2], rel=1e-6)
 
 
+def test_a_vessel_without_length_or_wall_does_no_harm():
+    axes, radii = fork()
+    point = np.tile(axes[1][-1], (5, 1))
+    tree = Tree((*axes, point, polyline([[2, 2], [2.1, 2]], 0.02)), np.array([-1, 0, 0, 1, 1]))
+    found = fitted(tree, walls(axes, radii), VOXEL)
+    assert all(np.isfinite(line).all() for line in found.lines)
+    np.testing.assert_allclose(found.lines[0][-1, :3], JUNCTION, atol=0.3 * VOXEL)
+
+
 def test_free_ends_stay_where_they_are():
     axes, radii = fork()
     found = fitted(Tree(tuple(axes), np.array([-1, 0, 0])), walls(axes, radii), VOXEL)

@@ -138,8 +138,10 @@ def _tubes(tree: Tree, spacing: float) -> _Tubes:
 
 def _even(nodes: np.ndarray, spacing: float) -> np.ndarray:
     """Return the curve through `nodes` at equal steps of about a voxel."""
-    run = distance_along(nodes)
-    return np.asarray(CubicSpline(run, nodes)(np.linspace(0, run[-1], max(round(run[-1] / spacing), 3) + 1)))
+    run, first = np.unique(distance_along(nodes), return_index=True)
+    if len(run) < 2:
+        return nodes[[0, -1]]
+    return np.asarray(CubicSpline(run, nodes[first])(np.linspace(0, run[-1], max(round(run[-1] / spacing), 3) + 1)))
 
 
 def _feet(tubes: _Tubes, points: np.ndarray, index: cKDTree) -> _Feet:
@@ -170,13 +172,15 @@ def _feet(tubes: _Tubes, points: np.ndarray, index: cKDTree) -> _Feet:
 
 
 def _projected(axis: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return each point's nearest piece of `axis`, its foot's position along it (beyond 0 to 1 past the axis' ends),
-    and the vector from the foot, held to the piece, to the point."""
+    """Return each point's nearest piece of `axis`, where its foot lies along it, and the vector to it from the piece.
+
+    The foot's position is 0 to 1, beyond these past the ends of the axis.
+    """
     nearest = cKDTree(axis).query(points)[1]
     sides = []
     for piece in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(axis) - 2)):
         along = axis[piece + 1] - axis[piece]
-        foot = ((points - axis[piece]) * along).sum(axis=1) / (along**2).sum(axis=1)
+        foot = ((points - axis[piece]) * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), 1e-12)
         sides.append((piece, foot, points - axis[piece] - np.clip(foot, 0, 1)[:, None] * along))
     before, after = sides
     nearer = np.linalg.norm(before[2], axis=1) < np.linalg.norm(after[2], axis=1)
@@ -216,7 +220,7 @@ def _free_ends(tubes: _Tubes) -> csr_array:
     ends = np.setdiff1d(np.arange(len(tubes.rows)), tubes.parent)
     pairs = np.array([tubes.rows[0][:2], *(tubes.rows[row][:-3:-1] for row in ends)])
     along = tubes.nodes[pairs[:, 0]] - tubes.nodes[pairs[:, 1]]
-    along *= np.sqrt(DENSITY) / np.linalg.norm(along, axis=1, keepdims=True)
+    along *= np.sqrt(DENSITY) / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     rows, columns = np.repeat(np.arange(len(pairs)), 3), (3 * pairs[:, :1] + np.arange(3)).ravel()
     return coo_array((along.ravel(), (rows, columns)), shape=(len(pairs), tubes.nodes.size + tubes.radius.size)).tocsr()
 
