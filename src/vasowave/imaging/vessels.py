@@ -39,12 +39,16 @@ def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = 
         tree = _straight_ended(_to_surface(ways, _tips(ways)), ways)
     else:
         tree = _to_surface(ways, outlet_tips(ways, outlets))
-    return with_ends_at_half_grey(tree, lumen)
+    # A junction that the paths put many voxels too far is not brought back by one fit.
+    return _refitted(tree, lumen, ways.surface)
 
 
 def in_another_lumen(tree: Tree, lumen: Segmentation) -> Tree:
     """Return the vessels of `tree` with their axes and radii in `lumen`, that of another threshold."""
-    surface = surface_points(lumen)
+    return _refitted(tree, lumen, surface_points(lumen))
+
+
+def _refitted(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
     again = with_ends_at_the_surface(fitted(tree, surface, lumen.spacing), surface)
     return with_ends_at_half_grey(again, lumen)
 
