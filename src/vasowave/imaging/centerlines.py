@@ -78,28 +78,20 @@ class Paths:
     surface: np.ndarray
 
 
-def center_paths(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Paths:
-    """Return the center paths from `root` to every tip, or to the given `outlets`.
+def minimal_paths(lumen: Segmentation, root: np.ndarray) -> MinimalPaths:
+    """Return the minimal paths from everywhere in `lumen` to `root`.
 
     Parameters
     ----------
     lumen : Segmentation
     root : float array, shape (3,)
         A point in or at the lumen where the blood enters (z, y, x, cm).
-    outlets : float array, shape (outlet, 3), optional
-        Guided mode: one path to each of these and no other.
 
     Raises
     ------
     InputError
-        The root or an outlet farther than 5 voxels from the lumen; each is named.
+        A root farther than 5 voxels from the lumen.
     """
-    ways = minimal_paths(lumen, root)
-    return paths_to(ways, long_tips(ways) if outlets is None else outlet_tips(ways, outlets))
-
-
-def minimal_paths(lumen: Segmentation, root: np.ndarray) -> MinimalPaths:
-    """Return the minimal paths through `lumen` to `root`; see `center_paths`."""
     surface = surface_points(lumen)
     voxels = np.argwhere(lumen.mask)
     points = voxels * lumen.spacing + lumen.origin

@@ -7,7 +7,7 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.centerlines import center_paths
+from vasowave.imaging.centerlines import long_tips, minimal_paths, paths_to
 from vasowave.imaging.extraction import Extraction
 from vasowave.imaging.places import written
 from vasowave.imaging.segmentation import Segmentation
@@ -19,7 +19,8 @@ SCALE_LIMIT = 0.2
 def root_wanted(lumen: Segmentation) -> InputError:
     """Return the error that asks for the root and names the widest ends of the lumen."""
     start = np.argwhere(lumen.mask)[0] * lumen.spacing + lumen.origin
-    paths = center_paths(lumen, start)
+    ways = minimal_paths(lumen, start)
+    paths = paths_to(ways, long_tips(ways))
     inner = np.zeros(len(paths.above), dtype=bool)
     inner[paths.above[paths.above >= 0]] = True
     ends = []

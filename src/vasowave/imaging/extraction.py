@@ -114,7 +114,7 @@ def extract(
     Raises
     ------
     InputError
-        As `read_volume`, `segment`, `center_paths`; a lumen that closes loops, if `options.loops` is "refuse".
+        As `read_volume`, `segment`, `tree_of`; a lumen that closes loops, if `options.loops` is "refuse".
 
     Warns
     -----
