@@ -17,12 +17,12 @@ from scipy.optimize import least_squares
 
 from vasowave.datasets import control_network
 from vasowave.model import Model
+from vasowave.noise.likelihood import FAMILIES, concentrated, maximize
 from vasowave.nominal import windkessels
 from vasowave.outlets import Windkessel
 from vasowave.recording import Inflow
 from vasowave.selection import NOISE, CirculantNoise, aicc, bic, fit_noise, noise_posterior
 from vasowave.selection.compare import UNDECIDED
-from vasowave.selection.likelihood import FAMILIES, concentrated, maximize
 from vasowave.solver.simulate import Numerics, simulate_runs
 from vasowave.walls import LinearWall, TangentWall
 

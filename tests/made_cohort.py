@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import made_fit
+from vasowave.animal import Animal, Settings, analyze
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import VasowaveWarning
 from vasowave.recording import Recording
-from vasowave.subject import Animal, Settings, analyze
 
 FAILURE = "no diastolic decay of positive pressure after ejection; check the cycle"
 PLANTED = 98.765432
@@ -69,5 +69,5 @@ def made_tree(name, group, factor, rng, raw, walls, selection):
         return made_fit.made_fit(wall, recording=recording, network=network, factor=factor)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vasowave.subject.pipeline.calibrate", fitted)
+        patch.setattr("vasowave.animal.pipeline.calibrate", fitted)
         return analyze(animal, Settings(starts=4, walls=walls, selection=selection))

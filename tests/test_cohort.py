@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from vasowave.cohort import (
+from vasowave.cohort.statistics import (
     contrasts,
     describe,
     exact_mann_whitney,

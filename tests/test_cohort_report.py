@@ -10,10 +10,11 @@ import pytest
 import xarray as xr
 
 from made_cohort import FAILURE, PLANTED, made_trees
-from vasowave import cohort
+from vasowave.cohort import comparison
+from vasowave.cohort import statistics as cohort
 from vasowave.errors import InputError
 from vasowave.report import write_cohort_report
-from vasowave.report.cohort import group_tables, model_tables, statistics, write
+from vasowave.report.cohort import group_tables, model_tables, write
 from vasowave.report.cohort.cells import median_iqr
 from vasowave.report.cohort.methods import methods_paragraphs
 from vasowave.report.document import Table
@@ -102,7 +103,7 @@ def test_eta_and_p_of_the_page_are_those_of_the_cohort_functions(trees, tables):
         assert float(rows[name][2].split()[0]) == pytest.approx(expected["ratio"], rel=0.05)
         assert rows[name][4] == number(expected["p"], 2)
     ctl, hph = (linear.loc[linear["group"] == group, "R_T [mmHg s/ml]"].mean() for group in ("CTL", "HPH"))
-    drawn = statistics.importance(table, "linear", {"R_T": "R_T"})
+    drawn = comparison.importance(table, "linear", {"R_T": "R_T"})
     assert drawn["eta"].tolist() == [pytest.approx((hph - ctl) / ctl)]
 
 
@@ -226,7 +227,7 @@ def three_groups():
 def test_three_groups_of_any_label_are_compared_two_by_two():
     arranged = write.arranged(three_groups(), {}, "2 weeks")
     assert list(arranged.groups) == ["2 weeks", "sham & co", "4 weeks"]
-    found = statistics.compare(arranged.table, "linear")
+    found = comparison.compare(arranged.table, "linear")
     pairs = list(zip(found.contrasts["reference"], found.contrasts["other"], strict=True))
     assert set(pairs) == {("2 weeks", "sham & co"), ("2 weeks", "4 weeks"), ("sham & co", "4 weeks")}
     assert len(found.all_groups) == len(pairs) / 3

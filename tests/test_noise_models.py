@@ -13,10 +13,10 @@ from statsmodels.tsa.arima_process import arma_acovf, arma_generate_sample
 from made_fit import made_fit
 from vasowave import selection
 from vasowave.errors import InputError
+from vasowave.noise.arma import autocovariance, concentrated
+from vasowave.noise.likelihood import FAMILIES, maximize
+from vasowave.noise.likelihood import concentrated as concentrated_over_amplitude
 from vasowave.recording import Recording, resample
-from vasowave.selection.arma import autocovariance, concentrated
-from vasowave.selection.likelihood import FAMILIES, maximize
-from vasowave.selection.likelihood import concentrated as concentrated_over_amplitude
 
 TIME = np.linspace(0, 0.11, 50, endpoint=False)
 

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from made_fit import made_fit
-from vasowave.archive import groups
+from vasowave.animal.datasets import groups
 from vasowave.errors import InputError
 from vasowave.figures import tree
 from vasowave.figures.gallery import gallery, svg

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 
 from made_fit import made_fit
 from vasowave import analysis
-from vasowave.archive import groups
-from vasowave.cohort import contrasts
+from vasowave.animal.datasets import groups
+from vasowave.animal.signals import Station, waves_dataset
+from vasowave.cohort.statistics import contrasts
 from vasowave.datasets import published_table
 from vasowave.figures.beats import thinned
 from vasowave.figures.fit import autocorrelation, plot_autocorrelation, plot_residuals
@@ -22,7 +23,6 @@ from vasowave.figures.starts import plot_waterfall
 from vasowave.figures.style import CTL, HPH, group_looks
 from vasowave.figures.waves import plot_separated_pressure, plot_wave_intensity
 from vasowave.recording import Recording
-from vasowave.subject.signals import Station, waves_dataset
 
 T, N = 0.11, 200
 P = 15 + 5 * np.sin(2 * np.pi * np.arange(N) / N) + np.sin(6 * np.pi * np.arange(N) / N)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from vasowave.archive import OUTLET_UNITS, plain, scalars, write_archive
+from vasowave.animal.datasets import OUTLET_UNITS, plain, scalars, write_archive
 from vasowave.calibration.result import Fit
 from vasowave.errors import InputError
 from vasowave.provenance import provenance

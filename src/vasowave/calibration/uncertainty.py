@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.calibration.parameters import UNITS, Space
-from vasowave.calibration.residual_noise import least_squares_covariance, noise_spectrum
+from vasowave.noise.spectrum import least_squares_covariance, noise_spectrum
 
 LEVEL = 0.95
 """Level of the intervals, symmetric in the logarithm of a parameter."""

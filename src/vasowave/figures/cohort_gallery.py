@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.animal.reading import data_of, network, wall_laws
 from vasowave.figures.beats import plot_detected_beats, plot_ensemble
 from vasowave.figures.fit import plot_autocorrelation, plot_residuals
 from vasowave.figures.groups import plot_groups, plot_importance, plot_ratios, plot_waveforms
@@ -18,7 +19,6 @@ from vasowave.figures.nominal import plot_decay, plot_upstroke
 from vasowave.figures.spectra import plot_modulus, plot_phase
 from vasowave.figures.starts import plot_waterfall
 from vasowave.figures.style import GroupLook, group_looks, label_axes, new_figure, plain_log, wall_line
-from vasowave.figures.trees import data_of, network, wall_laws
 from vasowave.figures.waves import plot_separated_pressure, plot_wave_intensity
 
 if TYPE_CHECKING:

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vasowave.animal.reading import data_of, period, root_vessel, simulated, wall_laws
 from vasowave.errors import InputError
 from vasowave.figures.style import CTL, DATA, FAINT, closed, closed_time, label_axes, legend_above, wall_line
-from vasowave.figures.trees import data_of, period, root_vessel, simulated, wall_laws
 
 if TYPE_CHECKING:
     import xarray as xr

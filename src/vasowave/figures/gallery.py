@@ -3,13 +3,13 @@
 import io
 from typing import TYPE_CHECKING
 
+from vasowave.animal.reading import network
 from vasowave.figures.fit import plot_flow, plot_pressure, plot_residuals
 from vasowave.figures.loop import plot_pressure_area
 from vasowave.figures.network import plot_network
 from vasowave.figures.nominal import plot_decay, plot_upstroke
 from vasowave.figures.style import CTL, new_figure, style
 from vasowave.figures.tree import main_vessels, plot_vessel
-from vasowave.figures.trees import network
 
 if TYPE_CHECKING:
     import xarray as xr

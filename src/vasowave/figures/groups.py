@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vasowave.animal.reading import data_of, period
 from vasowave.errors import InputError
 from vasowave.figures.style import DATA, FAINT, GroupLook, closed, closed_time, group_looks, label_axes
-from vasowave.figures.trees import data_of, period
 
 if TYPE_CHECKING:
     import pandas as pd

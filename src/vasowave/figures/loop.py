@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vasowave import walls
+from vasowave.animal.reading import network, simulated, wall_laws, wall_of
 from vasowave.figures.style import CTL, FAINT, label_axes, wall_line
-from vasowave.figures.trees import network, simulated, wall_laws, wall_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vasowave.animal.reading import data_of, period
 from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes
-from vasowave.figures.trees import data_of, period
 from vasowave.recording.cycle import resample
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from vasowave.archive import groups
+from vasowave.animal.datasets import groups
 from vasowave.calibration.result import Fit
 from vasowave.figures.gallery import gallery
 from vasowave.figures.style import CTL

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vasowave.archive import split_unit
+from vasowave.animal.datasets import split_unit
 
 Row = tuple[str, ...]
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

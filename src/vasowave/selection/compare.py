@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 
 from vasowave.errors import InputError
-from vasowave.selection.arma import fit_arma
+from vasowave.noise.arma import fit_arma
+from vasowave.noise.likelihood import FAMILIES, KERNELS, Family, fit_kernel, maximize, named, regularized
+from vasowave.noise.models import CirculantNoise, Noise
 from vasowave.selection.criteria import aicc, bic
-from vasowave.selection.likelihood import FAMILIES, KERNELS, Family, fit_kernel, maximize, named, regularized
-from vasowave.selection.noise import CirculantNoise, Noise
 
 Sharing = Literal["joint", "average"]
 

@@ -10,11 +10,11 @@ import xarray as xr
 from vasowave.calibration import Fit
 from vasowave.calibration.generalized import reoptimize
 from vasowave.errors import InputError
+from vasowave.noise.models import CirculantNoise, Noise
 from vasowave.recording import resample, samples_needed
 from vasowave.selection.compare import NOISE, UNDECIDED, Sharing, fit_noise, verdicts
 from vasowave.selection.criteria import aicc, bic
 from vasowave.selection.generalized import explained_away
-from vasowave.selection.noise import CirculantNoise, Noise
 from vasowave.solver.simulate import Numerics
 
 Optima = Literal["OLS", "GLS"]

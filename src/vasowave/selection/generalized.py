@@ -15,9 +15,9 @@ from vasowave.calibration import Fit
 from vasowave.calibration.generalized import Optimum, Whiten, least_squares_optimum, reoptimize
 from vasowave.calibration.parameters import UNITS
 from vasowave.errors import InputError, NumericalError
+from vasowave.noise.likelihood import FAMILIES, Family, concentrated, maximize
+from vasowave.noise.models import Noise
 from vasowave.recording import resample, samples_needed
-from vasowave.selection.likelihood import FAMILIES, Family, concentrated, maximize
-from vasowave.selection.noise import Noise
 from vasowave.solver.simulate import Numerics
 
 _DRAWS = 300

@@ -4,6 +4,7 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
+from vasowave.animal import Animal, Settings
 from vasowave.calibration.parameters import parameter_space
 from vasowave.errors import VasowaveError
 from vasowave.nominal import Nominal, estimate_nominal, oddities
@@ -14,7 +15,6 @@ from vasowave.study.loading import animal_settings, load_animal
 from vasowave.study.plan import Study, inspect_study
 from vasowave.study.problems import Problem
 from vasowave.study.settings import StudyFile
-from vasowave.subject import Animal, Settings
 
 NORMAL = {
     "mouse": {

@@ -8,6 +8,7 @@ from typing import Any
 
 import xarray as xr
 
+from vasowave.animal import Animal, Settings, analyze
 from vasowave.blood import Blood, BoundaryLayer, Friction, Poiseuille, PowerLaw
 from vasowave.errors import VasowaveWarning
 from vasowave.network import read_network
@@ -17,7 +18,6 @@ from vasowave.study.animals import AnimalRow
 from vasowave.study.fingerprint import fingerprint
 from vasowave.study.settings import BloodSection, StudyFile
 from vasowave.study.store import digest
-from vasowave.subject import Animal, Settings, analyze
 
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import xarray as xr
 
+from vasowave.animal.files import load_file
 from vasowave.errors import InputError
 from vasowave.provenance import provenance
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import replace_file
-from vasowave.subject.tree_file import load_file
 
 RESULTS_FILE = "results.nc"
 _KIND = "vasowave study"

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from vasowave.animal import read_tree
 from vasowave.errors import InputError
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
@@ -16,7 +17,6 @@ from vasowave.study.lock import locked
 from vasowave.study.outcome import Outcome, write_outcome
 from vasowave.study.plan import Study
 from vasowave.study.store import Store
-from vasowave.subject import read_tree
 from vasowave.threads import cores
 
 _CACHE = "cache"

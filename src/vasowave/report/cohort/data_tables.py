@@ -3,11 +3,11 @@
 import pandas as pd
 import xarray as xr
 
-from vasowave.cohort import describe
+from vasowave.animal.reading import data_of, network
+from vasowave.cohort.comparison import INDICES, columns
+from vasowave.cohort.statistics import describe
 from vasowave.figures.cohort_gallery import Cohort
-from vasowave.figures.trees import data_of, network
 from vasowave.report.cohort.cells import mean_sd, meanings, names, symbols, who, with_unit
-from vasowave.report.cohort.statistics import INDICES, columns
 from vasowave.report.document import Table
 
 

@@ -2,9 +2,9 @@
 
 import pandas as pd
 
+from vasowave.cohort.comparison import Comparison, described
 from vasowave.figures.cohort_gallery import Cohort
 from vasowave.report.cohort.cells import interval, mean_sd, median_iqr, source_title, span, symbols, with_unit
-from vasowave.report.cohort.statistics import Comparison, described
 from vasowave.report.document import Table
 from vasowave.report.wording import number
 

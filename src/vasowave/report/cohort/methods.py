@@ -4,10 +4,10 @@ import json
 
 import numpy as np
 
+from vasowave.animal.reading import data_of, network, wall_laws
+from vasowave.cohort.comparison import Comparison
 from vasowave.figures.cohort_gallery import Cohort
-from vasowave.figures.trees import data_of, network, wall_laws
 from vasowave.report.cohort.cells import names
-from vasowave.report.cohort.statistics import Comparison
 from vasowave.report.cohort.words import settings_of
 from vasowave.report.wording import friction_words, listed, number
 

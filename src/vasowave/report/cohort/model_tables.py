@@ -5,11 +5,11 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.analysis import WAVES
-from vasowave.archive import split_unit
+from vasowave.animal.datasets import split_unit
+from vasowave.animal.reading import data_of, wall_laws
+from vasowave.cohort.comparison import columns
 from vasowave.figures.cohort_gallery import Cohort
-from vasowave.figures.trees import data_of, wall_laws
 from vasowave.report.cohort.cells import mean_sd, span, symbols, who, with_unit
-from vasowave.report.cohort.statistics import columns
 from vasowave.report.document import Table
 from vasowave.report.wording import Row, column_label, number
 

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from vasowave.animal.reading import data_of, wall_laws
+from vasowave.cohort.comparison import INDICES, Comparison, column, importance
 from vasowave.figures import cohort_gallery as drawing
 from vasowave.figures.cohort_gallery import Cohort
 from vasowave.figures.gallery import fit_figure, tree_figure
-from vasowave.figures.trees import data_of, wall_laws
 from vasowave.report.cohort import data_tables, group_tables, model_tables, words
 from vasowave.report.cohort.selection_table import selection_table
-from vasowave.report.cohort.statistics import INDICES, Comparison, column, importance
 from vasowave.report.document import Block, Drawing, Fold, Heading, Notice, Paragraph, Section
 from vasowave.report.wording import column_label
 

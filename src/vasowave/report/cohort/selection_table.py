@@ -3,8 +3,8 @@
 import pandas as pd
 import xarray as xr
 
+from vasowave.animal.reading import data_of
 from vasowave.figures.cohort_gallery import Cohort
-from vasowave.figures.trees import data_of
 from vasowave.report.cohort.cells import who
 from vasowave.report.document import Table
 from vasowave.selection.compare import UNDECIDED

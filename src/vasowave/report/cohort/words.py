@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.cohort import what_n_can_show
+from vasowave.animal.reading import data_of, wall_laws
+from vasowave.cohort.comparison import Comparison, column, rows_of
+from vasowave.cohort.statistics import what_n_can_show
 from vasowave.figures.cohort_gallery import Cohort
-from vasowave.figures.trees import data_of, wall_laws
 from vasowave.report.cohort.selection_table import selection_table
-from vasowave.report.cohort.statistics import Comparison, column, rows_of
 from vasowave.report.wording import listed, name_and_unit, number
 from vasowave.selection.compare import UNDECIDED
 

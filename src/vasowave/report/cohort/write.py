@@ -5,16 +5,16 @@ from pathlib import Path
 
 import xarray as xr
 
-from vasowave.cohort import cohort_table
+from vasowave.animal.reading import data_of, wall_laws
+from vasowave.cohort.comparison import compare, typical_animal
+from vasowave.cohort.statistics import cohort_table
 from vasowave.errors import InputError
 from vasowave.figures.cohort_gallery import Cohort
 from vasowave.figures.style import style
-from vasowave.figures.trees import data_of, wall_laws
 from vasowave.provenance import provenance
 from vasowave.report.cohort import methods, words
 from vasowave.report.cohort.cells import symbols
 from vasowave.report.cohort.sections import animals_section, data_section, groups_section, model_section
-from vasowave.report.cohort.statistics import compare, typical_animal
 from vasowave.report.document import Bullets, Document, Notice, Paragraph, Section
 from vasowave.report.files import write_figures, write_tables
 from vasowave.report.html import page
@@ -45,7 +45,7 @@ def write_cohort_report(
     Parameters
     ----------
     trees : sequence of DataTree
-        One per animal, from `subject.analyze` or `subject.read_tree`.
+        One per animal, from `animal.analyze` or `animal.read_tree`.
     folder : Path
         Made if missing. An earlier report in it is replaced, other files stay; whole or not at all.
     failures : mapping of animal to reason, or pairs of them

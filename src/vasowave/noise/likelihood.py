@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 
 from vasowave.errors import NumericalError
-from vasowave.selection import covariance
-from vasowave.selection.noise import CirculantNoise, DenseNoise, Noise
+from vasowave.noise import covariance
+from vasowave.noise.models import CirculantNoise, DenseNoise, Noise
 
 Bounds = tuple[tuple[str, float, float, int], ...]
 """(Name with unit, lower, upper, power): bounds in units of T; the fitted value times T**power is reported."""

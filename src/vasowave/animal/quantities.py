@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from vasowave.analysis import compliance
+from vasowave.animal.signals import Station
 from vasowave.calibration import Fit
 from vasowave.calibration.parameters import FACTORS
 from vasowave.calibration.uncertainty import LEVEL
@@ -14,7 +15,6 @@ from vasowave.model import Model
 from vasowave.nominal import Nominal
 from vasowave.outlets import Windkessel
 from vasowave.recording import Recording
-from vasowave.subject.signals import Station
 from vasowave.walls import LinearWall, equivalent_beta, wave_speed
 
 

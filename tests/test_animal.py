@@ -8,13 +8,13 @@ import pytest
 
 from made_fit import PARAMETERS, made_fit, made_recording
 from vasowave.analysis import compliance
+from vasowave.animal import QUANTITIES, Animal, Settings, analyze, read_tree, write_tree
+from vasowave.animal.quantities import derived, errors_of, model_of
+from vasowave.animal.signals import flow_noise
 from vasowave.datasets import control_network
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.recording import Recording
-from vasowave.subject import QUANTITIES, Animal, Settings, analyze, read_tree, write_tree
-from vasowave.subject.quantities import derived, errors_of, model_of
-from vasowave.subject.signals import flow_noise
 
 GROUPS = {
     "network", "recording", "beats", "nominal",
@@ -35,7 +35,7 @@ def tree():
         return made_fit(wall)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vasowave.subject.pipeline.calibrate", fit)
+        patch.setattr("vasowave.animal.pipeline.calibrate", fit)
         return analyze(animal, Settings(starts=1))
 
 

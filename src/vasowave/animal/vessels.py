@@ -3,7 +3,7 @@
 import xarray as xr
 
 from vasowave.analysis import compliance, pressure_drop, wave_speeds
-from vasowave.archive import table_dataset
+from vasowave.animal.datasets import table_dataset
 from vasowave.calibration import Fit
 
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import xarray as xr
 
+from vasowave.animal.animal import Settings
 from vasowave.calibration import Fit
-from vasowave.subject.animal import Settings
 
 
 def selection_dataset(fits: Sequence[Fit], settings: Settings) -> xr.Dataset:

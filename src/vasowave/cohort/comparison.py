@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from vasowave.archive import split_unit
-from vasowave.cohort import describe, importance_index, leave_one_out, pairwise_contrasts, several_groups
+from vasowave.animal.datasets import split_unit
+from vasowave.cohort.statistics import describe, importance_index, leave_one_out, pairwise_contrasts, several_groups
 from vasowave.errors import InputError
 
 INDICES = ("HR", "CO", "mPAP", "sPAP", "dPAP", "pPAP", "PVR")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vasowave.errors import NumericalError
-from vasowave.selection.arma_likelihood import (
+from vasowave.noise.arma_likelihood import (
     first_autocovariances,
     height_and_slope,
     levinson,

@@ -7,24 +7,24 @@ from contextlib import contextmanager
 
 import xarray as xr
 
-from vasowave.archive import calibration_dataset, network_dataset, nominal_dataset, recording_dataset
-from vasowave.calibration import Fit, calibrate
-from vasowave.errors import VasowaveWarning
-from vasowave.nominal import estimate_nominal
-from vasowave.provenance import provenance
-from vasowave.subject.animal import Animal, Settings
-from vasowave.subject.beats import beats_dataset
-from vasowave.subject.comparison import selection_dataset
-from vasowave.subject.quantities import measured_quantities, model_quantities
-from vasowave.subject.signals import (
+from vasowave.animal.animal import Animal, Settings
+from vasowave.animal.beats import beats_dataset
+from vasowave.animal.comparison import selection_dataset
+from vasowave.animal.datasets import calibration_dataset, network_dataset, nominal_dataset, recording_dataset
+from vasowave.animal.files import KIND
+from vasowave.animal.quantities import measured_quantities, model_quantities
+from vasowave.animal.signals import (
     flow_noise,
     impedance_dataset,
     measured_station,
     simulated_station,
     waves_dataset,
 )
-from vasowave.subject.tree_file import KIND
-from vasowave.subject.vessels import vessels_dataset
+from vasowave.animal.vessels import vessels_dataset
+from vasowave.calibration import Fit, calibrate
+from vasowave.errors import VasowaveWarning
+from vasowave.nominal import estimate_nominal
+from vasowave.provenance import provenance
 
 Progress = Callable[[str, int, int], None]
 """Called with the wall law, its finished starts and all its starts."""

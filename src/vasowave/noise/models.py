@@ -6,9 +6,9 @@ from typing import Protocol
 
 import numpy as np
 
-from vasowave.calibration.residual_noise import fourier, harmonics
 from vasowave.errors import InputError
-from vasowave.selection.criteria import cholesky_factor
+from vasowave.noise.gaussian import cholesky_factor
+from vasowave.noise.spectrum import fourier, harmonics
 
 
 class Noise(Protocol):
