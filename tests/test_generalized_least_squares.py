@@ -11,8 +11,9 @@ from vasowave.errors import InputError
 from vasowave.model import Model
 from vasowave.nominal import windkessels
 from vasowave.recording import Recording
-from vasowave.selection import CirculantNoise, compare_fits, generalized_fit
-from vasowave.selection.generalized import explained_away
+from vasowave.noise import CirculantNoise
+from vasowave.selection import Comparing, compare_models
+from vasowave.selection.compare import explained_away
 from vasowave.solver import Numerics, simulate
 from vasowave.walls import LinearWall
 

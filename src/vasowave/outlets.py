@@ -8,6 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.errors import InputError
+from vasowave.quantities import Parameter, Quantity
+
 Values = float | np.ndarray
 
 
@@ -30,6 +33,33 @@ class Windkessel(NamedTuple):
     R2: Values
     C: Values
 
+    @staticmethod
+    def quantities() -> dict[str, Quantity]:
+        """Return what the fields are."""
+        return {
+            "R1": Quantity("mmHg s/ml", "R_1", "proximal resistance", "7"),
+            "R2": Quantity("mmHg s/ml", "R_2", "distal resistance", "7"),
+            "C": Quantity("ml/mmHg", "C", "compliance of the vascular bed", "7"),
+        }
+
+    @staticmethod
+    def factors() -> dict[str, Parameter]:
+        """Return the factors of all beds' R1, R2 and C, which are fitted; the paper keeps them between 0.05 and 2.5."""
+        paper = (0.05, 2.5)
+        return {
+            "r1": Parameter("1", "r_1", "factor of the nominal R_1 of all beds", "", 1.0, (0.002, 10.0), paper),
+            "r2": Parameter("1", "r_2", "factor of the nominal R_2 of all beds", "", 1.0, (0.05, 10.0), paper),
+            "c1": Parameter("1", "c_1", "factor of the nominal C of all beds", "", 1.0, (0.02, 20.0), paper),
+        }
+
+    def fast_resistance(self) -> np.ndarray:
+        """Resistance that the fastest changes meet at each bed, R1, mmHg s/ml, shape (terminal,)."""
+        return np.asarray(self.R1)
+
+    def scaled(self, r1: float, r2: float, c1: float) -> "Windkessel":
+        """Return the beds with all R1, R2 and C multiplied by these factors."""
+        return Windkessel(r1 * np.asarray(self.R1), r2 * np.asarray(self.R2), c1 * np.asarray(self.C))
+
     def impedance(self, omega: Values) -> np.ndarray:
         """Impedance, mmHg s/ml (eq. 7), at the angular frequencies ω (rad/s); shape (*omega.shape, terminal)."""
         omega = np.asarray(omega, dtype=float)[..., np.newaxis]
@@ -38,6 +68,11 @@ class Windkessel(NamedTuple):
     def total_resistance(self) -> float:
         """Resistance R_T of all beds in parallel, mmHg s/ml: 1/R_T = Σ 1/(R1 + R2)."""
         return float(1.0 / np.sum(1.0 / (np.asarray(self.R1) + np.asarray(self.R2))))
+
+    def resistance_ratio(self) -> float:
+        """Ratio a = R1/(R1 + R2), the mean over the beds."""
+        R1, R2 = np.asarray(self.R1), np.asarray(self.R2)
+        return float(np.mean(R1 / (R1 + R2)))
 
     def weighted_compliance(self) -> np.ndarray:
         """Compliance Ĉ_p = (R2/R_T) C of each bed, ml/mmHg (below eq. 30), shape (terminal,)."""
@@ -56,6 +91,23 @@ class ImpedanceSpectrum(NamedTuple):
     """
 
     Z: np.ndarray
+
+    def total_resistance(self) -> float:
+        """Resistance R_T of all beds in parallel, mmHg s/ml."""
+        return float(1.0 / np.sum(1.0 / np.asarray(self.Z)[0].real))
+
+    def fast_resistance(self) -> np.ndarray:
+        """Resistance that the fastest changes meet at each bed, that of the last harmonic, mmHg s/ml."""
+        return np.asarray(self.Z)[-1].real
+
+    def resistance_ratio(self) -> float:
+        """Ratio of the resistance that fast changes meet to that of steady flow, the mean over the beds."""
+        Z = np.asarray(self.Z).real
+        return float(np.mean(Z[-1] / Z[0]))
+
+    def weighted_compliance(self) -> np.ndarray:
+        """Raise `InputError`: a spectrum has no single compliance."""
+        raise InputError("compliance needs Windkessel outlets; an impedance spectrum names no capacitor")
 
     def impedance_at_harmonics(self, count: int) -> np.ndarray:
         """Impedance at harmonics 0 … count-1, mmHg s/ml, shape (count, terminal)."""

@@ -52,7 +52,7 @@ def compliance(model: Model, pressure: float | np.ndarray) -> Compliance:
     Parameters
     ----------
     model : Model
-        With `Windkessel` outlets.
+        With outlets that have a capacitor.
     pressure : float or array, shape (vessel,)
         mmHg.
 
@@ -61,8 +61,6 @@ def compliance(model: Model, pressure: float | np.ndarray) -> Compliance:
     InputError
         Other outlets, or a pressure that is not finite or of another shape.
     """
-    if not isinstance(model.outlets, Windkessel):
-        raise InputError("compliance needs Windkessel outlets; an impedance spectrum names no capacitor")
     if np.shape(pressure) not in ((), (len(model.network),)) or not np.all(np.isfinite(pressure)):
         raise InputError(f"pressure must be one finite number or {len(model.network)} of them")
     vessel = model.network.length * area_compliance(model.wall, pressure, model.network.area0)

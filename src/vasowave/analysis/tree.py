@@ -116,8 +116,5 @@ def _reflection(model: Model, Z_c: np.ndarray) -> np.ndarray:
     below = np.zeros(len(network))
     inner = network.parent >= 0
     np.add.at(below, network.parent[inner], Y[inner])
-    if isinstance(model.outlets, Windkessel):
-        below[network.terminals] = 1 / np.asarray(model.outlets.R1)
-    else:
-        below[network.terminals] = np.nan
+    below[network.terminals] = 1 / model.outlets.fast_resistance()
     return (Y - below) / (Y + below)
