@@ -73,15 +73,16 @@ class Fit:
     @property
     def total_resistance(self) -> float:
         """Resistance R_T of all vascular beds in parallel, mmHg s/ml."""
-        return self.model.outlets.total_resistance()  # type: ignore[union-attr]
+        return self.model.outlets.total_resistance()
 
     @property
     def resistance_ratio(self) -> float:
         """Ratio a = R1/R_T of the vascular beds."""
         outlets = self.model.outlets
-        return float(np.mean(outlets.R1 / (outlets.R1 + outlets.R2)))  # type: ignore[union-attr]
+        whole = outlets.impedance_at(1, self.recording.period)[0].real
+        return float(np.mean(outlets.fast_resistance() / whole))
 
     @property
     def peripheral_compliance(self) -> float:
         """Weighted compliance Σ Ĉ_p of the vascular beds, ml/mmHg."""
-        return float(self.model.outlets.weighted_compliance().sum())  # type: ignore[union-attr]
+        return float(self.model.outlets.weighted_compliance().sum())
