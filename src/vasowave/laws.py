@@ -1,4 +1,4 @@
-"""Finding a wall law by its name: one of `walls`, one that an installed package offers, or a class in a file of one's own.
+"""Finding a wall law by its name: one of `walls`, one that a package offers, or a class in a file of one's own.
 
 ``linear`` · ``my_laws:ExponentialWall`` (module and class) · a name in the entry points ``vasowave.walls``.
 """
@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError, did_you_mean
-from vasowave.walls import BUILT_IN, Wall
+from vasowave.walls import BUILT_IN
 
 ENTRY_POINTS = "vasowave.walls"
 """Group of entry points in which a package offers wall laws."""
 
-LAWS: dict[str, type[Wall]] = {law.law().name: law for law in BUILT_IN}
+LAWS: dict[str, Any] = {law.law().name: law for law in BUILT_IN}
 """The laws of `walls` by name."""
 
 _NEEDED = ("law", "pressure_at", "ratio_at", "slope_at", "limits")
@@ -26,7 +26,7 @@ _PRESSURES = np.array([0.05, 0.3, 1.0, 2.0])  # at which a foreign law is tried,
 _TOLERANCE = 1e-5  # relative, of identities between the equations of a law
 
 
-def find_law(wall: str | type[Wall]) -> type[Wall]:
+def find_law(wall: str | type) -> Any:
     """Return the wall law of a name, or the class itself, once its equations agree with each other.
 
     Parameters
@@ -61,7 +61,7 @@ def find_law(wall: str | type[Wall]) -> type[Wall]:
     )
 
 
-def law_parameters(walls: Sequence[str | type[Wall]]) -> dict[str, str]:
+def law_parameters(walls: Sequence[str | type]) -> dict[str, str]:
     """Return the names of the laws' own parameters and their units."""
     return {
         name: parameter.unit
@@ -82,7 +82,7 @@ def _imported(name: str) -> Any:
         raise InputError(f"wall law '{name}': {where} has no '{attribute}'") from None
 
 
-def _checked(law: Any) -> type[Wall]:
+def _checked(law: Any) -> Any:
     """Return a foreign law whose description and equations agree; see `walls` for what they are."""
     missing = [part for part in _NEEDED if not callable(getattr(law, part, None))]
     if not isinstance(law, type) or not hasattr(law, "_fields") or missing:
@@ -90,10 +90,11 @@ def _checked(law: Any) -> type[Wall]:
             f"{law!r} is not a wall law: a NamedTuple class with the static methods {', '.join(_NEEDED)} is needed"
             + (f" (missing: {', '.join(missing)})" if missing else "")
         )
-    said = law.law()
-    if not 0 < len(law._fields) == len(said.parameters) <= _MOST_PARAMETERS:
+    kind: Any = law
+    said = kind.law()
+    if not 0 < len(kind._fields) == len(said.parameters) <= _MOST_PARAMETERS:
         raise InputError(
-            f"wall law '{said.name}' has the fields {', '.join(law._fields)} and describes {len(said.parameters)} "
+            f"wall law '{said.name}' has the fields {', '.join(kind._fields)} and describes {len(said.parameters)} "
             f"parameters; describe each field once, at most {_MOST_PARAMETERS}"
         )
     if LAWS.get(said.name, law) is not law or not said.name.isidentifier():

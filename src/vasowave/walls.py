@@ -6,7 +6,7 @@ and bounds what they are. The same lines serve arrays here and single cells insi
 file knows which laws there are: a further law is one more class in `BUILT_IN`, or in a file of your own (`laws`).
 """
 
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -146,9 +146,7 @@ class TangentWall(NamedTuple):
         p1 = Parameter(
             "mmHg", "p_1", "half-width pressure of the wall", "4", 1 / np.pi, (0.02, 20.0), (0.5 / np.pi, 2.0)
         )
-        gamma = Parameter(
-            "1", "γ", "scale of the largest area", "4", 2.0, (0.3, 6 * np.pi), (1.0, 2 * np.pi)
-        )
+        gamma = Parameter("1", "γ", "scale of the largest area", "4", 2.0, (0.3, 6 * np.pi), (1.0, 2 * np.pi))
         stiffness = Quantity("mmHg", "p_1/γ", "wall stiffness of the tangent law", "10")
         formula = "p = p₁ tan(π/γ (A/A₀ − 1))"
         return Law(
@@ -220,5 +218,5 @@ def _parameters(wall: Wall) -> tuple[np.ndarray, ...]:
     return tuple(np.asarray(value, dtype=float) for value in wall)  # type: ignore[attr-defined]
 
 
-BUILT_IN: tuple[type[Wall], ...] = (LinearWall, TangentWall)
+BUILT_IN: tuple[Any, ...] = (LinearWall, TangentWall)
 """The laws of this file."""

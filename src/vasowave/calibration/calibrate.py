@@ -23,7 +23,6 @@ from vasowave.recording import Recording
 from vasowave.solver.dataset import as_dataset
 from vasowave.solver.simulate import Numerics
 from vasowave.threads import threads
-from vasowave.walls import Wall
 
 _NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
 _SAME = 1e-3  # starts agree when their S differ by less than this share
@@ -71,7 +70,7 @@ class Search:
 def calibrate(
     network: Network,
     recording: Recording,
-    wall: str | type[Wall] = "linear",
+    wall: str | type = "linear",
     *,
     blood: Blood | None = None,
     search: Search | None = None,

@@ -1,4 +1,4 @@
-"""The parameters that are fitted: the wall law's and the outlets' factors, their bounds, and the model that they make."""
+"""The parameters that are fitted, the wall law's and the outlets' factors: their bounds, and the model they make."""
 
 import math
 from collections.abc import Mapping
@@ -15,10 +15,9 @@ from vasowave.network import Network
 from vasowave.nominal import Nominal
 from vasowave.outlets import Windkessel
 from vasowave.quantities import Parameter
-from vasowave.walls import Wall
 
 
-def fitted_parameters(wall: str | type[Wall]) -> dict[str, Parameter]:
+def fitted_parameters(wall: str | type) -> dict[str, Parameter]:
     """Return every parameter of a fit by its name: the wall law's, then the factors of the outlets.
 
     Raises
@@ -84,7 +83,7 @@ class Space:
 
 
 def parameter_space(
-    wall: str | type[Wall],
+    wall: str | type,
     network: Network,
     nominal: Nominal,
     blood: Blood,

@@ -27,8 +27,8 @@ def log_likelihood(residuals: np.ndarray, covariance: np.ndarray) -> float:
 def without_fit(white: np.ndarray, white_jacobian: np.ndarray) -> tuple[np.ndarray, float]:
     """Return what the fitted parameters could not take from whitened residuals, and log det JᵀΣ⁻¹J.
 
-    Both enter a restricted likelihood: that of what remains of the residuals when the parameters are free, so that a fit
-    does not hide the noise which it has absorbed.
+    Both enter a restricted likelihood: that of what remains of the residuals when the parameters are free, so that a
+    fit does not hide the noise which it has absorbed.
     """
     Q, R = np.linalg.qr(white_jacobian)
     return white - Q @ (Q.T @ white), 2 * float(np.log(np.abs(np.diag(R))).sum())

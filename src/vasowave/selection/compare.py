@@ -18,7 +18,7 @@ from vasowave.solver.simulate import Numerics
 
 Optima = Literal["OLS", "GLS"]
 Refit = Callable[[Noise], tuple[dict[str, np.ndarray], bool]]
-"""Under a noise model: the residuals of every wall law at its generalized optimum, and whether they still fit the data."""
+"""Under a noise model: the residuals of every wall law at its generalized optimum, and whether they fit the data."""
 
 _MOST_WORSE = 2.0  # root-mean-square residual over that of least squares
 _FEWEST = 16  # samples of a residual from which a covariance can be estimated
@@ -229,7 +229,7 @@ def _series(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int]
 
 def _rows(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int], noise: Noise) -> list[dict]:
     """Return one row for every wall law, the best first."""
-    rows = {}
+    rows: dict[str, dict] = {}
     for wall, one in residuals.items():
         D, N, likelihood = n_parameters[wall], len(one), noise.log_likelihood(one)
         scores = {"AICc": aicc(likelihood, D, N), "BIC": bic(likelihood, D, N)}
