@@ -6,6 +6,7 @@ Half steps lie at t = 0, dt, 2dt …: inflow, outlets and output live there, and
 import hashlib
 import inspect
 import sys
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -35,10 +36,29 @@ def record_stations(sample, vessels, faces, out):
             out[kind, sample, v, 2] = values[k]
 
 
-def _source_fingerprint() -> str:
+def _source_fingerprint(law: type) -> str:
     """Hash of everything that is compiled: it stands in the kernel's closure, so that no stale binary is ever run."""
     modules = (walls, laws, trigonometry, grid, cell_kernels, node_kernels, sys.modules[__name__])
-    return hashlib.sha256("".join(inspect.getsource(module) for module in modules).encode()).hexdigest()
+    sources = [inspect.getsource(module) for module in modules] + [_law_source(law)]
+    return hashlib.sha256("".join(sources).encode()).hexdigest()
+
+
+def _law_source(law: type) -> str:
+    """Return the file of a law that is not one of ours; of one that was typed in, what its equations compile to."""
+    if law.__module__ == walls.__name__:
+        return ""
+    try:
+        return inspect.getsource(sys.modules[law.__module__])
+    except (OSError, TypeError, KeyError):
+        codes = [getattr(part, "__code__", None) for part in vars(law).values()]
+        codes += [getattr(getattr(part, "__func__", None), "__code__", None) for part in vars(law).values()]
+        return "".join(f"{code.co_code!r}{code.co_consts!r}{code.co_names!r}" for code in codes if code is not None)
+
+
+@cache
+def cycle_kernel(law: Any) -> Any:
+    """Return the compiled cycle for models with this wall law (its class)."""
+    return _compiled(_source_fingerprint(law))
 
 
 def _compiled(fingerprint: str) -> Any:
@@ -92,6 +112,3 @@ def _compiled(fingerprint: str) -> Any:
         return report
 
     return advance_cycle
-
-
-advance_cycle = _compiled(_source_fingerprint())

@@ -7,7 +7,7 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.recording import Inflow
 from vasowave.solver.cells import Faces, Fluid, Fluxes
-from vasowave.solver.cycle import LEFT_LAW, NODE_FAILED, advance_cycle
+from vasowave.solver.cycle import LEFT_LAW, NODE_FAILED, cycle_kernel
 from vasowave.solver.grid import Grid
 from vasowave.solver.laws import outlet_steps
 from vasowave.solver.nodes import make_node_states
@@ -55,7 +55,7 @@ class Stepper:
     def cycle(self, state: State) -> State:
         """Run one cycle; the waveforms of the last one stay in `stations` and `cells`."""
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
-        report = advance_cycle(
+        report = cycle_kernel(type(self.grid.wall))(
             (area, flow, memory), self.inflow, self.law, self.outlets, self.parts, self.fluid, self.scratch,
             self.inlet_area, self.stations, self.cells,
         )  # fmt: skip
