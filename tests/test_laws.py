@@ -19,7 +19,7 @@ from vasowave.walls import LinearWall, wave_speed
 EXPONENTIAL = """
 from typing import NamedTuple
 import numpy as np
-from vasowave.quantities import Parameter
+from vasowave.descriptions import Parameter
 from vasowave.walls import Law
 
 class ExponentialWall(NamedTuple):

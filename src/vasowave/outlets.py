@@ -9,9 +9,9 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
+from vasowave.descriptions import Parameter, Quantity
 from vasowave.errors import InputError
 from vasowave.per_vessel import one_per_vessel
-from vasowave.quantities import Parameter, Quantity
 
 Values = float | np.ndarray
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from vasowave.quantities import Parameter, Quantity
+from vasowave.descriptions import Law, Parameter, Quantity
 
 Values = float | np.ndarray
 
@@ -23,36 +23,6 @@ def tangent(x: Values) -> Values:
 def arctangent(x: Values) -> Values:
     """Arctangent; the compiled solver takes its own, see `solver.trigonometry`."""
     return np.arctan(x)
-
-
-class Law(NamedTuple):
-    """What is said of a wall law.
-
-    Attributes
-    ----------
-    name : str
-        One word, by which it is chosen and under which its results stand.
-    title : str
-        In words, as in "a linear elastic law".
-    formula : str
-        Pressure as a function of A/A₀.
-    equation : str
-        Number of the paper's equation, empty if it has none.
-    parameters : tuple of Parameter
-        In the order of the class's fields.
-    stiffness : str
-        Quantity that stands for the stiffness in tables: a parameter, a name in `ratio`, or "stiffness".
-    ratio : (str, Quantity), optional
-        Name and description of first over second parameter, where the data determine it better than either.
-    """
-
-    name: str
-    title: str
-    formula: str
-    equation: str
-    parameters: tuple[Parameter, ...]
-    stiffness: str = "stiffness"
-    ratio: tuple[str, Quantity] | None = None
 
 
 @runtime_checkable

@@ -10,10 +10,10 @@ from vasowave.analysis import compliance
 from vasowave.animal.signals import Station
 from vasowave.calibration import Fit
 from vasowave.calibration.uncertainty import LEVEL
+from vasowave.descriptions import Quantity
 from vasowave.model import Model
 from vasowave.nominal import Nominal
 from vasowave.outlets import Windkessel
-from vasowave.quantities import Quantity
 from vasowave.recording import Recording
 from vasowave.walls import stiffness, wave_speed
 

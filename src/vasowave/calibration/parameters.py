@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from vasowave.blood import Blood
+from vasowave.descriptions import Parameter
 from vasowave.errors import InputError, did_you_mean
 from vasowave.laws import find_law
 from vasowave.model import Model
 from vasowave.network import Network
 from vasowave.nominal import Nominal
 from vasowave.outlets import Windkessel
-from vasowave.quantities import Parameter
 
 
 def fitted_parameters(wall: str | type) -> dict[str, Parameter]:

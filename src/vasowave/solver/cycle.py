@@ -36,33 +36,15 @@ def record_stations(sample, vessels, faces, out):
             out[kind, sample, v, 2] = values[k]
 
 
-def _source_fingerprint(law: type) -> str:
+def _source_fingerprint() -> str:
     """Hash of everything that is compiled: it stands in the kernel's closure, so that no stale binary is ever run."""
     modules = (walls, laws, trigonometry, grid, cell_kernels, node_kernels, sys.modules[__name__])
-    sources = [inspect.getsource(module) for module in modules] + [_law_source(law)]
-    return hashlib.sha256("".join(sources).encode()).hexdigest()
-
-
-def _law_source(law: type) -> str:
-    """Return the file of a law that is not one of ours; of one that was typed in, what its equations compile to."""
-    if law.__module__ == walls.__name__:
-        return ""
-    try:
-        return inspect.getsource(sys.modules[law.__module__])
-    except (OSError, TypeError, KeyError):
-        codes = [getattr(part, "__code__", None) for part in vars(law).values()]
-        codes += [getattr(getattr(part, "__func__", None), "__code__", None) for part in vars(law).values()]
-        return "".join(f"{code.co_code!r}{code.co_consts!r}{code.co_names!r}" for code in codes if code is not None)
+    return hashlib.sha256("".join(inspect.getsource(module) for module in modules).encode()).hexdigest()
 
 
 @cache
-def cycle_kernel(law: Any) -> Any:
-    """Return the compiled cycle for models with this wall law (its class)."""
-    return _compiled(_source_fingerprint(law))
-
-
-def _compiled(fingerprint: str) -> Any:
-    @njit(cache=True, **OPTIONS)
+def _compiled(fingerprint: str, kept: bool) -> Any:
+    @njit(cache=kept, **OPTIONS)
     def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, inlet_area, out, cell_out):
         _ = fingerprint
         area, flow, memory = state
@@ -112,3 +94,12 @@ def _compiled(fingerprint: str) -> Any:
         return report
 
     return advance_cycle
+
+
+def cycle_kernel(law: type) -> Any:
+    """Return the compiled cycle for models with this wall law (its class).
+
+    Kernels of our own laws are kept on disk. One with a law from elsewhere is compiled in each process: Numba's index
+    of kept kernels names the law's module, and could not be read where that is missing.
+    """
+    return _compiled(_source_fingerprint(), law.__module__ == walls.__name__)

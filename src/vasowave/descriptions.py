@@ -1,4 +1,4 @@
-"""What a number is: its unit, symbol, meaning and equation; and, if it is fitted, where it starts and may go."""
+"""What is said of numbers and wall laws: units, symbols, words, equations; where a fit starts and may go."""
 
 from typing import NamedTuple
 
@@ -54,3 +54,33 @@ class Parameter(NamedTuple):
     def limits(self, paper: bool) -> tuple[float, float]:
         """Return the paper's bounds, or the wide ones."""
         return self.paper_bounds if paper and self.paper_bounds is not None else self.bounds
+
+
+class Law(NamedTuple):
+    """What is said of a wall law.
+
+    Attributes
+    ----------
+    name : str
+        One word, by which it is chosen and under which its results stand.
+    title : str
+        In words, as in "a linear elastic law".
+    formula : str
+        Pressure as a function of A/A₀.
+    equation : str
+        Number of the paper's equation, empty if it has none.
+    parameters : tuple of Parameter
+        In the order of the class's fields.
+    stiffness : str
+        Quantity that stands for the stiffness in tables: a parameter, a name in `ratio`, or "stiffness".
+    ratio : (str, Quantity), optional
+        Name and description of first over second parameter, where the data determine it better than either.
+    """
+
+    name: str
+    title: str
+    formula: str
+    equation: str
+    parameters: tuple[Parameter, ...]
+    stiffness: str = "stiffness"
+    ratio: tuple[str, Quantity] | None = None
