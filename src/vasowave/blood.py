@@ -36,6 +36,12 @@ class BoundaryLayer:
     reference_radius : float, optional
         None (default): r is the local radius √(A/π), as the equation is written. A number (cm): that radius in every
         vessel at all times; 0.07 cm is what the paper's own fits used.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Blood(friction=vw.BoundaryLayer(reference_radius=0.07)).friction
+    BoundaryLayer(reference_radius=0.07)
     """
 
     reference_radius: float | None = None
@@ -62,6 +68,12 @@ class PowerLaw:
     exponent : float
         ζ: 2 is Poiseuille's parabola, 9 a blunt profile usual for large arteries. The convective term keeps the
         factor 1 of a flat profile, as in eq. 2.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.PowerLaw(9.0).coefficients(viscosity=0.0462, period=0.11)[0] / 0.0462  # 22π
+    69.11...
     """
 
     exponent: float = 9.0
@@ -77,7 +89,14 @@ class PowerLaw:
 
 @dataclass(frozen=True)
 class Poiseuille:
-    """Parabolic profile: friction 8πν · q/A."""
+    """Parabolic profile: friction 8πν · q/A.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Poiseuille().coefficients(viscosity=0.0462, period=0.11)[0] / 0.0462  # 8π
+    25.13...
+    """
 
     def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
         """Return (8πν, 0)."""
@@ -96,6 +115,12 @@ class Blood:
         Kinematic viscosity ν, cm²/s.
     friction : Friction
         Friction law; by default eq. 2 with the local radius.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Blood(density=1.06, friction=vw.Poiseuille())
+    Blood(density=1.06, viscosity=0.0462, friction=Poiseuille())
     """
 
     density: float = 1.057

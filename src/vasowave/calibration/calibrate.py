@@ -50,6 +50,12 @@ class Search:
         Parameters held at a value.
     seed : int
         Of the starts.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Search(starts=8, fixed={"c1": 1.0}).starts
+    8
     """
 
     starts: int = 4
@@ -106,6 +112,13 @@ def calibrate(
         Wrong wall, bounds or parameter names; a recording without nominal parameters.
     NumericalError
         No start could be simulated.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> search = vw.Search(starts=1)
+    >>> vw.calibrate(vw.control_network(), vw.virtual_mouse(), "linear", search=search)
+    Fit(linear wall: beta ..., r1 ..., r2 ..., c1 ...; S ..., N ..., RMSE ... mmHg)
     """
     plan = search or Search()
     blood = blood or Blood()
