@@ -1,4 +1,4 @@
-"""The drift of a pressure: found beside breaths, removed or told, and never taken from an animal that changes itself."""
+"""The drift of a pressure: found beside breaths, removed or told, never taken from an animal that changes itself."""
 
 import warnings
 from dataclasses import fields, replace
