@@ -133,6 +133,12 @@ def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> 
     return Columns(str(path), tuple(names), tuple(column_units), tuple(map(tuple, rows)), tuple(lines))
 
 
+def split_unit(label: str) -> tuple[str, str]:
+    """Split ``"S [mmHg2]"`` into ``("S", "mmHg2")``; the unit of a label without one is empty."""
+    match = re.fullmatch(r"(.*?)\s*\[(.*)\]", label)
+    return (match[1], match[2]) if match else (label, "")
+
+
 def _split(path: Path) -> tuple[list[list[str]], list[int]]:
     """Return the cells of every line that is not blank or a comment, and the line numbers."""
     try:
