@@ -90,8 +90,9 @@ def law_of(tree: xr.DataTree, wall: str) -> StoredLaw:
     """Return what the tree says of a wall law."""
     calibration = data_of(tree, f"{wall}/calibration")
     own = tuple(str(name) for name in calibration["parameter"].values if name in calibration.data_vars)
-    words = [str(calibration.attrs.get(key, "")) for key in ("title", "formula", "equation")]
-    return StoredLaw(wall, *words, str(calibration.attrs.get("stiffness", "stiffness")), own)
+    said = {key: str(calibration.attrs.get(key, "")) for key in ("title", "formula", "equation")}
+    stiffness = str(calibration.attrs.get("stiffness", "stiffness"))
+    return StoredLaw(wall, **said, stiffness=stiffness, parameters=own)
 
 
 def period(tree: xr.DataTree) -> float:

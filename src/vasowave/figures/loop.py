@@ -27,5 +27,5 @@ def plot_pressure_area(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Ax
     ax.annotate("A₀", (at_rest, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -2), textcoords="offset points",
                 va="top", color="0.35")  # fmt: skip
     ax.locator_params(axis="x", nbins=5)
-    ax.legend()
+    ax.legend(handlelength=3.2)
     return label_axes(ax, "area [cm²]", "pressure [mmHg]")

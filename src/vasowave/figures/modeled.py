@@ -46,7 +46,7 @@ def vessels_figure(tree: xr.DataTree, color: str = CTL) -> "Figure":
     """Pressure and flow at the middle of the vessels that carry most flow: one column each, one scale a row."""
     whole = network(tree)
     vessels = main_vessels(whole)
-    figure = new_figure(max(8.0, 1.5 + 3.4 * len(vessels)), 10)
+    figure = new_figure(max(8.0, 1.5 + 3.4 * len(vessels)), 11.5)
     axes = figure.subplots(2, len(vessels), sharex=True, sharey="row", squeeze=False)
     for column, vessel in enumerate(vessels):
         for row, quantity in enumerate(("pressure", "flow")):
@@ -140,7 +140,8 @@ def waterfall_figure(cohort: Cohort) -> "Figure":
     if not cohort.single:
         axes[0].legend()
     highest = max(ax.get_ylim()[1] for ax in axes)
-    axes[0].set_ylim(top=max(highest, _LEAST_RANGE))
+    highest = max(highest, _LEAST_RANGE)
+    axes[0].set_ylim(1 - 0.04 * (highest - 1), highest)
     axes[0].ticklabel_format(axis="y", useOffset=False)
     if highest > _WIDE_RANGE:
         axes[0].set_yscale("log")

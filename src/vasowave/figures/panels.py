@@ -21,7 +21,14 @@ Panel = Callable[["Axes", xr.DataTree, str], object]
 
 
 def grid(cohort: Cohort, rows: int, height: float, share: Share = "row") -> tuple["Figure", "np.ndarray"]:
-    """Return an empty figure of `height` cm with one column of axes for each group."""
+    """Return an empty figure of `height` cm with one column of axes for each group, each shape (rows, groups).
+
+    The axes of a single animal stand two abreast, in a figure that is as much lower.
+    """
+    if cohort.single and rows > 1:
+        lines = -(-rows // 2)
+        figure = new_figure(2 * COLUMN, height * lines / rows)
+        return figure, figure.subplots(lines, 2, squeeze=False).reshape(-1, 1)
     figure = new_figure(max(_LEAST, COLUMN * len(cohort.groups)), height)
     return figure, figure.subplots(rows, len(cohort.groups), squeeze=False, sharey=share)
 

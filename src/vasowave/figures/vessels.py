@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vasowave.animal.reading import data_of, period, root_vessel, simulated, wall_laws
-from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes, quantity_label
+from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes, quantity_label, wall_lines
 from vasowave.network import Network
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """What a report is made of, before it is a page or a PDF: sections of sentences, tables, figures and warnings."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -85,6 +85,12 @@ class Table:
     def of(cls, name: str, caption: str, data: pd.DataFrame, note: str = "", digits: int = 3) -> "Table":
         """Return the table of a data frame, its numbers written as people do."""
         return cls(name, caption, *table_rows(data, digits), note, data)
+
+    def hiding(self, *columns: str) -> "Table":
+        """Return the table without columns on the page; its data keep them."""
+        kept = [place for place, cell in enumerate(self.header) if cell not in columns]
+        rows = [tuple(row[place] for place in kept) for row in self.rows]
+        return replace(self, header=tuple(self.header[place] for place in kept), rows=rows)
 
 
 @dataclass(frozen=True, eq=False)

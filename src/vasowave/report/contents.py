@@ -1,13 +1,14 @@
 """What a report holds: its sections in order, and where everything came from."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from vasowave.animal.reading import data_of, name_of
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import Comparison, compare
 from vasowave.provenance import provenance
-from vasowave.report.blocks import Report, Section
-from vasowave.report.sections.animals import animals_section
+from vasowave.report.blocks import Report, Section, Table
+from vasowave.report.sections.animals import animal_sections, animals_section
 from vasowave.report.sections.data import data_section
 from vasowave.report.sections.groups import groups_section
 from vasowave.report.sections.methods import methods_section
@@ -35,14 +36,19 @@ def report_of(cohort: Cohort, failures: Mapping[str, str], title: str = "") -> R
 
 def _sections(cohort: Cohort, comparisons: Mapping[str, Comparison], failures: Mapping[str, str]) -> list[Section]:
     written = symbols(cohort.trees)
-    return [
-        summary_section(cohort, comparisons, failures, written),
-        data_section(cohort),
-        *([model_section(cohort, written)] if cohort.walls else []),
-        *([] if cohort.single else [groups_section(cohort, comparisons, written)]),
-        animals_section(cohort, written),
-        methods_section(cohort, comparisons),
-    ]
+    models = [model_section(cohort, written)] if cohort.walls else []
+    first, last = summary_section(cohort, comparisons, failures, written), methods_section(cohort, comparisons)
+    if cohort.single:
+        own, search = animal_sections(cohort, written)
+        return list(map(_of_one, [first, own, data_section(cohort), *models, search, last]))
+    groups, animals = groups_section(cohort, comparisons, written), animals_section(cohort, written)
+    return [first, data_section(cohort), *models, groups, animals, last]
+
+
+def _of_one(section: Section) -> Section:
+    """Return a section whose tables do not say of every row that it is of the only animal."""
+    blocks = [block.hiding("animal", "group", "n") if isinstance(block, Table) else block for block in section.blocks]
+    return replace(section, blocks=blocks)
 
 
 def _titles(cohort: Cohort) -> tuple[str, str]:

@@ -14,12 +14,8 @@ from vasowave.report.tables import animal as tables
 
 
 def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
-    """All animals, each folded; one animal stands open."""
+    """All animals, each folded."""
     colors = {group: look.color for group, look in group_looks(cohort.groups).items()}
-    if cohort.single:
-        (tree,) = cohort.trees
-        blocks = [*_animal(tree, 1, colors[group_of(tree)], written), *_search(tree, written)]
-        return Section("animal", "Fit and values", blocks)
     folds = []
     for place, tree in enumerate(cohort.trees, start=1):
         details = _search(tree, written)
@@ -27,6 +23,16 @@ def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
         blocks += [Fold("Search, correlations, numerics", details, printed=False)] if details else []
         folds.append(Fold(_title(tree), blocks))
     return Section("animals", "Every animal", folds)
+
+
+def animal_sections(cohort: Cohort, written: dict[str, str]) -> tuple[Section, Section]:
+    """The only animal: what was found of it, and how it was searched for."""
+    (tree,) = cohort.trees
+    color = group_looks(cohort.groups)[group_of(tree)].color
+    return (
+        Section("animal", "Fit and values", _animal(tree, 1, color, written)),
+        Section("search", "Search, correlations, numerics", _search(tree, written)),
+    )
 
 
 def _title(tree: xr.DataTree) -> str:

@@ -15,7 +15,7 @@ def data_section(cohort: Cohort) -> Section:
                 "follows the radius, lengths are not to scale.", figures.networks_figure(cohort)),
         *tables.networks(cohort),
         Drawing("parEst", "Nominal parameters: characteristic impedance Z_c from the slope of the pressure-flow loop "
-                "(eq. 8, top), time constant τ from the diastolic decay (eq. 12, bottom).",
+                "(eq. 8), time constant τ from the diastolic decay (eq. 12).",
                 figures.nominal_figure(cohort)),
         tables.nominal(cohort),
         tables.characteristic_impedances(cohort),

@@ -24,7 +24,8 @@ def differences(cohort: Cohort, source: str, comparison: Comparison, written: Ma
     what = "measured" if source == "measured" else f"{source} wall"
     counts = rows_of(cohort.table, source)["group"].value_counts()
     sentences = []
-    for (reference, other), rows in comparison.contrasts.groupby(["reference", "other"], sort=False):
+    for pair, rows in comparison.contrasts.groupby(["reference", "other"], sort=False):
+        reference, other = map(str, pair)
         sizes = int(counts[reference]), int(counts[other])
         says = _pair(rows, sizes, len(comparison.contrasts), written)
         sentences.append(f"{other} against {reference}, {what}: {says}.")

@@ -56,9 +56,9 @@ def _waveforms(cohort: Cohort) -> list[Block]:
                   "brackets the vessel's share of the mean flow.", figures.vessels_figure(tree, looks[group].color))
           for place, (group, tree) in enumerate(cohort.shown.items(), start=1)),
         Drawing("PAsim", "Pressure against area at the middle of the root vessel over one cycle (thick), and the wall "
-                "law from zero pressure on (thin).", figures.pressure_area_figure(cohort)),
-        Drawing("Tree", "Wave speed at mean pressure in every vessel (eqs. 31, 32; top), and fall of the mean pressure "
-                "from the inlet to the end of every terminal vessel (bottom).", figures.along_network_figure(cohort)),
+                "law from zero pressure on (thin, if the results hold it).", figures.pressure_area_figure(cohort)),
+        Drawing("Tree", "Wave speed at mean pressure in every vessel (eqs. 31, 32), and fall of the mean pressure "
+                "from the inlet to the end of every terminal vessel.", figures.along_network_figure(cohort)),
     ]  # fmt: skip
 
 

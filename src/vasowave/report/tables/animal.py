@@ -27,14 +27,14 @@ def values(tree: xr.DataTree, written: dict[str, str]) -> Table:
     """Return every single number: measured, and of each wall law with its 95 % interval where it is known."""
     by_source = {source: data_of(tree, f"{source}/quantities") for source in sources(tree)}
     rows: list[Row] = []
-    for name in dict.fromkeys(str(name) for data in reversed(by_source.values()) for name in data.data_vars):
+    for name in dict.fromkeys(str(name) for data in by_source.values() for name in data.data_vars):
         units = next(str(data[name].attrs.get("units", "1")) for data in by_source.values() if name in data)
         cells = [_value(tree, source, name) if name in data else "" for source, data in by_source.items()]
         rows.append((with_unit(f"{name} [{units}]", written), *cells))
     header = ("quantity", "measured", *(f"{wall} wall" for wall in wall_laws(tree)))
     note = (
-        "What is measured is direct, or nominal: β, c and τ follow from the up-slope and the diastolic decay, R_T is "
-        f"mean pressure over mean flow. {MARKS}"
+        "Measured: the indices, and nominal values; β and c follow from the up-slope, τ from the diastolic decay, R_T "
+        f"is mean pressure over mean flow. {MARKS}"
     )
     return Table("", "Values, measured and calibrated [95 % interval]", header, rows, note)
 
@@ -53,9 +53,8 @@ def correlations(tree: xr.DataTree, wall: str, written: dict[str, str]) -> Table
     """Return the correlation of the estimates of one wall law."""
     matrix = data_of(tree, f"{wall}/calibration")["correlation"]
     names = [written.get(str(name), str(name)) for name in matrix["free_parameter"].values]
-    data = pd.DataFrame(matrix.values, columns=names)
-    data.insert(0, " ", names)
-    return Table.of("", f"{wall.capitalize()} wall: correlation of the estimates", data, digits=2)
+    rows = [(name, *(f"{value:.2f}" for value in row)) for name, row in zip(names, matrix.values, strict=True)]
+    return Table("", f"{wall.capitalize()} wall: correlation of the estimates", (" ", *names), rows)
 
 
 def starts(tree: xr.DataTree, wall: str) -> Table:

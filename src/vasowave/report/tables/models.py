@@ -83,8 +83,8 @@ def waves(cohort: Cohort) -> Table:
         for (wave, source, group), part in data.groupby(["wave", "source", "group"], sort=False)
     ]  # fmt: skip
     note = (
-        "Mean ± SD of the largest wave of each kind: F forward, B backward, C compression, D decompression; backward "
-        "intensities are negative. Measured: with A₀ and the wave speed that the up-slope gives."
+        f"{'The' if cohort.single else 'Mean ± SD of the'} largest wave of each kind: F forward, B backward, C "
+        "compression, D decompression; backward intensities are negative. Measured: with A₀ and the wave speed that the up-slope gives."
     )
     return Table("Waves", "Single waves at the inlet", header, cells, note, data)
 

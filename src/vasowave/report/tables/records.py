@@ -32,9 +32,8 @@ def _by_law(cohort: Cohort, table: Callable[[xr.DataTree, str], pd.DataFrame]) -
 
 
 def _labelled(table: pd.DataFrame, tree: xr.DataTree, **labels: str) -> pd.DataFrame:
-    for place, (name, value) in enumerate((who(tree) | labels).items()):
-        table.insert(place, name, value)
-    return table
+    known = who(tree) | labels
+    return table.assign(**known)[[*known, *table.columns]]  # type: ignore[arg-type]
 
 
 def _correlations(tree: xr.DataTree, wall: str) -> pd.DataFrame:
@@ -64,7 +63,7 @@ def _waveforms(tree: xr.DataTree) -> pd.DataFrame:
     waves = {"measured": (pressure, resample(recording["flow"].values, len(pressure)))}
     for wall in wall_laws(tree):
         root = root_vessel(tree)
-        waves[wall] = tuple(simulated(tree, wall, name, root).values for name in ("pressure", "flow"))
+        waves[wall] = simulated(tree, wall, "pressure", root).values, simulated(tree, wall, "flow", root).values
     parts = [
         _labelled(pd.DataFrame({"time [s]": np.arange(len(p)) * (period(tree) / len(p)), "pressure [mmHg]": p,
                                 "flow [ml/s]": q}), tree, source=source)

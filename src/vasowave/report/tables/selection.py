@@ -20,5 +20,5 @@ def selection_table(cohort: Cohort) -> Table:
     data = pd.concat(parts, ignore_index=True)
     data = data[["animal", "group", *(label for label in data.columns if label not in ("animal", "group"))]]
     verdict = data_of(cohort.compared[0], "selection")["AICc_verdict"].attrs.get("long_name", "")
-    note = f"Verdict: {verdict}. {_NOTE}" if verdict else _NOTE
+    note = f"Prefers: {verdict}. {_NOTE}" if verdict else _NOTE
     return Table.of("AICcBIC", "AICc and BIC of the wall laws; the lower score is better", data, note)
