@@ -1,20 +1,16 @@
 import re
-import shutil
-import subprocess
 from html.parser import HTMLParser
 from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 
 from made_cohort import FAILURE, PLANTED, made_trees
 from vasowave.cohort import cohort_table, compare, contrasts, gathered, importance
 from vasowave.errors import InputError
 from vasowave.report import write_report
-from vasowave.report.blocks import Table
-from vasowave.report.files import latex, latex_table
+from vasowave.report.sections.methods import methods_section
 from vasowave.report.tables import groups, models
 from vasowave.report.tables.cells import median_iqr
 from vasowave.report.wording import number
@@ -186,13 +182,13 @@ def test_a_report_that_fails_midway_leaves_the_earlier_one_as_it_was(trees, fold
 
 
 def test_the_methods_say_whose_beats_were_averaged():
-    mixed = methods_paragraphs(gathered(made_trees({"CTL": 2}, raw=1, walls=("linear",))), {})[0]
+    mixed = methods_section(gathered(made_trees({"CTL": 2}, raw=1, walls=("linear",))), {}).blocks[0].text
     assert re.search(
         r"flow of CTL 1 were averaged over \d+ beats \(rejected ones left out\), aligned at the R wave of the ECG",
         mixed,
     )
     assert "; of CTL 2 an averaged cycle was given." in mixed
-    given = methods_paragraphs(gathered(made_trees({"CTL": 2}, walls=("linear",))), {})[0]
+    given = methods_section(gathered(made_trees({"CTL": 2}, walls=("linear",))), {}).blocks[0].text
     assert "were averaged" not in given
     assert "One averaged cycle of pressure and flow per animal was given" in given
 
@@ -207,15 +203,6 @@ def test_one_animal_has_no_quartiles():
     one = pd.Series({"median": 537.0, "Q1": 537.0, "Q3": 537.0, "SD": np.nan})
     assert median_iqr(one) == "537"
     assert median_iqr(pd.Series({"median": 537.0, "Q1": 530.0, "Q3": 540.0, "SD": 5.0})) == "537 [530, 540]"
-
-
-def test_one_animal_of_one_group_without_beats_gets_a_report(tmp_path):
-    lone = made_trees({"sham": 1}, walls=("linear",))
-    text = write_report(lone, tmp_path / "one", pdf=False).read_text(encoding="utf-8")
-    assert "1 animal: sham (n = 1)" in text
-    assert "nothing is compared" in text
-    assert 'id="figure-ParAll_change"' not in text
-    assert not (tmp_path / "one" / "report.pdf").exists()
 
 
 def three_groups():
@@ -248,55 +235,3 @@ def test_no_animal_and_twins_are_refused(trees, tmp_path):
         write_report([], tmp_path, failures=[("a", "lost")])
     with pytest.raises(InputError, match="two animals are called 'CTL 1'"):
         write_report([trees[0], trees[0]], tmp_path)
-
-
-def test_a_selection_is_tabled_with_verdicts_and_discarded_models_last(trees):
-    from vasowave.report.cohort.selection_table import _candidates
-
-    scores = {
-        "matern32": (-610.0, -607.0, 0.01, 0),
-        "se": (-900.0, -800.0, 0.2, 1),
-        "periodic": (-500.0, -520.0, 0.0, 0),
-    }
-    rows = [
-        {"covariance": name, "wall": wall, "AICc": values[place], "BIC": values[place], "lambda": values[2],
-         "D": 4.0 + place, "N": 512.0, "discarded": values[3], "loglik": 0.0}
-        for name, values in scores.items() for place, wall in enumerate(("linear", "tangent"))
-    ]  # fmt: skip
-    frame = pd.DataFrame(rows)
-    selection = xr.Dataset({name: ("candidate", frame[name].to_numpy()) for name in frame})
-    tree = xr.DataTree.from_dict({"/selection": selection})
-    tree.attrs = trees[0].attrs
-    found = _candidates(tree)
-    assert found["covariance"].tolist() == ["matern32", "periodic", "se"]
-    assert found["AICc prefers"].tolist() == ["undecided", "tangent", "discarded"]
-    assert (found["D linear"].iloc[0], found["D tangent"].iloc[0]) == (4, 5)
-
-
-def test_latex_takes_no_character_for_a_command():
-    assert latex("50 % of R_T & m_123 #1") == r"50 \% of $R_T$ \& m\_123 \#1"
-    assert latex("8.1·10⁻⁴ ± 2 mmHg² β₀ †") == r"8.1$\cdot$10$^{-4}$ $\pm$ 2 mmHg$^{2}$ $\beta$$_{0}$ \dag{}"
-    text = latex_table(Table("x", "A_b & c", ("a", "b"), [("1", "2 %"), ("3", "4")]))
-    body = text.split("\\midrule")[1].split("\\bottomrule")[0].strip().splitlines()
-    assert body == [r"1 & 2 \% \\", r"3 & 4 \\"]
-    assert "$A_b$ \\& c" in text
-
-
-def test_the_tables_compile_with_latex(folder, tmp_path):
-    program = shutil.which("pdflatex") or shutil.which("tectonic")
-    if program is None:
-        pytest.skip("neither pdflatex nor tectonic is on this machine")
-    inputs = "\n".join(f"\\input{{{path}}}" for path in sorted((folder / "tables").glob("*.tex")))
-    (tmp_path / "all.tex").write_text(
-        f"\\documentclass{{article}}\\usepackage{{booktabs}}\\usepackage{{amssymb}}\\begin{{document}}{inputs}\\end{{document}}"
-    )
-    done = subprocess.run(
-        [program, "all.tex"], cwd=tmp_path, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout[-2000:]
-
-
-def test_the_letters_of_every_latex_table_are_plain(folder):
-    for path in (folder / "tables").glob("*.tex"):
-        odd = {letter for letter in path.read_text(encoding="utf-8") if ord(letter) > 127}
-        assert not odd, f"{path.name}: {odd}"

@@ -135,8 +135,7 @@ def _fit_and_report(
         typer.echo("Interrupted: the report holds what had finished.")
     write_results(fits, output, inputs)
     animal = Animal(output.resolve().name, "animal", network, recording)
-    asked = Settings(tuple(fit.wall for fit in fits), plan.starts, plan.method, plan.paper_bounds, plan.bounds, plan.fixed,
-                     plan.seed, blood=blood or Blood())  # fmt: skip
+    asked = Settings(tuple(fit.wall for fit in fits), plan.starts, plan.method, seed=plan.seed, blood=blood or Blood())
     page = write_report([tree_of(animal, fits, asked)], output, pdf=False)
     for note in recording.notes:
         typer.echo(f"  note: {note}")

@@ -73,7 +73,7 @@ def _law(cohort: Cohort, wall: str) -> str:
     """Return a wall law in words: ``the linear wall law (linear elastic, p = …, eq. 3)``."""
     law = cohort.law(wall)
     equation = f"eq. {law.equation}" if law.equation[:1].isdigit() else law.equation
-    said = ", ".join(filter(None, (law.title, law.formula, equation)))
+    said = ", ".join(filter(None, (law.title if law.title != wall else "", law.formula, equation)))
     return f"the {wall} wall law" + (f" ({said})" if said else "")
 
 

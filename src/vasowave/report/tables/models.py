@@ -84,7 +84,8 @@ def waves(cohort: Cohort) -> Table:
     ]  # fmt: skip
     note = (
         f"{'The' if cohort.single else 'Mean ± SD of the'} largest wave of each kind: F forward, B backward, C "
-        "compression, D decompression; backward intensities are negative. Measured: with A₀ and the wave speed that the up-slope gives."
+        "compression, D decompression; backward intensities are negative. Measured: with A₀ and the wave speed that "
+        "the up-slope gives."
     )
     return Table("Waves", "Single waves at the inlet", header, cells, note, data)
 
