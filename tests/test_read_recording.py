@@ -207,9 +207,7 @@ def test_commas_that_separate_and_mark_decimals_are_refused_with_the_cure(tmp_pa
     path = write(tmp_path / "c.csv", TIME, PRESSURE, FLOW, header=",".join(GOOD))
     text = path.read_text()
     path.write_text(text.partition("\n")[0] + "\n" + text.partition("\n")[2].replace(".", ","))
-    with pytest.raises(
-        InputError, match=r"line 2: 6 columns where 3 .* with semicolons"
-    ):
+    with pytest.raises(InputError, match=r"line 2: 6 columns where 3 .* with semicolons"):
         read_recording(path)
 
 

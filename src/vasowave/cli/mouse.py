@@ -107,6 +107,9 @@ def _fit_and_report(
     inputs: "Sequence[Path]" = (),
     blood: "Blood | None" = None,
 ) -> None:
+    from vasowave.animal import Animal, Settings
+    from vasowave.animal.pipeline import tree_of
+    from vasowave.blood import Blood
     from vasowave.calibration import calibrate
     from vasowave.cli.progress import counting
     from vasowave.report import write_report
@@ -131,7 +134,9 @@ def _fit_and_report(
             raise
         typer.echo("Interrupted: the report holds what had finished.")
     write_results(fits, output, inputs)
-    page = write_report(fits, output, inputs)
+    animal = Animal(output.resolve().name, "animal", network, recording)
+    asked = Settings(tuple(fit.wall for fit in fits), plan.starts, plan.method, seed=plan.seed, blood=blood or Blood())
+    page = write_report([tree_of(animal, fits, asked)], output, pdf=False)
     for note in recording.notes:
         typer.echo(f"  note: {note}")
     for one in fits:

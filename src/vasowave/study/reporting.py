@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from vasowave.report.cohort import write_cohort_report
+from vasowave.report import write_report
 from vasowave.study.outcome import read_outcome
 from vasowave.study.plan import RESULTS
 from vasowave.study.reading import study_path
@@ -30,7 +30,7 @@ def report_study(study: Path, pdf: bool | None = None) -> Path:
     groups = outcome.settings.groups
     trees = sorted(outcome.trees.values(), key=lambda tree: groups.index(tree.attrs["group"]))
     present = [label for label in groups if any(tree.attrs["group"] == label for tree in trees)]
-    return write_cohort_report(
+    return write_report(
         trees,
         folder / REPORT_FOLDER,
         failures=outcome.failures,

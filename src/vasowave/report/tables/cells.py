@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.animal.reading import data_of, group_of, name_of, sources
 from vasowave.report.wording import name_and_unit, number
 
 _SUBSCRIPTS = {"_0": "₀", "_1": "₁", "_2": "₂", "cm2": "cm²"}
@@ -13,37 +14,38 @@ _SUBSCRIPTS = {"_0": "₀", "_1": "₁", "_2": "₂", "cm2": "cm²"}
 
 def symbols(trees: Sequence[xr.DataTree]) -> dict[str, str]:
     """Return the symbol of every quantity of the trees, as people write it."""
-    found: dict[str, str] = {}
+    written: dict[str, str] = {}
     for tree in trees:
-        for node in tree.children.values():
-            for name, value in node["quantities"].data_vars.items() if "quantities" in node.children else ():
-                text = str(value.attrs.get("symbol", name))
-                for plain, written in _SUBSCRIPTS.items():
-                    text = text.replace(plain, written)
-                found.setdefault(str(name), text)
-    return found
+        for source in sources(tree):
+            for name, value in data_of(tree, f"{source}/quantities").data_vars.items():
+                written.setdefault(str(name), _symbol(str(value.attrs.get("symbol", name))))
+    return written
 
 
 def meanings(trees: Sequence[xr.DataTree]) -> dict[str, str]:
-    """Return what every quantity of the trees is, with the paper's equation."""
-    found: dict[str, str] = {}
+    """Return what every quantity of the trees is, in words."""
+    known: dict[str, str] = {}
     for tree in trees:
-        for node in reversed(list(tree.children.values())):  # the models first: theirs is the general meaning
-            for name, value in node["quantities"].data_vars.items() if "quantities" in node.children else ():
-                equation = value.attrs.get("equation")
-                where = "" if not equation else f" ({equation})" if "Table" in equation else f" (eq. {equation})"
-                found.setdefault(str(name), f"{value.attrs.get('long_name', name)}{where}")
-    return found
+        for source in reversed(sources(tree)):  # the models first: theirs is the general meaning
+            for name, value in data_of(tree, f"{source}/quantities").data_vars.items():
+                known.setdefault(str(name), str(value.attrs.get("long_name", name)))
+    return known
+
+
+def _symbol(text: str) -> str:
+    for plain, written in _SUBSCRIPTS.items():
+        text = text.replace(plain, written)
+    return text
 
 
 def who(tree: xr.DataTree) -> dict[str, object]:
     """Return the first two cells of a row about an animal."""
-    return {"animal": str(tree.attrs["animal"]), "group": str(tree.attrs["group"])}
+    return {"animal": name_of(tree), "group": group_of(tree)}
 
 
-def names(trees: Sequence[xr.DataTree]) -> str:
+def named(trees: Sequence[xr.DataTree]) -> str:
     """Return the animals by name."""
-    return ", ".join(str(tree.attrs["animal"]) for tree in trees)
+    return ", ".join(map(name_of, trees))
 
 
 def source_title(source: str) -> str:
@@ -58,19 +60,19 @@ def with_unit(label: object, written: dict[str, str]) -> str:
 
 
 def mean_sd(row: pd.Series) -> str:
-    """Return mean ± SD of a row of `cohort.describe`."""
+    """Return mean ± SD of a row of `describe`."""
     return number(row["mean"]) + (f" ± {number(row['SD'], 2)}" if np.isfinite(row["SD"]) else "")
 
 
 def median_iqr(row: pd.Series) -> str:
-    """Return median and quartiles of a row of `cohort.describe`; of one animal its value."""
+    """Return median and quartiles of a row of `describe`; of one animal its value."""
     if not np.isfinite(row["SD"]):
         return number(row["median"])
     return f"{number(row['median'])} [{number(row['Q1'])}, {number(row['Q3'])}]"
 
 
 def interval(row: pd.Series, center: str, name: str) -> str:
-    """Return an estimate with its interval from a row of `cohort.contrasts`."""
+    """Return an estimate with its interval from a row of `contrasts`."""
     return f"{number(row[center], 2)} [{number(row[f'{name} low'], 2)}, {number(row[f'{name} high'], 2)}]"
 
 

@@ -1,11 +1,11 @@
-"""Pressure and flow along the tree ("PQsim"): chosen vessels, both walls."""
+"""Pressure and flow along the network ("PQsim"): chosen vessels, every wall law."""
 
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vasowave.animal.reading import data_of, period, root_vessel, simulated, wall_laws
-from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes, quantity_label, wall_line
+from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes, quantity_label, wall_lines
 from vasowave.network import Network
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def main_vessels(network: Network, count: int = 6) -> list[str]:
-    """Return the names of up to `count` vessels that show the tree, from the root outwards.
+    """Return the names of up to `count` vessels that show the network, from the root outwards.
 
     The root, its two largest daughters, the terminal at the end of each one's main path, then what carries most flow.
     """
@@ -44,8 +44,8 @@ def plot_vessel(
         time = closed_time(measured["time"].values, period(tree))
         ax.plot(time, closed(measured.values), color=DATA, linewidth=1.0, label="measured (inlet)")
     label = quantity
-    for wall in wall_laws(tree):
+    for wall, line in wall_lines(wall_laws(tree), color).items():
         values = simulated(tree, wall, quantity, vessel, station)
         label = quantity_label(values.attrs, quantity)
-        ax.plot(closed_time(values["time"].values, period(tree)), closed(values.values), **wall_line(wall, color))
+        ax.plot(closed_time(values["time"].values, period(tree)), closed(values.values), **line)
     return label_axes(ax, "time [s]", label)

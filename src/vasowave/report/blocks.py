@@ -1,13 +1,13 @@
 """What a report is made of, before it is a page or a PDF: sections of sentences, tables, figures and warnings."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from vasowave.figures.gallery import svg
+from vasowave.figures.rendering import svg
 from vasowave.report.wording import Row, table_rows
 
 if TYPE_CHECKING:
@@ -40,11 +40,20 @@ class Bullets:
 
 @dataclass(frozen=True)
 class Notice:
-    """What a reader must consider, set apart."""
+    """What is wrong and must be considered, set apart as an alarm."""
 
     title: str
     items: Sequence[str]
     kind: str = "notice"
+
+
+@dataclass(frozen=True)
+class Remarks:
+    """What is good to know, set apart quietly."""
+
+    title: str
+    items: Sequence[str]
+    kind: str = "remarks"
 
 
 @dataclass(frozen=True)
@@ -77,6 +86,12 @@ class Table:
         """Return the table of a data frame, its numbers written as people do."""
         return cls(name, caption, *table_rows(data, digits), note, data)
 
+    def hiding(self, *columns: str) -> "Table":
+        """Return the table without columns on the page; its data keep them."""
+        kept = [place for place, cell in enumerate(self.header) if cell not in columns]
+        rows = [tuple(row[place] for place in kept) for row in self.rows]
+        return replace(self, header=tuple(self.header[place] for place in kept), rows=rows)
+
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
@@ -95,14 +110,15 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Fold:
-    """Blocks that a page shows when asked for; paper shows them always."""
+    """Blocks that a page shows when asked for; paper shows them always, or never if not `printed`."""
 
     title: str
     blocks: Sequence["Block"]
+    printed: bool = True
     kind: str = "fold"
 
 
-Block = Paragraph | Heading | Bullets | Notice | Table | Drawing | Fold
+Block = Paragraph | Heading | Bullets | Notice | Remarks | Table | Drawing | Fold
 
 
 @dataclass(frozen=True)
@@ -115,14 +131,26 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Document:
-    """A whole report; `synthetic` says in words what was not measured, empty if all was."""
+class Report:
+    """A whole report.
+
+    Attributes
+    ----------
+    title, subtitle : str
+    synthetic : str
+        In words what was not measured, empty if all was.
+    sections : sequence of Section
+    provenance : dict of str to str
+    records : dict of str to DataFrame
+        Tables that become files only.
+    """
 
     title: str
     subtitle: str
     synthetic: str
     sections: Sequence[Section]
     provenance: dict[str, str] = field(default_factory=dict)
+    records: dict[str, pd.DataFrame] = field(default_factory=dict)
 
     def tables(self) -> list[Table]:
         """Return all tables that have files."""
@@ -132,12 +160,13 @@ class Document:
         """Return all figures."""
         return [block for block in self._blocks() if isinstance(block, Drawing)]
 
-    def _blocks(self) -> list[Block]:
-        found: list[Block] = []
-        ahead: list[Block] = [block for section in self.sections for block in section.blocks]
-        while ahead:
-            block = ahead.pop(0)
-            found.append(block)
-            if isinstance(block, Fold):
-                ahead = [*block.blocks, *ahead]
-        return found
+    def _blocks(self) -> Iterator[Block]:
+        for section in self.sections:
+            yield from _unfolded(section.blocks)
+
+
+def _unfolded(blocks: Sequence[Block]) -> Iterator[Block]:
+    for block in blocks:
+        yield block
+        if isinstance(block, Fold):
+            yield from _unfolded(block.blocks)

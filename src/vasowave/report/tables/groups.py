@@ -2,10 +2,11 @@
 
 import pandas as pd
 
-from vasowave.cohort.comparison import Comparison, described
-from vasowave.figures.cohort_gallery import Cohort
-from vasowave.report.cohort.cells import interval, mean_sd, median_iqr, source_title, span, symbols, with_unit
-from vasowave.report.document import Table
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.comparison import Comparison
+from vasowave.cohort.description import described
+from vasowave.report.blocks import Table
+from vasowave.report.tables.cells import interval, mean_sd, median_iqr, source_title, span, symbols, with_unit
 from vasowave.report.wording import number
 
 
@@ -35,9 +36,9 @@ def groups(cohort: Cohort) -> Table:
     return Table("Groups", "All quantities by group", header, cells, note, data)
 
 
-def contrasts(found: Comparison, source: str, written: dict[str, str]) -> Table:
+def contrasts(comparison: Comparison, source: str, written: dict[str, str]) -> Table:
     """The comparison of the groups by one source of numbers."""
-    data = found.contrasts
+    data = comparison.contrasts
     several = data[["reference", "other"]].drop_duplicates().shape[0] > 1
     pair = data.iloc[0]
     header = ("quantity", *(("groups",) if several else ()), "η", "ratio [95 %]", "Hedges g [95 %]", "p", "p Holm")
@@ -55,9 +56,9 @@ def contrasts(found: Comparison, source: str, written: dict[str, str]) -> Table:
     return Table(f"Contrasts-{source}", f"{source_title(source)}: {who}", header, cells, note, data)
 
 
-def without_one(found: Comparison, source: str, written: dict[str, str]) -> Table:
+def without_one(comparison: Comparison, source: str, written: dict[str, str]) -> Table:
     """What leaving out any one animal does to the comparison."""
-    data, cells = found.without_one, []
+    data, cells = comparison.without_one, []
     for (reference, other, label), part in data.groupby(["reference", "other", "quantity"], sort=False):
         deciding = part.loc[part["decides"], "left out"].astype(str).tolist()
         cells.append((f"{other} / {reference}", with_unit(label, written), span(part["ratio"].to_numpy()),
@@ -71,7 +72,9 @@ def without_one(found: Comparison, source: str, written: dict[str, str]) -> Tabl
     return Table(f"LeaveOneOut-{source}", f"{source_title(source)}, one animal left out", header, cells, note, data)
 
 
-def all_groups(found: Comparison, source: str) -> Table:
+def all_groups(comparison: Comparison, source: str) -> Table:
     """Kruskal-Wallis tests of more than two groups at once."""
     note = "Kruskal-Wallis H; p from random relabelings of the animals, Holm over the quantities."
-    return Table.of(f"AllGroups-{source}", f"{source_title(source)}: all groups at once", found.all_groups, note, 2)
+    return Table.of(
+        f"AllGroups-{source}", f"{source_title(source)}: all groups at once", comparison.all_groups, note, 2
+    )
