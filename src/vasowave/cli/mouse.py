@@ -64,9 +64,12 @@ def simulate(
     ratio: Annotated[float, typer.Option(help="a = R1/R_T of the vascular beds.")] = 0.2,
 ) -> None:
     """Simulate the network with nominal parameters (or a given stiffness) and write the waveforms of every vessel."""
+    import xarray as xr
+
     from vasowave import solver
-    from vasowave.cli.options import check_file
+    from vasowave.animal.files import to_bytes
     from vasowave.errors import InputError
+    from vasowave.files import check_file, write_file
     from vasowave.model import Model
     from vasowave.network import read_network
     from vasowave.nominal import estimate_nominal, windkessels
@@ -82,14 +85,7 @@ def simulate(
     typer.echo(repr(nominal))
     outlets = windkessels(vessels, nominal.total_resistance, nominal.time_constant, ratio)
     result = solver.simulate(Model(vessels, LinearWall(nominal.beta if beta is None else beta), outlets), cycle)
-    unfinished = output.with_name(output.name + ".part")
-    try:
-        result.to_netcdf(unfinished)
-        unfinished.replace(output)
-    except OSError as error:
-        raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
-    finally:
-        unfinished.unlink(missing_ok=True)
+    write_file(output, to_bytes(xr.DataTree(result)))
     pressure = result["pressure"].values[:, vessels.root, 0]
     typer.echo(
         f"Periodic after {result.attrs['cycles']} cycles (change {result.attrs['change']:.1g} mmHg, "

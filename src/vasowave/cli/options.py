@@ -1,7 +1,6 @@
 """Options that are more than their type: ``name=value``, ``name=low:high``, ``kind:number``, a file to write."""
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from vasowave.blood import Blood, BoundaryLayer, Friction, Poiseuille, PowerLaw
@@ -16,14 +15,6 @@ def walls_named(text: str) -> tuple[str, ...]:
     if text not in _WALLS:
         raise InputError(f"--wall {text}{did_you_mean(text, _WALLS)}: choose one of {', '.join(_WALLS)}")
     return _WALLS[text]
-
-
-def check_file(output: Path) -> None:
-    """Raise `InputError`, before anything is computed, if the file `output` cannot be written."""
-    if output.is_dir():
-        raise InputError(f"{output} is a folder; give the name of a file")
-    if not output.parent.is_dir():
-        raise InputError(f"{output}: there is no folder {output.parent}; make it first")
 
 
 def read_held(options: Sequence[str]) -> dict[str, float]:

@@ -1,9 +1,6 @@
 """The whole way from a volume to a checked network, and the folder that holds the result."""
 
 import csv
-import os
-import shutil
-import tempfile
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.files import write_folder
 from vasowave.imaging.cannula import PE90_RADIUS, cannula_radius, without_cannula
 from vasowave.imaging.loops import loop_count, loop_places
 from vasowave.imaging.places import written
@@ -193,14 +191,8 @@ def write_extraction(extraction: Extraction, folder: str | Path) -> None:
     folder = Path(folder)
     if folder.exists():
         raise InputError(f"{folder}: exists already; name a new folder")
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    try:
-        _write_tables(extraction, draft)
-        os.replace(draft, folder)
-    except BaseException:
-        shutil.rmtree(draft, ignore_errors=True)
-        raise
+    with write_folder(folder) as fresh:
+        _write_tables(extraction, fresh)
 
 
 def _write_tables(extraction: Extraction, folder: Path) -> None:

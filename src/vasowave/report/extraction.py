@@ -12,6 +12,7 @@ import numpy as np
 from vasowave.figures.network import plot_network
 from vasowave.figures.projection import projection_figure
 from vasowave.figures.style import new_figure, style
+from vasowave.files import check_folder, write_folder
 from vasowave.imaging.exchange import write_author_tables, write_centerlines, write_swc
 from vasowave.imaging.extraction import Extraction, write_extraction
 from vasowave.imaging.request import Answer
@@ -22,12 +23,12 @@ from vasowave.imaging.volume import isotropic
 from vasowave.network import Network
 from vasowave.provenance import provenance
 from vasowave.report.review import render, settings_rows
-from vasowave.results import FIGURES, check_folder, replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PAGE = "review.html"
+FIGURES = "figures"
 SETTINGS = "extraction.json"
 MARKS = {PAGE: b'name="generator" content="vasowave'}
 _TAPER = ("taper [cm/cm]", "taper_se [cm/cm]", "radius_proximal [cm]", "radius_distal [cm]")
@@ -56,7 +57,7 @@ def write_answer(found: Answer, folder: Path) -> Path:
     origin = _provenance(found)
     drawings = {name: _svg(figure) for name, figure in figures.items()}
     page = render(found, drawings, origin)
-    with replacing(folder, MARKS) as fresh:
+    with write_folder(folder) as fresh:
         write_network_files(found.extraction, fresh)
         surface = smooth_surface(found.lumen)
         write_mask(found.lumen, found.image, fresh / "mask.nrrd")

@@ -6,18 +6,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
 from vasowave.animal import Animal, Settings, analyze
+from vasowave.animal.files import to_bytes
 from vasowave.blood import Blood, BoundaryLayer, Friction, Poiseuille, PowerLaw
 from vasowave.errors import VasowaveWarning
 from vasowave.network import read_network
+from vasowave.provenance import sha256
 from vasowave.recording import Recording, average_beats, read_raw_recording, read_recording
 from vasowave.solver import Numerics
 from vasowave.study.animals import AnimalRow
 from vasowave.study.fingerprint import fingerprint
 from vasowave.study.settings import BloodSection, StudyFile
-from vasowave.study.store import digest
 
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
@@ -54,7 +53,7 @@ def blood(section: BloodSection) -> Blood:
 def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
     """Return the SHA-256 of every file of one animal by its role, and the file's name as seen from `folder`."""
     roles = ("network", "recording", "flow")
-    return {role: f"{digest(file)} ({inside(file, folder)})" for role, file in zip(roles, row.files, strict=False)}
+    return {role: f"{sha256(file)} ({inside(file, folder)})" for role, file in zip(roles, row.files, strict=False)}
 
 
 def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
@@ -119,11 +118,14 @@ def _says_synthetic(row: AnimalRow) -> bool:
     return False
 
 
-def analyze_animal(animal: Animal, settings: Settings, hashes: Mapping[str, str]) -> xr.DataTree:
-    """Analyze one animal; the SHA-256 of its files stands among the attributes of the tree. Runs in a worker."""
+def analyze_animal(animal: Animal, settings: Settings, hashes: Mapping[str, str]) -> bytes:
+    """Analyze one animal and return its tree as the bytes of a netCDF-4 file. Runs in a worker.
+
+    The SHA-256 of its files stands among the attributes of the tree.
+    """
     tree = analyze(animal, settings)
     tree.attrs |= {f"sha256 of {role}": found for role, found in hashes.items()}
-    return tree
+    return to_bytes(tree)
 
 
 def _units(row: AnimalRow) -> dict[str, str | None]:

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from vasowave.errors import InputError
+from vasowave.files import made_inside, write_file, write_folder
 from vasowave.study.animals import COLUMNS, NEEDED
 from vasowave.study.reading import STUDY_FILE
 from vasowave.study.settings import StudyFile
@@ -30,13 +31,11 @@ def new_study(folder: Path) -> list[Path]:
     for name in texts:
         if (folder / name).exists():
             raise InputError(f"{folder / name} exists already; give another folder, nothing was changed")
-    try:
-        for name in FOLDERS:
-            (folder / name).mkdir(parents=True, exist_ok=True)
+    with write_folder(folder) as fresh:
         for name, text in texts.items():
-            (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror}); choose another place") from None
+            write_file(fresh / name, text)
+    for name in FOLDERS:
+        made_inside(folder, name)
     return [folder / name for name in texts]
 
 
