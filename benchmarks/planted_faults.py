@@ -31,7 +31,7 @@ class Fault(NamedTuple):
 
 
 CELLS, NODES, CYCLE = "solver/cells.py", "solver/nodes.py", "solver/cycle.py"
-GRID, LAWS, TRIGONOMETRY = "solver/grid.py", "solver/laws.py", "solver/trigonometry.py"
+LAWS, TRIGONOMETRY = "solver/laws.py", "solver/trigonometry.py"
 TUBES = "imaging/tubes.py"
 FAULTS = [
     Fault(
@@ -62,7 +62,7 @@ FAULTS = [
     Fault("half step of area halved", CELLS, (("A - half * (flow[j]", "A - 0.5 * half * (flow[j]"),)),
     Fault("tangent one term short", TRIGONOMETRY, (("13860.0 + w * 45.0", "13860.0"),)),
     Fault("arctangent one term short", TRIGONOMETRY, (("P = 46107386325.0 + w * 2015310375.0", "P = 46107386325.0"),)),
-    Fault("R1 dropped", GRID, (("np.array(R1))", "np.zeros_like(R1))"),)),
+    Fault("R1 dropped", LAWS, (("np.array(R1))", "np.zeros_like(R1))"),)),
     Fault("capacitor discharges a whole step early", LAWS, (("outlet.decay_half[j] *", "outlet.decay[j] *"),)),
     Fault("capacitor not charged between steps", LAWS, (("R1[j] + outlet.gain_half[j]", "R1[j]"),)),
     Fault("tangent wall of constant slope", "walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),

@@ -11,7 +11,6 @@ import numpy as np
 
 from vasowave import walls
 from vasowave.model import Model
-from vasowave.outlets import Windkessel
 from vasowave.recording import Inflow
 
 
@@ -92,18 +91,14 @@ def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period
     resistance = inertia / A * drag
     across[0], along[0] = resistance * network.length, 0.0  # a steady flow meets resistance alone
     Z_line[0] = 1.0  # has no meaning at zero frequency, where γ = 0 multiplies it
-    Z_in = _input_impedance(model, omega[:, 0], across, along)
+    Z_in = _input_impedance(model, model.outlets.impedance_at(len(spectrum), period), across, along)
     return _go_down(model, spectrum, period, mean_pressure, Z_in, gamma, Z_line, resistance)
 
 
-def _input_impedance(model: Model, omega: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Impedance at every inlet, from the outlets up, one generation at a time."""
+def _input_impedance(model: Model, end: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Impedance at every inlet, from the outlets (whose impedance is `end`) up, one generation at a time."""
     network = model.network
-    if isinstance(model.outlets, Windkessel):
-        end = model.outlets.impedance(omega)
-    else:
-        end = model.outlets.impedance_at_harmonics(len(omega))
-    load_admittance = np.zeros((len(omega), len(network)), dtype=complex)
+    load_admittance = np.zeros((len(end), len(network)), dtype=complex)
     load_admittance[:, network.terminals] = 1.0 / end
     Z_in = np.empty_like(load_admittance)
     for rows in reversed(network.generations):

@@ -1,13 +1,16 @@
 """Wall laws: how transmural pressure and cross-sectional area belong together.
 
-A wall law is one `NamedTuple` class whose fields are its parameters (numbers, or one value per vessel) and whose
-static methods are its equations, written in the area ratio ``a = A/A0`` with NumPy functions. The same lines serve
-arrays here and single cells inside the compiled solver, so a third law is one more class in this file.
+A wall law is one `NamedTuple` class: its fields are its parameters (numbers, or one value per vessel), its static
+methods are its equations, written in the area ratio ``a = A/A0`` with NumPy functions, and `law` says in words, symbols
+and bounds what they are. The same lines serve arrays here and single cells inside the compiled solver, and no other
+file knows which laws there are: a further law is one more class in `BUILT_IN`, or in a file of your own (`laws`).
 """
 
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+
+from vasowave.descriptions import Law, Parameter, Quantity
 
 Values = float | np.ndarray
 
@@ -24,9 +27,14 @@ def arctangent(x: Values) -> Values:
 
 @runtime_checkable
 class Wall(Protocol):
-    """What the solver and the analyses ask of a wall law; every method takes the law's parameters last."""
+    """What the solver and the analyses ask of a wall law; every equation takes the law's parameters last."""
 
     _fields: tuple[str, ...]
+
+    @staticmethod
+    def law() -> Law:
+        """Return what is said of the law."""
+        ...
 
     @staticmethod
     def pressure_at(a: Values, *parameters: Values) -> Values:
@@ -48,11 +56,6 @@ class Wall(Protocol):
         """Area ratios between which the law holds."""
         ...
 
-    @staticmethod
-    def wave_speed_squared_at_rest(inertia: float, *parameters: Values) -> Values:
-        """c0², cm²/s², at p = 0 (eq. 33)."""
-        ...
-
 
 class LinearWall(NamedTuple):
     """Linear elastic wall, p = β (√(A/A0) - 1) (eq. 3).
@@ -64,6 +67,12 @@ class LinearWall(NamedTuple):
     """
 
     beta: Values
+
+    @staticmethod
+    def law() -> Law:
+        """Return what is said of the law; the paper keeps β between β0 and 2.5 β0."""
+        beta = Parameter("mmHg", "β", "wall stiffness", "3", 1.0, (0.2, 20.0), (1.0, 2.5))
+        return Law("linear", "linear elastic", "p = β (√(A/A₀) − 1)", "3", (beta,), "beta")
 
     @staticmethod
     def pressure_at(a: Values, beta: Values) -> Values:
@@ -86,11 +95,6 @@ class LinearWall(NamedTuple):
         """Area ratios between which the law holds: any positive one."""
         return 0.0 * beta, 0.0 * beta + np.inf
 
-    @staticmethod
-    def wave_speed_squared_at_rest(inertia: float, beta: Values) -> Values:
-        """c0² = β/(2ρ), cm²/s² (eq. 33)."""
-        return beta / (2.0 * inertia)
-
 
 class TangentWall(NamedTuple):
     """Nonlinear wall that stiffens with pressure, p = p1 tan(π/γ (A/A0 - 1)) (eq. 4).
@@ -105,6 +109,19 @@ class TangentWall(NamedTuple):
 
     p1: Values
     gamma: Values
+
+    @staticmethod
+    def law() -> Law:
+        """Return what is said of the law; nominally γ = 2 and p1 = β0/π, with the linear law's c0 (eq. 10)."""
+        p1 = Parameter(
+            "mmHg", "p_1", "half-width pressure of the wall", "4", 1 / np.pi, (0.02, 20.0), (0.5 / np.pi, 2.0)
+        )
+        gamma = Parameter("1", "γ", "scale of the largest area", "4", 2.0, (0.3, 6 * np.pi), (1.0, 2 * np.pi))
+        stiffness = Quantity("mmHg", "p_1/γ", "wall stiffness of the tangent law", "10")
+        formula = "p = p₁ tan(π/γ (A/A₀ − 1))"
+        return Law(
+            "tangent", "stiffening tangent", formula, "4", (p1, gamma), "p1_over_gamma", ("p1_over_gamma", stiffness)
+        )
 
     @staticmethod
     def pressure_at(a: Values, p1: Values, gamma: Values) -> Values:
@@ -125,11 +142,6 @@ class TangentWall(NamedTuple):
     def limits(p1: Values, gamma: Values) -> tuple[Values, Values]:
         """Area ratios between which the law holds: the poles of the tangent, the upper one at A∞ (eq. 5)."""
         return np.maximum(0.0, 1.0 - 0.5 * gamma), 1.0 + 0.5 * gamma
-
-    @staticmethod
-    def wave_speed_squared_at_rest(inertia: float, p1: Values, gamma: Values) -> Values:
-        """c0² = π p1/(γρ), cm²/s² (eq. 33)."""
-        return np.pi * p1 / (gamma * inertia)
 
 
 def pressure(wall: Wall, area: Values, area0: Values) -> Values:
@@ -162,15 +174,19 @@ def wave_speed(wall: Wall, pressure: Values, inertia: float) -> Values:
     return np.sqrt(wall.ratio_at(pressure, *k) / (inertia * wall.slope_at(pressure, *k)))
 
 
-def largest_area(wall: Wall, area0: Values) -> Values:
-    """Area A∞ at infinite pressure, cm² (eq. 5); infinite for the linear law."""
-    return area0 * wall.limits(*_parameters(wall))[1]
+def wave_speed_at_rest(wall: Wall, inertia: float) -> Values:
+    """Wave speed c0, cm/s, at p = 0 (eq. 33): √(β/(2ρ)) of the linear law, √(π p1/(γρ)) of the tangent law."""
+    return 1.0 / np.sqrt(inertia * wall.slope_at(0.0, *_parameters(wall)))
 
 
-def equivalent_beta(p1: Values, gamma: Values) -> Values:
-    """Stiffness β = 2π p1/γ, mmHg (eq. 24), of the linear law that the tangent law becomes at small strain."""
-    return 2.0 * np.pi * p1 / gamma
+def stiffness(wall: Wall) -> Values:
+    """Stiffness β, mmHg, of the linear law that a law becomes at small strain: 2π p1/γ of the tangent law (eq. 24)."""
+    return 2.0 / wall.slope_at(0.0, *_parameters(wall))
 
 
 def _parameters(wall: Wall) -> tuple[np.ndarray, ...]:
     return tuple(np.asarray(value, dtype=float) for value in wall)  # type: ignore[attr-defined]
+
+
+BUILT_IN: tuple[Any, ...] = (LinearWall, TangentWall)
+"""The laws of this file."""

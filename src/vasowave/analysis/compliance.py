@@ -7,7 +7,6 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.model import Model
 from vasowave.network import Network
-from vasowave.outlets import Windkessel
 from vasowave.walls import area_compliance
 
 
@@ -52,7 +51,7 @@ def compliance(model: Model, pressure: float | np.ndarray) -> Compliance:
     Parameters
     ----------
     model : Model
-        With `Windkessel` outlets.
+        With outlets that have a capacitor.
     pressure : float or array, shape (vessel,)
         mmHg.
 
@@ -61,16 +60,15 @@ def compliance(model: Model, pressure: float | np.ndarray) -> Compliance:
     InputError
         Other outlets, or a pressure that is not finite or of another shape.
     """
-    if not isinstance(model.outlets, Windkessel):
-        raise InputError("compliance needs Windkessel outlets; an impedance spectrum names no capacitor")
     if np.shape(pressure) not in ((), (len(model.network),)) or not np.all(np.isfinite(pressure)):
         raise InputError(f"pressure must be one finite number or {len(model.network)} of them")
+    peripheral = float(model.outlets.weighted_compliance().sum())
     vessel = model.network.length * area_compliance(model.wall, pressure, model.network.area0)
     return Compliance(
         vessel,
         series_parallel(model.network, vessel),
         float(vessel.sum()),
-        float(model.outlets.weighted_compliance().sum()),
+        peripheral,
         model.outlets.total_resistance(),
     )
 

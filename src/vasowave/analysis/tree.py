@@ -6,7 +6,6 @@ import pandas as pd
 from vasowave.errors import InputError
 from vasowave.model import Model
 from vasowave.network import Network
-from vasowave.outlets import Windkessel
 from vasowave.walls import area, wave_speed
 
 
@@ -116,8 +115,7 @@ def _reflection(model: Model, Z_c: np.ndarray) -> np.ndarray:
     below = np.zeros(len(network))
     inner = network.parent >= 0
     np.add.at(below, network.parent[inner], Y[inner])
-    if isinstance(model.outlets, Windkessel):
-        below[network.terminals] = 1 / np.asarray(model.outlets.R1)
-    else:
-        below[network.terminals] = np.nan
-    return (Y - below) / (Y + below)
+    coefficient = (Y - below) / (Y + below)
+    R, Z = model.outlets.fast_resistance(), Z_c[network.terminals]
+    coefficient[network.terminals] = (R - Z) / (R + Z)
+    return coefficient

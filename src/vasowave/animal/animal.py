@@ -7,8 +7,9 @@ from typing import Any
 
 from vasowave.blood import Blood
 from vasowave.calibration import Search
-from vasowave.calibration.parameters import UNITS
+from vasowave.calibration.parameters import fitted_parameters
 from vasowave.errors import InputError, did_you_mean
+from vasowave.laws import LAWS
 from vasowave.network import Network
 from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
 from vasowave.solver import Numerics
@@ -118,9 +119,10 @@ class Settings:
                 raise InputError(f"unknown wall law '{wall}'{did_you_mean(wall, WALLS)}; there are: {', '.join(WALLS)}")
         if len(set(self.walls)) < len(self.walls):
             raise InputError(f"walls {', '.join(self.walls)}: each law once")
+        known = {name: None for wall in LAWS for name in fitted_parameters(wall)}
         for name in (*self.bounds, *self.fixed):
-            if name not in UNITS:
-                raise InputError(f"no parameter '{name}'{did_you_mean(name, UNITS)}; there are: {', '.join(UNITS)}")
+            if name not in known:
+                raise InputError(f"no parameter '{name}'{did_you_mean(name, known)}; there are: {', '.join(known)}")
         object.__setattr__(self, "selection_optima", tuple(self.selection_optima))
         if not self.selection_optima or set(self.selection_optima) - {"OLS", "GLS"}:
             raise InputError(f"selection_optima {self.selection_optima}: give 'OLS', 'GLS' or both")
@@ -130,9 +132,9 @@ class Settings:
 
     def search(self, wall: str) -> Search:
         """Return how to search with one wall law: the bounds and fixed values of the parameters that it has."""
-        absent = {"linear": ("p1", "gamma"), "tangent": ("beta",)}[wall]
-        bounds = {name: (float(low), float(high)) for name, (low, high) in self.bounds.items() if name not in absent}
-        fixed = {name: float(value) for name, value in self.fixed.items() if name not in absent}
+        own = fitted_parameters(wall)
+        bounds = {name: (float(low), float(high)) for name, (low, high) in self.bounds.items() if name in own}
+        fixed = {name: float(value) for name, value in self.fixed.items() if name in own}
         return Search(self.starts, self.method, self.paper_bounds, bounds, fixed, self.seed)
 
     def as_json(self) -> str:

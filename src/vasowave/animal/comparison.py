@@ -10,11 +10,11 @@ from vasowave.calibration import Fit
 
 def selection_dataset(fits: Sequence[Fit], settings: Settings) -> xr.Dataset:
     """Return AICc and BIC of every wall law under every noise model (eqs. 21 to 23), one candidate per pair."""
-    from vasowave.selection import compare_fits
+    from vasowave.selection import Comparing, compare_models
 
-    return compare_fits(
+    return compare_models(
         fits,
+        Comparing(seed=settings.seed),
         optima=settings.selection_optima,  # type: ignore[arg-type]
         numerics=settings.numerics,
-        seed=settings.seed,
     )

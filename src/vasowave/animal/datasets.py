@@ -6,7 +6,7 @@
     ├── network              topology and morphometry, by vessel
     ├── recording            measured pressure and flow, hemodynamic indices
     ├── nominal              what the fit started from
-    └── linear, tangent      one group per wall law
+    └── linear, tangent, …   one group per wall law
         ├── calibration      parameters, correlations, starts, residuals, outlets
         └── simulation       pressure, flow, area by time, vessel, station; numerics in the attributes
 """
@@ -22,6 +22,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.calibration.parameters import fitted_parameters
 from vasowave.calibration.result import Fit
 from vasowave.network import Network
 from vasowave.nominal import Nominal
@@ -29,8 +30,7 @@ from vasowave.outlets import Windkessel
 from vasowave.recording import Recording
 from vasowave.recording.cycle import INDEX_UNITS
 
-WALL_UNITS = {"beta": "mmHg", "p1": "mmHg", "gamma": "1"}
-OUTLET_UNITS = {"R1": "mmHg s/ml", "R2": "mmHg s/ml", "C": "ml/mmHg"}
+OUTLET_UNITS = {name: what.unit for name, what in Windkessel.quantities().items()}
 
 
 def write_archive(fits: Sequence[Fit], path: Path, attributes: dict[str, str]) -> None:
@@ -120,9 +120,10 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
         },
     )
     network = fit.model.network
+    law, wall = fit.model.wall.law(), fit.model.wall
     walls = {
-        name: _variable("vessel", value, WALL_UNITS.get(name, "1"), f"wall parameter {name}")
-        for name, value in zip(fit.model.wall._fields, fit.model.wall, strict=True)
+        name: _variable("vessel", value, what.unit, what.meaning)
+        for name, value, what in zip(wall._fields, wall, law.parameters, strict=True)
     }
     rest = xr.Dataset(
         {
@@ -136,8 +137,22 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
             "time": _variable("time", fit.recording.time, "s", "time of the pressure samples"),
             **_terminals(network),
         },
-        attrs={"wall": fit.wall, "warnings": json.dumps(fit.warnings), **_blood(fit)},
+        attrs={
+            "wall": fit.wall,
+            "title": law.title,
+            "formula": law.formula,
+            "equation": law.equation,
+            "stiffness": law.stiffness,
+            "warnings": json.dumps(fit.warnings),
+            **_blood(fit),
+        },
     )
+    described = fitted_parameters(type(wall))
+    for name, kept in (
+        ("symbol", [one.symbol for one in described.values()]),
+        ("meaning", [one.meaning for one in described.values()]),
+    ):
+        parameters[name] = ("parameter", np.array(kept, dtype=object))
     return xr.merge([rest, parameters, correlation, starts], combine_attrs="override", join="exact")
 
 
@@ -189,9 +204,9 @@ def _terminals(network: Network) -> dict[str, Any]:
 
 
 def _outlets(outlets: Windkessel) -> dict[str, xr.Variable]:
-    meanings = {"R1": "proximal resistance", "R2": "distal resistance", "C": "compliance of the vascular bed"}
     return {
-        name: _variable("terminal", getattr(outlets, name), OUTLET_UNITS[name], meanings[name]) for name in meanings
+        name: _variable("terminal", getattr(outlets, name), what.unit, what.meaning)
+        for name, what in outlets.quantities().items()
     }
 
 

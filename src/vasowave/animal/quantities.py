@@ -1,7 +1,7 @@
 """The single numbers of an animal, each with its unit, symbol, equation and, where it was fitted, its 95 % interval."""
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -9,23 +9,13 @@ import xarray as xr
 from vasowave.analysis import compliance
 from vasowave.animal.signals import Station
 from vasowave.calibration import Fit
-from vasowave.calibration.parameters import FACTORS
 from vasowave.calibration.uncertainty import LEVEL
+from vasowave.descriptions import Quantity
 from vasowave.model import Model
 from vasowave.nominal import Nominal
 from vasowave.outlets import Windkessel
 from vasowave.recording import Recording
-from vasowave.walls import LinearWall, equivalent_beta, wave_speed
-
-
-class Quantity(NamedTuple):
-    """What a number is."""
-
-    unit: str
-    symbol: str
-    meaning: str
-    equation: str = ""
-
+from vasowave.walls import stiffness, wave_speed
 
 _RESISTANCE, _COMPLIANCE = "mmHg s/ml", "ml/mmHg"
 
@@ -41,10 +31,7 @@ QUANTITIES: dict[str, Quantity] = {
     "Z_0": Quantity(_RESISTANCE, "Z_0", "impedance at zero frequency", "19"),
     "I_R": Quantity("1", "I_R", "wave reflection coefficient", "17"),
     "beta": Quantity("mmHg", "β", "wall stiffness", "3"),
-    "p1": Quantity("mmHg", "p_1", "half-width pressure of the wall", "4"),
-    "gamma": Quantity("1", "γ", "scale of the largest area", "4"),
-    "p1_over_gamma": Quantity("mmHg", "p_1/γ", "wall stiffness of the tangent law", "10"),
-    "stiffness": Quantity("mmHg", "β or 2πp_1/γ", "wall stiffness at small strain, comparable between laws", "24"),
+    "stiffness": Quantity("mmHg", "β(0)", "stiffness β of the linear law with the same slope at zero pressure", "24"),
     "wave_speed": Quantity("cm/s", "c", "wave speed in the root at the measured mean pressure", "31, 32"),
     "R_T": Quantity(_RESISTANCE, "R_T", "total resistance of the vascular beds", "11"),
     "a": Quantity("1", "a = R_1/R_T", "resistance ratio", "7"),
@@ -57,14 +44,11 @@ QUANTITIES: dict[str, Quantity] = {
     "C_p_over_C_T_plain": Quantity("1", "C_p/C_T (sum)", "share of the beds, with the sum over vessels", "30"),
     "tau": Quantity("s", "τ", "time constant: of the diastolic decay if measured, R_T C_T of a model", "12"),
     "tau_plain": Quantity("s", "τ (sum)", "time constant R_T C_T, with the sum over vessels", "12"),
-    "r1": Quantity("1", "r_1", "factor of the nominal R_1 of all beds"),
-    "r2": Quantity("1", "r_2", "factor of the nominal R_2 of all beds"),
-    "c1": Quantity("1", "c_1", "factor of the nominal C of all beds"),
     "pressure_drop": Quantity("mmHg", "Δp", "fall of the mean pressure to the terminals, their average"),
     "S": Quantity("mmHg2", "S", "objective at the optimum", "14"),
     "RMSE": Quantity("mmHg", "RMSE", "root-mean-square pressure residual"),
 }
-"""All quantities by the name of their variable."""
+"""All quantities by the name of their variable; a wall law and the outlets own theirs, see `quantities_of`."""
 
 _LOG_STEP = 1e-4
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
@@ -72,6 +56,19 @@ _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 
 _SHARES = ("a", "C_p_over_C_T", "C_p_over_C_T_plain")
 """Quantities that cannot exceed 1."""
+
+
+def quantities_of(law: Any) -> dict[str, Quantity]:
+    """Return all quantities of a model with the wall law (its class), in the order of tables."""
+    said = law.law()
+    own = {name: Quantity(*one[:4]) for name, one in zip(law._fields, said.parameters, strict=True)}
+    factors = {name: Quantity(*one[:4]) for name, one in Windkessel.factors().items()}
+    names = list(QUANTITIES)
+    before, after = names[: names.index("beta")], names[names.index("stiffness") : names.index("pressure_drop")]
+    known = {name: QUANTITIES[name] for name in names if name != "beta"}
+    ordered = [*before, *own, *dict([said.ratio] if said.ratio else []), *after, *factors, *names]
+    every = known | own | dict([said.ratio] if said.ratio else []) | factors
+    return {name: every[name] for name in dict.fromkeys(ordered) if name in every}
 
 
 def measured_quantities(recording: Recording, nominal: Nominal, station: Station, waves: xr.Dataset) -> xr.Dataset:
@@ -88,7 +85,7 @@ def measured_quantities(recording: Recording, nominal: Nominal, station: Station
         "C_T": tau / R_T,
         "tau": tau,
     }
-    found = quantities_dataset(values)
+    found = quantities_dataset(values, QUANTITIES)
     found["wave_speed"].attrs["long_name"] = "wave speed at zero pressure, A0 Z_c/ρ"
     found["beta"].attrs["long_name"] = "nominal wall stiffness"
     return found
@@ -114,7 +111,7 @@ def model_quantities(
         "S": fit.S,
         "RMSE": fit.rmse,
     }
-    found = quantities_dataset(values, errors_of(fit, derive))
+    found = quantities_dataset(values, quantities_of(type(fit.model.wall)), errors_of(fit, derive))
     bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
     for name, value in found.data_vars.items():
         low, high = bounds.get(str(name), (0.0, 1.0 if name in _SHARES else np.inf))
@@ -140,18 +137,15 @@ def derived(model: Model, values: Mapping[str, float], diastolic: np.ndarray, me
     """
     found = dict(values)
     at_diastole = compliance(model, diastolic)
-    outlets = model.outlets
-    assert isinstance(outlets, Windkessel)
     speed = np.asarray(wave_speed(model.wall, mean, model.blood.inertia))
-    if isinstance(model.wall, LinearWall):
-        found["stiffness"] = values["beta"]
-    else:
-        found["p1_over_gamma"] = values["p1"] / values["gamma"]
-        found["stiffness"] = float(equivalent_beta(values["p1"], values["gamma"]))
+    if ratio := model.wall.law().ratio:
+        first, second = model.wall._fields
+        found[ratio[0]] = values[first] / values[second]
     return found | {
+        "stiffness": float(np.broadcast_to(stiffness(model.wall), len(model.network))[model.network.root]),
         "wave_speed": float(speed[model.network.root]),
-        "R_T": outlets.total_resistance(),
-        "a": float(np.mean(np.asarray(outlets.R1) / (np.asarray(outlets.R1) + np.asarray(outlets.R2)))),
+        "R_T": model.outlets.total_resistance(),
+        "a": model.outlets.resistance_ratio(),
         "C_p": at_diastole.peripheral,
         "C_v": at_diastole.network_published,
         "C_v_plain": at_diastole.network_sum,
@@ -167,9 +161,8 @@ def derived(model: Model, values: Mapping[str, float], diastolic: np.ndarray, me
 def model_of(fit: Fit, values: Mapping[str, float]) -> Model:
     """Return the model of a fit with other values of its parameters."""
     wall = type(fit.model.wall)(*(values[name] for name in fit.model.wall._fields))
-    r1, r2, c1 = (values[name] for name in FACTORS)
-    R1, R2, C = fit.nominal.outlets
-    return Model(fit.model.network, wall, Windkessel(r1 * R1, r2 * R2, c1 * C), fit.model.blood)
+    outlets = fit.nominal.outlets.scaled(*(values[name] for name in Windkessel.factors()))
+    return Model(fit.model.network, wall, outlets, fit.model.blood)
 
 
 def errors_of(fit: Fit, derive: Callable[[Mapping[str, float]], dict[str, float]]) -> dict[str, tuple[float, float]]:
@@ -203,11 +196,13 @@ def _values(fit: Fit) -> dict[str, float]:
 
 
 def quantities_dataset(
-    values: Mapping[str, float], errors: Mapping[str, tuple[float, float]] | None = None
+    values: Mapping[str, float],
+    quantities: Mapping[str, Quantity],
+    errors: Mapping[str, tuple[float, float]] | None = None,
 ) -> xr.Dataset:
-    """Return the values as labelled scalars, in the order of `QUANTITIES`; `errors` as from `errors_of`."""
+    """Return the values as labelled scalars, in the order of `quantities`; `errors` as from `errors_of`."""
     found = {}
-    for name, what in QUANTITIES.items():
+    for name, what in quantities.items():
         if name not in values:
             continue
         value = float(values[name])

@@ -1,10 +1,14 @@
 """What changes along the tree of a calibrated model, vessel by vessel, as labelled data."""
 
+import numpy as np
 import xarray as xr
 
+from vasowave import walls
 from vasowave.analysis import compliance, pressure_drop, wave_speeds
 from vasowave.animal.datasets import table_dataset
 from vasowave.calibration import Fit
+
+_ABOVE, _POINTS = 1.05, 101  # how far the curve of the law is drawn, of the highest pressure; its points
 
 
 def vessels_dataset(fit: Fit) -> xr.Dataset:
@@ -35,7 +39,24 @@ def vessels_dataset(fit: Fit) -> xr.Dataset:
         "C_v": (at_diastole.network_published, "compliance of the network, series/parallel rule (eqs. 28, 29)"),
         "C_v_plain": (at_diastole.network_sum, "compliance of the network, sum over vessels (eq. 25)"),
     }
-    return found.assign({name: ((), v, {"units": "ml/mmHg", "long_name": text}) for name, (v, text) in sums.items()})
+    found = found.assign({name: ((), v, {"units": "ml/mmHg", "long_name": text}) for name, (v, text) in sums.items()})
+    return found.merge(_law_curve(fit))
+
+
+def _law_curve(fit: Fit) -> xr.Dataset:
+    """Return the wall law of the root vessel as a curve, from zero pressure to above the highest that is met."""
+    network = fit.model.network
+    root = network.root
+    wall = type(fit.model.wall)(*(value[root] for value in fit.model.wall))
+    highest = float(fit.simulation["pressure"].isel(vessel=root).max())
+    pressure = np.linspace(0.0, max(_ABOVE * highest, 1.0), _POINTS)
+    area = np.asarray(walls.area(wall, pressure, network.area0[root]))
+    return xr.Dataset(
+        {
+            "law_pressure": ("law_point", pressure, {"units": "mmHg", "long_name": "pressure along the wall law"}),
+            "law_area": ("law_point", area, {"units": "cm2", "long_name": "area of the root vessel at that pressure"}),
+        }
+    )
 
 
 def _renamed(dataset: xr.Dataset) -> xr.Dataset:

@@ -15,7 +15,7 @@ from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
 from vasowave.calibration.search import Found
-from vasowave.calibration.uncertainty import correlations, parameter_table, sentences
+from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.network import Network
 from vasowave.nominal import estimate_nominal, oddities
@@ -70,7 +70,7 @@ class Search:
 def calibrate(
     network: Network,
     recording: Recording,
-    wall: str = "linear",
+    wall: str | type = "linear",
     *,
     blood: Blood | None = None,
     search: Search | None = None,
@@ -83,8 +83,9 @@ def calibrate(
     ----------
     network : Network
     recording : Recording
-    wall : {"linear", "tangent"}
-        Fits {β, r1, r2, c1} or {p1, γ, r1, r2, c1}.
+    wall : str or class
+        Name of a wall law (``linear``: fits {β, r1, r2, c1}; ``tangent``: {p1, γ, r1, r2, c1}), or a class of your own;
+        see `laws.find_law`.
     blood : Blood, optional
     search : Search, optional
         Starts, method, bounds.
@@ -115,15 +116,15 @@ def calibrate(
     found, stopped = _search_all(space, compared, _coarser(numerics), plan, progress)
     objective, best = _polish(space, compared, numerics, plan, found)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
-    table = parameter_table(space, best.x, jacobian, residual)
-    correlation = correlations(space, jacobian, residual)
+    spread = spread_of(space, jacobian, residual)
+    table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
     starts = _starts_table(space, found, best)
     notes = [*compared.notes, *oddities(nominal), *sentences(table, correlation, starts)]
     if stopped:
         notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")
     run = objective.run(best.x)
     return Fit(
-        wall, run.model, compared, nominal, table, correlation, starts, as_dataset(run),
+        space.law.law().name, run.model, compared, nominal, table, correlation, starts, as_dataset(run),
         residual, float(residual @ residual), tuple(notes),
     )  # fmt: skip
 

@@ -11,7 +11,7 @@ import numpy as np
 from vasowave.calibration.parameters import Space
 from vasowave.errors import NumericalError, VasowaveError
 from vasowave.recording import Recording
-from vasowave.solver.run import Run
+from vasowave.solver.result import Run
 from vasowave.solver.simulate import Numerics, simulate_run, simulate_runs
 
 _STEP = 1e3  # finite difference in the logarithm of a parameter, over the tolerance in mmHg …

@@ -6,7 +6,6 @@ import numpy as np
 import xarray as xr
 
 from vasowave.calibration.generalized import Optimum, Whiten, least_squares_optimum, reoptimize
-from vasowave.calibration.parameters import UNITS
 from vasowave.calibration.result import Fit
 from vasowave.errors import InputError, NumericalError
 from vasowave.solver.simulate import Numerics
@@ -100,7 +99,7 @@ def _dataset(name: str, ends: Sequence[Optimum], metric: Whiten) -> xr.Dataset:
     deviance = chi2 - chi2.min()
     values = {key: np.array([end.values[key] for end in ends]) for key in ends[0].space.names}
     lower, upper = _crossings(np.log(values[name]), deviance)
-    variables = {key: ("point", value, {"units": UNITS[key]}) for key, value in values.items()}
+    variables = {key: ("point", value, {"units": ends[0].space.parameters[key].unit}) for key, value in values.items()}
     S = np.array([float(end.residual @ end.residual) for end in ends])
     return xr.Dataset(
         {

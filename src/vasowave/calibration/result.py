@@ -17,7 +17,7 @@ class Fit:
 
     Attributes
     ----------
-    wall : {"linear", "tangent"}
+    wall : str
         Name of the wall law.
     model : Model
         The model at the optimum.
@@ -26,7 +26,7 @@ class Fit:
     nominal : Nominal
         Where the starts came from.
     parameters : DataFrame
-        One row per parameter (index: beta, or p1 and gamma; r1, r2, c1), columns ``unit, nominal, lower, upper,
+        One row per parameter (index: the wall law's, then r1, r2, c1), columns ``unit, nominal, lower, upper,
         value, standard_error`` (if every sample had independent noise), ``standard_error_correlated`` (for the smooth
         noise that the residual shows, `residual_noise`), ``degrees_of_freedom`` of that error, ``interval_low,
         interval_high`` (95 %, from both), ``at_bound, free, determined``.
@@ -73,15 +73,14 @@ class Fit:
     @property
     def total_resistance(self) -> float:
         """Resistance R_T of all vascular beds in parallel, mmHg s/ml."""
-        return self.model.outlets.total_resistance()  # type: ignore[union-attr]
+        return self.model.outlets.total_resistance()
 
     @property
     def resistance_ratio(self) -> float:
         """Ratio a = R1/R_T of the vascular beds."""
-        outlets = self.model.outlets
-        return float(np.mean(outlets.R1 / (outlets.R1 + outlets.R2)))  # type: ignore[union-attr]
+        return self.model.outlets.resistance_ratio()
 
     @property
     def peripheral_compliance(self) -> float:
         """Weighted compliance Σ Ĉ_p of the vascular beds, ml/mmHg."""
-        return float(self.model.outlets.weighted_compliance().sum())  # type: ignore[union-attr]
+        return float(self.model.outlets.weighted_compliance().sum())

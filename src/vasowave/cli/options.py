@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vasowave.blood import Blood, BoundaryLayer, Friction, Poiseuille, PowerLaw
-from vasowave.calibration.parameters import parameter_names
+from vasowave.calibration.parameters import fitted_parameters
 from vasowave.errors import InputError, did_you_mean
 
 _WALLS = {"linear": ("linear",), "tangent": ("tangent",), "both": ("linear", "tangent")}
@@ -55,8 +55,8 @@ def read_friction(text: str) -> Blood:
 
 def for_wall(law: str, laws: Sequence[str], values: Mapping[str, Any]) -> dict[str, Any]:
     """Return `values` (by parameter) without those that only another of the wall laws has."""
-    own = set(parameter_names(law))
-    foreign = {name for other in laws for name in parameter_names(other)} - own
+    own = set(fitted_parameters(law))
+    foreign = {name for other in laws for name in fitted_parameters(other)} - own
     return {name: value for name, value in values.items() if name not in foreign}
 
 

@@ -8,7 +8,9 @@ import numpy as np
 
 from vasowave.errors import NumericalError
 from vasowave.noise import covariance
+from vasowave.noise.gaussian import without_fit
 from vasowave.noise.models import CirculantNoise, DenseNoise, Noise
+from vasowave.noise.spectrum import falling_power
 
 Bounds = tuple[tuple[str, float, float, int], ...]
 """(Name with unit, lower, upper, power): bounds in units of T; the fitted value times T**power is reported."""
@@ -81,7 +83,7 @@ class PeriodicStationary:
     def noise(self, count: int, theta: np.ndarray) -> CirculantNoise:
         """Return the circulant noise; its smoothness is s - 1/2."""
         k = np.arange(count // 2 + 1)
-        return CirculantNoise((1 + (k / theta[0]) ** 2) ** -theta[1] + theta[2], count, {})
+        return CirculantNoise(falling_power(k, theta[0], theta[1]) + theta[2], count, {})
 
 
 @dataclass(frozen=True)
@@ -142,16 +144,6 @@ def fit_kernel(
     return amplitude * kernel.matrix(t, *theta), named(kernel, theta, period, amplitude)
 
 
-def fit_circulant(residuals: np.ndarray, rng: np.random.Generator, starts: int = 4) -> CirculantNoise:
-    """Maximum-likelihood periodic stationary noise with S_k = σ² ((1 + (k/k0)²)^-s + floor).
-
-    It needs no regularization. Parameters, errors: as `fit_kernel`.
-    """
-    family, count = PeriodicStationary(), residuals.shape[1]
-    theta, amplitude = maximize(family, residuals, rng, starts)
-    return CirculantNoise(amplitude * family.noise(count, theta).power, count, named(family, theta, 1.0, amplitude))
-
-
 def regularized(sigma: np.ndarray, hyperparameters: dict[str, float], norm: int) -> DenseNoise:
     """Return the noise model of a covariance, regularized to a condition number of 10⁴ in the given norm."""
     better, weight = covariance.regularize(sigma, norm=norm)
@@ -177,9 +169,8 @@ def concentrated(
     log_det, count = len(residuals) * noise.log_determinant, residuals.size
     if jacobians is not None:
         for column, jacobian in enumerate(jacobians):
-            Q, R = np.linalg.qr(noise.whiten(jacobian))
-            white[:, column] -= Q @ (Q.T @ white[:, column])
-            log_det += 2 * float(np.log(np.abs(np.diag(R))).sum())
+            white[:, column], information = without_fit(white[:, column], noise.whiten(jacobian))
+            log_det += information
             count -= jacobian.shape[1]
     amplitude = float(np.sum(white**2)) / count
     return -0.5 * (count * (np.log(2 * np.pi * amplitude) + 1) + log_det), amplitude

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vasowave.noise.gaussian import without_fit
+
 HARMONICS = 20
 """Harmonics from which the spectrum is estimated: those that the averaged cycle of a mouse carries."""
 
@@ -134,7 +136,12 @@ def fourier(values: np.ndarray) -> np.ndarray:
 
 def _variance(logarithms: np.ndarray, harmonic: np.ndarray) -> np.ndarray:
     power, corner, slope = np.exp(logarithms)
-    return power * (1 + (harmonic / corner) ** 2) ** -slope
+    return power * falling_power(harmonic, corner, slope)
+
+
+def falling_power(harmonic: np.ndarray, corner: float, slope: float) -> np.ndarray:
+    """Power (1 + (k/k0)²)^-m of harmonic k: that of a Matérn process on the circle."""
+    return (1 + (harmonic / corner) ** 2) ** -slope
 
 
 def _objective(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> float:
@@ -148,12 +155,9 @@ def _objective(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> fl
 
 def restricted_likelihood(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> float:
     """Log-likelihood of what the parameters could not take from the residual, up to a constant."""
-    s = _variance(x, k)
-    weighted = J / s[:, np.newaxis]
-    information = J.T @ weighted
-    taken = weighted.T @ y
-    quadratic = y @ (y / s) - taken @ np.linalg.solve(information, taken)
-    return -0.5 * float(np.log(s).sum() + np.linalg.slogdet(information)[1] + quadratic)
+    deviation = np.sqrt(_variance(x, k))
+    left, information = without_fit(y / deviation, J / deviation[:, np.newaxis])
+    return -0.5 * float(2 * np.log(deviation).sum() + information + left @ left)
 
 
 def _hessian(function, x: np.ndarray) -> np.ndarray:  # type: ignore[no-untyped-def]

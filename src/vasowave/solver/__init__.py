@@ -1,5 +1,6 @@
 """The 1D solver: a model and an inflow in, labelled waveforms of its periodic state out."""
 
-from vasowave.solver.simulate import Numerics, simulate
+from vasowave.solver.numerics import Numerics
+from vasowave.solver.simulate import simulate
 
 __all__ = ["Numerics", "simulate"]

@@ -8,7 +8,7 @@ import xarray as xr
 
 from vasowave import walls
 from vasowave.errors import VasowaveError
-from vasowave.solver.run import Run
+from vasowave.solver.result import Run
 
 STATIONS = ("inlet", "middle", "outlet")
 

@@ -11,8 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vasowave.model import Model
-from vasowave.outlets import Windkessel
-from vasowave.solver.laws import ConvolutionSteps, WindkesselSteps
 
 FEWEST_CELLS = 2  # the foot of a characteristic is extrapolated from the two cells next to an end
 
@@ -126,20 +124,6 @@ class Grid:
         low, high = self.wall.limits(*self.wall)
         step = np.where(self.is_cell, dt, 0.0)
         return Cells(1 / area0, low * area0, high * area0, step / (2 * self.spacing), step)
-
-    def outlets(self, steps: int, period: float) -> WindkesselSteps | ConvolutionSteps:
-        """Return the outlets' response over one of `steps` steps a cycle."""
-        outlets = self.model.outlets
-        if isinstance(outlets, Windkessel):
-            R1, R2, C = (np.asarray(value) for value in outlets)
-            half, whole = np.exp(-period / steps / (2 * R2 * C)), np.exp(-period / steps / (R2 * C))
-            return WindkesselSteps(half, whole, R2 * (1 - half), R2 * (1 - whole), np.array(R1))
-        Z = outlets.impedance_at_harmonics(steps // 2 + 1)
-        return ConvolutionSteps(np.ascontiguousarray(np.fft.irfft(Z, steps, axis=0).T))
-
-    def memory_length(self, steps: int) -> int:
-        """Return how many numbers a terminal remembers: a capacitor pressure, or the flow of one cycle."""
-        return 1 if isinstance(self.model.outlets, Windkessel) else steps
 
 
 def make_grid(model: Model, cell_size: float) -> Grid:

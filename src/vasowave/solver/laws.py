@@ -11,6 +11,7 @@ from numba import njit
 from numba.extending import overload, register_jitable
 
 from vasowave import walls
+from vasowave.outlets import Outlets, Windkessel
 from vasowave.solver import trigonometry
 
 # Numba cannot unpack a tuple of arrays at one index, so the call is written out by the count of parameters.
@@ -70,11 +71,48 @@ class WindkesselSteps(NamedTuple):
     gain: np.ndarray
     R1: np.ndarray
 
+    def memory_scale(self, impedance: np.ndarray) -> np.ndarray:
+        """Factors that turn the memory into pressures, shape (terminal, 1): it is the capacitor's pressure."""
+        return np.ones((len(impedance), 1))
+
+    def remembered(self) -> np.ndarray:
+        """Times, in steps, whose waves make the memory at the start of a cycle, half a step before t = 0."""
+        return np.array([-0.5])
+
+    def memory_of(self, pressure: np.ndarray, flow: np.ndarray) -> np.ndarray:
+        """Memory from pressure (mmHg) and flow (ml/s) of the terminals at these times, shape (time, terminal)."""
+        return (pressure - self.R1 * flow).T.copy()
+
 
 class ConvolutionSteps(NamedTuple):
     """A periodic impulse response, mmHg s/ml per step, shape (terminal, step); the paper's form of eq. 7."""
 
     response: np.ndarray
+
+    def memory_scale(self, impedance: np.ndarray) -> np.ndarray:
+        """Factors that turn the memory into pressures, shape (terminal, step): it is the flow of one cycle."""
+        return np.broadcast_to(impedance[:, np.newaxis], self.response.shape)
+
+    def remembered(self) -> np.ndarray:
+        """Times, in steps, whose waves make the memory at the start of a cycle: all of the cycle before."""
+        return np.arange(self.response.shape[1])
+
+    def memory_of(self, pressure: np.ndarray, flow: np.ndarray) -> np.ndarray:
+        """Memory from pressure (mmHg) and flow (ml/s) of the terminals at these times, shape (time, terminal)."""
+        return flow.T.copy()
+
+
+OutletSteps = WindkesselSteps | ConvolutionSteps
+
+
+def outlet_steps(outlets: Outlets, steps: int, period: float) -> OutletSteps:
+    """Return the outlets' response over one of `steps` steps a cycle: exact for a Windkessel, else by convolution."""
+    if isinstance(outlets, Windkessel):
+        R1, R2, C = (np.asarray(value) for value in outlets)
+        half, whole = np.exp(-period / steps / (2 * R2 * C)), np.exp(-period / steps / (R2 * C))
+        return WindkesselSteps(half, whole, R2 * (1 - half), R2 * (1 - whole), np.array(R1))
+    Z = outlets.impedance_at(steps // 2 + 1, period)
+    return ConvolutionSteps(np.ascontiguousarray(np.fft.irfft(Z, steps, axis=0).T))
 
 
 def outlet_line(outlet, memory, j, step):

@@ -1,33 +1,19 @@
 """Cycles of one model with one step size, and what their failures mean."""
 
-from __future__ import annotations
-
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vasowave.errors import NumericalError
 from vasowave.recording import Inflow
 from vasowave.solver.cells import Faces, Fluid, Fluxes
-from vasowave.solver.cycle import LEFT_LAW, NODE_FAILED, advance_cycle
+from vasowave.solver.cycle import LEFT_LAW, NODE_FAILED, cycle_kernel
 from vasowave.solver.grid import Grid
+from vasowave.solver.laws import outlet_steps
 from vasowave.solver.nodes import make_node_states
-
-if TYPE_CHECKING:
-    from vasowave.solver.simulate import Numerics
-
-AIM = 0.85  # Courant number at which a chosen step aims; the scheme is stable to 1
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """Area (cm²) and flow (ml/s) of every slot, and what every terminal remembers (mmHg, or ml/s)."""
-
-    area: np.ndarray
-    flow: np.ndarray
-    memory: np.ndarray
+from vasowave.solver.numerics import Numerics
+from vasowave.solver.start import AIM
+from vasowave.solver.state import State
 
 
 class TooFast(Exception):  # noqa: N818  a signal between functions of this file, not an error
@@ -46,7 +32,7 @@ class Stepper:
         self.inflow = inflow.resampled(steps)
         dt = inflow.period / steps
         self.parts = grid.vessels, grid.cells(dt), grid.ends(dt)
-        self.outlets = grid.outlets(steps, inflow.period)
+        self.outlets = outlet_steps(grid.model.outlets, steps, inflow.period)
         blood = grid.model.blood
         self.fluid = Fluid(blood.inertia, *blood.friction.coefficients(blood.viscosity, inflow.period))
         slots, vessels = len(grid.vessel), len(grid.model.network)
@@ -69,7 +55,7 @@ class Stepper:
     def cycle(self, state: State) -> State:
         """Run one cycle; the waveforms of the last one stay in `stations` and `cells`."""
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
-        report = advance_cycle(
+        report = cycle_kernel(type(self.grid.wall))(
             (area, flow, memory), self.inflow, self.law, self.outlets, self.parts, self.fluid, self.scratch,
             self.inlet_area, self.stations, self.cells,
         )  # fmt: skip

@@ -7,7 +7,7 @@ from vasowave.animal.reading import data_of
 from vasowave.figures.cohort_gallery import Cohort
 from vasowave.report.cohort.cells import who
 from vasowave.report.document import Table
-from vasowave.selection.compare import UNDECIDED
+from vasowave.selection.criteria import UNDECIDED
 
 _NOISE = ("covariance", "sharing", "optimum")
 _NOTE = (

@@ -13,7 +13,7 @@ from vasowave.cohort.statistics import what_n_can_show
 from vasowave.figures.cohort_gallery import Cohort
 from vasowave.report.cohort.selection_table import selection_table
 from vasowave.report.wording import listed, name_and_unit, number
-from vasowave.selection.compare import UNDECIDED
+from vasowave.selection.criteria import UNDECIDED
 
 CLEAR = 0.05
 """p after Holm below which the summary calls a difference clear."""

@@ -1,0 +1,35 @@
+"""Parameters as one number for all vessels or one for each, kept as one for each and checked once."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vasowave.errors import InputError
+
+
+def one_per_vessel(values: Any, names: Sequence[str], what: str) -> Any:
+    """Return a named tuple of parameters with every field as a read-only array over the vessels `names`.
+
+    Raises
+    ------
+    InputError
+        A parameter of another shape, or one that is not positive and finite; the vessel is named.
+    """
+    return type(values)(*(_row(name, value, names, what) for name, value in zip(values._fields, values, strict=True)))
+
+
+def _row(name: str, value: Any, names: Sequence[str], what: str) -> np.ndarray:
+    try:
+        array = np.array(np.broadcast_to(np.asarray(value, dtype=float), (len(names),)))
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{what} parameter {name} has shape {np.shape(value)}; give one number or {len(names)} values"
+        ) from None
+    bad = np.flatnonzero(~(np.isfinite(array) & (array > 0)))
+    if len(bad):
+        raise InputError(
+            f"vessel '{names[bad[0]]}': {what} parameter {name} = {array[bad[0]]:g}; it must be positive and finite"
+        )
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,61 @@
+"""The state of a simulation between two cycles, and its form as one vector of pressures."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave import walls
+from vasowave.solver.grid import Grid
+from vasowave.solver.laws import OutletSteps
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Area (cm²) and flow (ml/s) of every slot, and what every terminal remembers (mmHg, or ml/s)."""
+
+    area: np.ndarray
+    flow: np.ndarray
+    memory: np.ndarray
+
+
+class Scale:
+    """Turns states into vectors of pressures (mmHg) and back, so that one tolerance fits all variables.
+
+    Parameters
+    ----------
+    grid : Grid
+    mean_pressure : array, shape (vessel,)
+        mmHg, at which compliance and characteristic impedance are taken.
+    outlet : OutletSteps
+    """
+
+    def __init__(self, grid: Grid, mean_pressure: np.ndarray, outlet: OutletSteps) -> None:
+        model = grid.model
+        area0 = model.network.area0
+        compliance = np.asarray(walls.area_compliance(model.wall, mean_pressure, area0))
+        area = walls.area(model.wall, mean_pressure, area0)
+        speed = walls.wave_speed(model.wall, mean_pressure, model.blood.inertia)
+        impedance = np.asarray(model.blood.inertia * speed / area)
+        self.cell = grid.is_cell
+        self.ghost_area = area0[grid.vessel]
+        vessel = grid.vessel[self.cell]
+        self.compliance, self.impedance = compliance[vessel], impedance[vessel]
+        self.memory = outlet.memory_scale(impedance[model.network.terminals])
+
+    def vector(self, state: State) -> np.ndarray:
+        """Return the state as pressures, mmHg."""
+        cell = self.cell
+        return np.concatenate(
+            [
+                state.area[cell] / self.compliance,
+                state.flow[cell] * self.impedance,
+                (state.memory * self.memory).ravel(),
+            ]
+        )
+
+    def state(self, x: np.ndarray) -> State:
+        """Return the state whose vector is `x`."""
+        n = len(self.compliance)
+        area, flow = self.ghost_area.copy(), np.zeros(len(self.cell))
+        area[self.cell], flow[self.cell] = x[:n] * self.compliance, x[n : 2 * n] / self.impedance
+        return State(area, flow, x[2 * n :].reshape(self.memory.shape) / self.memory)
