@@ -70,4 +70,4 @@ def made_tree(name, group, factor, rng, raw, walls, selection):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("vasowave.animal.pipeline.calibrate", fitted)
-        return analyze(animal, Settings(starts=4, walls=walls, selection=selection))
+        return analyze(animal, Settings(starts=4, walls=walls, model_selection=selection))

@@ -173,7 +173,7 @@ def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_p
     bad.write_text("\n".join(lines) + "\n")
     with start(folder) as program:
         said = program.communicate()[0]
-    assert program.returncode == 1
+    assert program.returncode == 3
     assert "0 animals computed, 2 kept from earlier, 1 failed" in said
     results = read_results(folder)
     assert list(results) == ["mouse 0", "mouse 2"]

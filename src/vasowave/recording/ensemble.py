@@ -3,8 +3,10 @@
 import warnings
 from collections import Counter
 from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
 
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.recording.beats import HEART_RATES, find_beats, foot
@@ -12,6 +14,7 @@ from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.rejection import rejection_reasons
+from vasowave.settings import Range
 
 
 @dataclass(frozen=True)
@@ -70,14 +73,14 @@ class EnsembleAverage:
 
 def average_beats(
     raw: RawRecording,
-    beats: int = 20,
+    beats: Annotated[int, Ge(2)] = 20,
     *,
-    samples: int = 256,
-    harmonics: int | None = 20,
-    fiducial: str | None = None,
-    heart_rates: tuple[float, float] = HEART_RATES,
-    length_tolerance: float = 0.1,
-    least_correlation: float = 0.9,
+    samples: Annotated[int, Ge(FEWEST_SAMPLES)] = 256,
+    harmonics: Annotated[int, Ge(1)] | None = 20,
+    fiducial: Literal["ecg", "pressure"] | None = None,
+    heart_rates: Range = HEART_RATES,
+    length_tolerance: Annotated[float, Gt(0), Le(1)] = 0.1,
+    least_correlation: Annotated[float, Ge(-1), Le(1)] = 0.9,
     reject_ventilation: bool = True,
     correct_delay: bool = False,
 ) -> EnsembleAverage:

@@ -7,13 +7,17 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from vasowave.animal.files import to_bytes
+from vasowave.animal.pipeline import Progress as FitProgress
 from vasowave.errors import InputError
+from vasowave.files import made_inside
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
-from vasowave.study.loading import analyze_animal, animal_key, animal_settings, file_hashes, load_animal
+from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
 from vasowave.study.lock import locked
-from vasowave.study.plan import Study
+from vasowave.study.plan import RESULTS, Study
 from vasowave.study.results import write_results
+from vasowave.study.settings import animal_settings
 from vasowave.study.store import Store
 from vasowave.threads import cores
 
@@ -77,7 +81,7 @@ def run_study(
         Another run is going on in this study; a disk is full; the scheduler does not answer; every animal failed.
     """
     say = progress or (lambda step: None)
-    with locked(study.results / _LOCK):
+    with locked(made_inside(study.folder, RESULTS) / _LOCK):
         store = Store(study.results)
         pieces, jobs, failures = _plan(study, store)
         kept = tuple(pieces)
@@ -92,10 +96,46 @@ def run_study(
 
         if jobs:
             pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs))
-            failures |= run_jobs(jobs, analyze_animal, keep, pools, at_once, threads, shifted)
+            failures |= run_jobs(jobs, analyzed_bytes, keep, pools, at_once, threads, shifted)
         results = _write(study, pieces, failures)
     computed = tuple(job.name for job in jobs if job.name in pieces)
     return Done(results, computed, kept, failures)
+
+
+def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
+    """Analyze the one animal of a study in this process and write its results.
+
+    After an interrupt (Ctrl-C) the results hold what the starts that had finished found, and say so; the next call
+    computes the animal anew.
+
+    Parameters
+    ----------
+    study : Study
+        Of one animal.
+    progress : callable, optional
+        As for `animal.analyze`.
+
+    Raises
+    ------
+    InputError
+        Another run is going on in this study; a file of the animal is wrong; the results cannot be written.
+    NumericalError
+        No start of a calibration could be simulated.
+    """
+    (row,) = study.animals
+    with locked(made_inside(study.folder, RESULTS) / _LOCK):
+        store = Store(study.results)
+        pieces, jobs, failures = _plan(study, store)
+        if failures:
+            raise InputError(failures[row.animal])
+        for job in jobs:
+            animal, settings, hashes = job.load()
+            tree = analyze_animal(animal, settings, hashes, progress)
+            key = f"interrupted-{job.key}" if tree.attrs["interrupted"] else job.key
+            pieces[row.animal] = store.keep(key, to_bytes(tree))
+        results = _write(study, pieces, {})
+    computed = tuple(job.name for job in jobs)
+    return Done(results, computed, () if computed else (row.animal,), {})
 
 
 def _write(study: Study, pieces: Mapping[str, Path], failures: Mapping[str, str]) -> Path:
