@@ -89,7 +89,7 @@ def match(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV of the pairs.")] = None,
 ) -> None:
     """Pair the vessels of two networks one to one, by topology and size, and list those left over."""
-    from vasowave.cli.options import check_file
+    from vasowave.files import check_file, write_file
     from vasowave.imaging import matching
     from vasowave.network import read_network
 
@@ -101,7 +101,7 @@ def match(
     if output is None:
         typer.echo("\n".join(lines))
     else:
-        _write_text("\n".join(lines) + "\n", output)
+        write_file(output, "\n".join(lines) + "\n")
     for path, left in zip((first, second), matching.unmatched(one, other, pairs), strict=True):
         typer.echo(f"{path}: {len(left)} vessels without counterpart{': ' if left else ''}{', '.join(left)}", err=True)
 
@@ -112,19 +112,6 @@ def _pair_lines(one: "Network", other: "Network", pairs: dict[int, int]) -> list
         sizes = (one.length[row], other.length[same], one.radius[row], other.radius[same])
         lines.append(",".join([one.name[row], other.name[same], *(repr(float(size)) for size in sizes)]))
     return lines
-
-
-def _write_text(text: str, path: Path) -> None:
-    from vasowave.errors import InputError
-
-    unfinished = path.with_name(path.name + ".part")
-    try:
-        unfinished.write_text(text, encoding="utf-8")
-        unfinished.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
-    finally:
-        unfinished.unlink(missing_ok=True)
 
 
 def _read(given: dict[str, Any]) -> dict[str, Any]:

@@ -3,8 +3,10 @@
 import warnings
 from collections import Counter
 from dataclasses import dataclass, replace
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
 
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.recording.baseline import Baseline, describe, find_baseline
@@ -15,6 +17,7 @@ from vasowave.recording.plausibility import check_flow, check_pressure, odd_valu
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.rejection import mark_inspiration, mark_steps, misshapen_beats
 from vasowave.recording.waveform import advance, close_cycle, cut_beats, foot_delay, low_pass
+from vasowave.settings import Range
 
 
 @dataclass(frozen=True)
@@ -76,14 +79,14 @@ class EnsembleAverage:
 
 def average_beats(
     raw: RawRecording,
-    beats: int = 20,
+    beats: Annotated[int, Ge(2)] = 20,
     *,
-    samples: int = 256,
-    harmonics: int | None = 20,
-    fiducial: str | None = None,
-    heart_rates: tuple[float, float] = HEART_RATES,
-    length_tolerance: float = 0.1,
-    least_correlation: float = 0.9,
+    samples: Annotated[int, Ge(FEWEST_SAMPLES)] = 256,
+    harmonics: Annotated[int, Ge(1)] | None = 20,
+    fiducial: Literal["ecg", "pressure"] | None = None,
+    heart_rates: Range = HEART_RATES,
+    length_tolerance: Annotated[float, Gt(0), Le(1)] = 0.1,
+    least_correlation: Annotated[float, Ge(-1), Le(1)] = 0.9,
     reject_ventilation: bool = True,
     correct_delay: bool = False,
     drift: str = "remove",

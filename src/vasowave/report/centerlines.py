@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vasowave.figures.style import style
+from vasowave.files import check_folder, write_folder
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.provenance import provenance
-from vasowave.report.extraction import network_figure, write_network_files
-from vasowave.results import FIGURES, check_folder, replacing
+from vasowave.report.extraction import FIGURES, network_figure, write_network_files
 
 SETTINGS = "centerlines.json"
 MARKS = {SETTINGS: b'"vasowave"'}
@@ -42,7 +42,7 @@ def write_centerline_network(
     folder = Path(folder).resolve()
     check_centerlines_folder(folder)
     origin = provenance([source])
-    with replacing(folder, MARKS) as fresh:
+    with write_folder(folder) as fresh:
         write_network_files(measured, fresh)
         (fresh / FIGURES).mkdir()
         with style():

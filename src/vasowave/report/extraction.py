@@ -12,6 +12,7 @@ import numpy as np
 from vasowave.figures.network import plot_network
 from vasowave.figures.projection import projection_figure
 from vasowave.figures.style import new_figure, style
+from vasowave.files import check_folder, write_folder
 from vasowave.imaging.axes.stretches import free_length
 from vasowave.imaging.exchange.centerlines import write_centerlines
 from vasowave.imaging.exchange.swc import write_swc
@@ -25,12 +26,12 @@ from vasowave.imaging.read.volume import isotropic
 from vasowave.network import Network
 from vasowave.provenance import provenance
 from vasowave.report.review import render, settings_rows
-from vasowave.results import FIGURES, check_folder, replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PAGE = "review.html"
+FIGURES = "figures"
 SETTINGS = "extraction.json"
 MARKS = {PAGE: b'name="generator" content="vasowave'}
 _TAPER = ("taper [cm/cm]", "taper_se [cm/cm]", "radius_proximal [cm]", "radius_distal [cm]")
@@ -59,7 +60,7 @@ def write_extraction(found: Extraction, folder: Path) -> Path:
     origin = _provenance(found)
     drawings = {name: _svg(figure) for name, figure in figures.items()}
     page = render(found, drawings, origin)
-    with replacing(folder, MARKS) as fresh:
+    with write_folder(folder) as fresh:
         write_network_files(found.measured, fresh)
         surface = smooth_surface(found.lumen)
         write_mask(found.lumen, found.image, fresh / "mask.nrrd")
