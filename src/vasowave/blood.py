@@ -5,6 +5,7 @@ Every friction law here has the form ``(k0 + k1 √A) q/A``: two numbers, which 
 
 import math
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Protocol
 
 from vasowave import units
@@ -46,7 +47,9 @@ class BoundaryLayer:
             _require_positive("reference_radius", self.reference_radius, "cm")
 
     def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
-        """Return (2πν r_ref/δ, 0) or (0, 2√π ν/δ)."""
+        """Return (2πν r_ref/δ, 0) or (0, 2√π ν/δ); both vanish with the viscosity."""
+        if viscosity == 0:
+            return 0.0, 0.0
         delta = boundary_layer(viscosity, period)
         if self.reference_radius is not None:
             return 2 * math.pi * viscosity * self.reference_radius / delta, 0.0
@@ -105,8 +108,10 @@ class Blood:
     def __post_init__(self) -> None:
         """Check the values."""
         _require_positive("density", self.density, "g/ml")
-        if not (math.isfinite(self.viscosity) and self.viscosity >= 0):
-            raise InputError(f"viscosity {self.viscosity:g} cm²/s is negative or not a number")
+        if self.viscosity != 0:
+            _require_positive("viscosity", self.viscosity, "cm²/s")
+        if not hasattr(self.friction, "coefficients"):
+            raise InputError(f"{self.friction!r} is no friction law; use BoundaryLayer(), PowerLaw(9) or Poiseuille()")
 
     @property
     def inertia(self) -> float:
@@ -115,5 +120,5 @@ class Blood:
 
 
 def _require_positive(name: str, value: float, unit: str) -> None:
-    if not (math.isfinite(value) and value > 0):
-        raise InputError(f"{name} {value:g} {unit} is not a positive number".replace("  ", " "))
+    if not (isinstance(value, Real) and math.isfinite(value) and value > 0):
+        raise InputError(f"{name} {value} {unit} is not a positive number".replace("  ", " "))
