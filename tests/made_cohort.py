@@ -65,4 +65,4 @@ def made_tree(name, group, factor, rng, raw, walls, selection):
     else:
         animal = Animal(name, group, network, cycle, synthetic=True)
     fits = [made_fit.made_fit(wall, recording=animal.recording, network=network, factor=factor) for wall in walls]
-    return tree_of(animal, fits, Settings(starts=4, selection=selection))
+    return tree_of(animal, fits, Settings(starts=4, model_selection=selection))

@@ -64,6 +64,12 @@ class LinearWall(NamedTuple):
     ----------
     beta : float or array, shape (vessel,)
         Stiffness β = Eh/((1-κ²) r0), mmHg.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> float(vw.walls.pressure(vw.LinearWall(beta=60.0), area=1.21, area0=1.0))  # 10 % wider
+    6.0...
     """
 
     beta: Values
@@ -105,6 +111,12 @@ class TangentWall(NamedTuple):
         Half-width pressure, mmHg, as in eq. 4. (The paper's table of optima lists π times this number.)
     gamma : float or array, shape (vessel,)
         Scale γ of the largest area, A∞ = (1 + γ/2) A0 (eq. 5).
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> float(vw.walls.stiffness(vw.TangentWall(p1=7.0, gamma=4.0)))  # 2π p1/γ (eq. 24)
+    10.99...
     """
 
     p1: Values
@@ -164,7 +176,7 @@ class PowerWall(NamedTuple):
     @staticmethod
     def law() -> Law:
         """Return what is said of the law; nominally it is the linear one."""
-        beta = Parameter("mmHg", "β", "wall stiffness", "", 1.0, (0.001, 20.0))
+        beta = Parameter("mmHg", "β", "wall stiffness", "", 1.0, (1e-4, 20.0))
         m = Parameter("1", "m", "exponent of the wall", "", 0.5, (0.05, 50.0))
         return Law("power", "power", "p = β/(2m) ((A/A₀)^m − 1)", "", (beta, m))
 

@@ -1,20 +1,23 @@
 """What goes in: an animal, and how it is to be analyzed."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from importlib.metadata import entry_points
+from typing import Annotated, Any, Literal
+
+from annotated_types import Ge
 
 from vasowave.blood import Blood
 from vasowave.calibration import Search
+from vasowave.calibration.calibrate import NUMERICS
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.errors import InputError, did_you_mean
-from vasowave.laws import LAWS
+from vasowave.laws import ENTRY_POINTS, LAWS, find_law
 from vasowave.network import Network
 from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
+from vasowave.settings import Check
 from vasowave.solver import Numerics
-
-WALLS = ("linear", "tangent")
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,72 +66,62 @@ class Animal:
         return cls(name, group, network, beats.recording, beats, raw, synthetic)
 
 
-@dataclass(frozen=True)
-class Settings:
-    """How an animal is analyzed.
+def _wall(name: str) -> str:
+    find_law(name)
+    return name
+
+
+def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
+    if not names or len(set(names)) < len(names):
+        raise InputError(f"{', '.join(map(str, names)) or 'nothing'}: choose at least one, each once")
+    return names
+
+
+def _wall_schema() -> dict[str, Any]:
+    offered = [point.name for point in entry_points(group=ENTRY_POINTS)]
+    return {"anyOf": [{"enum": [*LAWS, *offered]}, {"pattern": ":"}]}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings(Search):
+    """How an animal is analyzed: how to search (see `Search`), and more.
 
     Attributes
     ----------
-    walls : tuple of {"linear", "tangent"}
-        Wall laws to calibrate.
-    starts : int
-        Starts of every calibration; the paper took 4.
-    method : {"least-squares", "sqp"}
-    paper_bounds : bool
-        The paper's bounds instead of wide ones.
-    bounds : mapping of str to (float, float)
-        Own bounds of parameters, in their units; each applies to the laws that have the parameter.
-    fixed : mapping of str to float
-        Parameters held at a value, likewise.
-    seed : int
-        Of the starts.
-    selection : bool
-        Compare the wall laws by AICc and BIC (needs two of them).
-    selection_optima : tuple of str
-        Where: at the optimum of ordinary ("OLS") or of generalized least squares ("GLS", a minute an animal), or both.
+    walls : tuple of str
+        Wall laws to fit: linear, tangent, or a class of your own as module:Class (see `laws.find_law`).
+    model_selection : bool
+        Whether the wall laws are compared by AICc and BIC.
+    selection_optima : tuple of {"OLS", "GLS"}
+        Where they are compared: at the optimum of ordinary least squares, of generalized least squares under the same
+        noise model (about a minute an animal), or both.
     blood : Blood
-    numerics : Numerics, optional
-        By default those of `calibrate`.
+    numerics : Numerics
     harmonics : int
         Highest harmonic of the impedance spectra.
 
     Raises
     ------
     InputError
-        An unknown law or parameter, the same law twice, or a value `Search` refuses.
+        An unknown law or parameter, the same law twice, or a value outside its limits.
     """
 
-    walls: tuple[str, ...] = WALLS
-    starts: int = 20
-    method: str = "least-squares"
-    paper_bounds: bool = False
-    bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    fixed: Mapping[str, float] = field(default_factory=dict)
-    seed: int = 0
-    selection: bool = False
-    selection_optima: tuple[str, ...] = ("OLS",)
+    walls: Annotated[tuple[Annotated[str, Check(_wall, _wall_schema)], ...], Check(_each_once)] = ("linear", "tangent")
+    model_selection: bool = True
+    selection_optima: Annotated[tuple[Literal["OLS", "GLS"], ...], Check(_each_once)] = ("OLS",)
     blood: Blood = field(default_factory=Blood)
-    numerics: Numerics | None = None
-    harmonics: int = 14
+    numerics: Numerics = NUMERICS
+    harmonics: Annotated[int, Ge(1)] = 14
 
     def __post_init__(self) -> None:
         """Check the values."""
-        object.__setattr__(self, "walls", tuple(self.walls))
-        for wall in self.walls:
-            if wall not in WALLS:
-                raise InputError(f"unknown wall law '{wall}'{did_you_mean(wall, WALLS)}; there are: {', '.join(WALLS)}")
-        if len(set(self.walls)) < len(self.walls):
-            raise InputError(f"walls {', '.join(self.walls)}: each law once")
-        known = {name: None for wall in LAWS for name in fitted_parameters(wall)}
+        for name in ("walls", "selection_optima"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        super().__post_init__()
+        known = known_parameters(self.walls)
         for name in (*self.bounds, *self.fixed):
             if name not in known:
                 raise InputError(f"no parameter '{name}'{did_you_mean(name, known)}; there are: {', '.join(known)}")
-        object.__setattr__(self, "selection_optima", tuple(self.selection_optima))
-        if not self.selection_optima or set(self.selection_optima) - {"OLS", "GLS"}:
-            raise InputError(f"selection_optima {self.selection_optima}: give 'OLS', 'GLS' or both")
-        if self.harmonics < 1:
-            raise InputError(f"harmonics {self.harmonics}: at least one")
-        self.search(self.walls[0] if self.walls else "linear")
 
     def search(self, wall: str) -> Search:
         """Return how to search with one wall law: the bounds and fixed values of the parameters that it has."""
@@ -143,3 +136,8 @@ class Settings:
         plain = asdict(self)
         plain["blood"] = {"density": self.blood.density, "viscosity": self.blood.viscosity, "friction": friction}
         return json.dumps(plain, sort_keys=True)
+
+
+def known_parameters(walls: Sequence[str]) -> list[str]:
+    """Return the parameters that the wall laws `walls`, or those of `laws.LAWS`, have."""
+    return list(dict.fromkeys(name for wall in (*LAWS, *walls) for name in fitted_parameters(wall)))

@@ -15,6 +15,6 @@ def selection_dataset(fits: Sequence[Fit], settings: Settings) -> xr.Dataset:
     return compare_models(
         fits,
         Comparing(seed=settings.seed),
-        optima=settings.selection_optima,  # type: ignore[arg-type]
+        optima=settings.selection_optima,
         numerics=settings.numerics,
     )

@@ -26,8 +26,8 @@ from vasowave.errors import VasowaveWarning
 from vasowave.nominal import estimate_nominal
 from vasowave.provenance import provenance
 
-Progress = Callable[[str, int, int], None]
-"""Called with the wall law, its finished starts and all its starts."""
+Progress = Callable[[str, int, int, float], None]
+"""Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²)."""
 
 
 def analyze(animal: Animal, settings: Settings | None = None, progress: Progress | None = None) -> xr.DataTree:
@@ -38,7 +38,7 @@ def analyze(animal: Animal, settings: Settings | None = None, progress: Progress
     animal : Animal
     settings : Settings, optional
     progress : callable, optional
-        Called with the wall law, its finished starts and all its starts.
+        Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²).
 
     Returns
     -------
@@ -47,8 +47,9 @@ def analyze(animal: Animal, settings: Settings | None = None, progress: Progress
         for), ``measured`` with ``waves, impedance, quantities``, and for each wall law a group of its name with
         ``calibration, simulation, waves, impedance, tree, quantities``. Every variable has its unit; ``quantities``
         holds single numbers, those that were fitted with their 95 % interval in the attributes. Attributes of the root:
-        ``animal, group, synthetic, settings, notes`` (what a reader must know, JSON list) and the versions of the
-        programs. The same input gives the same tree.
+        ``animal, group, synthetic, interrupted, settings, notes`` (what a reader must know, JSON list) and the versions
+        of the programs. The same input gives the same tree, unless it was interrupted (Ctrl-C): then the tree holds the
+        wall laws and starts that had finished, and says so.
 
     Raises
     ------
@@ -59,17 +60,23 @@ def analyze(animal: Animal, settings: Settings | None = None, progress: Progress
     """
     settings = settings or Settings()
     with _collected() as warned:
-        fits = [_calibrated(animal, settings, wall, progress) for wall in settings.walls]
-    return tree_of(animal, fits, settings, warned)
+        fits, interrupted = _fits(animal, settings, progress)
+    return tree_of(animal, fits, settings, warned, interrupted)
 
 
-def tree_of(animal: Animal, fits: Sequence[Fit], settings: Settings, warned: Sequence[str] = ()) -> xr.DataTree:
+def tree_of(
+    animal: Animal,
+    fits: Sequence[Fit],
+    settings: Settings,
+    warned: Sequence[str] = (),
+    interrupted: bool = False,
+) -> xr.DataTree:
     """Return the tree of `analyze` of an animal that is calibrated already; `warned` becomes part of its notes."""
     with _collected() as more:
         groups = _measured(animal, settings)
         for fit in fits:
             groups |= _modeled(animal, fit, settings)
-        if settings.selection and len(fits) > 1:
+        if settings.model_selection and len(fits) > 1:
             groups["selection"] = selection_dataset(fits, settings)
     own = (f"{fit.wall} wall: {note}" for fit in fits for note in _own(fit))
     notes = [*animal.recording.notes, *warned, *more, *own]
@@ -80,6 +87,7 @@ def tree_of(animal: Animal, fits: Sequence[Fit], settings: Settings, warned: Seq
         "animal": animal.name,
         "group": animal.group,
         "synthetic": int(animal.synthetic),
+        "interrupted": int(interrupted),
         "notes": json.dumps(list(dict.fromkeys(notes)), ensure_ascii=False),
         "settings": settings.as_json(),
         **{program: version for program, version in provenance().items() if program != "created"},
@@ -117,10 +125,25 @@ def _with_scatter(animal: Animal) -> xr.Dataset:
     return dataset
 
 
+def _fits(animal: Animal, settings: Settings, progress: Progress | None) -> tuple[list[Fit], bool]:
+    """Return the fits of all wall laws, or what had finished when it was interrupted, and whether it was."""
+    fits: list[Fit] = []
+    for wall in settings.walls:
+        try:
+            fits.append(_calibrated(animal, settings, wall, progress))
+        except KeyboardInterrupt:
+            if not fits:
+                raise
+            return fits, True
+        if len(fits[-1].starts) < settings.starts:
+            return fits, True
+    return fits, False
+
+
 def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progress | None) -> Fit:
     def say(done: int, count: int, best: float) -> None:
         if progress is not None:
-            progress(wall, done, count)
+            progress(wall, done, count, best)
 
     return calibrate(
         animal.network,
