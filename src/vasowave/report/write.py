@@ -8,6 +8,7 @@ import xarray as xr
 from vasowave.cohort.cohort import gathered
 from vasowave.errors import InputError
 from vasowave.figures.style import style
+from vasowave.report.blocks import Report
 from vasowave.report.contents import report_of
 from vasowave.report.files import write_figures, write_tables
 from vasowave.report.html import page
@@ -66,6 +67,11 @@ def write_report(
         )
     with style():
         report = report_of(gathered(trees, reference), why, title)
+    _place(report, folder, pdf)
+    return folder / PAGE
+
+
+def _place(report: Report, folder: Path, pdf: bool) -> None:
     with placing(folder) as fresh:
         write_figures(report.drawings(), fresh / FIGURES)
         write_tables(report.tables(), report.records, fresh / TABLES)
@@ -74,7 +80,6 @@ def write_report(
         (fresh / PAGE).write_text(page(report), encoding="utf-8")
     if not pdf:
         (folder / PDF).unlink(missing_ok=True)  # an earlier one would contradict the page
-    return folder / PAGE
 
 
 def _check_free(folder: Path) -> None:

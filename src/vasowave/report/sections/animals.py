@@ -55,14 +55,15 @@ def _sentences(tree: xr.DataTree, written: dict[str, str]) -> list[Block]:
 
 
 def _animal(tree: xr.DataTree, place: int, color: str, written: dict[str, str]) -> list[Block]:
-    """Return the figures of beats and fit, and all values."""
+    """Return the fit, all values, and the beats."""
     blocks: list[Block] = []
-    if "beats" in tree.children and "trace_pressure" in data_of(tree, "beats").data_vars:
-        blocks.append(Drawing(f"beats-{place}", _beats_caption(tree), beats_figure(tree)))
     if wall_laws(tree):
         caption = "Measured (black) and fitted pressure and flow at the inlet, and what is left."
         blocks.append(Drawing(f"fit-{place}", caption, fit_figure(tree, color)))
-    return [*blocks, tables.values(tree, written)]
+    blocks.append(tables.values(tree, written))
+    if "beats" in tree.children and "trace_pressure" in data_of(tree, "beats").data_vars:
+        blocks.append(Drawing(f"beats-{place}", _beats_caption(tree), beats_figure(tree)))
+    return blocks
 
 
 def _search(tree: xr.DataTree, written: dict[str, str]) -> list[Block]:

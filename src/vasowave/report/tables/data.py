@@ -46,8 +46,8 @@ def _network(name: str, trees: dict[str, xr.DataTree], single: bool) -> Table:
     daughters = [", ".join(first.name[row] for row in rows) or "–" for rows in first.daughters]
     data = pd.DataFrame({"vessel": first.name, "daughters": daughters})
     for group, tree in trees.items():
-        vessels = network(tree)
-        data[f"r0 {group} [cm]"], data[f"L {group} [cm]"] = vessels.radius, vessels.length
+        vessels, label = network(tree), "" if single else f" {group}"
+        data[f"r0{label} [cm]"], data[f"L{label} [cm]"] = vessels.radius, vessels.length
     whose = "" if single else f" of {' and '.join(trees)} (animals {named(list(trees.values()))})"
     note = "– marks a terminal vessel; the first one is the root."
     return Table.of(name, f"Dimensions of the vessels{whose}", data, note)
