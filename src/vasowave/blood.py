@@ -38,6 +38,12 @@ class BoundaryLayer:
     reference_radius : float, optional
         This radius (cm) in every vessel at all times instead of the local one, √(A/π), with which eq. 2 is written;
         the paper's own fits used 0.07.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Blood(friction=vw.BoundaryLayer(reference_radius=0.07)).friction
+    BoundaryLayer(reference_radius=0.07)
     """
 
     reference_radius: Positive | None = None
@@ -63,6 +69,12 @@ class PowerLaw:
     exponent : float
         Exponent ζ of the velocity profile: 2 is Poiseuille's parabola, 9 a blunt profile usual for large arteries. The
         convective term keeps the factor 1 of a flat profile, as in eq. 2.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.PowerLaw(9.0).coefficients(viscosity=0.0462, period=0.11)[0] / 0.0462  # 22π
+    69.11...
     """
 
     exponent: Positive = 9.0
@@ -78,7 +90,14 @@ class PowerLaw:
 
 @dataclass(frozen=True)
 class Poiseuille:
-    """Parabolic profile: friction 8πν · q/A."""
+    """Parabolic profile: friction 8πν · q/A.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Poiseuille().coefficients(viscosity=0.0462, period=0.11)[0] / 0.0462  # 8π
+    25.13...
+    """
 
     def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
         """Return (8πν, 0)."""
@@ -101,6 +120,12 @@ class Blood:
         Kinematic viscosity ν, cm²/s.
     friction : Friction
         Friction law: boundary-layer (eq. 2), poiseuille or power-law.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Blood(density=1.06, friction=vw.Poiseuille())
+    Blood(density=1.06, viscosity=0.0462, friction=Poiseuille())
     """
 
     density: Positive = 1.057

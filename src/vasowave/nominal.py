@@ -38,6 +38,13 @@ class Nominal:
         Flow (ml/s) and pressure (mmHg) of the samples behind Z_c.
     decay : tuple of array
         Time (s) and pressure (mmHg) of the samples behind τ0.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> nominal = vw.estimate_nominal(vw.control_network(), vw.virtual_mouse())
+    >>> nominal.wall(vw.LinearWall).beta == nominal.beta
+    True
     """
 
     characteristic_impedance: float
@@ -66,6 +73,12 @@ def estimate_nominal(network: Network, recording: Recording, blood: Blood | None
     ------
     InputError
         The recording has no upstroke with rising pressure, or no decaying diastolic pressure.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.estimate_nominal(vw.control_network(), vw.virtual_mouse())
+    Nominal(Z_c ... mmHg s/ml, beta0 ... mmHg, R_T0 ... mmHg s/ml, tau0 ... s)
     """
     blood = blood or Blood()
     flow, pressure = upstroke(recording)

@@ -58,6 +58,13 @@ class Windkessel(NamedTuple):
         Distal resistance, mmHg s/ml.
     C : array, shape (terminal,)
         Compliance C_p, ml/mmHg.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> beds = vw.Windkessel(R1=[20.0, 30.0], R2=[130.0, 170.0], C=[1e-3, 8e-4])
+    >>> beds.total_resistance()  # 150 and 200 mmHg s/ml in parallel
+    85.71...
     """
 
     R1: Values
@@ -128,6 +135,15 @@ class ImpedanceSpectrum(NamedTuple):
     Z : complex array, shape (harmonic, terminal)
         Impedance at ω_k = 2πk/T, k = 0 … K, mmHg s/ml; Z[0] is the resistance. Harmonics above K are taken as
         Z[K].real, the resistance that very fast changes meet.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> beds = vw.Windkessel([20.0], [130.0], [1e-3])
+    >>> omega = 2 * np.pi / 0.11 * np.arange(20)
+    >>> vw.ImpedanceSpectrum(beds.impedance(omega)).total_resistance()
+    150.0
     """
 
     Z: np.ndarray

@@ -64,6 +64,12 @@ class LinearWall(NamedTuple):
     ----------
     beta : float or array, shape (vessel,)
         Stiffness β = Eh/((1-κ²) r0), mmHg.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> float(vw.walls.pressure(vw.LinearWall(beta=60.0), area=1.21, area0=1.0))  # 10 % wider
+    6.0...
     """
 
     beta: Values
@@ -105,6 +111,12 @@ class TangentWall(NamedTuple):
         Half-width pressure, mmHg, as in eq. 4. (The paper's table of optima lists π times this number.)
     gamma : float or array, shape (vessel,)
         Scale γ of the largest area, A∞ = (1 + γ/2) A0 (eq. 5).
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> float(vw.walls.stiffness(vw.TangentWall(p1=7.0, gamma=4.0)))  # 2π p1/γ (eq. 24)
+    10.99...
     """
 
     p1: Values
@@ -142,6 +154,54 @@ class TangentWall(NamedTuple):
     def limits(p1: Values, gamma: Values) -> tuple[Values, Values]:
         """Area ratios between which the law holds: the poles of the tangent, the upper one at A∞ (eq. 5)."""
         return np.maximum(0.0, 1.0 - 0.5 * gamma), 1.0 + 0.5 * gamma
+
+
+class PowerWall(NamedTuple):
+    """Wall whose stiffening is a number, p = β/(2m) ((A/A0)^m - 1): the power law of the field's tube laws.
+
+    m = 1/2 is the linear wall (eq. 3), m = 1 a straight line between area and pressure; larger m stiffens. Below p = 0,
+    where the formula would collapse at -β/(2m), the law goes on as the linear wall, with the same slope at p = 0.
+
+    Attributes
+    ----------
+    beta : float or array, shape (vessel,)
+        Stiffness β at p = 0, mmHg.
+    m : float or array, shape (vessel,)
+        Exponent.
+    """
+
+    beta: Values
+    m: Values
+
+    @staticmethod
+    def law() -> Law:
+        """Return what is said of the law; nominally it is the linear one."""
+        beta = Parameter("mmHg", "β", "wall stiffness", "", 1.0, (1e-4, 20.0))
+        m = Parameter("1", "m", "exponent of the wall", "", 0.5, (0.05, 50.0))
+        return Law("power", "power", "p = β/(2m) ((A/A₀)^m − 1)", "", (beta, m))
+
+    @staticmethod
+    def pressure_at(a: Values, beta: Values, m: Values) -> Values:
+        """Pressure, mmHg, at area ratio a."""
+        stretched = beta / (2.0 * m) * (np.maximum(a, 1.0) ** m - 1.0)
+        return stretched + beta * (np.sqrt(np.minimum(a, 1.0)) - 1.0)
+
+    @staticmethod
+    def ratio_at(p: Values, beta: Values, m: Values) -> Values:
+        """Area ratio at pressure p; one of the two factors is 1."""
+        compressed = 1.0 + np.minimum(p, 0.0) / beta
+        return (1.0 + 2.0 * m * np.maximum(p, 0.0) / beta) ** (1.0 / m) * compressed * compressed
+
+    @staticmethod
+    def slope_at(p: Values, beta: Values, m: Values) -> Values:
+        """d(A/A0)/dp, 1/mmHg."""
+        stretched = (1.0 + 2.0 * m * np.maximum(p, 0.0) / beta) ** (1.0 / m - 1.0)
+        return 2.0 / beta * stretched * (1.0 + np.minimum(p, 0.0) / beta)
+
+    @staticmethod
+    def limits(beta: Values, m: Values) -> tuple[Values, Values]:
+        """Area ratios between which the law holds: any positive one."""
+        return 0.0 * beta, 0.0 * beta + np.inf
 
 
 def pressure(wall: Wall, area: Values, area0: Values) -> Values:
@@ -188,5 +248,5 @@ def _parameters(wall: Wall) -> tuple[np.ndarray, ...]:
     return tuple(np.asarray(value, dtype=float) for value in wall)  # type: ignore[attr-defined]
 
 
-BUILT_IN: tuple[Any, ...] = (LinearWall, TangentWall)
+BUILT_IN: tuple[Any, ...] = (LinearWall, TangentWall, PowerWall)
 """The laws of this file."""

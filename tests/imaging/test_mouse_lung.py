@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from vasowave.imaging.exchange import read_centerlines
-from vasowave.imaging.subtrees import largest_vessels
-from vasowave.imaging.taper import taper
-from vasowave.imaging.tree import network_of
+from vasowave.imaging.exchange.centerlines import read_centerlines
+from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.measure.taper import taper
+from vasowave.imaging.revise.parts import largest_vessels
 from vasowave.linear import linear_solution
 from vasowave.model import Model
 from vasowave.network import implausible_sizes

@@ -31,7 +31,8 @@ NUMERICS = Numerics(tolerance=1e-7)
 """How a fit simulates unless told otherwise."""
 
 _NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
-_SAME = 1e-3  # starts agree when their S differ by less than this share
+_SAME = 1e-3  # starts agree when their S differ by less than this share …
+_SEEN = 1e-3  # … or their root-mean-square residuals by less than this, mmHg, which no recording shows
 _COARSE_SAMPLES = 64  # the searches choose their step in multiples of this
 _LOOSEST = 1e-6  # mmHg, tolerance of a fit
 _COARSER = 10.0  # ratio of the searches' tolerance to that of the final one
@@ -63,6 +64,12 @@ class Search:
     ------
     InputError
         A value outside its limits.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Search(starts=8, fixed={"c1": 1.0}).starts
+    8
     """
 
     starts: Annotated[int, Ge(1), Le(1000)] = 20
@@ -116,6 +123,13 @@ def calibrate(
         Wrong wall, bounds or parameter names; a recording without nominal parameters.
     NumericalError
         No start could be simulated.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> search = vw.Search(starts=1)
+    >>> vw.calibrate(vw.control_network(), vw.virtual_mouse(), "linear", search=search)
+    Fit(linear wall: beta ..., r1 ..., r2 ..., c1 ...; S ..., N ..., RMSE ... mmHg)
     """
     plan = search or Search()
     blood = blood or Blood()
@@ -128,7 +142,7 @@ def calibrate(
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
     spread = spread_of(space, jacobian, residual)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
-    starts = _starts_table(space, found, best)
+    starts = _starts_table(space, found, len(residual))
     notes = [*compared.notes, *oddities(nominal), *sentences(table, correlation, starts)]
     if stopped:
         notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")
@@ -215,15 +229,16 @@ def _polish(
     return objective, again
 
 
-def _starts_table(space: Space, found: list[Found], best: Found) -> pd.DataFrame:
-    rows = []
+def _starts_table(space: Space, found: list[Found], samples: int) -> pd.DataFrame:
+    rows, least = [], min(one.S for one in found)  # rough ends are compared with each other, not with the polished one
+    most = least * (1 + _SAME) + samples * _SEEN**2
     for number, one in enumerate(sorted(found, key=lambda one: one.S), 1):
         row: dict[str, object] = {
             "start": number,
             "S [mmHg2]": one.S,
             "simulations": one.simulations,
             "converged": one.converged,
-            "agrees": bool(one.S <= best.S * (1 + _SAME) + 1e-9),
+            "agrees": bool(one.S <= most),
             "message": one.message,
         }
         rows.append(row | dict(zip(space.names, space.values(one.x), strict=True)))

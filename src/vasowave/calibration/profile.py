@@ -54,6 +54,15 @@ def profile_likelihood(
     ------
     InputError
         A parameter that is not free, a grid of fewer than four values, a span that is not positive.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> search = vw.Search(starts=1, fixed={"r1": 1.0, "c1": 1.0})
+    >>> fit = vw.calibrate(vw.control_network(), vw.virtual_mouse(), search=search)
+    >>> profile = vw.profile_likelihood(fit, "beta", points=4, span=0.2)
+    >>> profile.attrs["parameter"], float(profile["deviance"].min())
+    ('beta', 0.0)
     """
     if name not in fit.parameters.index or not fit.parameters["free"][name]:
         free = ", ".join(str(one) for one in fit.parameters.index[fit.parameters["free"]])

@@ -58,6 +58,12 @@ class Comparing(NamedTuple):
         A covariance that needs a larger λ is discarded.
     starts, seed : int
         Of the maximizations of the likelihood.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Comparing(covariances=("circulant", "ARMA")).norm
+    2
     """
 
     covariances: Sequence[str] = NOISE
@@ -105,6 +111,15 @@ def compare_models(
     ------
     InputError
         Fewer than two fits, of different recordings or the same wall law; unknown names.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network, recording, search = vw.control_network(), vw.virtual_mouse(), vw.Search(starts=1)
+    >>> fits = [vw.calibrate(network, recording, wall, search=search) for wall in ("linear", "tangent")]
+    >>> table = vw.compare_models(fits, vw.Comparing(covariances=("circulant",), sharings=("joint",)))
+    >>> sorted(str(wall) for wall in table["wall"].values)
+    ['linear', 'tangent']
     """
     _check_fits(fits, optima)
     N = fits[0].N if samples is None else min(samples, samples_needed(fits[0].recording.pressure))

@@ -75,6 +75,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
                 start=row.start,
                 end=row.end,
                 sampling_rate=row.sampling_rate,
+                progress=None,
                 **_units(row),
             )
             beats = average_beats(raw, **study.averaging.model_dump())
