@@ -94,8 +94,8 @@ def average_beats(
     least_correlation: Annotated[float, Ge(-1), Le(1)] = 0.9,
     reject_ventilation: bool = True,
     correct_delay: bool = False,
-    drift: str = "remove",
-    zero_time: float = 0.0,
+    drift: Literal["remove", "warn"] = "remove",
+    zero_time: Annotated[float, Ge(0)] = 0.0,
 ) -> EnsembleAverage:
     """Average consecutive beats of pressure and flow to one cycle, with the ECG as fiducial.
 
