@@ -63,6 +63,16 @@ class EnsembleAverage:
     pressure_harmonic_error, flow_harmonic_error : float array, shape (harmonic,)
         Standard error of the amplitude of every harmonic of the cycle, the mean first: the scatter of the averaged
         beats divided by the root of their number, mmHg and ml/s.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> from vasowave.datasets.raw import synthetic_raw_recording
+    >>> raw = synthetic_raw_recording(vw.virtual_mouse(), np.random.default_rng(1), duration=6.0).raw
+    >>> average = vw.average_beats(raw, 10)
+    >>> sum(beat.averaged for beat in average.beats)
+    10
     """
 
     recording: Recording
@@ -146,6 +156,15 @@ def average_beats(
     VasowaveWarning
         If the baseline moved by 0.3 mmHg or more, more than half of the beats in the averaged run were rejected, the
         ECG does not beat, or a value looks like a slip.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> from vasowave.datasets.raw import synthetic_raw_recording
+    >>> raw = synthetic_raw_recording(vw.virtual_mouse(), np.random.default_rng(1), duration=6.0).raw
+    >>> vw.average_beats(raw, 10).recording
+    Recording(mPAP ... mmHg, CO ... ml/s, HR 53... ...)
     """
     _check_arguments(raw, beats, samples, harmonics, drift, zero_time)
     found = find_beats(raw, fiducial, heart_rates)

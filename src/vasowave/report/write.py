@@ -57,6 +57,14 @@ def write_report(
     -----
     VasowaveWarning
         The library that makes the PDF is not installed.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> quick = vw.Settings(walls=("linear",), starts=1)
+    >>> mouse = vw.Animal("mouse 6", "CTL", vw.control_network(), vw.virtual_mouse(), synthetic=True)
+    >>> vw.write_report([vw.analyze(mouse, quick)], "my-report", pdf=False).name
+    'report.html'
     """
     folder = Path(folder).resolve()
     _check_free(folder)
