@@ -2,6 +2,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -184,8 +185,9 @@ def test_one_command_leads_from_a_raw_recording_to_the_page_and_back_from_the_re
 
     again = CliRunner().invoke(app, ["fit", str(network), str(recording), "-o", str(output), *options.split()])
     assert "kept from earlier" in again.output
-    for path in (network, recording, page):
+    for path in (network, recording):
         path.unlink()
+    shutil.rmtree(output / "report")
     report = CliRunner().invoke(app, ["report", str(output), "--no-pdf"])
     assert report.exit_code == 0, report.output
     assert len(page.read_text()) == pytest.approx(len(first), rel=0.01)
