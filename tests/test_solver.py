@@ -49,6 +49,7 @@ def test_outlet_pressure_obeys_its_windkessel_ode(control, inflow):
     np.testing.assert_allclose(P[:8], (Z * Q)[:8], rtol=1e-3)
 
 
+@pytest.mark.filterwarnings("ignore:The answer depends on the grid")  # a soft wall's first cycle from rest steepens
 @pytest.mark.parametrize("start", ["rest", "periodic"])
 def test_volume_in_equals_volume_out_plus_stored_for_conservation(control, inflow, start):
     numerics = Numerics(cycles_from_rest=1) if start == "rest" else Numerics()

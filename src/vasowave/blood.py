@@ -10,6 +10,7 @@ from typing import Annotated, Protocol
 from annotated_types import Ge
 
 from vasowave import units
+from vasowave.errors import InputError
 from vasowave.settings import Positive, check_settings
 
 
@@ -53,7 +54,9 @@ class BoundaryLayer:
         check_settings(self)
 
     def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
-        """Return (2πν r_ref/δ, 0) or (0, 2√π ν/δ)."""
+        """Return (2πν r_ref/δ, 0) or (0, 2√π ν/δ); both vanish with the viscosity."""
+        if viscosity == 0:
+            return 0.0, 0.0
         delta = boundary_layer(viscosity, period)
         if self.reference_radius is not None:
             return 2 * math.pi * viscosity * self.reference_radius / delta, 0.0
@@ -135,6 +138,8 @@ class Blood:
     def __post_init__(self) -> None:
         """Check the values."""
         check_settings(self)
+        if not hasattr(self.friction, "coefficients"):
+            raise InputError(f"{self.friction!r} is no friction law; use BoundaryLayer(), PowerLaw(9) or Poiseuille()")
 
     @property
     def inertia(self) -> float:

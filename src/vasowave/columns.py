@@ -202,6 +202,12 @@ def _with_points(path: str | Path, rows: list[list[str]], lines: Sequence[int]) 
     return [[cell.replace(",", ".") if _COMMA.fullmatch(cell) else cell for cell in row] for row in rows]
 
 
+def split_unit(label: str) -> tuple[str, str]:
+    """Split ``"S [mmHg2]"`` into ``("S", "mmHg2")``; the unit of a label without one is empty."""
+    match = re.fullmatch(r"(.*?)\s*\[(.*)\]", label)
+    return (match[1], match[2]) if match else (label, "")
+
+
 def number(text: str) -> float:
     """Return the number that `text` is; `ValueError` if it is none (Python's own ``1_000`` is none in a table)."""
     if "_" in text:

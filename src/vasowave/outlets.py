@@ -32,6 +32,10 @@ class Outlets(Protocol):
         """Resistance that a sudden change of flow meets, mmHg s/ml, shape (terminal,)."""
         ...
 
+    def time_constants(self) -> np.ndarray:
+        """Times over which the beds discharge, s, shape (terminal,); NaN where they are not known."""
+        ...
+
     def total_resistance(self) -> float:
         """Resistance of all beds in parallel, mmHg s/ml."""
         ...
@@ -112,6 +116,10 @@ class Windkessel(NamedTuple):
         """Resistance R1 that a sudden change of flow meets, mmHg s/ml, shape (terminal,)."""
         return np.asarray(self.R1, dtype=float)
 
+    def time_constants(self) -> np.ndarray:
+        """R2 C, s, shape (terminal,)."""
+        return np.asarray(self.R2) * np.asarray(self.C)
+
     def total_resistance(self) -> float:
         """Resistance R_T of all beds in parallel, mmHg s/ml: 1/R_T = Σ 1/(R1 + R2)."""
         return float(1.0 / np.sum(1.0 / (np.asarray(self.R1) + np.asarray(self.R2))))
@@ -171,6 +179,10 @@ class ImpedanceSpectrum(NamedTuple):
 
     def fast_resistance(self) -> np.ndarray:
         """NaN for each terminal: where a spectrum ends, it need not have settled."""
+        return np.full(np.shape(self.Z)[1], np.nan)
+
+    def time_constants(self) -> np.ndarray:
+        """NaN for each terminal: a spectrum names none."""
         return np.full(np.shape(self.Z)[1], np.nan)
 
     def total_resistance(self) -> float:

@@ -12,7 +12,6 @@
 """
 
 import json
-import re
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -24,6 +23,7 @@ import xarray as xr
 
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.calibration.result import Fit
+from vasowave.columns import split_unit
 from vasowave.network import Network
 from vasowave.nominal import Nominal
 from vasowave.outlets import Windkessel
@@ -177,12 +177,6 @@ def table_dataset(frame: pd.DataFrame, dim: str, units: dict[str, str] | None = 
         found[name] = xr.Variable(dim, plain(frame[label]), {"units": unit} if unit else {})
     coordinate = {dim: found.pop(dim)} if dim in found else {}
     return xr.Dataset(found, coords=coordinate)
-
-
-def split_unit(label: str) -> tuple[str, str]:
-    """Split ``"S [mmHg2]"`` into ``("S", "mmHg2")``; the unit of a label without one is empty."""
-    match = re.fullmatch(r"(.*?)\s*\[(.*)\]", label)
-    return (match[1], match[2]) if match else (label, "")
 
 
 def plain(column: pd.Series) -> np.ndarray:

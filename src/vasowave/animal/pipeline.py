@@ -60,13 +60,26 @@ def analyze(animal: Animal, settings: Settings | None = None, progress: Progress
     """
     settings = settings or Settings()
     with _collected() as warned:
-        groups = _measured(animal, settings)
         fits, interrupted = _fits(animal, settings, progress)
+    return tree_of(animal, fits, settings, warned, interrupted)
+
+
+def tree_of(
+    animal: Animal,
+    fits: Sequence[Fit],
+    settings: Settings,
+    warned: Sequence[str] = (),
+    interrupted: bool = False,
+) -> xr.DataTree:
+    """Return the tree of `analyze` of an animal that is calibrated already; `warned` becomes part of its notes."""
+    with _collected() as more:
+        groups = _measured(animal, settings)
         for fit in fits:
             groups |= _modeled(animal, fit, settings)
         if settings.model_selection and len(fits) > 1:
             groups["selection"] = selection_dataset(fits, settings)
-    notes = [*animal.recording.notes, *warned, *(f"{fit.wall} wall: {note}" for fit in fits for note in _own(fit))]
+    own = (f"{fit.wall} wall: {note}" for fit in fits for note in _own(fit))
+    notes = [*animal.recording.notes, *warned, *more, *own]
     tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
     tree.attrs = {
         "title": KIND,
@@ -179,4 +192,4 @@ def _collected() -> Iterator[list[str]]:
             warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
-__all__ = ["Progress", "analyze"]
+__all__ = ["Progress", "analyze", "tree_of"]

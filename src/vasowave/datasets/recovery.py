@@ -5,7 +5,7 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.animal.quantities import derived
-from vasowave.cohort.statistics import importance_index
+from vasowave.cohort.effects import importance_index
 from vasowave.datasets.published import published_table
 from vasowave.datasets.virtual_cohort import VirtualAnimal
 

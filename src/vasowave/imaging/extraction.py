@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +22,7 @@ from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.revise.edits import edited
 from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.witness.doubts import Doubt
 from vasowave.imaging.witness.loops import loop_count, loop_places
 from vasowave.network import Network
 
@@ -46,6 +47,8 @@ class Extraction:
     root : float array, shape (3,)
         Where the blood enters, z, y, x, cm, in the image's coordinates.
     options : Options
+    doubts : tuple of Doubt
+        What contradicts the answer, by vessel.
     notes : tuple of str
         The warnings of this extraction.
     """
@@ -58,7 +61,8 @@ class Extraction:
     source: Path | None
     root: np.ndarray
     options: Options
-    notes: tuple[str, ...] = field(default=())
+    doubts: tuple[Doubt, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def network(self) -> Network:

@@ -5,6 +5,7 @@ from vasowave.recording.beats import Beats, find_beats
 from vasowave.recording.cycle import INDEX_UNITS, Inflow, Recording, resample, samples_needed
 from vasowave.recording.describe import FileDescription, describe_recording
 from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats
+from vasowave.recording.harmonics import HarmonicErrors, harmonic_errors
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
 from vasowave.recording.read_raw import read_raw_recording
@@ -16,6 +17,7 @@ __all__ = [
     "Beats",
     "EnsembleAverage",
     "FileDescription",
+    "HarmonicErrors",
     "Inflow",
     "RawRecording",
     "Recording",
@@ -23,6 +25,7 @@ __all__ = [
     "average_beats",
     "describe_recording",
     "find_beats",
+    "harmonic_errors",
     "read_raw_recording",
     "read_recording",
     "resample",

@@ -16,7 +16,7 @@ from vasowave.recording.plateaus import describe_plateaus, find_plateaus
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.rejection import mark_inspiration, mark_steps, misshapen_beats
-from vasowave.recording.waveform import advance, close_cycle, cut_beats, foot_delay, low_pass
+from vasowave.recording.waveform import advance, close_cycle, cut_beats, foot_delay, harmonic_error, low_pass
 from vasowave.settings import Range
 
 
@@ -60,6 +60,9 @@ class EnsembleAverage:
         Whether the flow was advanced by `delay`.
     baseline : Baseline
         The diastolic level of every beat, its drift, and whether that was removed.
+    pressure_harmonic_error, flow_harmonic_error : float array, shape (harmonic,)
+        Standard error of the amplitude of every harmonic of the cycle, the mean first: the scatter of the averaged
+        beats divided by the root of their number, mmHg and ml/s.
     """
 
     recording: Recording
@@ -70,6 +73,8 @@ class EnsembleAverage:
     delay: float
     delay_corrected: bool
     baseline: Baseline
+    pressure_harmonic_error: np.ndarray
+    flow_harmonic_error: np.ndarray
 
     def __repr__(self) -> str:
         used = sum(beat.averaged for beat in self.beats)
@@ -194,6 +199,7 @@ def average_beats(
         delay,
         correct_delay,
         baseline,
+        *(harmonic_error(cut[used, :-1]) for cut in (pressure, flow)),
     )
 
 

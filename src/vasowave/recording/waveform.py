@@ -48,3 +48,28 @@ def advance(values: np.ndarray, cycles: float) -> np.ndarray:
     """Return a periodic signal earlier by a fraction of a cycle, by its Fourier phases."""
     harmonic = np.fft.rfftfreq(len(values), 1.0 / len(values))
     return np.fft.irfft(np.fft.rfft(values) * np.exp(2j * np.pi * harmonic * cycles), len(values))
+
+
+def harmonic_error(cuts: np.ndarray) -> np.ndarray:
+    """Return the standard error of every harmonic's amplitude in the mean of beats, shape (harmonic,).
+
+    Parameters
+    ----------
+    cuts : float array, shape (beat, sample)
+        The beats over one period each, the end not repeated.
+    """
+    spectra = amplitudes(cuts)
+    square = np.mean(np.abs(spectra - spectra.mean(axis=0)) ** 2, axis=0) / (len(cuts) - 1)
+    # The square error of a complex harmonic is that of two components; the mean has one.
+    square[1:] /= 2.0
+    return np.sqrt(square)
+
+
+def amplitudes(values: np.ndarray) -> np.ndarray:
+    """Return complex amplitudes along the last axis: the mean first, then each harmonic's."""
+    count = values.shape[-1]
+    spectrum = np.fft.rfft(values) * (2.0 / count)
+    spectrum[..., 0] /= 2.0
+    if count % 2 == 0:
+        spectrum[..., -1] /= 2.0
+    return spectrum

@@ -22,7 +22,7 @@ OPTIONS: dict[str, Any] = {
 
 
 class Fluid(NamedTuple):
-    """Blood in the units of the model: density (mmHg s²/cm²) and friction (k0 + k1 √A) q/A."""
+    """Blood in the units of the model: density (mmHg s²/cm²) and drag (k0 + k1 √A)/A, 1/s, of the flow."""
 
     inertia: float
     k0: float
@@ -37,25 +37,36 @@ class Faces(NamedTuple):
 
 
 class Fluxes(NamedTuple):
-    """Pressure, momentum flux and friction, of the cells in the first half of a step and of the faces in the second."""
+    """Pressure, momentum flux and drag, of the cells in the first half of a step and of the faces in the second."""
 
     pressure: np.ndarray
     momentum: np.ndarray
-    friction: np.ndarray
+    drag: np.ndarray
 
 
 @njit(**OPTIONS)
 def find_fluxes(area, flow, cells, wall, fluid, fluxes):
-    """Pressure, momentum flux q²/A and friction at all slots (eqs. 2, 3, 4); False if an area left the wall law."""
+    """Pressure, momentum flux q²/A and drag at all slots (eqs. 2, 3, 4); False if an area left the wall law."""
     inside = True
     for j in range(len(area)):
         A, q = area[j], flow[j]
         inside &= (A > cells.smallest[j]) & (A < cells.largest[j])
-        u = q / A
+        per_area = 1.0 / A
         fluxes.pressure[j] = pressure_at(wall, j, A * cells.per_area0[j])
-        fluxes.momentum[j] = q * u
-        fluxes.friction[j] = (fluid.k0 + fluid.k1 * np.sqrt(A)) * u
+        fluxes.momentum[j] = q * q * per_area
+        fluxes.drag[j] = (fluid.k0 + fluid.k1 * np.sqrt(A)) * per_area
     return inside
+
+
+@njit(**OPTIONS)
+def slowed(x):
+    """Factors by which drag keeps a flow, and a change of it, over a time that is x drag times long.
+
+    E = 1/(1 + x + x²/2) stands for exp(-x), to second order and without a limit on x; Φ = (1 - E)/x leaves a steady
+    flow as it is.
+    """
+    E = 1.0 / (1.0 + x + 0.5 * x * x)
+    return E, (1.0 + 0.5 * x) * E
 
 
 @njit(**OPTIONS)
@@ -67,8 +78,8 @@ def inner_faces(area, flow, cells, fluid, fluxes, faces):
         faces.area[j] = A - half * (flow[j] - flow[j - 1])
         force = fluxes.momentum[j] - fluxes.momentum[j - 1]
         force += A / fluid.inertia * (fluxes.pressure[j] - fluxes.pressure[j - 1])
-        drag = 0.25 * cells.dt[j - 1] * (fluxes.friction[j - 1] + fluxes.friction[j])
-        faces.flow[j] = 0.5 * (flow[j - 1] + flow[j]) - half * force - drag
+        E, Phi = slowed(0.25 * cells.dt[j - 1] * (fluxes.drag[j - 1] + fluxes.drag[j]))
+        faces.flow[j] = 0.5 * E * (flow[j - 1] + flow[j]) - half * Phi * force
 
 
 @njit(**OPTIONS)
@@ -80,7 +91,22 @@ def update_cells(area, flow, cells, fluid, fluxes, faces):
         force = fluxes.momentum[j + 1] - fluxes.momentum[j]
         mean_area = 0.5 * (faces.area[j] + faces.area[j + 1])
         force += mean_area / fluid.inertia * (fluxes.pressure[j + 1] - fluxes.pressure[j])
-        flow[j] -= twice * force + 0.5 * cells.dt[j] * (fluxes.friction[j] + fluxes.friction[j + 1])
+        drag = fluxes.drag[j] * faces.flow[j] + fluxes.drag[j + 1] * faces.flow[j + 1]
+        flow[j] -= twice * force + 0.5 * cells.dt[j] * drag
+
+
+@njit(**OPTIONS)
+def is_calm(area, flow, cells, wall, fluid, fluxes):
+    """Whether every cell has |u| + c < dx/dt and |u| < c; written without divisions: it is asked at every step."""
+    calm = True
+    for j in range(len(area)):
+        A, q = area[j], abs(flow[j])
+        softness = fluid.inertia * slope_at(wall, j, fluxes.pressure[j])  # c² = (A/A0)/softness
+        reach = A - 2.0 * cells.half[j] * q
+        stiffness = A * cells.per_area0[j] * A * A
+        fast = 4.0 * cells.half[j] * cells.half[j] * stiffness
+        calm &= (reach > 0.0) & (fast <= softness * reach * reach) & (softness * q * q < stiffness)
+    return calm
 
 
 @njit(**OPTIONS)
@@ -93,13 +119,15 @@ def worst_slot(area, cells):
 
 
 @njit(**OPTIONS)
-def largest_courant(area, flow, cells, wall, fluid, fluxes):
-    """Largest Courant number (|u| + c) dt/dx over all cells, and its slot."""
-    largest, where = 0.0, 0
+def largest_speeds(area, flow, cells, wall, fluid, fluxes):
+    """Largest Courant number (|u| + c) dt/dx over all cells and its slot; largest |u|/c and its slot."""
+    courant, fastest, mach, swiftest = 0.0, 0, 0.0, 0
     for j in range(len(area)):
         a = area[j] * cells.per_area0[j]
         c = np.sqrt(a / (fluid.inertia * slope_at(wall, j, fluxes.pressure[j])))
-        courant = (abs(flow[j] / area[j]) + c) * 2.0 * cells.half[j]
-        if courant > largest:
-            largest, where = courant, j
-    return largest, where
+        u = abs(flow[j] / area[j])
+        if (u + c) * 2.0 * cells.half[j] > courant:
+            courant, fastest = (u + c) * 2.0 * cells.half[j], j
+        if u / c > mach:
+            mach, swiftest = u / c, j
+    return courant, fastest, mach, swiftest

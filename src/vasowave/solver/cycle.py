@@ -16,11 +16,27 @@ from vasowave import walls
 from vasowave.solver import cells as cell_kernels
 from vasowave.solver import grid, laws, trigonometry
 from vasowave.solver import nodes as node_kernels
-from vasowave.solver.cells import OPTIONS, find_fluxes, inner_faces, largest_courant, update_cells, worst_slot
+from vasowave.solver.cells import OPTIONS, find_fluxes, inner_faces, is_calm, largest_speeds, update_cells, worst_slot
 from vasowave.solver.nodes import characteristics, gather, solve_nodes
 
 DONE, LEFT_LAW, NODE_FAILED = 0, 1, 2
 """How a cycle ended: well; an area outside the wall law; a node whose pressure was not found."""
+
+STATUS, PLACE, STEP = 0, 1, 2
+"""Where a cycle's report says how it ended, in which slot or (a node) vessel, and at which step."""
+
+COURANT, MACH = 3, 6
+"""Where it says the largest Courant number and the largest |u|/c, each followed by its slot and step."""
+
+INFLOW, OUTFLOW, REPORT = 9, 10, 11
+"""Where it says the sums of the flows in and out; its length."""
+
+
+@njit(**OPTIONS)
+def note(report, key, value, slot, step):
+    """Keep the largest value of its kind, and where it was met."""
+    if value > report[key]:
+        report[key], report[key + 1], report[key + 2] = value, slot, step
 
 
 @njit(**OPTIONS)
@@ -53,29 +69,26 @@ def _compiled(fingerprint: str, kept: bool) -> Any:
         faces, fluxes, nodes = scratch
         every = len(inflow) // out.shape[1]
         per_cell = cell_out.shape[1] > 0
-        report = np.zeros(8)  # status, slot or vessel, step; Courant number, its vessel, its step; volume in, out
+        report = np.zeros(REPORT)
         for n in range(len(inflow)):
             sampled = n % every == 0
             if not find_fluxes(area, flow, cells, wall, fluid, fluxes):
-                report[0], report[1], report[2] = LEFT_LAW, worst_slot(area, cells), n
+                report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(area, cells), n
                 return report
+            if sampled or not is_calm(area, flow, cells, wall, fluid, fluxes):
+                courant, fastest, mach, swiftest = largest_speeds(area, flow, cells, wall, fluid, fluxes)
+                note(report, COURANT, courant, fastest, n)
+                note(report, MACH, mach, swiftest, n)
             inner_faces(area, flow, cells, fluid, fluxes, faces)
             gather(area, flow, fluxes, ends, nodes)
-            courant, e = characteristics(ends, end_wall, fluid, nodes)
-            vessel = ends.vessel[e]
-            if sampled:
-                inner, slot = largest_courant(area, flow, cells, wall, fluid, fluxes)
-                if inner > courant:
-                    courant, vessel = inner, np.searchsorted(vessels.last, slot)
-            if courant > report[3]:
-                report[3], report[4], report[5] = courant, vessel, n
+            characteristics(ends, end_wall, fluid, nodes)
             failed = solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
             if failed >= 0:
-                report[0], report[1], report[2] = NODE_FAILED, ends.vessel[ends.start[failed]], n
+                report[STATUS], report[PLACE], report[STEP] = NODE_FAILED, ends.vessel[ends.start[failed]], n
                 return report
             inlet_area[n] = faces.area[ends.face[0]]
             if not find_fluxes(faces.area, faces.flow, cells, wall, fluid, fluxes):
-                report[0], report[1], report[2] = LEFT_LAW, worst_slot(faces.area, cells), n
+                report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(faces.area, cells), n
                 return report
             if sampled:
                 record_stations(n // every, vessels, faces, out)
@@ -86,11 +99,11 @@ def _compiled(fingerprint: str, kept: bool) -> Any:
             if sampled and per_cell:  # the cell at the half step is the mean of before and after
                 cell_out[0, n // every] = 0.5 * (cell_out[0, n // every] + area)
                 cell_out[1, n // every] = 0.5 * (cell_out[1, n // every] + flow)
-            report[6] += inflow[n]
+            report[INFLOW] += inflow[n]
             for k in ends.terminal_node:
-                report[7] += faces.flow[ends.face[ends.start[k]]]
+                report[OUTFLOW] += faces.flow[ends.face[ends.start[k]]]
         if not find_fluxes(area, flow, cells, wall, fluid, fluxes):
-            report[0], report[1], report[2] = LEFT_LAW, worst_slot(area, cells), len(inflow)
+            report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(area, cells), len(inflow)
         return report
 
     return advance_cycle

@@ -12,6 +12,12 @@ from vasowave.solver.result import Run
 
 STATIONS = ("inlet", "middle", "outlet")
 
+_OF_MEMBERS = (
+    *("cycles", "change", "courant", "steps_per_cycle", "volume_error", "error_estimate"),
+    *("mach", "steepness", "lowest_pressure", "area_strain", "grid_error"),
+)
+"""Attributes of one run that an ensemble has as variables."""
+
 _LABELS = {
     "pressure": ("mmHg", "transmural pressure"),
     "flow": ("ml/s", "volume flow"),
@@ -72,16 +78,20 @@ def stack(outcomes: Sequence[Run | VasowaveError]) -> xr.Dataset:
         raise type(first)(f"all {len(outcomes)} members failed; the first: {first}")
     members = xr.concat(list(good.values()), dim="ensemble", combine_attrs="drop")
     members = members.assign_coords(ensemble=list(good)).reindex(ensemble=range(len(outcomes)))
-    for name in ("cycles", "change", "courant", "steps_per_cycle", "volume_error"):
+    for name in _OF_MEMBERS:
         column = [good[i].attrs[name] if i in good else np.nan for i in range(len(outcomes))]
         members[name] = ("ensemble", np.array(column, dtype=float))
+    members["notes"] = (
+        "ensemble",
+        np.array([good[i].attrs["notes"] if i in good else "" for i in range(len(outcomes))]),
+    )
     members["failure"] = ("ensemble", np.array(failures))
     members.attrs = {"period": next(iter(good.values())).attrs["period"]}
     return members
 
 
 def _attributes(run: Run) -> dict[str, float | int | str]:
-    return {
+    found: dict[str, float | int | str] = {
         "wall": type(run.model.wall).__name__,
         "period": run.period,
         "cycles": len(run.convergence.changes),
@@ -92,4 +102,9 @@ def _attributes(run: Run) -> dict[str, float | int | str]:
         "steps_per_cycle": run.steps,
         "cell_size": float(run.grid.spacing.max()),
         "volume_error": run.volume_error,
+        "error_estimate": run.error_estimate,
+        "notes": "\n".join(run.notes),
     }
+    for name, extreme in {"mach": run.mach, **run.extremes._asdict()}.items():
+        found |= {name: extreme.value, f"{name}_vessel": extreme.vessel, f"{name}_time": extreme.time}
+    return found

@@ -10,8 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vasowave import walls
+from vasowave.linear import LinearSolution
 from vasowave.model import Model
 
+_STEADY_ERROR = 2e-4  # of the pressure, allowed to the fall of the mean pressure along a vessel
 FEWEST_CELLS = 2  # the foot of a characteristic is extrapolated from the two cells next to an end
 
 
@@ -77,6 +80,11 @@ class Grid:
     wall: Any
 
     @property
+    def counts(self) -> np.ndarray:
+        """Number of cells, shape (vessel,)."""
+        return self.vessels.last - self.vessels.first
+
+    @property
     def is_cell(self) -> np.ndarray:
         """True where the slot is a cell, False where it is a ghost; shape (slot,)."""
         return ~np.isnan(self.position)
@@ -126,15 +134,42 @@ class Grid:
         return Cells(1 / area0, low * area0, high * area0, step / (2 * self.spacing), step)
 
 
-def make_grid(model: Model, cell_size: float) -> Grid:
-    """Cut every vessel into equal cells of at most `cell_size` (cm), at least two a vessel."""
+def make_grid(model: Model, counts: np.ndarray) -> Grid:
+    """Cut every vessel into the given number of equal cells."""
     network = model.network
-    count = np.maximum(FEWEST_CELLS, np.ceil(network.length / cell_size - 1e-9).astype(np.int64))
-    slots = count + 1
+    slots = counts + 1
     first = np.concatenate([[0], np.cumsum(slots)[:-1]])
     vessel = np.repeat(np.arange(len(network)), slots)
     number = np.arange(slots.sum()) - first[vessel]
-    spacing = (network.length / count)[vessel]
-    position = np.where(number < count[vessel], (number + 0.5) * spacing, np.nan)
+    spacing = (network.length / counts)[vessel]
+    position = np.where(number < counts[vessel], (number + 0.5) * spacing, np.nan)
     wall = type(model.wall)(*(np.array(value[vessel]) for value in model.wall))
-    return Grid(model, Vessels(first, first + count), vessel, position, spacing, wall)
+    return Grid(model, Vessels(first, first + counts), vessel, position, spacing, wall)
+
+
+def cell_counts(model: Model, cell_size: float, steady: LinearSolution) -> np.ndarray:
+    """Return the number of cells of every vessel.
+
+    Cells are at most `cell_size` (cm), at least two, and so many that the mean flow of the linear solution loses the
+    right pressure to drag: where a thin vessel takes most of the pressure, two would not follow its fall.
+    """
+    count = np.ceil(model.network.length / cell_size - 1e-9)
+    for_drag = 2 * np.ceil(
+        0.5 * np.sqrt(_error_of_one_cell(model, steady) / _STEADY_ERROR)
+    )  # even: a face in the middle
+    return np.maximum(FEWEST_CELLS, np.maximum(count, for_drag)).astype(np.int64)
+
+
+def _error_of_one_cell(model: Model, steady: LinearSolution) -> np.ndarray:
+    """Error that one cell would make in the steady fall of pressure along each vessel, as a share of the pressure."""
+    inlet = steady.pressure[0].real
+    outlet = inlet - steady.resistance * model.network.length * steady.flow[0].real
+    p = outlet + np.linspace(0.0, 1.0, 9)[:, np.newaxis] * (inlet - outlet)
+    A = np.asarray(walls.area(model.wall, np.maximum(p, 0.0), model.network.area0))
+    k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, steady.period)
+    drag = (k0 + k1 * np.sqrt(A)) / A  # the fall per length is proportional to drag/A
+    simpson = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = (drag[0] + drag[-1]) / (A[0] + A[-1]) * np.tensordot(simpson, A / drag, axes=1)
+        error = np.abs((ratio - 1) * (inlet - outlet) / np.maximum(inlet, outlet))
+    return np.where(np.isfinite(error), np.minimum(error, 1.0), 0.0)

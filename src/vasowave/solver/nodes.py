@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from vasowave.solver.cells import OPTIONS
+from vasowave.solver.cells import OPTIONS, slowed
 from vasowave.solver.grid import Ends
 from vasowave.solver.laws import outlet_line, ratio_at, remember, slope_at
 
@@ -31,10 +31,9 @@ class NodeStates(NamedTuple):
     inner_area: np.ndarray  # (end,) of the cell behind that one
     inner_flow: np.ndarray  # (end,)
     cell_pressure: np.ndarray  # (end,)
-    friction: np.ndarray  # (end,)
+    drag: np.ndarray  # (end,) 1/s
     intercept: np.ndarray  # (end,) α, ml/s
     slope: np.ndarray  # (end,) m, cm/s
-    courant: np.ndarray  # (end,)
     trial: np.ndarray  # (end,) pressure that is tried, mmHg
     end_area: np.ndarray  # (end,) at that pressure
     compliance: np.ndarray  # (end,) dA/dp at that pressure, cm²/mmHg
@@ -49,7 +48,7 @@ class NodeStates(NamedTuple):
 def make_node_states(ends: Ends) -> NodeStates:
     """Return scratch memory for one simulation."""
     count, nodes, beds = len(ends.face), len(ends.start) - 1, len(ends.terminal_node)
-    at_ends, at_nodes = [np.ones(count) for _ in range(12)], [np.zeros(nodes) for _ in range(5)]
+    at_ends, at_nodes = [np.ones(count) for _ in range(11)], [np.zeros(nodes) for _ in range(5)]
     states = NodeStates(*at_ends, np.zeros((3, nodes)), *at_nodes)  # type: ignore[call-arg]
     states.weight[: nodes - beds] = 1.0
     states.outlet[nodes - beds :] = 1.0
@@ -63,15 +62,15 @@ def gather(area, flow, fluxes, ends, nodes):
         end, inner = ends.cell[e], ends.inner[e]
         nodes.area[e], nodes.flow[e] = area[end], flow[end]
         nodes.inner_area[e], nodes.inner_flow[e] = area[inner], flow[inner]
-        nodes.cell_pressure[e], nodes.friction[e] = fluxes.pressure[end], fluxes.friction[end]
+        nodes.cell_pressure[e], nodes.drag[e] = fluxes.pressure[end], fluxes.drag[end]
 
 
 @njit(**OPTIONS)
 def characteristics(ends, wall, fluid, nodes):
     """Line q = α + m A that the characteristic leaving every vessel carries to its end.
 
-    It starts at the foot, half a time step earlier, and keeps dq - m dA = -friction dt along its way, m = u ∓ c being
-    the other characteristic's speed. Returns the largest Courant number and its end.
+    It starts at the foot, half a time step earlier, and keeps dq - m dA = -drag q dt along its way, m = u ∓ c being the
+    other characteristic's speed.
     """
     for e in range(len(ends.face)):
         A, q, side, half = nodes.area[e], nodes.flow[e], ends.side[e], ends.half[e]
@@ -80,15 +79,10 @@ def characteristics(ends, wall, fluid, nodes):
         reach = 0.5 - side * (u + side * c) * half
         foot_area = A + reach * (A - nodes.inner_area[e])
         foot_flow = q + reach * (q - nodes.inner_flow[e])
-        m = foot_flow / foot_area - side * c
+        E, Phi = slowed(0.5 * ends.dt[e] * nodes.drag[e])
+        m = Phi * (foot_flow / foot_area - side * c)
         nodes.slope[e] = m
-        nodes.intercept[e] = foot_flow - m * foot_area - 0.5 * ends.dt[e] * nodes.friction[e]
-        nodes.courant[e] = (abs(u) + c) * 2.0 * half
-    largest, where = 0.0, 0
-    for e in range(len(ends.face)):
-        if nodes.courant[e] > largest:
-            largest, where = nodes.courant[e], e
-    return largest, where
+        nodes.intercept[e] = E * foot_flow - m * foot_area
 
 
 @njit(**OPTIONS)

@@ -13,8 +13,13 @@ from vasowave.settings import Positive, check_settings
 class Numerics:
     """How finely and how long to simulate; the defaults serve every network of the size of a mouse lung.
 
+    ``Numerics(accuracy=0.02)`` is the ordinary way to ask where the default may not do: cells and steps follow from it.
+
     Attributes
     ----------
+    accuracy : float, optional
+        Largest error of pressure at inlet, middle and outlet of every vessel that space and time steps may leave, mmHg.
+        It is estimated from two grids and reported; what cannot be reached is an error.
     cell_size : float
         Longest cell, cm; every vessel gets at least two cells.
     samples : int
@@ -28,21 +33,27 @@ class Numerics:
         Cycles after which a state that is still not periodic is an error.
     cycles_from_rest : int, optional
         Exactly this many cycles from rest, periodic or not (the paper's practice: 8).
+    most_steps : int
+        A model that asks for more steps a cycle is an error, which says which vessel asks for them.
     every_cell : bool
         Return every cell instead of inlet, middle and outlet of each vessel.
     """
 
+    accuracy: Positive | None = None
     cell_size: Positive = 0.1
     samples: Annotated[int, Ge(1)] = 512
     steps_per_cycle: Annotated[int, Ge(1)] | None = None
     tolerance: Positive = 1e-4
     most_cycles: Annotated[int, Ge(2)] = 60
     cycles_from_rest: Annotated[int, Ge(1)] | None = None
+    most_steps: Annotated[int, Ge(1)] = 100_000
     every_cell: bool = False
 
     def __post_init__(self) -> None:
         """Check the values."""
         check_settings(self)
+        if self.accuracy is not None and (self.steps_per_cycle is not None or self.cycles_from_rest is not None):
+            raise InputError("accuracy chooses steps and cycles: leave steps_per_cycle and cycles_from_rest out")
         if self.steps_per_cycle is not None and self.steps_per_cycle % self.samples:
             raise InputError(
                 f"steps_per_cycle {self.steps_per_cycle} is not a multiple of samples {self.samples}; "

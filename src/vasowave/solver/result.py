@@ -1,15 +1,19 @@
 """A finished simulation as bare arrays."""
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from vasowave import walls
 from vasowave.model import Model
 from vasowave.recording.cycle import resample
+from vasowave.solver.extremes import Extreme, Extremes, find_extremes
 from vasowave.solver.grid import Grid
 from vasowave.solver.periodic import Convergence
 from vasowave.solver.state import State
+from vasowave.solver.validity import notes_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +38,14 @@ class Run:
     convergence : Convergence
     courant : float
         Largest Courant number of the last cycle.
+    mach : Extreme
+        Largest |u|/c of the last cycle.
     volume_error : float
-        (inflow - outflow - stored)/inflow over the last cycle.
+        Inflow minus outflow minus what was stored over the last cycle, as a share of the mean |inflow|.
     tolerance : float
         mmHg.
+    error_estimate : float
+        Of the pressures, mmHg, where an accuracy was asked for; else NaN.
     """
 
     grid: Grid
@@ -49,13 +57,31 @@ class Run:
     end: State
     convergence: Convergence
     courant: float
+    mach: Extreme
     volume_error: float
     tolerance: float
+    error_estimate: float = math.nan
 
     @property
     def model(self) -> Model:
         """The model that was simulated."""
         return self.grid.model
+
+    @cached_property
+    def extremes(self) -> Extremes:
+        """What the waves reach at most, at the output times."""
+        return find_extremes(self.grid, self.period, self.steps, self.pressure)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know before believing the waves."""
+        return notes_of(self.extremes, float(np.max(self.pressure)))
+
+    @cached_property
+    def pressure(self) -> np.ndarray:
+        """Pressure at inlet, middle and outlet, mmHg, shape (sample, station, vessel)."""
+        area = np.moveaxis(self.stations[0], 1, -1)
+        return np.asarray(walls.pressure(self.model.wall, area, self.model.network.area0))
 
     def inlet_pressure(self, samples: int) -> np.ndarray:
         """Pressure at the root's inlet, mmHg, at `samples` evenly spaced times of the cycle."""

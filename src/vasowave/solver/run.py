@@ -9,25 +9,39 @@ from vasowave.errors import NumericalError
 from vasowave.linear import linear_solution
 from vasowave.model import Model
 from vasowave.recording import Inflow
-from vasowave.solver.grid import make_grid
+from vasowave.solver.failures import Lost, not_periodic
+from vasowave.solver.grid import cell_counts, make_grid
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import Convergence, fixed_point
 from vasowave.solver.result import Run
 from vasowave.solver.start import AIM, FromLinear, FromNeighbor, FromRest, Start
 from vasowave.solver.state import Scale, State
 from vasowave.solver.stepper import Stepper, TooFast
+from vasowave.solver.validity import require_subcritical
 
 _ATTEMPTS = 8  # of finding a step that is small enough
 
 
-def run_to_periodic(model: Model, inflow: Inflow, numerics: Numerics, near: Run | None = None) -> Run:
+def run_to_periodic(
+    model: Model, inflow: Inflow, numerics: Numerics, near: Run | None = None, refinement: int = 1
+) -> Run:
     """Run until the state repeats itself; raises `NumericalError` if it does not within the allowed cycles."""
-    grid = make_grid(model, numerics.cell_size)
-    start: Start
-    start = FromLinear(grid, linear_solution(model, inflow)) if near is None else FromNeighbor(grid, inflow, near)
+    if near is not None:
+        grid = make_grid(model, near.grid.counts)
+        return _from(FromNeighbor(grid, inflow, near), inflow, numerics)
+    linear = linear_solution(model, inflow)
+    grid = make_grid(model, refinement * cell_counts(model, numerics.cell_size, linear))
+    try:
+        return _from(FromLinear(grid, linear), inflow, numerics)
+    except Lost:  # the linear solution can be far from what a nonlinear wall does; rest is never wrong, but slow
+        return _from(FromRest(grid, linear), inflow, numerics)
+
+
+def _from(start: Start, inflow: Inflow, numerics: Numerics) -> Run:
+    """Return the periodic run from one start."""
 
     def attempt(steps: int) -> Run:
-        return _periodic(Stepper(grid, inflow, numerics, steps), start, numerics)
+        return _periodic(Stepper(start.grid, inflow, numerics, steps), start, numerics)
 
     return _with_stable_step(attempt, start.steps(numerics), numerics)
 
@@ -45,18 +59,15 @@ def _periodic(stepper: Stepper, start: Start, numerics: Numerics) -> Run:
     began = scale.vector(start.state(stepper.outlets, stepper.steps))
     x, convergence = fixed_point(cycle, began, numerics.tolerance, numerics.most_cycles, allowed, start.secants)
     if not convergence.converged:
-        raise NumericalError(
-            f"not periodic after {numerics.most_cycles} cycles: the last one still changed by "
-            f"{convergence.changes[-1]:.2g} mmHg (tolerance {numerics.tolerance:.2g}); raise most_cycles "
-            "or tolerance, and look whether a Windkessel's R2 C is many periods long"
-        )
+        raise not_periodic(start.grid.model.outlets, convergence.changes, numerics.tolerance, stepper.period)
     return _finished(stepper, scale.state(x), convergence, numerics)
 
 
 def run_cycles(model: Model, inflow: Inflow, numerics: Numerics, count: int) -> Run:
     """Run exactly `count` cycles from rest and return the last, periodic or not."""
-    grid = make_grid(model, numerics.cell_size)
-    start = FromRest(grid, linear_solution(model, inflow))
+    linear = linear_solution(model, inflow)
+    grid = make_grid(model, cell_counts(model, numerics.cell_size, linear))
+    start = FromRest(grid, linear)
 
     def attempt(steps: int) -> Run:
         stepper = Stepper(grid, inflow, numerics, steps)
@@ -71,9 +82,10 @@ def run_cycles(model: Model, inflow: Inflow, numerics: Numerics, count: int) -> 
 
 
 def _finished(stepper: Stepper, end: State, convergence: Convergence, numerics: Numerics) -> Run:
+    require_subcritical(stepper.mach)
     return Run(
         stepper.grid, stepper.period, stepper.steps, stepper.inlet_area, stepper.stations, stepper.cells, end,
-        convergence, stepper.courant, stepper.volume_error, numerics.tolerance,
+        convergence, stepper.courant, stepper.mach, stepper.volume_error, numerics.tolerance,
     )  # fmt: skip
 
 

@@ -1,13 +1,15 @@
 """Simulate a model, or many of them at once, and return labelled waveforms."""
 
+import warnings
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import xarray as xr
 
-from vasowave.errors import InputError, VasowaveError
+from vasowave.errors import InputError, VasowaveError, VasowaveWarning
 from vasowave.model import Model
 from vasowave.recording import Inflow, Recording
+from vasowave.solver.accuracy import run_to_accuracy
 from vasowave.solver.dataset import as_dataset, stack
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
@@ -41,18 +43,30 @@ def simulate(
         (time, vessel, station), or (time, cell) with ``every_cell``; a sequence adds a first dimension ``ensemble`` and
         the variable ``failure`` (empty where a member is fine; its waveforms are NaN where it is not). Attributes:
         cycles, change (mmHg over the last cycle), converged, courant (the largest), steps_per_cycle,
-        volume_error (relative, over the last cycle).
+        volume_error (relative, over the last cycle), error_estimate (mmHg, where an accuracy was asked for), what the
+        waves reach at most (mach, steepness, lowest_pressure, area_strain, grid_error; each with ``_vessel`` and
+        ``_time``), and notes: what a reader must know before believing them, one a line. An ensemble has them as
+        variables.
+
+    Warns
+    -----
+    VasowaveWarning
+        For every note of a single model.
 
     Raises
     ------
     NumericalError
-        Unstable, outside the wall law, or not periodic; with vessel, time and what to change. In an ensemble only
+        Unstable, outside the wall law, faster than its waves, not periodic, in need of more steps than allowed, or not
+        as accurate as asked; with vessel, time and what to change. In an ensemble only
         if every member fails.
     """
     flow = inflow.inflow if isinstance(inflow, Recording) else inflow
     numerics = numerics or Numerics()
     if isinstance(model, Model):
-        return as_dataset(simulate_run(model, flow, numerics))
+        run = simulate_run(model, flow, numerics)
+        for note in run.notes:
+            warnings.warn(note, VasowaveWarning, stacklevel=2)
+        return as_dataset(run)
     models = list(model)
     if not models:
         raise InputError("no models to simulate")
@@ -61,7 +75,9 @@ def simulate(
 
 
 def simulate_run(model: Model, inflow: Inflow, numerics: Numerics, start: Run | None = None) -> Run:
-    """Simulate and return the bare arrays, from the linear solution or a neighbouring run `start`."""
+    """Simulate and return the bare arrays, from the linear solution or, on its grid, a neighbouring run `start`."""
+    if numerics.accuracy is not None and start is None:
+        return run_to_accuracy(model, inflow, numerics, numerics.accuracy)
     if numerics.cycles_from_rest is not None:
         return run_cycles(model, inflow, numerics, numerics.cycles_from_rest)
     return run_to_periodic(model, inflow, numerics, start)

@@ -11,6 +11,7 @@ from vasowave.errors import NumericalError
 from vasowave.linear import LinearSolution, linear_solution
 from vasowave.model import Model
 from vasowave.recording import Inflow
+from vasowave.solver.failures import too_many_steps
 from vasowave.solver.grid import Grid
 from vasowave.solver.laws import OutletSteps
 from vasowave.solver.numerics import Numerics
@@ -24,6 +25,11 @@ _WASTEFUL = 0.7  # a neighbour's step is kept, so that results change smoothly, 
 
 class Start(Protocol):
     """What a simulation asks before its first cycle."""
+
+    @property
+    def grid(self) -> Grid:
+        """The grid on which it starts."""
+        ...
 
     @property
     def secants(self) -> Secants | None:
@@ -55,14 +61,20 @@ class FromLinear:
         """Return steps for the wave speeds at the pressures of the linear solution."""
         if numerics.steps_per_cycle is not None:
             return numerics.steps_per_cycle
+        demand = self.demand()
+        if np.max(demand) > numerics.most_steps:
+            raise too_many_steps(self.grid, self.linear, demand, numerics.most_steps)
+        return max(1, math.ceil(float(np.max(demand)) / numerics.samples)) * numerics.samples
+
+    def demand(self) -> np.ndarray:
+        """Return the steps per cycle that each vessel asks for, shape (vessel,)."""
         model, linear = self.grid.model, self.linear
         times = np.linspace(0, linear.period, 64, endpoint=False)
         pressure, flow = linear.in_time(linear.pressure, times), linear.in_time(linear.flow, times)
         pressure = np.clip(pressure, *_range_of_pressure(model))
         speed = walls.wave_speed(model.wall, pressure, model.blood.inertia)
         speed = speed + np.abs(flow) / walls.area(model.wall, pressure, model.network.area0)
-        crossings = float(np.max(speed / self.grid.spacing[self.grid.vessels.first])) * linear.period
-        return max(1, math.ceil(crossings / AIM / numerics.samples)) * numerics.samples
+        return np.max(speed, axis=0) / self.grid.spacing[self.grid.vessels.first] * (linear.period / AIM)
 
     def mean_pressure(self) -> np.ndarray:
         """Return the mean pressures of the linear solution, mmHg."""

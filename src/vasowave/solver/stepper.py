@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 
-from vasowave.errors import NumericalError
 from vasowave.recording import Inflow
+from vasowave.solver import cycle as cycles
 from vasowave.solver.cells import Faces, Fluid, Fluxes
-from vasowave.solver.cycle import LEFT_LAW, NODE_FAILED, cycle_kernel
+from vasowave.solver.extremes import Extreme
+from vasowave.solver.failures import left_law, no_balance
 from vasowave.solver.grid import Grid
 from vasowave.solver.laws import outlet_steps
 from vasowave.solver.nodes import make_node_states
@@ -46,6 +47,7 @@ class Stepper:
         self.stations = np.zeros((2, numerics.samples, vessels, 3))
         self.cells = np.zeros((2, numerics.samples if numerics.every_cell else 0, slots))
         self.courant = self.volume_error = 0.0
+        self.mach = Extreme(0.0, "", 0.0)
 
     def allows(self, state: State) -> bool:
         """Whether all areas lie within the wall law."""
@@ -55,44 +57,42 @@ class Stepper:
     def cycle(self, state: State) -> State:
         """Run one cycle; the waveforms of the last one stay in `stations` and `cells`."""
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
-        report = cycle_kernel(type(self.grid.wall))(
+        report = cycles.cycle_kernel(type(self.grid.wall))(
             (area, flow, memory), self.inflow, self.law, self.outlets, self.parts, self.fluid, self.scratch,
             self.inlet_area, self.stations, self.cells,
         )  # fmt: skip
-        self._check(report)
-        self.courant = report[3]
+        self._check(report, State(area, flow, memory))
+        self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)
         stored = np.sum((area - state.area)[self.grid.is_cell] * self.grid.spacing[self.grid.is_cell])
-        dt = self.period / self.steps
-        self.volume_error = float((report[6] - report[7]) * dt - stored) / max(abs(report[6] * dt), 1e-300)
+        passed = self.period * float(np.mean(np.abs(self.inflow)))  # not its mean, which may be zero
+        balance = float((report[cycles.INFLOW] - report[cycles.OUTFLOW]) * self.period / self.steps - stored)
+        self.volume_error = balance / passed if passed > 0 else balance
         return State(area, flow, memory)
 
-    def _check(self, report: np.ndarray) -> None:
-        """Raise if the cycle failed or was unstable."""
+    def _check(self, report: np.ndarray, state: State) -> None:
+        """Raise if the cycle failed or was unstable; `state` is where it ended."""
         network = self.grid.model.network
-        if report[3] > 1 or not math.isfinite(report[3]):
-            vessel = int(report[4])
-            speed = report[3] * self.grid.spacing[self.grid.vessels.first[vessel]] / (self.period / self.steps)
-            needed = math.ceil(self.steps * report[3] / AIM / self.stations.shape[1]) * self.stations.shape[1]
+        if report[cycles.COURANT] > 1:
+            courant, name, time = self._extreme(report, cycles.COURANT)
+            vessel = network.row(name)
+            speed = courant * self.grid.spacing[self.grid.vessels.first[vessel]] / (self.period / self.steps)
+            needed = math.ceil(self.steps * courant / AIM / self.stations.shape[1]) * self.stations.shape[1]
             raise TooFast(
-                report[3],
-                f"vessel '{network.name[vessel]}' ({network.length[vessel]:.4g} cm), t = {self._time(report[5])}: "
-                f"Courant number {report[3]:.2f} at |u| + c = {speed:.0f} cm/s; raise steps_per_cycle "
+                courant,
+                f"vessel '{name}' ({network.length[vessel]:.4g} cm), t = {time:.4g} s: "
+                f"Courant number {courant:.2f} at |u| + c = {speed:.0f} cm/s; raise steps_per_cycle "
                 f"from {self.steps} to {needed}",
             )
-        if report[0] == LEFT_LAW:
-            slot = int(report[1])
-            name = network.name[self.grid.vessel[slot]]
-            low, high = self.parts[1].smallest[slot], self.parts[1].largest[slot]
-            raise NumericalError(
-                f"vessel '{name}', t = {self._time(report[2])}: the area left the range of the wall law "
-                f"({low:.3g} to {high:.3g} cm²); the wall is too soft for these pressures: raise its stiffness "
-                "(for the tangent law p1 or gamma), or check flow and resistance"
-            )
-        if report[0] == NODE_FAILED:
-            raise NumericalError(
-                f"vessel '{network.name[int(report[1])]}', t = {self._time(report[2])}: no pressure balances the flows "
-                "at its end; check resistances and stiffness, or raise steps_per_cycle"
-            )
+        grid, time, place = self.grid, report[cycles.STEP] * self.period / self.steps, int(report[cycles.PLACE])
+        if report[cycles.STATUS] == cycles.LEFT_LAW:
+            cell, face = state.area[place], self.scratch[0].area[place]
+            low, high = self.parts[1].smallest[place], self.parts[1].largest[place]
+            raise left_law(grid, state, place, face if low < cell < high else cell, time)
+        if report[cycles.STATUS] == cycles.NODE_FAILED:
+            raise no_balance(grid, state, place, time)
 
-    def _time(self, step: float) -> str:
-        return f"{step * self.period / self.steps:.4g} s"
+    def _extreme(self, report: np.ndarray, key: int) -> Extreme:
+        """Return what the cycle's report says of one of its largest values."""
+        vessel = self.grid.vessel[int(report[key + 1])]
+        time = float(report[key + 2] * self.period / self.steps)
+        return Extreme(float(report[key]), self.grid.model.network.name[vessel], time)

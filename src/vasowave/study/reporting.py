@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from vasowave.report.cohort import write_cohort_report
+from vasowave.report import write_report
 from vasowave.study.reading import study_path
 from vasowave.study.results import read_results
 
@@ -27,7 +27,7 @@ def report_study(study: Path, pdf: bool | None = None) -> Path:
     folder = study_path(Path(study)).parent
     results = read_results(folder)
     trees = results.trees()
-    return write_cohort_report(
+    return write_report(
         trees,
         folder / REPORT_FOLDER,
         failures=results.failures,

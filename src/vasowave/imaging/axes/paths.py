@@ -85,8 +85,7 @@ def minimal_paths(lumen: Segmentation, root: np.ndarray) -> MinimalPaths:
     travelled = dijkstra(lengths, indices=start)
     _, above = dijkstra(graph, indices=start, return_predecessors=True)
     travelled[~np.isfinite(travelled)] = -1.0
-    roughness = lumen.noise / (lumen.threshold - lumen.background)
-    return MinimalPaths(voxels, points, depth, travelled, above, start, surface, lumen.spacing, roughness)
+    return MinimalPaths(voxels, points, depth, travelled, above, start, surface, lumen.spacing, lumen.roughness)
 
 
 def paths_to(ways: MinimalPaths, tips: Sequence[int]) -> Skeleton:

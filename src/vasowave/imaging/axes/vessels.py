@@ -51,7 +51,7 @@ def in_another_lumen(tree: Tree, lumen: Segmentation) -> Tree:
 
 
 def _refitted(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
-    again = with_ends_at_the_surface(fitted(tree, surface, lumen.spacing), surface)
+    again = with_ends_at_the_surface(fitted(tree, surface, lumen.spacing, lumen.roughness), surface)
     return with_ends_at_half_grey(again, lumen)
 
 
@@ -78,5 +78,5 @@ def _straight_ended(tree: Tree, ways: MinimalPaths) -> Tree:
 
 def _to_surface(ways: MinimalPaths, tips: Sequence[int]) -> Tree:
     """Return the vessels on the minimal paths to `tips`, their axes fitted to the surface and ending there."""
-    rough = without_stairs(cut_at_junctions(paths_to(ways, tips)), ways.surface, ways.spacing)
-    return with_ends_at_the_surface(fitted(with_met_axes(rough), ways.surface, ways.spacing), ways.surface)
+    rough = with_met_axes(without_stairs(cut_at_junctions(paths_to(ways, tips)), ways.surface, ways.spacing))
+    return with_ends_at_the_surface(fitted(rough, ways.surface, ways.spacing, ways.roughness), ways.surface)

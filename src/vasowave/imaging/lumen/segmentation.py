@@ -49,6 +49,11 @@ class Segmentation:
     background: float
     noise: float
 
+    @property
+    def roughness(self) -> float:
+        """Noise over the contrast between wall and background: how much noise bends the surface."""
+        return self.noise / (self.threshold - self.background)
+
 
 def noise_level(volume: Volume) -> float:
     """Return the standard deviation of the noise, grey levels: the robust spread of the whole volume.

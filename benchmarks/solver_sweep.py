@@ -1,0 +1,170 @@
+"""Simulate random models of many kinds, repeat a tenth on twice the cells, and count what went wrong in silence.
+
+uv run python benchmarks/solver_sweep.py                      1000 models of every kind
+uv run python benchmarks/solver_sweep.py 5000 --seed 7        more, from another seed
+uv run python benchmarks/solver_sweep.py 600 --kinds mouse rat --every 2 --keep sweep.json
+
+A result is wrong when it differs anywhere by more than 2 % of the largest pressure from that of twice the cells. Kinds
+marked * were not looked at when thresholds were chosen.
+"""
+
+import argparse
+import json
+import time
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vasowave.blood import Blood, BoundaryLayer, Poiseuille, PowerLaw
+from vasowave.errors import InputError, NumericalError, VasowaveWarning
+from vasowave.model import Model
+from vasowave.network import Network
+from vasowave.nominal import windkessels
+from vasowave.recording import Inflow
+from vasowave.solver import Numerics
+from vasowave.solver.run import run_to_periodic
+from vasowave.walls import LinearWall, TangentWall
+
+WRONG = 0.02  # of the largest pressure
+
+
+class Kind(NamedTuple):
+    """Ranges from which the models of one kind are drawn, log-uniformly.
+
+    Lengths are multiples of the radius; the mean pressure fixes the resistance; the strain at it fixes the wall; the
+    peak flow is that share of the area times the wave speed at rest.
+    """
+
+    radius: tuple[float, float]
+    length: tuple[float, float]
+    period: tuple[float, float]
+    mean_pressure: tuple[float, float]
+    strain: tuple[float, float]
+    peak: tuple[float, float]
+    ejection: tuple[float, float]
+
+
+KINDS = {
+    "mouse": Kind((0.035, 0.06), (2, 12), (0.08, 0.16), (10, 35), (0.2, 0.8), (0.1, 0.35), (0.3, 0.5)),
+    "human": Kind((0.3, 1.0), (3, 30), (0.6, 1.2), (12, 110), (0.08, 0.5), (0.05, 0.4), (0.3, 0.45)),
+    "mismatched": Kind((0.002, 1.0), (2, 60), (0.08, 1.2), (5, 120), (0.03, 1.0), (0.02, 1.0), (0.1, 0.6)),
+    "rat *": Kind((0.06, 0.15), (2, 15), (0.14, 0.25), (12, 45), (0.15, 0.7), (0.1, 0.4), (0.3, 0.5)),
+    "arterioles *": Kind((0.002, 0.01), (5, 40), (0.08, 1.2), (8, 60), (0.05, 0.5), (0.005, 0.1), (0.3, 0.6)),
+    "sudden *": Kind((0.02, 0.5), (3, 30), (0.08, 0.6), (10, 80), (0.1, 0.8), (0.05, 0.6), (0.05, 0.2)),
+}
+
+
+def drawn(kind: Kind, rng: np.random.Generator) -> tuple[Model, Inflow]:
+    """Return a random model of one kind and its inflow."""
+
+    def draw(name: str) -> float:
+        low, high = getattr(kind, name)
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+    network = tree(int(2 ** rng.uniform(0, 6)), draw("radius"), lambda: draw("length"), rng)
+    period, mean, strain = draw("period"), draw("mean_pressure"), draw("strain")
+    beta = mean / (np.sqrt(1 + strain) - 1)
+    wall: Any = LinearWall(beta)
+    if rng.random() < 0.5:  # p1 and gamma with the same strain at the mean pressure
+        p1 = mean * np.exp(rng.uniform(np.log(0.3), np.log(3)))
+        wall = TangentWall(p1, np.pi * strain / np.arctan(mean / p1))
+    friction = [BoundaryLayer(), Poiseuille(), PowerLaw(9.0)][rng.integers(3)]
+    blood = Blood(friction=friction)
+    c0 = float(np.sqrt(wall.wave_speed_squared_at_rest(blood.inertia, *wall)))
+    phase = (np.arange(256) / 256 - 0.05) / draw("ejection")
+    shape = np.where((phase > 0) & (phase < 1), np.sin(np.pi * np.clip(phase, 0, 1)) ** 2 * (1.35 - 0.7 * phase), 0)
+    flow = draw("peak") * c0 * network.area0[network.root] * shape / shape.max()
+    resistance = mean / flow.mean()
+    outlets = windkessels(network, resistance, period * rng.uniform(0.3, 3), rng.uniform(0.03, 0.4))
+    return Model(network, wall, outlets, blood), Inflow(flow, period)
+
+
+def tree(count: int, radius: float, length: Callable[[], float], rng: np.random.Generator) -> Network:
+    """Return a random binary tree whose radii obey r^ξ = r1^ξ + r2^ξ and end at 0.002 cm."""
+    parent, radii = [-1], [radius]
+    while len(parent) + 2 <= count:
+        ends = [row for row in range(len(parent)) if row not in parent]
+        row = int(rng.choice(ends))
+        share, power = rng.uniform(0.15, 0.85), rng.uniform(2.3, 3.0)
+        for part in (share, 1 - share):
+            parent.append(row)
+            radii.append(max(0.002, radii[row] * part ** (1 / power)))
+    lengths = np.array([length() for _ in radii]) * radii
+    return Network(tuple(str(i) for i in range(len(parent))), np.array(parent), lengths, np.array(radii))
+
+
+def simulated(model: Model, inflow: Inflow, repeat: bool) -> dict[str, Any]:
+    """Return what came of one model: an error, or its extremes, notes and (if repeated) its true error."""
+    started = time.process_time()
+    try:
+        run = run_to_periodic(model, inflow, Numerics())
+    except (InputError, NumericalError) as error:
+        return {"error": str(error), "seconds": time.process_time() - started}
+    extremes = run.extremes
+    found: dict[str, Any] = {name: getattr(extremes, name).value for name in extremes._fields}
+    pressure = run.pressure
+    found |= {"peak": float(np.abs(pressure).max()), "range": float(np.ptp(pressure)), "mach": run.mach.value}
+    found |= {"notes": list(run.notes), "steps": run.steps, "seconds": time.process_time() - started}
+    if repeat:
+        try:
+            fine = run_to_periodic(model, inflow, Numerics(), refinement=2)
+        except NumericalError as error:
+            return found | {"fine error": str(error)}
+        found["wrong"] = float(np.max(np.abs(pressure - fine.pressure))) / found["peak"]
+    return found
+
+
+def swept(name: str, count: int, seed: int, every: int) -> list[dict[str, Any]]:
+    """Return what came of `count` models of one kind."""
+    rows = []
+    for number in range(count):
+        rng = np.random.default_rng([seed, sorted(KINDS).index(name), number])
+        model, inflow = drawn(KINDS[name], rng)
+        row = simulated(model, inflow, number % every == 0)
+        rows.append(row | {"kind": name, "number": number, "vessels": len(model.network)})
+    return rows
+
+
+def summary(name: str, rows: list[dict[str, Any]]) -> str:
+    """Return one line of the table."""
+    done = [row for row in rows if "error" not in row]
+    judged = [row for row in done if "wrong" in row]
+    wrong = [row for row in judged if row["wrong"] > WRONG]
+    silent = [row for row in wrong if not row["notes"]]
+    warned = sum(bool(row["notes"]) for row in done)
+    worst = max((row["wrong"] for row in judged if not row["notes"]), default=0.0)
+    return (
+        f"{name:14} {len(rows):6} {len(rows) - len(done):7} {warned:7} {len(judged):9} {len(wrong):6} "
+        f"{len(silent):7} {100 * worst:8.2f} %"
+    )
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("count", nargs="?", type=int, default=1000, help="models of all kinds together")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--every", type=int, default=10, help="repeat every n-th model on twice the cells")
+    parser.add_argument("--kinds", nargs="+", default=[name.split()[0] for name in KINDS])
+    parser.add_argument("--keep", type=Path, help="write every model's row to this file")
+    chosen = parser.parse_args()
+    warnings.simplefilter("ignore", VasowaveWarning)
+    names = [name for name in KINDS if name.split()[0] in chosen.kinds]
+    rows: list[dict[str, Any]] = []
+    print(f"{'kind':14} models  errors  warned  repeated  wrong  silent  worst in silence")
+    for name in names:
+        rows += (mine := swept(name, chosen.count // len(names), chosen.seed, chosen.every))
+        print(summary(name, mine), flush=True)
+    print(summary("all", rows))
+    for reason, count in Counter(row["error"].split("; ")[0][-60:] for row in rows if "error" in row).most_common(12):
+        print(f"{count:5} … {reason}")
+    if chosen.keep:
+        chosen.keep.write_text(json.dumps(rows))
+
+
+if __name__ == "__main__":
+    main()

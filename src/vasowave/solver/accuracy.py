@@ -1,0 +1,54 @@
+"""Simulate as finely as an accuracy asks, by comparing grids."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from vasowave.errors import NumericalError
+from vasowave.model import Model
+from vasowave.recording import Inflow
+from vasowave.solver.numerics import Numerics
+from vasowave.solver.result import Run
+from vasowave.solver.run import run_to_periodic
+
+_COARSEST = 2.0  # the first grid's cells, in the given cell size
+_OF_CYCLES = 0.02  # share of the accuracy that the last cycle may still change
+_SECOND_ORDER = 2.5  # halving the cells must gain at least this, of 4, before the gain is counted on
+
+
+def run_to_accuracy(model: Model, inflow: Inflow, numerics: Numerics, accuracy: float) -> Run:
+    """Return a run whose pressures are within `accuracy` (mmHg) by the comparison of its grid with a coarser one.
+
+    The scheme is of second order in space and time together, so that a grid k times finer than another differs from it
+    by k² - 1 times its own error.
+
+    Raises
+    ------
+    NumericalError
+        The accuracy needs more than ``numerics.most_steps``, or finer grids do not come nearer to each other.
+    """
+    tolerance = min(numerics.tolerance, _OF_CYCLES * accuracy)
+    numerics = replace(numerics, cell_size=_COARSEST * numerics.cell_size, tolerance=tolerance, accuracy=None)
+    refinement, before, last = 1, run_to_periodic(model, inflow, numerics), math.nan
+    factor = 2
+    while True:
+        refinement *= factor
+        run = _refined(model, inflow, numerics, refinement, before, accuracy)
+        apart = float(np.max(np.abs(run.pressure - before.pressure)))
+        gained = not last < _SECOND_ORDER * apart  # True at first, when nothing is known of the order
+        error = apart / (factor**2 - 1) if gained else apart
+        if error <= accuracy:
+            return replace(run, error_estimate=error)
+        before, last = replace(run, error_estimate=error), apart if factor == 2 else math.nan
+        factor = 2 if not gained else max(2, math.ceil(math.sqrt(error / accuracy)))
+
+
+def _refined(model: Model, inflow: Inflow, numerics: Numerics, refinement: int, before: Run, accuracy: float) -> Run:
+    try:
+        return run_to_periodic(model, inflow, numerics, refinement=refinement)
+    except NumericalError as error:
+        known = f" (an error of {before.error_estimate:.2g} mmHg was reached)" if before.error_estimate > 0 else ""
+        raise NumericalError(
+            f"an accuracy of {accuracy:g} mmHg cannot be reached{known}: on cells {refinement} times finer, {error}"
+        ) from None

@@ -1,0 +1,90 @@
+"""What a failed cycle says: the fault that is there, where it is, and what to do about it."""
+
+import numpy as np
+
+from vasowave import walls
+from vasowave.errors import NumericalError
+from vasowave.linear import LinearSolution
+from vasowave.outlets import Outlets
+from vasowave.solver.grid import Grid
+from vasowave.solver.state import State
+
+
+class Lost(NumericalError):  # noqa: N818  what happened, not what kind of thing it is
+    """A cycle ended early; from another start it may not."""
+
+
+def left_law(grid: Grid, state: State, slot: int, area: float, time: float) -> Lost:
+    """Return the error for a slot whose `area` (cm²) left the range of its wall law."""
+    vessel = grid.vessel[slot]
+    low, high = (np.broadcast_to(limit, grid.vessel.shape)[slot] for limit in grid.wall.limits(*grid.wall))
+    share = area / grid.model.network.area0[vessel]
+    if share >= high:
+        reason = (
+            f"the wall reaches its largest area, {high:.3g} times the undeformed one; it cannot hold the flow that "
+            "enters: raise gamma, lower the resistance, or check the units of the flow"
+        )
+    elif share <= low:
+        reason = (
+            f"the vessel collapses (its area falls to {max(share, 0.0):.2g} of the undeformed one); the wall is too "
+            "soft for the flow that leaves it: raise its stiffness, or check the inflow for backflow"
+        )
+    else:
+        reason = "area or flow is no longer a number; check the wall's stiffness and the outlets' resistance"
+    return Lost(f"vessel '{grid.model.network.name[vessel]}', t = {time:.4g} s: {reason}{_speed(grid, state, vessel)}")
+
+
+def no_balance(grid: Grid, state: State, vessel: int, time: float) -> Lost:
+    """Return the error for a node at the end of a vessel whose flows balance at no pressure."""
+    name = grid.model.network.name[vessel]
+    speed = _speed(grid, state, vessel)
+    advice = "" if speed else "; the wall is too soft, or an outlet too narrow, for the flow that arrives there"
+    return Lost(f"vessel '{name}', t = {time:.4g} s: no pressure balances the flows at its end{advice}{speed}")
+
+
+def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, most: int) -> NumericalError:
+    """Return the error for a model whose vessels ask for more than `most` steps a cycle (`demand`, one per vessel)."""
+    network, model = grid.model.network, grid.model
+    v = int(np.argmax(demand))
+    others = np.delete(demand, v)
+    beside = f"; of {len(others)} others the next asks for {np.max(others):.0f}" if len(others) else ""
+    compliance = network.length * walls.area_compliance(model.wall, linear.mean_pressure, network.area0)
+    fall = float(linear.resistance[v] * network.length[v] * linear.flow[0, v].real)
+    return NumericalError(
+        f"vessel '{network.name[v]}' ({network.length[v]:.4g} cm, radius {network.radius[v]:.4g} cm) asks for "
+        f"{demand[v]:.0f} steps a cycle, more than most_steps = {most}{beside}. "
+        f"It holds {100 * compliance[v] / np.sum(compliance):.2g} % of the vessels' "
+        f"compliance, and the mean flow loses {fall:.2g} mmHg in it: that is what merging it with its neighbor would "
+        "change. Merge it, or go on with Numerics(most_steps=...)"
+    )
+
+
+def not_periodic(outlets: Outlets, changes: tuple[float, ...], tolerance: float, period: float) -> NumericalError:
+    """Return the error for a state that does not repeat itself."""
+    cycles, late = len(changes), changes[-min(10, len(changes)) :]
+    reason = "the changes grow smaller: raise most_cycles, or tolerance"
+    slowest = float(np.max(outlets.time_constants())) / period
+    if min(late) >= 0.5 * changes[0] or late[-1] > 2 * min(late):
+        reason = (
+            "the changes no longer grow smaller, so that more cycles will not help: look for a vessel near collapse or "
+            "near its largest area, and simulate with cycles_from_rest to see it"
+        )
+    elif slowest > 3:
+        reason += f"; the slowest Windkessel's R2 C is {slowest:.1f} periods long: check its compliance"
+    return NumericalError(
+        f"not periodic after {cycles} cycles: the last one still changed by {changes[-1]:.2g} mmHg (tolerance "
+        f"{tolerance:.2g}); {reason}"
+    )
+
+
+def _speed(grid: Grid, state: State, vessel: int) -> str:
+    """Return a clause where the flow in the vessel passes its wave speed, which explains the rest."""
+    rows = np.flatnonzero((grid.vessel == vessel) & grid.is_cell)
+    wall = type(grid.wall)(*(value[rows] for value in grid.wall))
+    area, flow = state.area[rows], state.flow[rows]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        p = walls.pressure(wall, area, grid.model.network.area0[vessel])
+        mach = np.abs(flow / area) / walls.wave_speed(wall, p, grid.model.blood.inertia)
+    if not np.any(mach >= 1):
+        return ""
+    return f"; the flow passes the wave speed there (|u|/c = {np.nanmax(mach):.1f}): check the units of flow and radius"
