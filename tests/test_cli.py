@@ -1,12 +1,14 @@
+import hashlib
+import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 from typer.testing import CliRunner
@@ -15,7 +17,8 @@ from vasowave.cli import app
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.errors import InputError
-from vasowave.network import write_network
+from vasowave.network import Network, write_network
+from vasowave.study.results import read_results
 
 
 @pytest.mark.parametrize("command", [[], ["demo"], ["fit"], ["simulate"], ["extract"], ["match"]])
@@ -62,35 +65,38 @@ def test_an_error_of_ours_is_one_line_and_exit_status_1():
 def test_interrupting_the_search_writes_nothing_or_what_had_finished(tmp_path):
     network, cycle = _write_mouse(tmp_path)
     output = tmp_path / "result"
-    running = _vasowave("fit", network, cycle, "--starts", 40, "--wall", "tangent", "-o", output)
+    running = _vasowave("fit", network, cycle, "--starts", 40, "--walls", "tangent", "--no-pdf", "-o", output)
     begun = ""
     while "compiles the solver" not in begun:
         begun = running.stdout.readline()
     time.sleep(5)
     os.kill(running.pid, signal.SIGINT)
     text = running.communicate(timeout=300)[0]
-    if output.exists():
-        assert "Interrupted: " in (output / "report.html").read_text()
+    if (output / "results" / "index.json").exists():
+        assert "Interrupted: " in (output / "report" / "report.html").read_text()
+        (tree,) = read_results(output).trees()
+        assert tree.attrs["interrupted"] == 1
     else:
         assert running.returncode == 130
         assert "nothing half-written" in text
+        assert not (output / "report").exists()
     assert "Traceback" not in text
-    assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
+    assert list(tmp_path.rglob(".vasowave-part-*")) == []
 
 
 @pytest.mark.parametrize(
     ("option", "message"),
     [
-        (("--wall", "lineer"), "did you mean 'linear'"),
-        (("--hold", "c1"), "--hold c1: write a parameter's name"),
-        (("--hold", "c1=one"), "--hold c1=one: 'one' is not a number"),
-        (("--hold", "cc1=1"), "no parameter 'cc1' (did you mean 'c1'?)"),
-        (("--bounds", "beta=20"), "write name=low:high"),
-        (("--bounds", "beta=90:20"), "they must be positive and ordered"),
+        (("--walls", "lineer"), "did you mean 'linear'"),
+        (("--fixed", "c1"), "--fixed: calibration.fixed.c1"),
+        (("--fixed", "c1=one"), "--fixed: calibration.fixed.c1: 'one' is not a number"),
+        (("--fixed", "cc1=1"), "--fixed: calibration.fixed: 'cc1' is not known (did you mean 'c1'?)"),
+        (("--bounds", "beta=20"), "--bounds: calibration.bounds.beta: write a list"),
+        (("--bounds", "beta=90:20"), "90 is not below 20"),
         (("--friction", "poisseuille"), "did you mean 'poiseuille'"),
-        (("--friction", "fixed"), "write local, fixed:0.07"),
-        (("--method", "newton"), "choose 'least-squares' or 'sqp'"),
-        (("--starts", "0"), "at least one is needed"),
+        (("--reference-radius", "0.07", "--friction", "poiseuille"), "belongs to friction 'boundary-layer'"),
+        (("--method", "newton"), "choose from: least-squares, sqp"),
+        (("--starts", "0"), "--starts: calibration.starts: '0' should be greater than or equal to 1"),
     ],
 )
 def test_a_wrong_option_of_fit_is_an_error_that_says_what_to_write(tmp_path, option, message):
@@ -107,7 +113,20 @@ def test_fit_refuses_a_place_it_cannot_write_before_it_computes(tmp_path, place)
     (tmp_path / "taken").write_text("a file")
     result = CliRunner().invoke(app, ["fit", str(network), str(cycle), "-o", str(tmp_path / place)])
     assert isinstance(result.exception, InputError)
-    assert "Recording(" not in result.output
+    assert "compiles" not in result.output
+
+
+def test_fit_refuses_the_folder_of_a_study_and_of_an_earlier_version(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    for name, words in (("study.yaml", "is a study; add the animal"), ("results.nc", "of an earlier version")):
+        folder = tmp_path / name.partition(".")[0]
+        folder.mkdir()
+        (folder / name).write_text("")
+        result = CliRunner().invoke(app, ["fit", str(network), str(cycle), "-o", str(folder)])
+        assert words in str(result.exception)
+        assert [path.name for path in folder.iterdir()] == [name]
+    report = CliRunner().invoke(app, ["report", str(tmp_path / "results")])
+    assert "of an earlier version of vasowave" in str(report.exception)
 
 
 def test_a_file_that_cannot_be_written_is_refused_and_nothing_stays(tmp_path):
@@ -130,26 +149,48 @@ def test_a_stiffness_of_zero_is_not_taken_for_none(tmp_path):
     assert "beta = 0; it must be positive" in str(result.exception)
 
 
-def test_options_of_fit_reach_the_calibration(tmp_path):
-    network, cycle = _write_mouse(tmp_path)
-    options = [
-        "--wall",
-        "linear",
-        "--starts",
-        "1",
-        "--hold",
-        "c1=0.9",
-        "--bounds",
-        "beta=80:90",
-        "--friction",
-        "fixed:0.07",
-    ]
-    result = CliRunner().invoke(app, ["fit", str(network), str(cycle), "-o", str(tmp_path / "x"), *options])
+def _write_labchart(folder, mouse, words=""):
+    from vasowave.datasets.raw import synthetic_raw_recording
+    from vasowave.datasets.virtual_files import SYNTHETIC, labchart_text
+
+    raw = synthetic_raw_recording(mouse, np.random.default_rng(3), duration=6.0).raw
+    path = folder / f"{words}raw.txt"
+    path.write_text(labchart_text(raw).replace(SYNTHETIC, "start"))
+    return path
+
+
+def test_one_command_leads_from_a_raw_recording_to_the_page_and_back_from_the_results_alone(tmp_path):
+    network = tmp_path / "network.csv"
+    write_network(Network(("1", "2", "3"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037]), network)
+    recording = _write_labchart(tmp_path, virtual_mouse(), "not_synthetic_")
+    output = tmp_path / "x"
+    options = (
+        "--walls linear --starts 1 --fixed c1=0.9 --bounds beta=20:900 --reference-radius 0.07 --no-pdf --beats 12"
+    )
+    result = CliRunner().invoke(app, ["fit", str(network), str(recording), "-o", str(output), *options.split()])
     assert result.exit_code == 0, result.output
-    table = pd.read_csv(tmp_path / "x" / "parameters.csv").set_index("parameter")
-    assert table["value"]["c1"] == 0.9
-    assert (table["lower"]["beta"], table["upper"]["beta"]) == (80, 90)
-    assert "a boundary layer (fixed radius 0.0700 cm)" in (tmp_path / "x" / "report.html").read_text()
+    assert "linear wall: beta" in result.output
+    (tree,) = read_results(output).trees()
+    found = tree["linear/calibration"].to_dataset().set_index(parameter="parameter")
+    assert float(found["value"].sel(parameter="c1")) == 0.9
+    assert (float(found["lower"].sel(parameter="beta")), float(found["upper"].sel(parameter="beta"))) == (20, 900)
+    assert json.loads(found.attrs["friction"]) == {"law": "BoundaryLayer", "reference_radius": 0.07}
+    assert int(tree["beats"]["kept"].sum()) == 12
+    for group in ("measured/waves", "linear/waves", "linear/impedance", "linear/tree"):
+        assert tree[group].has_data
+    assert tree.attrs["sha256 of network"].startswith(hashlib.sha256(network.read_bytes()).hexdigest())
+    page = output / "report" / "report.html"
+    first = page.read_text()
+    assert "Synthetic data" not in first  # a word in a file's name decides nothing
+
+    again = CliRunner().invoke(app, ["fit", str(network), str(recording), "-o", str(output), *options.split()])
+    assert "kept from earlier" in again.output
+    for path in (network, recording):
+        path.unlink()
+    shutil.rmtree(output / "report")
+    report = CliRunner().invoke(app, ["report", str(output), "--no-pdf"])
+    assert report.exit_code == 0, report.output
+    assert len(page.read_text()) == pytest.approx(len(first), rel=0.01)
 
 
 def test_simulate_writes_waveforms_that_xarray_opens(tmp_path):

@@ -95,7 +95,7 @@ class Settings(Search):
     Attributes
     ----------
     walls : tuple of str
-        Wall laws to fit: linear, tangent, or a class of your own as module:Class (see `laws.find_law`).
+        Wall laws to fit, by name (linear, tangent, power), or a class of your own as module:Class; see `laws.find_law`.
     model_selection : bool
         Whether the wall laws are compared by AICc and BIC.
     selection_optima : tuple of {"OLS", "GLS"}

@@ -33,28 +33,6 @@ from vasowave.recording.cycle import INDEX_UNITS
 OUTLET_UNITS = {name: what.unit for name, what in Windkessel.quantities().items()}
 
 
-def write_archive(fits: Sequence[Fit], path: Path, attributes: dict[str, str]) -> None:
-    """Write the calibrations of one recording to the netCDF-4 file `path`, `attributes` at its root."""
-    root = xr.Dataset(attrs={"title": "vasowave calibration", "Conventions": "CF-1.11", **attributes})
-    root.to_netcdf(path, mode="w", engine="netcdf4", format="NETCDF4")
-    for group, dataset in groups(fits).items():
-        dataset.to_netcdf(path, mode="a", group=group, engine="netcdf4", format="NETCDF4")
-
-
-def groups(fits: Sequence[Fit]) -> dict[str, xr.Dataset]:
-    """Return the group names of the file and what each holds."""
-    first = fits[0]
-    found = {
-        "network": network_dataset(first.model.network),
-        "recording": recording_dataset(first.recording),
-        "nominal": nominal_dataset(first.nominal, first.model.network),
-    }
-    for fit in fits:
-        found[f"{fit.wall}/calibration"] = calibration_dataset(fit)
-        found[f"{fit.wall}/simulation"] = _with_plain_attributes(fit.simulation)
-    return found
-
-
 def network_dataset(network: Network) -> xr.Dataset:
     """Return topology and morphometry by vessel; the root's parent is empty."""
     parents = [network.name[row] if row >= 0 else "" for row in network.parent]

@@ -33,8 +33,9 @@ def fit(
     from vasowave.cli.options import read_settings
     from vasowave.study.alone import animal_alone
 
-    settings = read_settings(given or {}, group)
-    study = animal_alone(output, settings, network, recording, animal or recording[0].stem, period)
+    name = animal or recording[0].stem
+    settings = read_settings(given or {}, name, group)
+    study = animal_alone(output, settings, network, recording, name, period)
     _fit(study)
 
 

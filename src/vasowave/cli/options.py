@@ -47,7 +47,7 @@ def with_settings(name: str, command: Any) -> Any:
     return get_command(single)
 
 
-def read_settings(given: Mapping[str, Any], group: str) -> StudyFile:
+def read_settings(given: Mapping[str, Any], title: str, group: str) -> StudyFile:
     """Return the settings of a study of one group, with those that were `given` as options.
 
     Raises
@@ -55,7 +55,7 @@ def read_settings(given: Mapping[str, Any], group: str) -> StudyFile:
     InputError
         Everything that is wrong in them, each with its option.
     """
-    values: dict[str, Any] = {"groups": [group]}
+    values: dict[str, Any] = {"title": title, "groups": [group]}
     for section, key, field in _keys():
         if key in given:
             (values.setdefault(section, {}) if section else values)[key] = _value(field, given[key])

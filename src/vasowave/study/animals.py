@@ -157,7 +157,7 @@ def _row(
     def say(title: str, message: str, error: bool = True) -> None:
         wrong.append(Problem(f"{table.source}, line {line}, column '{title}'", message, error))
 
-    kind = cell["kind"].lower() or ("cycle" if cell["flow"] else "")
+    kind = cell["kind"].lower() or _implied_kind(cell)
     _check_words(cell, kind, groups, say)
     files = _files(cell, kind, Path(table.source).parent, say)
     numbers: dict[str, Any] = {field: _number(cell[title], title, say) for title, field in _NUMBERS.items()}
@@ -170,6 +170,13 @@ def _row(
         synthetic=cell["synthetic"].lower() == "yes", block=None if block is None else int(block), **texts, **numbers,
     )  # fmt: skip
     return row, wrong
+
+
+def _implied_kind(cell: Mapping[str, str]) -> str:
+    """Return the kind of recording that the other columns speak of, empty if they speak of none."""
+    if any(cell[title] for title in _CYCLE_ONLY):
+        return "cycle"
+    return "raw" if any(cell[title] for title in _RAW_ONLY) else ""
 
 
 def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | None, say: Say) -> None:
