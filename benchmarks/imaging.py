@@ -18,16 +18,17 @@ from itertools import pairwise
 import numpy as np
 
 from vasowave.datasets import control_network, hypertensive_network
-from vasowave.datasets.phantom import embed, render, write_dicom_series
+from vasowave.datasets.phantom import PE90_RADIUS, embed, render, write_dicom_series
 from vasowave.errors import VasowaveError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.cannula import PE90_RADIUS, cannula_radius, without_cannula
-from vasowave.imaging.extraction import RELIABLE
+from vasowave.imaging.axes.stretches import free_length
+from vasowave.imaging.axes.vessels import tree_of
+from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.matching import match
-from vasowave.imaging.radii import densitometric_radii, lumen_grey
-from vasowave.imaging.segmentation import segment
-from vasowave.imaging.tree import free_length, network_of
-from vasowave.imaging.vessels import tree_of
+from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
+from vasowave.imaging.measure.measurement import RELIABLE
+from vasowave.imaging.measure.radii import densitometric_radii, lumen_grey
+from vasowave.imaging.measure.sizes import network_of
 
 EDGE = 2.2
 """Edge of the volume, cm."""

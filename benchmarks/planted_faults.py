@@ -32,7 +32,7 @@ class Fault(NamedTuple):
 
 CELLS, NODES, CYCLE = "solver/cells.py", "solver/nodes.py", "solver/cycle.py"
 LAWS, TRIGONOMETRY = "solver/laws.py", "solver/trigonometry.py"
-TUBES = "imaging/tubes.py"
+TUBES = "imaging/axes/tubes.py"
 FAULTS = [
     Fault(
         "friction halved",
@@ -70,10 +70,14 @@ FAULTS = [
     Fault("tubes may bend as they like", TUBES, (("SWELLING, TAPER = 16.0", "SWELLING, TAPER = 0.01"),)),
     Fault("tubes begin soft", TUBES, (("STIFF = 64.0", "STIFF = 1.0"),)),
     Fault("tubes follow every bump", TUBES, (("OUTLIER, SHAPE = 0.5", "OUTLIER, SHAPE = 500.0"),)),
-    Fault("tubes' sections count their neighbors", "imaging/radii.py", (("inside |= distance <", "inside |= -1 >"),)),
+    Fault(
+        "tubes' sections count their neighbors",
+        "imaging/measure/radii.py",
+        (("inside |= distance <", "inside |= -1 >"),),
+    ),
     Fault(
         "tubes' radii count within sisters",
-        "imaging/tree.py",
+        "imaging/measure/sizes.py",
         (
             (
                 "zip(tree.lines, clear_stretches(tree), strict=True)",

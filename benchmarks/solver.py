@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vasowave.blood import Blood
-from vasowave.calibration import calibrate
+from vasowave.calibration import Search, calibrate
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import parameter_space
 from vasowave.datasets import control_network
@@ -124,7 +124,7 @@ def calibrations() -> None:
     """Print the cost of the calibration of one mouse."""
     for name in WALLS:
         start = time.perf_counter()
-        fit = calibrate(control_network(), virtual_mouse(), name)
+        fit = calibrate(control_network(), virtual_mouse(), name, search=Search(starts=4))
         print(
             f"calibration, {name} wall, 4 starts, N = {fit.N}: {time.perf_counter() - start:.1f} s, "
             f"{int(fit.starts['simulations'].sum())} simulations"

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pandas as pd
 
+from vasowave.animal import Animal, Settings, analyze, write_tree
 from vasowave.datasets.recovery import against_table_1, coverage, quantities_table, recovered, signs
 from vasowave.datasets.virtual_cohort import virtual_cohort
 from vasowave.errors import VasowaveWarning
-from vasowave.subject import Animal, Settings, analyze, write_tree
 
 
 def main() -> None:

@@ -48,12 +48,12 @@ def cohort_trees() -> list:
 def cohort_report(cohort_trees, tmp_path_factory) -> Path:
     """Return a folder with their report, one more animal having failed."""
     from made_cohort import FAILURE
-    from vasowave.report import write_cohort_report
+    from vasowave.report import write_report
 
     folder = tmp_path_factory.mktemp("cohort") / "study"
     folder.mkdir()
     (folder / "results.nc").write_bytes(b"not ours to touch")
-    write_cohort_report(cohort_trees, folder, failures={"HPH 9": FAILURE})
+    write_report(cohort_trees, folder, failures={"HPH 9": FAILURE})
     return folder
 
 

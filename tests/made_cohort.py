@@ -4,14 +4,14 @@ import json
 import warnings
 
 import numpy as np
-import pytest
 
 import made_fit
+from vasowave.animal import Animal, Settings
+from vasowave.animal.pipeline import tree_of
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import VasowaveWarning
 from vasowave.recording import Recording
-from vasowave.subject import Animal, Settings, analyze
 
 FAILURE = "no diastolic decay of positive pressure after ejection; check the cycle"
 PLANTED = 98.765432
@@ -64,10 +64,5 @@ def made_tree(name, group, factor, rng, raw, walls, selection):
         )
     else:
         animal = Animal(name, group, network, cycle, synthetic=True)
-
-    def fitted(network, recording, wall, **more):
-        return made_fit.made_fit(wall, recording=recording, network=network, factor=factor)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vasowave.subject.pipeline.calibrate", fitted)
-        return analyze(animal, Settings(starts=4, walls=walls, selection=selection))
+    fits = [made_fit.made_fit(wall, recording=animal.recording, network=network, factor=factor) for wall in walls]
+    return tree_of(animal, fits, Settings(starts=4, model_selection=selection))

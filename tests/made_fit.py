@@ -6,16 +6,18 @@ import xarray as xr
 
 from vasowave.calibration.result import Fit
 from vasowave.datasets import control_network
+from vasowave.laws import find_law
 from vasowave.model import Model
 from vasowave.nominal import estimate_nominal
 from vasowave.outlets import Windkessel
 from vasowave.recording import Recording
-from vasowave.walls import LinearWall, TangentWall, area, wave_speed
+from vasowave.walls import area, wave_speed
 
 PERIOD = 0.11
 PARAMETERS = {
     "linear": {"beta": 57.3, "r1": 0.55, "r2": 0.95, "c1": 1.2},
     "tangent": {"p1": 9.1, "gamma": 1.6, "r1": 0.4, "r2": 1.02, "c1": 1.1},
+    "power": {"beta": 49.0, "m": 1.7, "r1": 0.45, "r2": 1.0, "c1": 1.15},
 }
 
 
@@ -37,7 +39,7 @@ def made_fit(
     values = PARAMETERS[wall] | {
         name: factor * PARAMETERS[wall][name] for name in ("beta", "p1") if name in PARAMETERS[wall]
     }
-    law = LinearWall(values["beta"]) if wall == "linear" else TangentWall(values["p1"], values["gamma"])
+    law = find_law(wall)(*list(values.values())[:-3])
     R1, R2, C = nominal.outlets
     model = Model(network, law, Windkessel(values["r1"] * R1, values["r2"] * R2, values["c1"] * C))
     simulation = made_simulation(model, recording, 0.25 if wall == "linear" else 0.15)

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from vasowave.archive import recording_dataset
+from vasowave.animal.beats import beats_dataset
+from vasowave.animal.datasets import recording_dataset
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.errors import InputError
 from vasowave.figures.beats import plot_detected_beats, plot_ensemble
 from vasowave.recording import Recording, average_beats
-from vasowave.subject.beats import beats_dataset
 
 mpl.use("Agg")
 PHASE = np.arange(256) / 256

@@ -8,6 +8,7 @@ import pytest
 from vasowave.datasets.raw import Disturbances, SyntheticRecording, synthetic_raw_recording
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.recording import RawRecording, Recording, average_beats, find_beats
+from vasowave.recording.beats import _align
 
 PHASE = np.arange(512) / 512
 SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)
@@ -78,6 +79,22 @@ def test_every_beat_of_250_recordings_is_found_once(fiducial):
     misses, extras, beats = count(range(1000, 1250), fiducial)
     assert beats > 15_000
     assert (misses, extras) == (0, 0)
+
+
+@pytest.mark.parametrize(("peaks", "used"), [((21,), True), ((20,), False), ((178,), True), ((179,), False)])
+def test_beats_whose_whole_neighbourhood_is_recorded_make_the_mean_beat(peaks, used):
+    # Around a peak the template reaches 10 samples, and its match is sought within 10 more on either side.
+    shape = sum(np.exp(-0.5 * ((np.arange(200) - peak) / 3.0) ** 2) for peak in peaks)
+    times, template = _align(shape, np.array(peaks), 10)
+    assert (template.max() > 0.9) == used
+    np.testing.assert_allclose(times, peaks, atol=1e-6)
+
+
+def test_beats_at_the_ends_do_not_blur_the_mean_beat():
+    peaks = (2, 60, 100, 140, 197)
+    shape = sum(np.exp(-0.5 * ((np.arange(200) - peak) / 3.0) ** 2) for peak in peaks)
+    _, template = _align(shape, np.array(peaks), 10)
+    np.testing.assert_allclose(template, np.exp(-0.5 * (np.arange(-10, 11) / 3.0) ** 2), atol=1e-6)
 
 
 def test_r_waves_are_found_to_a_fifth_of_a_millisecond():
@@ -181,7 +198,7 @@ def test_the_delay_between_pressure_and_flow_is_estimated_and_removed_only_when_
 
 
 def test_smoothing_removes_the_harmonics_it_names_and_no_others():
-    raw = make(12).raw
+    raw = make(12, Disturbances()).raw
     smooth, all_of_it = average_beats(raw, harmonics=9), average_beats(raw, harmonics=None)
     few, many = (np.fft.rfft(average.recording.pressure) for average in (smooth, all_of_it))
     np.testing.assert_allclose(few[:10], many[:10], atol=1e-9)
@@ -191,7 +208,8 @@ def test_smoothing_removes_the_harmonics_it_names_and_no_others():
 
 def test_the_average_closes():
     made = make(7, replace(Disturbances(), pressure_drift=60.0))
-    pressure = average_beats(made.raw).recording.pressure
+    with pytest.warns(VasowaveWarning, match=r"drifts by \+7.9 .* from 0 to"):
+        pressure = average_beats(made.raw, drift="warn").recording.pressure
     assert abs(pressure[0] - pressure[-1]) <= 1.5 * np.abs(np.diff(pressure)).max()
 
 

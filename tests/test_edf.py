@@ -110,6 +110,14 @@ def test_a_signal_that_cannot_be_scaled_is_named(tmp_path, field, index, value, 
         read_raw_recording(path)
 
 
+def test_a_channel_of_one_sample_a_record_is_read(tmp_path):
+    slow = EdfSignal(np.arange(8.0), 2, label="Temp", physical_dimension="mV", physical_range=(-50, 50))
+    Edf([*signals(), slow], data_record_duration=0.5).write(tmp_path / "raw.edf")
+    channel = read_edf(tmp_path / "raw.edf")[0].channels[-1]
+    assert channel.sampling_rate == 2
+    np.testing.assert_allclose(channel.values, np.arange(8.0), atol=0.51 * 100 / 65535)
+
+
 def test_a_truncated_file_is_refused_with_what_it_holds(tmp_path):
     path = written(tmp_path / "raw.edf")
     path.write_bytes(path.read_bytes()[:-1000])

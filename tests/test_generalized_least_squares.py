@@ -9,10 +9,11 @@ from vasowave.calibration.profile import profile_likelihood
 from vasowave.datasets import control_network
 from vasowave.errors import InputError
 from vasowave.model import Model
+from vasowave.noise import CirculantNoise
 from vasowave.nominal import windkessels
 from vasowave.recording import Recording
-from vasowave.selection import CirculantNoise, compare_fits, generalized_fit
-from vasowave.selection.generalized import explained_away
+from vasowave.selection import Comparing, compare_models
+from vasowave.selection.compare import explained_away
 from vasowave.solver import Numerics, simulate
 from vasowave.walls import LinearWall
 
@@ -86,20 +87,10 @@ def test_a_profile_of_a_parameter_that_is_not_free_is_refused(fit):
         profile_likelihood(fit, "beta", points=2)
 
 
-def test_both_values_and_an_interval_are_reported_for_every_parameter(fit):
-    table, optimum = generalized_fit(fit, "circulant", rounds=1)
-    assert table.index.tolist() == ["beta", "r1", "r2", "c1"]
-    np.testing.assert_allclose(table["least_squares"], fit.parameters["value"], rtol=1e-6)
-    assert ((table["lower"] < table["value"]) & (table["value"] < table["upper"])).all()
-    assert table["value"]["beta"] == pytest.approx(optimum.values["beta"])
-    with pytest.raises(InputError, match="unknown noise model 'brown'"):
-        generalized_fit(fit, "brown")
-
-
 @pytest.mark.validation
 def test_scores_at_the_generalized_optimum_are_never_worse_than_at_the_least_squares_one(fit):
     tangent = calibrate(fit.model.network, fit.recording, "tangent", search=Search(starts=1))
-    table = compare_fits([fit, tangent], covariances=("Matern 5/2", "circulant"), optima=("OLS", "GLS"))
+    table = compare_models([fit, tangent], Comparing(("Matern 5/2", "circulant")), optima=("OLS", "GLS"))
     frame = table.to_dataframe().set_index(["covariance", "sharing", "wall", "optimum"])["loglik"].unstack()
     assert (frame["GLS"] >= frame["OLS"] - 1e-3).all()
 

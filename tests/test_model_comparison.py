@@ -3,7 +3,7 @@ import pytest
 from scipy.linalg import circulant, toeplitz
 from scipy.stats import multivariate_normal
 
-from vasowave import selection
+from vasowave import noise, selection
 from vasowave.errors import InputError
 
 T, N = 0.11, 64
@@ -20,103 +20,114 @@ def periodic_power(count=N):
 
 
 def two_series(seed=5):
-    return dict(zip(D, drawn(0.25 * selection.matern32(TIME, 0.01), 2, seed)))
+    return dict(zip(D, drawn(0.25 * noise.matern32(TIME, 0.01), 2, seed)))
 
 
 @pytest.mark.parametrize("count", [N, N - 1])
 def test_the_circulant_likelihood_is_that_of_its_dense_matrix(count):
     power = periodic_power(count)
-    noise = selection.CirculantNoise(power, count, {})
+    process = noise.CirculantNoise(power, count, {})
     dense = circulant(np.fft.irfft(power, count))
     residuals = drawn(dense, 1, 0)[0]
-    assert noise.log_likelihood(residuals) == pytest.approx(multivariate_normal(cov=dense).logpdf(residuals))
-    white = noise.whiten(np.linalg.cholesky(dense))
+    assert process.log_likelihood(residuals) == pytest.approx(multivariate_normal(cov=dense).logpdf(residuals))
+    white = process.whiten(np.linalg.cholesky(dense))
     np.testing.assert_allclose(white @ white.T, np.eye(count), atol=1e-10)
-    np.testing.assert_allclose(noise.covariance, dense, atol=1e-12)
+    np.testing.assert_allclose(process.covariance, dense, atol=1e-12)
 
 
 def test_the_spectrum_of_periodic_noise_is_found_again():
     dense = circulant(np.fft.irfft(periodic_power(), N))
-    found = selection.fit_circulant(drawn(dense, 400, 1), np.random.default_rng(0))
+    found = noise.fit_noise("circulant", drawn(dense, 400, 1), T, rng=np.random.default_rng(0))
     # 400 series: each harmonic's power has a standard error of √(2/800) = 5 %, a fit of four numbers less.
     np.testing.assert_allclose(found.power, periodic_power(), rtol=0.08)
 
 
 def test_the_fitted_kernel_has_the_greatest_likelihood_of_a_grid_and_is_near_the_truth():
-    residuals = drawn(0.25 * selection.matern32(TIME, 0.01), 60, 3)
-    fitted, values = selection.fit_kernel(selection.KERNELS["Matern 3/2"], residuals, T, np.random.default_rng(0))
+    residuals = drawn(0.25 * noise.matern32(TIME, 0.01), 60, 3)
+    fitted, values = noise.fit_kernel(noise.KERNELS["Matern 3/2"], residuals, T, np.random.default_rng(0))
     assert values["length [s]"] == pytest.approx(0.01, rel=0.05)
     assert values["amplitude [mmHg2]"] == pytest.approx(0.25, rel=0.15)
 
     def joint(sigma):
-        return multivariate_normal(cov=selection.regularize(sigma)[0]).logpdf(residuals).sum()
+        return multivariate_normal(cov=noise.regularize(sigma)[0]).logpdf(residuals).sum()
 
     for length in values["length [s]"] * np.array([0.97, 1.03]):
-        assert joint(fitted) > joint(values["amplitude [mmHg2]"] * selection.matern32(TIME, length))
+        assert joint(fitted) > joint(values["amplitude [mmHg2]"] * noise.matern32(TIME, length))
     assert joint(fitted) > joint(1.03 * fitted)
     assert joint(fitted) > joint(0.97 * fitted)
 
 
 def test_the_one_norm_is_met_by_the_smallest_weight_that_meets_it():
-    sigma = 2.5 * selection.squared_exponential(TIME, 0.02)
-    better, weight = selection.regularize(sigma, norm=1)
+    sigma = 2.5 * noise.squared_exponential(TIME, 0.02)
+    better, weight = noise.regularize(sigma, norm=1)
     assert np.linalg.cond(better, 1) == pytest.approx(1e4, rel=1e-4)
     less = (1 - 0.99 * weight) * sigma + 0.99 * weight * 2.5 * np.eye(N)
     assert np.linalg.cond(less, 1) > 1e4
-    assert weight > selection.regularize(sigma)[1]
-    assert selection.regularize(toeplitz([2.0, 1.0, 0.0]), norm=1)[1] == 0
+    assert weight > noise.regularize(sigma)[1]
+    assert noise.regularize(toeplitz([2.0, 1.0, 0.0]), norm=1)[1] == 0
     with pytest.raises(InputError, match="norm"):
-        selection.regularize(sigma, norm=3)
+        noise.regularize(sigma, norm=3)
 
 
 def test_discarding_at_a_tenth_happens_in_the_one_norm_only():
     t = np.arange(512) / 512
     for length, discarded in ((0.2, False), (1.0, True)):
-        sigma = selection.squared_exponential(t, length)
-        assert (selection.regularize(sigma, norm=1)[1] > 0.1) == discarded
-        assert selection.regularize(sigma, norm=2)[1] < 512 / (1e4 - 1 + 512)
+        sigma = noise.squared_exponential(t, length)
+        assert (noise.regularize(sigma, norm=1)[1] > 0.1) == discarded
+        assert noise.regularize(sigma, norm=2)[1] < 512 / (1e4 - 1 + 512)
+
+
+def compared(residuals, **how):
+    how = {"sharings": ("joint",)} | how
+    return selection.compare_residuals(residuals, D, T, selection.Comparing(**how)).to_dataframe()
 
 
 def test_the_table_has_the_scores_of_eq_21_to_23_best_first():
     residuals = two_series()
-    table = selection.compare_models(residuals, D, T, noise=("Matern 3/2", "circulant"))
-    assert len(table) == 8
-    noise = selection.fit_noise("Matern 3/2", np.stack(list(residuals.values())), T, rng=np.random.default_rng(0))
-    for row in table[table["noise"] == "Matern 3/2"].itertuples():
-        logL = multivariate_normal(cov=noise.covariance).logpdf(residuals[row.model])
-        D_, expected = D[row.model], -2 * logL
-        expected += D_ * np.log(N) if row.criterion == "BIC" else 2 * D_ * N / (N - D_ - 1)
-        assert row.score == pytest.approx(expected)
-    for _, scores in table.groupby(["noise", "criterion"])["score"]:
+    table = compared(residuals, covariances=("Matern 3/2", "circulant"))
+    assert len(table) == 4
+    process = noise.fit_noise("Matern 3/2", np.stack(list(residuals.values())), T, rng=np.random.default_rng(0))
+    for row in table[table["covariance"] == "Matern 3/2"].itertuples():
+        logL = multivariate_normal(cov=process.covariance).logpdf(residuals[row.wall])
+        D_ = D[row.wall]
+        assert pytest.approx(-2 * logL + D_ * np.log(N)) == row.BIC
+        assert pytest.approx(-2 * logL + 2 * D_ * N / (N - D_ - 1)) == row.AICc
+    for _, scores in table.groupby("covariance")["AICc"]:
         assert scores.is_monotonic_increasing
 
 
 @pytest.mark.parametrize("sharing", ["joint", "average"])
 def test_another_unit_of_pressure_changes_no_difference(sharing):
-    residuals = two_series()
-    noise = ("neural network", "Matern 3/2", "circulant")
-    plain = selection.compare_models(residuals, D, T, sharing=sharing, noise=noise)
-    scaled = selection.compare_models({k: 0.1333 * r for k, r in residuals.items()}, D, T, sharing=sharing, noise=noise)
-    np.testing.assert_allclose(scaled["difference"], plain["difference"], atol=1e-3)
-    np.testing.assert_allclose(scaled["score"] - plain["score"], 2 * N * np.log(0.1333), atol=1e-3)
+    residuals, how = (
+        two_series(),
+        {"sharings": (sharing,), "covariances": ("neural network", "Matern 3/2", "circulant")},
+    )
+    plain = compared(residuals, **how)
+    scaled = compared({k: 0.1333 * r for k, r in residuals.items()}, **how)
+    np.testing.assert_allclose(scaled["AICc_difference"], plain["AICc_difference"], atol=1e-3)
+    np.testing.assert_allclose(scaled["AICc"] - plain["AICc"], 2 * N * np.log(0.1333), atol=1e-3)
 
 
 def test_equal_residuals_prefer_fewer_parameters_by_less_than_can_be_decided():
     r = two_series()["linear"]
-    table = selection.compare_models({"tangent": r, "linear": r}, D, T, noise=("circulant",))
-    assert table["model"].tolist() == ["linear", "tangent"] * 2
-    assert set(table["verdict"]) == {"undecided"}
-    assert table.loc[table["criterion"] == "BIC", "difference"].max() == pytest.approx(np.log(N))
+    table = compared({"tangent": r, "linear": r}, covariances=("circulant",))
+    assert table["wall"].tolist() == ["linear", "tangent"]
+    assert set(table["AICc_verdict"]) | set(table["BIC_verdict"]) == {"undecided"}
+    assert table["BIC_difference"].max() == pytest.approx(np.log(N))
 
 
 def test_a_noise_model_that_needs_too_much_regularization_stands_last_with_its_weight():
-    table = selection.compare_models(
-        two_series(), D, T, noise=("periodic", "Matern 3/2"), norm=1, largest_weight=1.5e-3
-    )
-    weights = table.groupby("noise")["lambda"].first()
+    table = compared(two_series(), covariances=("periodic", "Matern 3/2"), norm=1, largest_weight=1.5e-3)
+    weights = table.groupby("covariance")["lambda"].first()
     assert weights["periodic"] > 1.5e-3 > weights["Matern 3/2"]
-    assert table["noise"].tolist() == ["Matern 3/2"] * 4 + ["periodic"] * 4
-    assert set(table.loc[table["noise"] == "periodic", "verdict"]) == {"discarded"}
+    assert table["covariance"].tolist() == ["Matern 3/2"] * 2 + ["periodic"] * 2
+    assert table["discarded"].tolist() == [0, 0, 1, 1]
+
+
+def test_the_best_of_three_models_is_preferred_only_if_the_runner_up_is_far_behind():
+    scores = {"linear": 100.0, "power": 101.0, "tangent": 130.0}
+    assert [verdict for _, _, verdict in selection.verdicts(scores)] == ["undecided", "undecided", "worse"]
+    assert [v for _, _, v in selection.verdicts(scores | {"power": 110.0})] == ["preferred", "worse", "worse"]
 
 
 @pytest.mark.parametrize(
@@ -130,9 +141,9 @@ def test_a_noise_model_that_needs_too_much_regularization_stands_last_with_its_w
 )
 def test_residuals_that_cannot_be_compared_are_refused(residuals, words):
     with pytest.raises(InputError, match=words):
-        selection.compare_models(residuals, D, T)
+        selection.compare_residuals(residuals, D, T)
 
 
 def test_an_unknown_noise_model_is_named_with_the_known_ones():
     with pytest.raises(InputError, match=r"Matern 7/2.*circulant"):
-        selection.compare_models(two_series(), D, T, noise=("Matern 7/2",))
+        compared(two_series(), covariances=("Matern 7/2",))

@@ -11,12 +11,12 @@ from statsmodels.tsa.arima.model import ARIMA
 from statsmodels.tsa.arima_process import arma_acovf, arma_generate_sample
 
 from made_fit import made_fit
-from vasowave import selection
+from vasowave import noise, selection
 from vasowave.errors import InputError
+from vasowave.noise.arma import autocovariance, concentrated
+from vasowave.noise.likelihood import FAMILIES, maximize
+from vasowave.noise.likelihood import concentrated as concentrated_over_amplitude
 from vasowave.recording import Recording, resample
-from vasowave.selection.arma import autocovariance, concentrated
-from vasowave.selection.likelihood import FAMILIES, maximize
-from vasowave.selection.likelihood import concentrated as concentrated_over_amplitude
 
 TIME = np.linspace(0, 0.11, 50, endpoint=False)
 
@@ -24,10 +24,10 @@ TIME = np.linspace(0, 0.11, 50, endpoint=False)
 @pytest.mark.parametrize(
     ("ours", "theirs"),
     [
-        (selection.squared_exponential(TIME, 0.02), RBF(0.02)),
-        (selection.matern32(TIME, 0.02), Matern(0.02, nu=1.5)),
-        (selection.matern52(TIME, 0.02), Matern(0.02, nu=2.5)),
-        (selection.periodic(TIME, 0.7, 0.11), ExpSineSquared(0.7, 0.11)),
+        (noise.squared_exponential(TIME, 0.02), RBF(0.02)),
+        (noise.matern32(TIME, 0.02), Matern(0.02, nu=1.5)),
+        (noise.matern52(TIME, 0.02), Matern(0.02, nu=2.5)),
+        (noise.periodic(TIME, 0.7, 0.11), ExpSineSquared(0.7, 0.11)),
     ],
     ids=["squared exponential", "Matern 3/2", "Matern 5/2", "periodic"],
 )
@@ -45,18 +45,18 @@ def test_the_arcsine_kernel_is_williams_integral_done_by_hand():
     t = np.array([-0.4, 0.3, 1.1])
     hidden = erf(0.7 * nodes[:, None, None] + 1.3 * nodes[None, :, None] * t)
     expected = np.einsum("a,b,abt,abs->ts", weights, weights, hidden, hidden)
-    np.testing.assert_allclose(selection.neural_network(t, 0.7, 1.3), expected, atol=1e-9)
+    np.testing.assert_allclose(noise.neural_network(t, 0.7, 1.3), expected, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", selection.KERNELS)
+@pytest.mark.parametrize("name", noise.KERNELS)
 @pytest.mark.parametrize("count", [64, 65])
 def test_the_likelihoods_covariance_has_the_condition_number_that_is_aimed_at(name, count):
-    kernel = selection.KERNELS[name]
+    kernel = noise.KERNELS[name]
     theta = [np.sqrt(lower * upper) for _, lower, upper, _ in kernel.hyperparameters]
-    noise = kernel.noise(count, theta)
-    expected, weight = selection.regularize(kernel.matrix(np.arange(count) / count, *theta))
-    np.testing.assert_allclose(noise.covariance, expected, atol=1e-12)
-    assert noise.weight == pytest.approx(weight, abs=1e-12)
+    process = kernel.noise(count, theta)
+    expected, weight = noise.regularize(kernel.matrix(np.arange(count) / count, *theta))
+    np.testing.assert_allclose(process.covariance, expected, atol=1e-12)
+    assert process.weight == pytest.approx(weight, abs=1e-12)
 
 
 ORDERS = [([1.2, -0.5], [0.4, 0.2, 0.1]), ([0.9], []), ([], [0.7, -0.2]), ([0.5, 0.3], [-0.6]), ([], [])]
@@ -78,7 +78,7 @@ def test_the_autocovariance_and_the_exact_likelihood_agree_with_statsmodels_and_
 
 def test_arma_finds_the_order_and_the_optimum_that_statsmodels_finds():
     series = arma_generate_sample([1, -1.2, 0.5], [1, 0.4], 300, distrvs=np.random.default_rng(4).standard_normal)
-    found = selection.fit_arma(3.0 * series[None], largest=(2, 1))
+    found = noise.fit_arma(3.0 * series[None], largest=(2, 1))
     theirs = ARIMA(3.0 * series, order=(len(found.ar), 0, len(found.ma)), trend="n").fit()
     assert (len(found.ar), len(found.ma)) == (2, 1)
     assert found.log_likelihood == pytest.approx(theirs.llf, abs=0.01)
@@ -89,8 +89,8 @@ def test_arma_finds_the_order_and_the_optimum_that_statsmodels_finds():
 
 def test_two_series_share_one_arma_model():
     series = np.random.default_rng(1).normal(size=(2, 200)).cumsum(axis=1) * 0.98
-    joint = selection.fit_arma(series, largest=(1, 0))
-    apart = [selection.fit_arma(one[None], largest=(1, 0)) for one in series]
+    joint = noise.fit_arma(series, largest=(1, 0))
+    apart = [noise.fit_arma(one[None], largest=(1, 0)) for one in series]
     assert joint.log_likelihood <= sum(one.log_likelihood for one in apart) + 1e-6
     assert min(one.ar[0] for one in apart) <= joint.ar[0] <= max(one.ar[0] for one in apart)
 
@@ -121,43 +121,12 @@ def test_restricted_likelihood_gives_back_the_variance_that_a_fit_has_absorbed()
     assert restricted == pytest.approx(plain * 40 / 30)
 
 
-def test_intervals_over_uncertain_noise_are_wider_than_plugged_in_ones_and_centered_on_generalized_least_squares():
-    rng, count = np.random.default_rng(2), 64
-    t = np.arange(count) / count
-    jacobian = np.stack([np.cos(2 * np.pi * t), np.exp(-3 * t)], axis=1)
-    power = (1 + (np.arange(33) / 3) ** 2) ** -2.0 + 1e-3
-    residual = np.linalg.cholesky(selection.CirculantNoise(power, count, {}).covariance) @ rng.normal(size=count)
-    mixture = selection.noise_posterior(FAMILIES["circulant"], residual, jacobian, rng)
-    for direction, best, error in zip(np.eye(2), *plugged_in(residual, jacobian, rng)):
-        low, high = mixture.interval(direction)
-        assert high - low > 2 * 1.96 * error
-        assert low < best < high
-        assert mixture.standard_error(direction) > error
-
-
-def plugged_in(residual, jacobian, rng):
-    theta, amplitude = maximize(FAMILIES["circulant"], residual[None], rng)
-    noise = FAMILIES["circulant"].noise(len(residual), theta)
-    white = noise.whiten(jacobian)
-    best = -np.linalg.lstsq(white, noise.whiten(residual), rcond=None)[0]
-    return best, np.sqrt(amplitude * np.diag(np.linalg.inv(white.T @ white)))
-
-
-def test_with_known_noise_shape_the_interval_is_that_of_linear_regression():
-    rng = np.random.default_rng(5)
-    jacobian, residual = rng.normal(size=(60, 2)), rng.normal(size=60)
-    mixture = selection.noise_posterior(FAMILIES["independent"], residual, jacobian, rng)
-    best = -np.linalg.lstsq(jacobian, residual, rcond=None)[0]
-    rest = residual + jacobian @ best
-    error = np.sqrt(rest @ rest / 58 * np.diag(np.linalg.inv(jacobian.T @ jacobian)))
-    expected = best[0] + 1.95996 * error[0] * np.array([-1, 1])
-    np.testing.assert_allclose(mixture.interval(np.array([1.0, 0.0])), expected, rtol=1e-4)
-
-
 def test_the_table_of_an_animal_holds_every_covariance_and_is_ready_for_netcdf(tmp_path):
     fits = [made_fit("linear"), made_fit("tangent")]
     steps = []
-    table = selection.compare_fits(fits, covariances=("circulant", "ARMA"), progress=lambda *step: steps.append(step))
+    table = selection.compare_models(
+        fits, selection.Comparing(("circulant", "ARMA")), progress=lambda *step: steps.append(step)
+    )
     assert dict(table.sizes) == {"candidate": 2 * 2 * 2}
     assert steps[-1][:2] == (4, 4)
     table.to_netcdf(tmp_path / "selection.nc")
@@ -177,15 +146,14 @@ def test_a_cycle_that_kept_its_first_harmonics_is_compared_at_the_samples_that_c
     fits = [made_fit("linear"), made_fit("tangent")]
     pressure = resample(fits[0].recording.pressure, 41)  # 20 harmonics
     cut = Recording(resample(pressure, fits[0].N), fits[0].recording.flow, fits[0].recording.period)
-    table = selection.compare_fits([replace(fit, recording=cut) for fit in fits], covariances=("circulant",))
+    table = selection.compare_models([replace(fit, recording=cut) for fit in fits], selection.Comparing(("circulant",)))
     assert set(table["N"].values) == {41}
 
 
 def test_a_covariance_that_needs_much_regularization_is_discarded_and_stands_last_with_its_weight():
     fits = [made_fit("linear"), made_fit("tangent")]
-    table = selection.compare_fits(
-        fits, covariances=("squared exponential", "circulant"), sharings=("joint",), norm=1, largest_weight=1e-5
-    )
+    how = selection.Comparing(("squared exponential", "circulant"), ("joint",), norm=1, largest_weight=1e-5)
+    table = selection.compare_models(fits, how)
     assert table["discarded"].values.tolist() == [0, 0, 1, 1]
     assert table["covariance"].values[-1] == "squared exponential"
     assert table["lambda"].values[-1] > 1e-5
@@ -194,6 +162,6 @@ def test_a_covariance_that_needs_much_regularization_is_discarded_and_stands_las
 
 def test_fits_that_cannot_be_compared_are_refused():
     with pytest.raises(InputError, match="different wall laws; given: linear, linear"):
-        selection.compare_fits([made_fit("linear"), made_fit("linear")])
+        selection.compare_models([made_fit("linear"), made_fit("linear")])
     with pytest.raises(InputError, match="tangent wall was fitted to another recording"):
-        selection.compare_fits([made_fit("linear"), made_fit("tangent", count=64)])
+        selection.compare_models([made_fit("linear"), made_fit("tangent", count=64)])

@@ -3,165 +3,235 @@ from html.parser import HTMLParser
 from xml.etree import ElementTree
 
 import numpy as np
+import pandas as pd
 import pytest
-import xarray as xr
 
-from made_fit import made_fit
-from vasowave.archive import groups
+from made_cohort import FAILURE, PLANTED, made_trees
+from vasowave.cohort import cohort_table, compare, contrasts, gathered, importance
 from vasowave.errors import InputError
-from vasowave.figures import tree
-from vasowave.figures.gallery import gallery, svg
-from vasowave.figures.network import layout
-from vasowave.report import summary, wording, write_report
-from vasowave.results import write_results
+from vasowave.report import write_report
+from vasowave.report.sections.methods import methods_section
+from vasowave.report.tables import groups, models
+from vasowave.report.tables.cells import median_iqr
+from vasowave.report.wording import number
 
 
-@pytest.fixture(scope="module")
-def fits():
-    return made_fit("linear"), made_fit("tangent")
-
-
-@pytest.fixture(scope="module")
-def folder(fits, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("report") / "mouse"
-    write_results(fits, folder)
-    write_report(fits, folder)
-    return folder
-
-
-@pytest.fixture(scope="module")
-def figures(fits):
-    return gallery(tree_of(fits))
-
-
-def tree_of(fits):
-    return xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups(fits).items()})
-
-
-@pytest.fixture(scope="module")
-def page(folder):
-    return (folder / "report.html").read_text(encoding="utf-8")
-
-
-class Page(HTMLParser):
-    """Collects the tables' rows, all ids and all addresses of a page."""
+class Tables(HTMLParser):
+    """Collects the rows of every table of a page by the table's id."""
 
     def __init__(self, text):
         super().__init__()
-        self.rows, self.ids, self.addresses, self.open = [], [], [], []
+        self.tables, self.name, self.cell = {}, None, None
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
         values = dict(attributes)
-        self.ids += [values["id"]] if "id" in values else []
-        self.addresses += [values[key] for key in ("src", "href", "xlink:href", "action") if key in values]
-        if tag == "tr":
-            self.rows.append([])
-        self.open.append(tag)
+        if tag == "div" and values.get("class") == "table":
+            self.name = values.get("id", f"unnamed {len(self.tables)}")
+            self.tables[self.name] = []
+        elif tag == "tr":
+            self.tables[self.name].append([])
+        elif tag in ("td", "th"):
+            self.cell = tag
+            self.tables[self.name][-1].append("")
 
     def handle_endtag(self, tag):
-        while self.open and self.open.pop() != tag:
-            pass
+        if tag in ("td", "th"):
+            self.cell = None
 
     def handle_data(self, text):
-        if self.open and self.open[-1] in ("td", "th"):
-            self.rows[-1].append(text)
+        if self.cell:
+            self.tables[self.name][-1][-1] += text
 
 
-def test_the_page_shows_the_values_of_the_fits(fits, page):
-    rows = {row[0]: row for row in Page(page).rows if row}
-    for column, fit in enumerate(fits):
-        assert float(rows["total resistance R_T"][2 + column]) == pytest.approx(fit.total_resistance, rel=5e-3)
-        assert float(rows["resistance ratio a = R1/R_T"][2 + column]) == pytest.approx(
-            100 * fit.resistance_ratio, rel=5e-3
-        )
-        assert float(rows["RMSE"][2 + column]) == pytest.approx(fit.rmse, rel=5e-3)
-    assert float(rows["beta"][4]) == pytest.approx(0.3), "the last table with a row beta is the correlation"
-    assert f"stiffness β = {fits[0].parameters.loc['beta', 'value']} ± 17 mmHg" in page
-    assert f"Mean pressure {fits[0].recording.mean_pressure:.1f} mmHg" in page
+@pytest.fixture(scope="module")
+def tables(cohort_page):
+    return Tables(cohort_page).tables
 
 
-def test_the_page_refers_to_nothing_outside_itself(page):
-    assert all(address.startswith("#") for address in Page(page).addresses)
-    assert not re.search(r"https?:|//\w|@import|<script|<link|<iframe|url\((?!#)", page)
+@pytest.fixture
+def trees(cohort_trees):
+    return cohort_trees
 
 
-def test_the_ids_of_the_embedded_figures_are_unique_and_resolved(page):
-    found = Page(page)
-    assert len(found.ids) == len(set(found.ids)) > 100
-    used = set(re.findall(r"url\(#([^)]+)\)", page)) | {address[1:] for address in found.addresses}
-    assert used
-    assert used <= set(found.ids)
+@pytest.fixture
+def folder(cohort_report):
+    return cohort_report
 
 
-def test_synthetic_data_carry_a_banner_and_measured_data_do_not(page, tmp_path):
+@pytest.fixture
+def page(cohort_page):
+    return cohort_page
+
+
+def column_of(rows, start):
+    return next(place for place, cell in enumerate(rows[0]) if cell.startswith(start))
+
+
+def test_the_values_of_the_page_come_from_the_trees(trees, tables):
+    rows = tables["table-Parameters-linear"]
+    place = column_of(rows, "R_T")
+    assert rows[2][0] == "CTL 2"
+    assert rows[2][place] == "98.8"
+    for row, tree in zip(rows[1:], trees, strict=True):
+        assert row[0] == tree.attrs["animal"]
+        assert float(row[column_of(rows, "β")]) == pytest.approx(float(tree["linear/quantities"]["beta"]), rel=5e-3)
+    start = {row[0]: row for row in tables["table-ParNom"][1:]}
+    for tree in trees:
+        assert float(start[tree.attrs["animal"]][3]) == pytest.approx(float(tree["nominal"]["beta"]), rel=5e-3)
+
+
+def test_a_value_at_its_bound_is_marked_where_it_stands(tables):
+    rows = tables["table-Parameters-tangent"]
+    assert rows[1][column_of(rows, "p₁ ")].endswith("†")
+    assert not rows[2][column_of(rows, "p₁ ")].endswith("†")
+
+
+def test_eta_and_p_of_the_page_are_those_of_the_cohort_functions(trees, tables):
+    table = cohort_table(trees)
+    linear = table[table["source"] == "linear"]
+    found = contrasts(linear, ["R_T [mmHg s/ml]", "C_T [ml/mmHg]"], "CTL", "HPH")
+    rows = {row[0].split(" [")[0]: row for row in tables["table-Contrasts-linear"][1:]}
+    for name, (_, expected) in zip(("R_T", "C_T"), found.iterrows(), strict=True):
+        assert rows[name][1] == number(expected["eta"], 2)
+        assert float(rows[name][2].split()[0]) == pytest.approx(expected["ratio"], rel=0.05)
+        assert rows[name][4] == number(expected["p"], 2)
+    ctl, hph = (linear.loc[linear["group"] == group, "R_T [mmHg s/ml]"].mean() for group in ("CTL", "HPH"))
+    drawn = importance(gathered(trees), "linear", {"R_T": "R_T"})
+    assert drawn["eta"].tolist() == [pytest.approx((hph - ctl) / ctl)]
+
+
+def test_the_indices_of_the_groups_are_mean_and_sd_of_their_animals(trees, tables):
+    rows = {row[0]: row for row in tables["table-HemoStats"][1:]}
+    for place, group in ((1, "CTL"), (2, "HPH")):
+        values = [float(t["measured/quantities"]["mPAP"]) for t in trees if t.attrs["group"] == group]
+        mean, deviation = map(float, rows["mPAP [mmHg]"][place].split(" ± "))
+        assert mean == pytest.approx(np.mean(values), rel=5e-3)
+        assert deviation == pytest.approx(np.std(values, ddof=1), rel=0.05)
+
+
+def test_every_figure_and_table_of_the_paper_is_there(page, folder, tables):
+    figures = "hemoData Network parEst PQsim-1 PAsim ParOpt WIA-1 WIA-2 Impd ParAll_change Residuals Waterfall beats-1"
+    for name in figures.split():
+        assert f'id="figure-{name}"' in page
+        letters = "".join(ElementTree.parse(folder / "figures" / f"{name}.svg").getroot().itertext())
+        assert re.search(r"\[|%", letters), f"{name} has no editable letters"
+        assert (folder / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+    for name in [
+        "HemoStats",
+        "Network",
+        "ParNom",
+        "Bounds",
+        "Parameters-linear",
+        "Parameters-tangent",
+        "Groups",
+        "Starts",
+    ]:
+        assert f"table-{name}" in tables
+        assert (folder / "tables" / f"{name}.tex").is_file()
+        assert len(pd.read_csv(folder / "tables" / f"{name}.csv"))
+
+
+def test_tables_on_disk_keep_full_precision_and_units(trees, folder):
+    table = pd.read_csv(folder / "tables" / "Parameters-linear.csv").set_index("animal")
+    assert table.loc["CTL 2", "R_T [mmHg s/ml]"] == PLANTED
+    assert float(trees[5]["linear/quantities"]["beta"]) == table.loc["HPH 3", "beta [mmHg]"]
+
+
+def test_failed_animals_warnings_and_settings_stand_on_the_page(page):
+    assert f"HPH 9: {FAILURE}" in page
+    assert "the flow &lt;ends&gt; late &amp; is odd" in page
     assert "Synthetic data." in page
-    measured = write_report([made_fit("linear", source="mouse6_p.dat and mouse6_q.dat")], tmp_path / "measured")
-    assert "Synthetic data." not in measured.read_text(encoding="utf-8")
+    assert "bounded least squares" in page
+    assert "With 3 + 3 animals complete separation gives p = 0.1" in page
 
 
-def test_a_source_with_markup_is_shown_as_text(tmp_path):
-    path = write_report([made_fit("linear", source="<script>alert(1)</script>")], tmp_path / "mouse")
-    assert "<script>" not in path.read_text(encoding="utf-8")
+def test_the_page_loads_nothing_and_its_ids_are_unique(page):
+    assert not re.search(r"https?:|//\w|@import|<script|<link|<iframe|url\((?!#)", page)
+    ids = re.findall(r'\bid="([^"]+)"', page)
+    assert len(ids) == len(set(ids)) > 500
+    assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', page)) <= set(ids)
 
 
-def test_disagreeing_starts_and_undetermined_parameters_are_said_in_words(fits):
-    linear, tangent = (" ".join(summary.fit_sentences(fit)) for fit in fits)
-    assert "All 4 starts" in linear
-    assert "Only 3 of 4 starts" in tangent
-    assert "do not determine r1" in tangent
-    assert "Tangent wall: r1 is not determined by the data" in summary.warnings(fits)
-
-
-def test_numbers_keep_their_digits():
-    shown = [
-        wording.number(value) for value in (52.07, 0.0, 1234.5, 0.00138, 1.3e-5, -2.0e7, 7, True, float("nan"), None)
+def test_other_files_of_the_folder_stay_and_foreign_reports_are_not_replaced(trees, folder, tmp_path):
+    assert (folder / "results.nc").read_bytes() == b"not ours to touch"
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "figures",
+        "report.html",
+        "report.pdf",
+        "results.nc",
+        "tables",
     ]
-    assert shown == ["52.1", "0", "1234", "0.00138", "1.30·10⁻⁵", "-2.00·10⁷", "7", "yes", "–", ""]
+    (tmp_path / "report.html").write_text("a thesis")
+    with pytest.raises(InputError, match="not of an earlier vasowave report"):
+        write_report(trees, tmp_path, pdf=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
 
 
-def test_the_figures_are_files_with_editable_text(folder):
-    for name in ("fit", "nominal", "tree", "loop", "network"):
-        text = (folder / "figures" / f"{name}.svg").read_text(encoding="utf-8")
-        letters = "".join(ElementTree.fromstring(text).itertext())
-        assert "mmHg" in letters or name == "network"
-        assert (folder / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+def test_a_report_that_fails_midway_leaves_the_earlier_one_as_it_was(trees, folder, monkeypatch):
+    before = {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+    def full(*arguments):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("vasowave.report.write.write_tables", full)
+    monkeypatch.setattr("vasowave.report.write.write_figures", lambda *arguments: None)
+    with pytest.raises(InputError, match="No space left"):
+        write_report(trees[:1], folder, pdf=False)
+    assert {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()} == before
 
 
-def test_the_same_fit_gives_the_same_figure_to_the_last_byte(fits, figures):
-    assert svg(gallery(tree_of(fits))["loop"]) == svg(figures["loop"])
+def test_the_methods_say_whose_beats_were_averaged():
+    mixed = methods_section(gathered(made_trees({"CTL": 2}, raw=1, walls=("linear",))), {}).blocks[0].text
+    assert re.search(
+        r"flow of CTL 1 were averaged over \d+ beats \(rejected ones left out\), aligned at the R wave of the ECG",
+        mixed,
+    )
+    assert "; of CTL 2 an averaged cycle was given." in mixed
+    given = methods_section(gathered(made_trees({"CTL": 2}, walls=("linear",))), {}).blocks[0].text
+    assert "were averaged" not in given
+    assert "One averaged cycle of pressure and flow per animal was given" in given
 
 
-def test_the_fit_figure_draws_the_data_of_both_walls_dashed_and_solid(fits, figures):
-    pressure = figures["fit"].axes[0]
-    measured, linear, tangent = pressure.get_lines()
-    np.testing.assert_array_equal(measured.get_ydata()[:-1], fits[0].recording.pressure)
-    assert tangent.get_linestyle() == "-"
-    assert linear.get_linestyle() == "--"
-    assert pressure.get_ylabel() == "pressure [mmHg]"
+def test_a_group_of_one_animal_has_no_empty_scatter():
+    table = models.waves(gathered(made_trees({"sham": 1}, walls=("linear",))))
+    assert {row[3] for row in table.rows} == {"1"}
+    assert not any("±" in cell for row in table.rows for cell in row)
 
 
-def test_the_fitted_decay_falls_by_e_in_one_time_constant(fits, figures):
-    decay = figures["nominal"].axes[1].get_lines()[1]
-    time, pressure = decay.get_data()
-    slope = np.log(pressure[0] / pressure[-1]) / (time[-1] - time[0])
-    assert 1 / slope == pytest.approx(fits[0].nominal.time_constant, rel=1e-12)
-    np.testing.assert_allclose(np.mean(np.log(pressure)), np.mean(np.log(fits[0].nominal.decay[1])), rtol=1e-12)
+def test_one_animal_has_no_quartiles():
+    one = pd.Series({"median": 537.0, "Q1": 537.0, "Q3": 537.0, "SD": np.nan})
+    assert median_iqr(one) == "537"
+    assert median_iqr(pd.Series({"median": 537.0, "Q1": 530.0, "Q3": 540.0, "SD": 5.0})) == "537 [530, 540]"
 
 
-def test_the_chosen_vessels_go_from_the_root_to_terminals_of_both_sides(fits):
-    network = fits[0].model.network
-    chosen = tree.main_vessels(network)
-    assert chosen[:3] == ["1", "2", "3"]
-    assert len(set(map(network.row, chosen)) & set(network.terminals.tolist())) == 2
+def three_groups():
+    return made_trees({"sham & co": 2, "2 weeks": 2, "4 weeks": 2}, walls=("linear",))
 
 
-def test_no_two_vessels_of_the_diagram_lie_on_each_other(fits):
-    x, y = layout(fits[0].model.network)
-    assert len(set(zip(x.tolist(), y.tolist(), strict=True))) == len(fits[0].model.network)
+def test_three_groups_of_any_label_are_compared_two_by_two():
+    arranged = gathered(three_groups(), "2 weeks")
+    assert list(arranged.groups) == ["2 weeks", "sham & co", "4 weeks"]
+    found = compare(arranged, "linear")
+    pairs = list(zip(found.contrasts["reference"], found.contrasts["other"], strict=True))
+    assert set(pairs) == {("2 weeks", "sham & co"), ("2 weeks", "4 weeks"), ("sham & co", "4 weeks")}
+    assert len(found.all_groups) == len(pairs) / 3
+    shown = groups.contrasts(found, "linear", {})
+    assert shown.rows[0][1] == "sham & co / 2 weeks"
+    with pytest.raises(InputError, match="no animal is of the reference group 'CTL'"):
+        gathered(three_groups(), "CTL")
 
 
-def test_a_folder_with_other_work_is_refused(fits, tmp_path):
-    (tmp_path / "thesis.tex").write_text("ten years")
-    with pytest.raises(InputError, match="not a vasowave result"):
-        write_report(fits, tmp_path)
+@pytest.mark.validation
+def test_three_groups_of_any_label_get_a_report(tmp_path):
+    path = write_report(three_groups(), tmp_path / "three", reference="2 weeks")
+    assert "sham &amp; co" in path.read_text(encoding="utf-8")
+    assert (path.parent / "tables" / "AllGroups-linear.csv").is_file()
+    assert (path.parent / "report.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_no_animal_and_twins_are_refused(trees, tmp_path):
+    with pytest.raises(InputError, match="there is no animal to report; a: lost"):
+        write_report([], tmp_path, failures=[("a", "lost")])
+    with pytest.raises(InputError, match="two animals are called 'CTL 1'"):
+        write_report([trees[0], trees[0]], tmp_path)

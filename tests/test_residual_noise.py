@@ -5,7 +5,7 @@ import pytest
 from scipy.special import stdtrit
 from scipy.stats import multivariate_normal
 
-from vasowave.calibration.residual_noise import (
+from vasowave.noise.spectrum import (
     _variance,
     fourier,
     harmonics,

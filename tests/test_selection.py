@@ -3,13 +3,13 @@ import pytest
 from scipy.special import gamma, kv
 from scipy.stats import multivariate_normal
 
-from vasowave import selection
+from vasowave import noise, selection
 from vasowave.errors import NumericalError
 
 T = np.linspace(0, 0.11, 64, endpoint=False)
 
 
-@pytest.mark.parametrize(("kernel", "nu"), [(selection.matern32, 1.5), (selection.matern52, 2.5)])
+@pytest.mark.parametrize(("kernel", "nu"), [(noise.matern32, 1.5), (noise.matern52, 2.5)])
 def test_matern_kernels_are_the_bessel_form(kernel, nu):
     s = np.sqrt(2 * nu) * np.abs(np.subtract.outer(T, T))[0, 1:] / 0.02
     expected = 2 ** (1 - nu) / gamma(nu) * s**nu * kv(nu, s)
@@ -24,25 +24,25 @@ def test_the_neural_network_kernel_is_the_mean_product_of_random_error_functions
     t = np.array([-0.5, 0.2, 1.0])
     hidden = erf(a + b * t)
     # Standard error of the mean of products below 1 is under 1/√400000 = 0.0016; four of them.
-    np.testing.assert_allclose(selection.neural_network(t, 0.7, 1.5), hidden.T @ hidden / len(hidden), atol=0.0064)
+    np.testing.assert_allclose(noise.neural_network(t, 0.7, 1.5), hidden.T @ hidden / len(hidden), atol=0.0064)
 
 
 def test_regularization_reaches_the_condition_number_and_keeps_the_variance():
-    sigma = 2.5 * selection.squared_exponential(T, 0.02)
-    better, weight = selection.regularize(sigma)
+    sigma = 2.5 * noise.squared_exponential(T, 0.02)
+    better, weight = noise.regularize(sigma)
     assert np.linalg.cond(better) == pytest.approx(1e4, rel=1e-6)
     assert np.trace(better) == pytest.approx(np.trace(sigma))
     assert 0 < weight < 64 / (1e4 - 1 + 64)
-    assert selection.regularize(np.eye(5))[1] == 0
+    assert noise.regularize(np.eye(5))[1] == 0
 
 
 def test_the_likelihood_agrees_with_scipy_and_with_whitening():
-    sigma = 2.5 * selection.matern32(T, 0.01)
+    sigma = 2.5 * noise.matern32(T, 0.01)
     r = np.random.default_rng(0).standard_normal(64)
-    assert selection.log_likelihood(r, sigma) == pytest.approx(multivariate_normal(cov=sigma).logpdf(r))
-    assert (selection.whiten(r, sigma) ** 2).sum() == pytest.approx(r @ np.linalg.solve(sigma, r))
+    assert noise.log_likelihood(r, sigma) == pytest.approx(multivariate_normal(cov=sigma).logpdf(r))
+    assert (noise.whiten(r, sigma) ** 2).sum() == pytest.approx(r @ np.linalg.solve(sigma, r))
     with pytest.raises(NumericalError, match="regularize"):
-        selection.log_likelihood(r, -sigma)
+        noise.log_likelihood(r, -sigma)
 
 
 def test_the_published_differences_of_aicc_and_bic_follow_from_512_samples():

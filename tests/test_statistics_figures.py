@@ -11,18 +11,19 @@ from matplotlib.figure import Figure
 
 from made_fit import made_fit
 from vasowave import analysis
-from vasowave.archive import groups
+from vasowave.animal.datasets import groups
+from vasowave.animal.reading import autocorrelation
+from vasowave.animal.signals import Station, waves_dataset
 from vasowave.cohort import contrasts
 from vasowave.datasets import published_table
 from vasowave.figures.beats import thinned
-from vasowave.figures.fit import autocorrelation, plot_autocorrelation, plot_residuals
+from vasowave.figures.fit import plot_autocorrelation, plot_residuals
 from vasowave.figures.groups import plot_groups, plot_ratios
 from vasowave.figures.spectra import plot_modulus, plot_phase
 from vasowave.figures.starts import plot_waterfall
-from vasowave.figures.style import CTL, HPH, group_looks
+from vasowave.figures.style import CTL, HPH, group_looks, source_looks, wall_lines
 from vasowave.figures.waves import plot_separated_pressure, plot_wave_intensity
 from vasowave.recording import Recording
-from vasowave.subject.signals import Station, waves_dataset
 
 T, N = 0.11, 200
 P = 15 + 5 * np.sin(2 * np.pi * np.arange(N) / N) + np.sin(6 * np.pi * np.arange(N) / N)
@@ -118,6 +119,15 @@ def test_groups_of_any_label_get_colors_and_markers_of_their_own():
     assert list(looks) == ["HPH", "sham", "banded", "CTL"]
     assert (looks["CTL"].color, looks["HPH"].color) == (CTL, HPH)
     assert len({look.color for look in looks.values()}) == len({look.marker for look in looks.values()}) == 4
+
+
+def test_walls_of_any_name_differ_in_grey_and_the_papers_two_keep_its_lines():
+    walls = ["linear", "tangent", "power", "of_my_own", "mine_too"]
+    lines = wall_lines(walls)
+    assert (lines["linear"]["linestyle"], lines["tangent"]["linestyle"]) == ((0, (5, 2)), "solid")
+    assert len({str(line["linestyle"]) for line in lines.values()}) == len(walls)
+    assert len({look.hatch for look in source_looks(walls).values()}) == len(walls)
+    assert all(look.short for look in source_looks(["measured", *walls]).values())
 
 
 def test_two_sources_stand_side_by_side_and_keep_their_values(ax):

@@ -5,10 +5,10 @@ import warnings
 import pandas as pd
 import pytest
 
+from vasowave.animal import Animal, Settings, analyze
 from vasowave.datasets.recovery import against_table_1, coverage, quantities_table, recovered, signs
 from vasowave.datasets.virtual_cohort import virtual_cohort
 from vasowave.errors import VasowaveWarning
-from vasowave.subject import Animal, Settings, analyze
 
 pytestmark = pytest.mark.validation
 

@@ -5,11 +5,13 @@ Every friction law here has the form ``(k0 + k1 √A) q/A``: two numbers, which 
 
 import math
 from dataclasses import dataclass, field
-from numbers import Real
-from typing import Protocol
+from typing import Annotated, Protocol
+
+from annotated_types import Ge
 
 from vasowave import units
 from vasowave.errors import InputError
+from vasowave.settings import Positive, check_settings
 
 
 class Friction(Protocol):
@@ -35,16 +37,21 @@ class BoundaryLayer:
     Attributes
     ----------
     reference_radius : float, optional
-        None (default): r is the local radius √(A/π), as the equation is written. A number (cm): that radius in every
-        vessel at all times; 0.07 cm is what the paper's own fits used.
+        This radius (cm) in every vessel at all times instead of the local one, √(A/π), with which eq. 2 is written;
+        the paper's own fits used 0.07.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Blood(friction=vw.BoundaryLayer(reference_radius=0.07)).friction
+    BoundaryLayer(reference_radius=0.07)
     """
 
-    reference_radius: float | None = None
+    reference_radius: Positive | None = None
 
     def __post_init__(self) -> None:
         """Check the radius."""
-        if self.reference_radius is not None:
-            _require_positive("reference_radius", self.reference_radius, "cm")
+        check_settings(self)
 
     def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
         """Return (2πν r_ref/δ, 0) or (0, 2√π ν/δ); both vanish with the viscosity."""
@@ -63,15 +70,21 @@ class PowerLaw:
     Attributes
     ----------
     exponent : float
-        ζ: 2 is Poiseuille's parabola, 9 a blunt profile usual for large arteries. The convective term keeps the
-        factor 1 of a flat profile, as in eq. 2.
+        Exponent ζ of the velocity profile: 2 is Poiseuille's parabola, 9 a blunt profile usual for large arteries. The
+        convective term keeps the factor 1 of a flat profile, as in eq. 2.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.PowerLaw(9.0).coefficients(viscosity=0.0462, period=0.11)[0] / 0.0462  # 22π
+    69.11...
     """
 
-    exponent: float = 9.0
+    exponent: Positive = 9.0
 
     def __post_init__(self) -> None:
         """Check the exponent."""
-        _require_positive("exponent", self.exponent, "")
+        check_settings(self)
 
     def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
         """Return (2π(ζ + 2)ν, 0)."""
@@ -80,11 +93,22 @@ class PowerLaw:
 
 @dataclass(frozen=True)
 class Poiseuille:
-    """Parabolic profile: friction 8πν · q/A."""
+    """Parabolic profile: friction 8πν · q/A.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Poiseuille().coefficients(viscosity=0.0462, period=0.11)[0] / 0.0462  # 8π
+    25.13...
+    """
 
     def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
         """Return (8πν, 0)."""
         return 8 * math.pi * viscosity, 0.0
+
+
+FRICTIONS: dict[str, type] = {"boundary-layer": BoundaryLayer, "poiseuille": Poiseuille, "power-law": PowerLaw}
+"""The friction laws by the name under which a study chooses them."""
 
 
 @dataclass(frozen=True)
@@ -94,22 +118,26 @@ class Blood:
     Attributes
     ----------
     density : float
-        ρ, g/ml.
+        Density ρ, g/ml.
     viscosity : float
         Kinematic viscosity ν, cm²/s.
     friction : Friction
-        Friction law; by default eq. 2 with the local radius.
+        Friction law: boundary-layer (eq. 2), poiseuille or power-law.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Blood(density=1.06, friction=vw.Poiseuille())
+    Blood(density=1.06, viscosity=0.0462, friction=Poiseuille())
     """
 
-    density: float = 1.057
-    viscosity: float = 0.0462
+    density: Positive = 1.057
+    viscosity: Annotated[float, Ge(0)] = 0.0462
     friction: Friction = field(default_factory=BoundaryLayer)
 
     def __post_init__(self) -> None:
         """Check the values."""
-        _require_positive("density", self.density, "g/ml")
-        if self.viscosity != 0:
-            _require_positive("viscosity", self.viscosity, "cm²/s")
+        check_settings(self)
         if not hasattr(self.friction, "coefficients"):
             raise InputError(f"{self.friction!r} is no friction law; use BoundaryLayer(), PowerLaw(9) or Poiseuille()")
 
@@ -117,8 +145,3 @@ class Blood:
     def inertia(self) -> float:
         """Density in the units of the model, mmHg s²/cm²."""
         return self.density / units.MMHG
-
-
-def _require_positive(name: str, value: float, unit: str) -> None:
-    if not (isinstance(value, Real) and math.isfinite(value) and value > 0):
-        raise InputError(f"{name} {value} {unit} is not a positive number".replace("  ", " "))

@@ -11,8 +11,12 @@ import numpy as np
 
 from vasowave import units
 from vasowave.errors import InputError, did_you_mean
+from vasowave.textfile import read_lines
 
 _HEADING = re.compile(r"^\s*(?P<name>[^\[\](]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*)[\])])?\s*$")
+
+_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
+_POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
 
 _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 
@@ -84,7 +88,7 @@ class Columns:
         try:
             value = number(text)
         except ValueError:
-            comma = "; write a decimal point instead of a comma" if re.fullmatch(r"\s*-?\d+,\d+\s*", text) else ""
+            comma = "; is its comma a decimal mark? write a point" if _COMMA.fullmatch(text.strip()) else ""
             what = f"'{text}' is not a number{comma}" if text.strip() else "the cell is empty"
             raise InputError(f"{self.source}, line {self.lines[row]}, column '{title}': {what}") from None
         if not math.isfinite(value):
@@ -96,22 +100,32 @@ class Columns:
 
 
 def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> Columns:
-    """Read a CSV, TSV or blank-separated text file.
+    """Read a table whose cells are separated by tabs, semicolons, commas or blanks.
+
+    Decimal commas are read where cells are not separated by commas too: the cells then hold decimal points.
 
     Parameters
     ----------
     path : path
-        Text file, UTF-8 (or cp1252). Lines that start with ``#`` and empty lines are skipped.
+        Text file, UTF-8, UTF-16 or cp1252. Lines that start with ``#`` and empty lines are skipped.
     aliases : mapping, optional
         Other spellings of column names, lower case, to the names vasowave uses.
 
     Raises
     ------
     InputError
-        File missing, empty, binary, or with rows of different width (the line is named).
+        File missing, empty, binary, with rows of different width or with both decimal marks (the line is named).
     """
-    path = Path(path)
-    rows, lines = _split(path)
+    kept = [(block.first + i, text) for block in read_lines(path) for i, text in enumerate(block.texts) if is_row(text)]
+    if not kept:
+        raise InputError(f"{path}: the file is empty")
+    lines = tuple(line for line, _ in kept)
+    separator = separator_of(kept[0][1])
+    rows = [split_cells(path, line, text, separator) for line, text in kept]
+    if separator is None and len(kept) > 1 and len(titles := split_titles(kept[0][1])) == len(rows[1]):
+        rows[0] = titles
+    if separator != ",":
+        rows = _with_points(path, rows, lines)
     header: tuple[str, ...] = ()
     if not all(_is_number(cell) for cell in rows[0]):
         header = tuple(rows[0])
@@ -121,54 +135,77 @@ def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> 
     width = len(header) if header else len(rows[0])
     for row, line in zip(rows, lines, strict=True):
         if len(row) != width:
-            raise InputError(f"{path}, line {line}: {len(row)} columns where {width} were expected")
+            comma = separator == "," and len(row) == 2 * width and all(_is_number(cell) for cell in row)
+            why = "; if the comma is a decimal mark too, separate the cells with semicolons" if comma else ""
+            raise InputError(f"{path}, line {line}: {len(row)} columns where {width} were expected{why}")
+    names, column_units = read_headings(path, header, aliases or {})
+    return Columns(str(path), names, column_units, tuple(map(tuple, rows)), lines)
+
+
+def is_row(text: str) -> bool:
+    """Whether a line is neither blank nor a comment."""
+    return bool(text.strip()) and not text.lstrip().startswith("#")
+
+
+def separator_of(first: str) -> str | None:
+    """Return what separates the cells of a table, by its first line; None for blanks."""
+    return next((mark for mark in ("\t", ";", ",") if mark in first), None)
+
+
+def split_titles(first: str) -> list[str]:
+    """Return the titles of a table that is separated by blanks: they hold blanks too ("pressure [mmHg]")."""
+    return _BLANK_SEPARATED.findall(first)
+
+
+def split_cells(path: str | Path, line: int, text: str, separator: str | None) -> list[str]:
+    """Return the cells of one line; only numbers are split at blanks."""
+    if separator is None:
+        cells = text.split()
+        return cells if all(map(is_numeric, cells)) else [text.strip()]
+    try:
+        rows = list(csv.reader([text], delimiter=separator, strict=True))
+    except csv.Error:
+        raise InputError(
+            f"{path}, line {line}: a quotation mark is opened and not closed on its line, or a cell has no end; "
+            "remove the mark"
+        ) from None
+    return [cell.strip() for cell in rows[0]]
+
+
+def read_headings(
+    path: str | Path, header: Sequence[str], aliases: Mapping[str, str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return names (lower case, aliases resolved) and units of column titles written as ``name [unit]``."""
     names, column_units = [], []
     for heading in header:
         match = _HEADING.match(heading)
         if match is None:
             raise InputError(f"{path}: cannot read the column title '{heading}'; write 'name [unit]'")
         name = match["name"].strip().lower()
-        names.append((aliases or {}).get(name, name))
+        names.append(aliases.get(name, name))
         column_units.append((match["unit"] or "").strip())
-    return Columns(str(path), tuple(names), tuple(column_units), tuple(map(tuple, rows)), tuple(lines))
+    return tuple(names), tuple(column_units)
 
 
-def _split(path: Path) -> tuple[list[list[str]], list[int]]:
-    """Return the cells of every line that is not blank or a comment, and the line numbers."""
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
-        raise InputError(f"{path}: {reason}") from None
-    if b"\0" in raw:
-        utf16 = raw[:2] in (b"\xff\xfe", b"\xfe\xff")
-        cure = "text in UTF-16; save it as 'CSV UTF-8'" if utf16 else "not a text file; export it as CSV first"
-        raise InputError(f"{path}: {cure}")
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = raw.decode("cp1252", errors="replace")
-    kept = [
-        (n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.lstrip().startswith("#")
-    ]
-    if not kept:
-        raise InputError(f"{path}: the file is empty")
-    first = kept[0][1]
-    separator = next((mark for mark in ("\t", ";", ",") if mark in first), None)
-    if separator is None:
-        # Titles hold blanks between name and unit ("pressure [mmHg]"), so only numbers split at blanks.
-        rows = [line.split() if all(map(_is_number, line.split())) else [line.strip()] for _, line in kept]
-        titles = _BLANK_SEPARATED.findall(first)
-        if len(kept) > 1 and len(titles) == len(rows[1]):
-            rows[0] = titles
-    else:
-        try:
-            rows = [[cell.strip() for cell in row] for row in csv.reader([x for _, x in kept], delimiter=separator)]
-        except csv.Error as error:
-            raise InputError(f"{path}: not a table of text ({error})") from None
-        if len(rows) != len(kept):
-            raise InputError(f"{path}: a quotation mark is opened and not closed on its line; remove it")
-    return rows, [n for n, _ in kept]
+def _with_points(path: str | Path, rows: list[list[str]], lines: Sequence[int]) -> list[list[str]]:
+    """Return the rows with decimal points; both marks in one file would make values a thousandfold."""
+    first = {}
+    for mark, form in ((",", _COMMA), (".", _POINT)):
+        first[mark] = next((n for row, n in zip(rows, lines) if any(map(form.fullmatch, row))), 0)
+    if first[","] and first["."]:
+        raise InputError(
+            f"{path}, line {max(first.values())}: numbers with a decimal comma and with a decimal point in one file; "
+            "write all of them alike, without marks between thousands"
+        )
+    if not first[","]:
+        return rows
+    return [[cell.replace(",", ".") if _COMMA.fullmatch(cell) else cell for cell in row] for row in rows]
+
+
+def split_unit(label: str) -> tuple[str, str]:
+    """Split ``"S [mmHg2]"`` into ``("S", "mmHg2")``; the unit of a label without one is empty."""
+    match = re.fullmatch(r"(.*?)\s*\[(.*)\]", label)
+    return (match[1], match[2]) if match else (label, "")
 
 
 def number(text: str) -> float:
@@ -176,6 +213,11 @@ def number(text: str) -> float:
     if "_" in text:
         raise ValueError(text)
     return float(text)
+
+
+def is_numeric(text: str) -> bool:
+    """Whether a cell is a number, with either decimal mark."""
+    return _is_number(text) or _COMMA.fullmatch(text) is not None
 
 
 def _is_number(text: str) -> bool:

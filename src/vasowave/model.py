@@ -40,7 +40,7 @@ class Model:
     def __post_init__(self) -> None:
         """Expand every parameter to one value per vessel or terminal, and check it."""
         if not isinstance(self.wall, Wall):
-            raise InputError(f"{self.wall!r} is not a wall law; use LinearWall(beta) or TangentWall(p1, gamma)")
+            raise InputError(f"{self.wall!r} is not a wall law; use one of `walls`, as in LinearWall(beta)")
         if not isinstance(self.outlets, Outlets):
             raise InputError(f"{self.outlets!r} is not an outlet; use Windkessel(R1, R2, C) or ImpedanceSpectrum(Z)")
         terminals = [self.network.name[row] for row in self.network.terminals]

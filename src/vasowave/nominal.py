@@ -1,6 +1,7 @@
 """Nominal parameters: what the recording and the network say before any fit (section 2.5, eqs. 8 to 13)."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +10,6 @@ from vasowave.errors import InputError
 from vasowave.network import Network
 from vasowave.outlets import Windkessel
 from vasowave.recording import Recording
-from vasowave.walls import LinearWall, TangentWall
 
 RESISTANCE_RATIO = 0.2  # a = R1/R_T before the fit
 _STIFFNESSES = (2.0, 2000.0)  # mmHg, between which every artery's β lies: the paper's mice have 10 to 200
@@ -38,6 +38,13 @@ class Nominal:
         Flow (ml/s) and pressure (mmHg) of the samples behind Z_c.
     decay : tuple of array
         Time (s) and pressure (mmHg) of the samples behind τ0.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> nominal = vw.estimate_nominal(vw.control_network(), vw.virtual_mouse())
+    >>> nominal.wall(vw.LinearWall).beta == nominal.beta
+    True
     """
 
     characteristic_impedance: float
@@ -48,15 +55,9 @@ class Nominal:
     upstroke: tuple[np.ndarray, np.ndarray]
     decay: tuple[np.ndarray, np.ndarray]
 
-    @property
-    def linear_wall(self) -> LinearWall:
-        """Linear law with β0."""
-        return LinearWall(self.beta)
-
-    @property
-    def tangent_wall(self) -> TangentWall:
-        """Tangent law with γ = 2 and p1 = β0/π, the same wave speed at p = 0 (eq. 10)."""
-        return TangentWall(self.beta / np.pi, 2.0)
+    def wall(self, law: Any) -> Any:
+        """Return a wall law (its class) at its nominal parameters: β0, or p1 = β0/π and γ = 2 (eq. 10)."""
+        return law(*(one.nominal * one.scale(self.beta) for one in law.law().parameters))
 
     def __repr__(self) -> str:
         return (
@@ -72,6 +73,12 @@ def estimate_nominal(network: Network, recording: Recording, blood: Blood | None
     ------
     InputError
         The recording has no upstroke with rising pressure, or no decaying diastolic pressure.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.estimate_nominal(vw.control_network(), vw.virtual_mouse())
+    Nominal(Z_c ... mmHg s/ml, beta0 ... mmHg, R_T0 ... mmHg s/ml, tau0 ... s)
     """
     blood = blood or Blood()
     flow, pressure = upstroke(recording)

@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
+from vasowave.descriptions import Parameter, Quantity
 from vasowave.errors import InputError
 from vasowave.per_vessel import one_per_vessel
 
@@ -39,6 +40,10 @@ class Outlets(Protocol):
         """Resistance of all beds in parallel, mmHg s/ml."""
         ...
 
+    def resistance_ratio(self) -> float:
+        """Share of the resistance that a sudden change of flow meets, the mean over the beds."""
+        ...
+
     def weighted_compliance(self) -> np.ndarray:
         """Compliance of each bed as the network sees it, ml/mmHg; `InputError` where it has none."""
         ...
@@ -57,11 +62,41 @@ class Windkessel(NamedTuple):
         Distal resistance, mmHg s/ml.
     C : array, shape (terminal,)
         Compliance C_p, ml/mmHg.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> beds = vw.Windkessel(R1=[20.0, 30.0], R2=[130.0, 170.0], C=[1e-3, 8e-4])
+    >>> beds.total_resistance()  # 150 and 200 mmHg s/ml in parallel
+    85.71...
     """
 
     R1: Values
     R2: Values
     C: Values
+
+    @staticmethod
+    def quantities() -> dict[str, Quantity]:
+        """Return what the fields are."""
+        return {
+            "R1": Quantity("mmHg s/ml", "R_1", "proximal resistance", "7"),
+            "R2": Quantity("mmHg s/ml", "R_2", "distal resistance", "7"),
+            "C": Quantity("ml/mmHg", "C", "compliance of the vascular bed", "7"),
+        }
+
+    @staticmethod
+    def factors() -> dict[str, Parameter]:
+        """Return the factors of all beds' R1, R2 and C, which are fitted; the paper keeps them between 0.05 and 2.5."""
+        paper = (0.05, 2.5)
+        return {
+            "r1": Parameter("1", "r_1", "factor of the nominal R_1 of all beds", "", 1.0, (0.002, 10.0), paper),
+            "r2": Parameter("1", "r_2", "factor of the nominal R_2 of all beds", "", 1.0, (0.05, 10.0), paper),
+            "c1": Parameter("1", "c_1", "factor of the nominal C of all beds", "", 1.0, (0.02, 20.0), paper),
+        }
+
+    def scaled(self, r1: float, r2: float, c1: float) -> "Windkessel":
+        """Return the beds with all R1, R2 and C multiplied by these factors."""
+        return Windkessel(r1 * np.asarray(self.R1), r2 * np.asarray(self.R2), c1 * np.asarray(self.C))
 
     def impedance(self, omega: Values) -> np.ndarray:
         """Impedance, mmHg s/ml (eq. 7), at the angular frequencies ω (rad/s); shape (*omega.shape, terminal)."""
@@ -89,6 +124,11 @@ class Windkessel(NamedTuple):
         """Resistance R_T of all beds in parallel, mmHg s/ml: 1/R_T = Σ 1/(R1 + R2)."""
         return float(1.0 / np.sum(1.0 / (np.asarray(self.R1) + np.asarray(self.R2))))
 
+    def resistance_ratio(self) -> float:
+        """Ratio a = R1/(R1 + R2), the mean over the beds."""
+        R1, R2 = np.asarray(self.R1), np.asarray(self.R2)
+        return float(np.mean(R1 / (R1 + R2)))
+
     def weighted_compliance(self) -> np.ndarray:
         """Compliance Ĉ_p = (R2/R_T) C of each bed, ml/mmHg (below eq. 30), shape (terminal,)."""
         R1, R2, C = np.asarray(self.R1), np.asarray(self.R2), np.asarray(self.C)
@@ -103,6 +143,15 @@ class ImpedanceSpectrum(NamedTuple):
     Z : complex array, shape (harmonic, terminal)
         Impedance at ω_k = 2πk/T, k = 0 … K, mmHg s/ml; Z[0] is the resistance. Harmonics above K are taken as
         Z[K].real, the resistance that very fast changes meet.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> beds = vw.Windkessel([20.0], [130.0], [1e-3])
+    >>> omega = 2 * np.pi / 0.11 * np.arange(20)
+    >>> vw.ImpedanceSpectrum(beds.impedance(omega)).total_resistance()
+    150.0
     """
 
     Z: np.ndarray
@@ -139,6 +188,10 @@ class ImpedanceSpectrum(NamedTuple):
     def total_resistance(self) -> float:
         """Resistance of all beds in parallel, mmHg s/ml."""
         return float(1.0 / np.sum(1.0 / np.asarray(self.Z)[0].real))
+
+    def resistance_ratio(self) -> float:
+        """NaN, as `fast_resistance`."""
+        return float("nan")
 
     def weighted_compliance(self) -> np.ndarray:
         """Raise `InputError`: a spectrum names no capacitor."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from vasowave.archive import OUTLET_UNITS, plain, scalars, write_archive
+from vasowave.animal.datasets import OUTLET_UNITS, plain, scalars, write_archive
 from vasowave.calibration.result import Fit
 from vasowave.errors import InputError
 from vasowave.provenance import provenance
@@ -141,8 +141,6 @@ def nominal_table(fit: Fit) -> pd.DataFrame:
     values = {
         "Z_c [mmHg s/ml]": nominal.characteristic_impedance,
         "beta0 [mmHg]": nominal.beta,
-        "p1 [mmHg]": float(np.mean(nominal.tangent_wall.p1)),
-        "gamma [1]": float(np.mean(nominal.tangent_wall.gamma)),
         "R_T0 [mmHg s/ml]": nominal.total_resistance,
         "tau0 [s]": nominal.time_constant,
     }

@@ -9,8 +9,9 @@ from typer.testing import CliRunner
 
 from vasowave.cli import app
 from vasowave.datasets.phantom import embed
-from vasowave.imaging.exchange import write_centerlines, write_swc
-from vasowave.imaging.tree import Tree
+from vasowave.imaging.exchange.centerlines import write_centerlines
+from vasowave.imaging.exchange.swc import write_swc
+from vasowave.imaging.tree import Line, Tree
 from vasowave.network import read_network
 
 
@@ -20,9 +21,7 @@ def lines(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lines")
     embedding = embed(NETWORK, np.random.default_rng(5))
     tubes = zip(embedding.lines, NETWORK.radius, strict=True)
-    tree = Tree(
-        tuple(np.column_stack([line, np.full(len(line), radius)]) for line, radius in tubes), np.array(NETWORK.parent)
-    )
+    tree = Tree(tuple(Line(line, np.full(len(line), radius)) for line, radius in tubes), np.array(NETWORK.parent))
     write_centerlines(tree, folder / "lines.vtp", unit=0.1)
     write_swc(tree, folder / "lines.swc")
     return folder

@@ -2,17 +2,18 @@ import numpy as np
 import pytest
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.edits import edited, read_edits, root_of
-from vasowave.imaging.subtrees import first_generations, largest_vessels, wider_than
-from vasowave.imaging.taper import taper
-from vasowave.imaging.tree import Tree, network_of
+from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.measure.taper import taper
+from vasowave.imaging.revise.edits import edited, read_edits, root_of
+from vasowave.imaging.revise.parts import first_generations, largest_vessels, wider_than
+from vasowave.imaging.tree import Line, Tree
 from vasowave.network import Network
 
 
 def straight(start, end, radius, points=41):
-    """A vessel from `start` to `end`, x y z in cm; the tree holds z y x r."""
+    """A vessel from `start` to `end`, x y z in cm; the tree holds z y x."""
     way = np.linspace(start, end, points)[:, ::-1]
-    return np.column_stack([way, np.full(points, radius)])
+    return Line(way, np.full(points, radius))
 
 
 @pytest.fixture
@@ -42,7 +43,7 @@ def test_removing_one_of_two_sisters_lets_the_other_continue_the_parent(tree, tm
     np.testing.assert_array_equal(found.parent, [-1, 0, 0])
     assert sorted(network_of(found).length.round(9)) == sorted(np.round([1, np.sqrt(2), 2 * np.sqrt(2)], 9))
     long = found.lines[int(np.argmax(network_of(found).length))]
-    np.testing.assert_allclose(long[[0, -1], :3], [[0, 0, 1], [0, 2, 3]], atol=1e-12)
+    np.testing.assert_allclose(long.points[[0, -1]], [[0, 0, 1], [0, 2, 3]], atol=1e-12)
 
 
 def test_removing_a_vessel_takes_what_lies_beyond_it(tree, tmp_path):
@@ -54,7 +55,7 @@ def test_removing_a_vessel_takes_what_lies_beyond_it(tree, tmp_path):
 def test_a_cut_shortens_the_vessel_and_takes_what_lies_beyond_it(tree, tmp_path):
     found = after(tree, tmp_path, "unit mm\ncut 15 5 0\n")
     np.testing.assert_array_equal(found.parent, [-1, 0, 0])
-    np.testing.assert_allclose(found.lines[1][-1, :3], [0, 0.5, 1.5], atol=1e-12)
+    np.testing.assert_allclose(found.lines[1].points[-1], [0, 0.5, 1.5], atol=1e-12)
 
 
 def test_a_merged_vessel_leaves_one_junction_with_three_daughters(tree, tmp_path):
@@ -123,8 +124,8 @@ def test_all_vessels_above_a_radius_keep_their_narrow_sisters(network):
 
 def test_taper_is_the_fall_of_the_radius_along_the_free_stretch():
     line = straight((0, 0, 0), (1, 0, 0), 0.05, 201)
-    line[:, 3] = 0.05 - 0.02 * np.linspace(0, 1, 201)
-    line[:5, 3] = 0.08  # inside the junction, and not measured
+    line.radius[:] = 0.05 - 0.02 * np.linspace(0, 1, 201)
+    line.radius[:5] = 0.08  # inside the junction, and not measured
     short = straight((1, 0, 0), (1.05, 0, 0), 0.03)
     found = taper(Tree((line, short), np.array([-1, 0])))
     assert found.slope[0] == pytest.approx(0.02, rel=1e-9)
@@ -139,7 +140,7 @@ def test_the_standard_error_of_the_taper_is_that_of_repeated_measurements():
     for _ in range(300):
         line = straight((0, 0, 0), (2, 0, 0), 0.05, 801)
         knots = rng.normal(0, 0.001, 41)
-        line[:, 3] += np.interp(np.linspace(0, 40, 801), np.arange(41), knots)
+        line.radius[:] += np.interp(np.linspace(0, 40, 801), np.arange(41), knots)
         found = taper(Tree((line,), np.array([-1])))
         slopes.append(found.slope[0])
         errors.append(found.slope_se[0])

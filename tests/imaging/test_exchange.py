@@ -10,10 +10,12 @@ import pytest
 from vasowave.datasets import control_network
 from vasowave.datasets.phantom import embed
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.exchange import read_centerlines, write_author_tables, write_centerlines
-from vasowave.imaging.merging import merged
-from vasowave.imaging.polydata import PolyLines, read_polydata, write_vtp
-from vasowave.imaging.tree import Tree, network_of
+from vasowave.imaging.exchange.centerlines import read_centerlines, write_centerlines
+from vasowave.imaging.exchange.merging import merged
+from vasowave.imaging.exchange.polydata import PolyLines, read_polydata, write_vtp
+from vasowave.imaging.exchange.tables import write_author_tables
+from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.tree import Line, Tree
 
 MOUSE = Path(__file__).parents[2] / ".." / "shared" / "data" / "mouse-lung-centerline"
 
@@ -23,22 +25,21 @@ def control():
     network = control_network()
     lines = embed(network, np.random.default_rng(3)).lines
     radius = network.radius
-    return network, Tree(
-        tuple(np.column_stack([x, np.full(len(x), radius[i])]) for i, x in enumerate(lines)), network.parent
-    )
+    return network, Tree(tuple(Line(x, np.full(len(x), radius[i])) for i, x in enumerate(lines)), network.parent)
 
 
 def whole_lines(tree):
     """Root-to-terminal lines whose points are nowhere identical: every line is sampled at its own places."""
     found = []
-    for number, row in enumerate(sorted(set(range(len(tree.lines))) - set(tree.parent.tolist()))):
+    for number, row in enumerate(tree.terminals):
         way = [tree.lines[row]]
         while tree.parent[row] >= 0:
             row = tree.parent[row]
             way.append(tree.lines[row][:-1])
-        line = np.concatenate(way[::-1])
+        line = way[-1].then(*way[-2::-1])
+        table = np.column_stack([line.points, line.radius])
         at = np.linspace(0, len(line) - 1, 3 * len(line) + number)
-        found.append(np.column_stack([np.interp(at, np.arange(len(line)), column) for column in line.T]))
+        found.append(Line.of(np.column_stack([np.interp(at, np.arange(len(line)), column) for column in table.T])))
     return found
 
 
@@ -59,12 +60,12 @@ def test_exported_centerlines_read_back_as_the_same_vessels(control, tmp_path):
 
 @pytest.mark.parametrize("reverse", [False, True])
 def test_lines_that_share_no_point_merge_into_the_21_vessels(control, reverse):
+    from vasowave.imaging.axes.skeleton import cut_at_junctions
     from vasowave.imaging.matching import match
-    from vasowave.imaging.tree import cut_at_junctions
 
     network, tree = control
     lines = [line[::-1] if reverse else line for line in whole_lines(tree)]
-    found = network_of(cut_at_junctions(*merged(lines)))
+    found = network_of(cut_at_junctions(merged(lines)))
     pairs = match(network, found)
     assert len(found) == len(pairs) == 21
     order = [pairs[row] for row in range(21)]
@@ -78,13 +79,16 @@ def test_a_flat_table_gives_the_same_tree_as_its_lines(control, tmp_path):
     _, tree = control
     lines = whole_lines(tree)
     text = "X Y Z MaximumInscribedSphereRadius\n" + "\n".join(
-        " ".join(repr(float(v * 10)) for v in (x, y, z, r)) for line in lines for z, y, x, r in line
+        " ".join(repr(float(v * 10)) for v in (x, y, z, r))
+        for line in lines
+        for (z, y, x), r in zip(line.points, line.radius, strict=True)
     )
     (tmp_path / "lines.dat").write_text(text)
+    whole = lines[0].then(*lines[1:])
     data = PolyLines(
-        np.concatenate(lines)[:, 2::-1] * 10,
+        whole.points[:, ::-1] * 10,
         tuple(np.split(np.arange(sum(map(len, lines))), np.cumsum([len(x) for x in lines])[:-1])),
-        {"Radius": np.concatenate(lines)[:, 3] * 10},
+        {"Radius": whole.radius * 10},
     )
     write_vtp(data, tmp_path / "lines.vtp")
     flat, kept = (read_centerlines(tmp_path / f"lines.{kind}", unit=0.1) for kind in ("dat", "vtp"))
@@ -96,9 +100,10 @@ def test_a_line_that_returns_to_the_tree_by_another_way_is_reported_as_a_loop():
     x = np.linspace(0, 10, 101)
     straight = np.column_stack([x, 0 * x, 0 * x, 0 * x + 0.5])
     bow = np.column_stack([x, 3 * np.sin(np.pi * np.clip(x, 2, 8) / 6 - np.pi / 3), 0 * x, 0 * x + 0.5])
+    beyond = np.concatenate([bow, [[10, 1, 0, 0.5], [10, 2, 0, 0.5]]])
     with pytest.warns(VasowaveWarning, match=r"closes a loop at .*radii beside the tree"):
-        _, above = merged([straight, np.concatenate([bow, [[10, 1, 0, 0.5], [10, 2, 0, 0.5]]])])
-    assert (above < 0).sum() == 1
+        found = merged([Line.of(straight), Line.of(beyond)])
+    assert (found.above < 0).sum() == 1
 
 
 def test_swc_gives_the_vessels_it_describes(tmp_path):

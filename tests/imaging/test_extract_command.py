@@ -16,9 +16,9 @@ from vasowave.cli import app
 from vasowave.datasets.phantom import write_dicom_series
 from vasowave.errors import InputError
 from vasowave.imaging import Volume, read_volume, write_volume
-from vasowave.imaging.exchange import read_centerlines
+from vasowave.imaging.exchange.centerlines import read_centerlines
 from vasowave.imaging.matching import match, unmatched
-from vasowave.imaging.tree import network_of
+from vasowave.imaging.measure.sizes import network_of
 from vasowave.network import Network, read_network, write_network
 
 
@@ -59,7 +59,7 @@ def test_the_command_writes_everything_and_the_network_is_the_phantoms(extracted
     # What IMAGING measured at this resolution: 5 % in the radius and 0.02 cm in the length.
     np.testing.assert_allclose(found.radius[order], NETWORK.radius, rtol=0.05)
     np.testing.assert_allclose(found.length[order], NETWORK.length, atol=0.025)
-    for stage in ("image", "centerlines", "radii", "uncertainty", "results"):
+    for stage in ("image", "lumen", "axes", "radii", "uncertainty", "results"):
         assert f"{stage} …" in result.output
 
 

@@ -9,19 +9,20 @@ import SimpleITK
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Volume, read_volume, write_volume
-from vasowave.imaging.contours import level_set
-from vasowave.imaging.ends import deepest_near
-from vasowave.imaging.masks import EditedMask, Within, box_region, marks, on_grid_of, read_labels
-from vasowave.imaging.segmentation import segment
-from vasowave.imaging.surface import (
-    enclosed_volume,
-    full_mask,
-    smooth_surface,
-    write_mask,
-    write_stl,
-    write_surface_vtp,
-)
-from vasowave.imaging.volume import isotropic
+from vasowave.imaging.entrances import deepest_near
+from vasowave.imaging.exchange.triangles import write_stl, write_surface_vtp
+from vasowave.imaging.lumen.contours import level_set
+from vasowave.imaging.lumen.masks import EditedMask, Within, box_region
+from vasowave.imaging.lumen.segmentation import segment
+from vasowave.imaging.lumen.surface import full_mask, smooth_surface, write_mask
+from vasowave.imaging.read.labels import marks, on_grid_of, read_labels
+from vasowave.imaging.read.volume import isotropic
+
+
+def enclosed_volume(surface):
+    """Return the volume inside a closed surface, cm³: positive if its triangles face outward."""
+    a, b, c = (surface.points[surface.triangles[:, k], ::-1] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
 def tube(noise=4.0, radius=5.0, seed=0):

@@ -5,14 +5,18 @@ import pytest
 
 from vasowave.datasets.phantom import embed, render
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging import Options, Volume, extract, write_extraction
-from vasowave.imaging.cannula import cannula_radius, without_cannula
-from vasowave.imaging.loops import loop_count
-from vasowave.imaging.radii import densitometric_radii, lumen_grey
-from vasowave.imaging.segmentation import segment, surface_points
-from vasowave.imaging.terminals import with_ends_at_half_grey, with_ends_at_the_surface
-from vasowave.imaging.tree import Tree, free_length, network_of
-from vasowave.imaging.vessels import in_another_lumen, tree_of
+from vasowave.imaging import Options, Volume, extract
+from vasowave.imaging.axes.ends import with_ends_at_half_grey, with_ends_at_the_surface
+from vasowave.imaging.axes.stretches import free_length
+from vasowave.imaging.axes.vessels import in_another_lumen, tree_of
+from vasowave.imaging.exchange.tables import write_network_table
+from vasowave.imaging.lumen.segmentation import segment
+from vasowave.imaging.lumen.surface import surface_points
+from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
+from vasowave.imaging.measure.radii import densitometric_radii, lumen_grey
+from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.witness.loops import loop_count
 from vasowave.network import Network
 
 
@@ -28,28 +32,28 @@ def cylinder_surface(length, radius, rng, points=4000):
 def test_a_path_that_turns_into_a_corner_is_prolonged_to_the_flat_end_instead():
     radius, length = 0.05, 0.6
     x = np.linspace(0, length, 121)
-    line = np.column_stack([np.zeros(121), np.clip(x - 0.58, 0, None) * 1.2, x, np.full(121, radius)])
+    line = Line(np.column_stack([np.zeros(121), np.clip(x - 0.58, 0, None) * 1.2, x]), np.full(121, radius))
     surface = cylinder_surface(length, radius, np.random.default_rng(0))
     before = Tree((line,), np.array([-1]))
     after = with_ends_at_the_surface(before, surface)
     assert network_of(before).length[0] > length + 0.01
     assert network_of(after).length[0] == pytest.approx(length, rel=1e-6)
-    np.testing.assert_allclose(after.lines[0][-1, :2], 0, atol=1e-6)
-    assert after.lines[0][-1, 3] == pytest.approx(0, abs=1e-6)
+    np.testing.assert_allclose(after.lines[0].points[-1, :2], 0, atol=1e-6)
+    assert after.lines[0].radius[-1] == pytest.approx(0, abs=1e-6)
 
 
 def test_only_terminals_are_prolonged_and_an_end_without_surface_ahead_stays():
     x = np.linspace(0, 0.6, 61)
-    line = np.column_stack([0 * x, 0 * x, x, np.full(61, 0.05)])
-    tree = Tree((line, line + np.array([0, 0, 0.6, 0])), np.array([-1, 0]))
+    line = Line(np.column_stack([0 * x, 0 * x, x]), np.full(61, 0.05))
+    tree = Tree((line, Line(line.points + np.array([0, 0, 0.6]), line.radius)), np.array([-1, 0]))
     after = with_ends_at_the_surface(tree, cylinder_surface(3.0, 0.05, np.random.default_rng(0)))
-    np.testing.assert_array_equal(after.lines[0], line)
-    np.testing.assert_array_equal(after.lines[1], tree.lines[1])
+    for before, now in zip(tree.lines, after.lines, strict=True):
+        np.testing.assert_array_equal(now.points, before.points)
 
 
 def test_the_free_length_is_what_junction_balls_and_blind_ends_leave():
     x = np.linspace(0, 0.6, 61)
-    line = np.column_stack([0 * x, 0 * x, x, np.full(61, 0.05)])
+    line = Line(np.column_stack([0 * x, 0 * x, x]), np.full(61, 0.05))
     tree = Tree((line, line[:9]), np.array([-1, 0]))
     np.testing.assert_allclose(free_length(tree), [0.5, 0], atol=1e-12)
 
@@ -71,24 +75,24 @@ def test_a_stub_is_marked_unreliable_and_the_spread_is_that_of_the_radius_in_the
         found = extract(volume, options)
         at = [extract(volume, Options(options.root, options.outlets, threshold)) for threshold in (36, 45, 54)]
     stub = int(np.argmin(found.network.length))
-    np.testing.assert_array_equal(np.flatnonzero(~found.reliable), [stub])
+    np.testing.assert_array_equal(np.flatnonzero(~found.measured.reliable), [stub])
     expected = np.std([other.network.radius for other in at], axis=0, ddof=1)
-    same = np.flatnonzero(found.reliable)
+    same = np.flatnonzero(found.measured.reliable)
     # The spread is that of one tree, its axes fitted anew in the lumen of each threshold ...
     radii = [found.network.radius]
     for threshold in (36, 54):
         again = in_another_lumen(found.tree, segment(volume, threshold, embedding.cannula[0]))
         radii.append(densitometric_radii(again, volume, network_of(again).radius))
-    np.testing.assert_allclose(found.radius_sd[same], np.std(radii, axis=0, ddof=1)[same], rtol=0.05)
+    np.testing.assert_allclose(found.measured.radius_sd[same], np.std(radii, axis=0, ddof=1)[same], rtol=0.05)
     # ... and within 0.05 % of the radius that of three trees, each of which begins at another tip of the cannula.
-    np.testing.assert_allclose((found.radius_sd - expected)[same] / found.network.radius[same], 0, atol=5e-4)
+    np.testing.assert_allclose((found.measured.radius_sd - expected)[same] / found.network.radius[same], 0, atol=5e-4)
     # The densitometric radius hardly knows the threshold; the inscribed one moves with it.
-    inscribed = np.std([other.inscribed for other in at], axis=0, ddof=1)
-    assert (found.radius_sd[same] < 0.5 * inscribed[same]).all()
-    write_extraction(found, tmp_path / "out")
-    rows = (tmp_path / "out" / "network.csv").read_text().splitlines()
+    inscribed = np.std([other.measured.inscribed for other in at], axis=0, ddof=1)
+    assert (found.measured.radius_sd[same] < 0.5 * inscribed[same]).all()
+    write_network_table(found.measured, tmp_path / "network.csv")
+    rows = (tmp_path / "network.csv").read_text().splitlines()
     assert rows[0].endswith("radius_reliable")
-    assert [row.rsplit(",", 1)[1] for row in rows[1:]] == ["yes" if mark else "no" for mark in found.reliable]
+    assert [row.rsplit(",", 1)[1] for row in rows[1:]] == ["yes" if mark else "no" for mark in found.measured.reliable]
 
 
 @pytest.mark.filterwarnings("ignore:the cannula measures")
@@ -100,7 +104,7 @@ def test_the_spread_is_unknown_where_another_threshold_gives_no_tree(stubby):
         found = extract(
             dim, Options(embedding.cannula[0] + [0.01, 0, 0], [line[-1] for line in embedding.lines[1:]], 76)
         )
-    assert np.isnan(found.radius_sd).all()
+    assert np.isnan(found.measured.radius_sd).all()
     assert np.isfinite(found.network.radius).all()
     assert len(told) >= 1
 
@@ -130,14 +134,14 @@ def test_a_ring_is_one_loop_reported_where_it_closes_and_an_open_ring_is_none():
     volume = ring_volume(closed=True)
     assert loop_count(segment(volume, 45, root)) == 1
     with pytest.warns(VasowaveWarning, match=r"closes 1 loop.*x,y,z, cm\) 0\.[45]\d*,0\.[23]\d*,0\.1"):
-        extract(volume, Options(root=root, cannula_radius=None))
+        extract(volume, Options(root=root, cannula=0))
 
 
 def test_a_loop_is_refused_with_its_place_where_the_user_wants_none():
     root = np.array([0.12, 0.30, 0.05])
     with pytest.raises(InputError, match=r"closes 1 loop.* 0\.[45]\d*,0\.[23]\d*,0\.1"):
-        extract(ring_volume(closed=True), Options(root=root, cannula_radius=None, loops="refuse"))
-    with pytest.raises(InputError, match="'open' or 'refuse'"):
+        extract(ring_volume(closed=True), Options(root=root, cannula=0, loops="refuse"))
+    with pytest.raises(InputError, match="loops 'cut'; there are: open, refuse"):
         Options(root=root, loops="cut")
 
 
@@ -151,9 +155,9 @@ def blurred_end(radius, threshold):
     grey = 12 + 88 * section * (ndtr(x - 5.0) - ndtr(x - 40.3))
     lumen = segment(Volume(grey, np.full(3, 0.01), np.zeros(3)), threshold)
     axis = np.arange(6, 39.0)
-    line = np.column_stack([np.full((len(axis), 2), 20.0), axis, np.full(len(axis), radius)]) * 0.01
+    line = Line.of(np.column_stack([np.full((len(axis), 2), 20.0), axis, np.full(len(axis), radius)]) * 0.01)
     tree = with_ends_at_the_surface(Tree((line,), np.array([-1])), surface_points(lumen))
-    return tree.lines[0][-1, 2] / 0.01, with_ends_at_half_grey(tree, lumen).lines[0][-1, 2] / 0.01
+    return tree.lines[0].points[-1, 2] / 0.01, with_ends_at_half_grey(tree, lumen).lines[0].points[-1, 2] / 0.01
 
 
 @pytest.mark.parametrize("radius", [2.5, 5.0])

@@ -3,16 +3,17 @@
 import numpy as np
 import pytest
 
-from vasowave.imaging.exchange import read_centerlines
-from vasowave.imaging.subtrees import largest_vessels
-from vasowave.imaging.taper import taper
-from vasowave.imaging.tree import network_of
+from vasowave.imaging.exchange.centerlines import read_centerlines
+from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.measure.taper import taper
+from vasowave.imaging.revise.parts import largest_vessels
 from vasowave.linear import linear_solution
 from vasowave.model import Model
 from vasowave.network import implausible_sizes
 from vasowave.nominal import estimate_nominal
 from vasowave.recording import read_recording
 from vasowave.solver import Numerics, simulate
+from vasowave.walls import LinearWall
 
 VOXEL = 0.00427
 """cm, assumed: the file is in voxels and does not say their size."""
@@ -69,7 +70,7 @@ def test_the_largest_21_vessels_of_the_lung_are_a_network_like_the_papers(tree):
 def test_the_lung_simulates_and_agrees_with_the_frequency_domain(tree, mouse):
     network = network_of(tree)
     nominal = estimate_nominal(network, mouse)
-    model = Model(network, nominal.linear_wall, nominal.outlets)
+    model = Model(network, nominal.wall(LinearWall), nominal.outlets)
     result = simulate(model, mouse, Numerics(samples=128))
     assert result.attrs["converged"]
     assert result.attrs["volume_error"] < 1e-10

@@ -11,8 +11,8 @@ import pytest
 from made_phantom import NETWORK, outlets_of, phantom, root_of, run
 
 from vasowave.imaging import write_volume
-from vasowave.imaging.edits import read_edits
 from vasowave.imaging.places import read_places
+from vasowave.imaging.revise.edits import read_edits
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 

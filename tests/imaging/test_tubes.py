@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from vasowave.imaging import Volume
-from vasowave.imaging.radii import densitometric_radius
+from vasowave.imaging.axes.tubes import fitted
+from vasowave.imaging.measure.radii import densitometric_radius
+from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.sections import across, tangents
-from vasowave.imaging.tree import Tree, network_of
-from vasowave.imaging.tubes import fitted
+from vasowave.imaging.tree import Line, Tree
 
 VOXEL = 0.01
 JUNCTION = np.array([0.0, 0.0, 0.3])
@@ -19,7 +20,7 @@ def polyline(places, radius, step=VOXEL):
     run = np.append(0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
     at = np.linspace(0, run[-1], round(run[-1] / step) + 1)
     x, y = (np.interp(at, run, places[:, k]) for k in range(2))
-    return np.column_stack([np.zeros(len(at)), y, x, np.full(len(at), radius)])
+    return Line(np.column_stack([np.zeros(len(at)), y, x]), np.full(len(at), radius))
 
 
 def walls(axes, radii, rng=None, noise=0.0):
@@ -27,7 +28,7 @@ def walls(axes, radii, rng=None, noise=0.0):
     points = []
     for row, (axis, radius) in enumerate(zip(axes, radii, strict=True)):
         fine = np.stack(
-            [np.interp(np.arange(0, len(axis) - 1, 0.5), np.arange(len(axis)), axis[:, k]) for k in range(3)], 1
+            [np.interp(np.arange(0, len(axis) - 1, 0.5), np.arange(len(axis)), axis.points[:, k]) for k in range(3)], 1
         )
         u, v = across(tangents(fine, 1))
         angle = np.arange(0, 2 * np.pi, 0.5 * VOXEL / radius)[:, None, None]
@@ -35,7 +36,7 @@ def walls(axes, radii, rng=None, noise=0.0):
         ring = (fine + depth * (np.cos(angle) * u + np.sin(angle) * v)).reshape(-1, 3)
         for other, (line, wide) in enumerate(zip(axes, radii, strict=True)):
             if other != row:
-                ring = ring[np.linalg.norm(ring[:, None] - line[None, :, :3], axis=2).min(axis=1) >= wide - 0.1 * VOXEL]
+                ring = ring[np.linalg.norm(ring[:, None] - line.points[None], axis=2).min(axis=1) >= wide - 0.1 * VOXEL]
         points.append(ring)
     return np.concatenate(points)
 
@@ -55,36 +56,35 @@ def fork(turn=np.pi / 6):
 def test_axes_found_from_the_walls_meet_where_the_tubes_were_joined_though_the_paths_part_seven_voxels_later(noise):
     axes, radii = fork()
     # Paths as the lumen's middle gives them: the thin one lingers in its sister and leaves it abruptly.
-    parting = axes[1][7, [2, 1]]
+    parting = axes[1].points[7, [2, 1]]
     paths = (
         polyline([[0, 0], JUNCTION[[2, 1]], parting], radii[0]),
-        polyline([parting, axes[1][-1, [2, 1]]], radii[1]),
-        polyline([parting, axes[2][13, [2, 1]], axes[2][-1, [2, 1]]], radii[2]),
+        polyline([parting, axes[1].points[-1, [2, 1]]], radii[1]),
+        polyline([parting, axes[2].points[13, [2, 1]], axes[2].points[-1, [2, 1]]], radii[2]),
     )
     surface = walls(axes, radii, np.random.default_rng(0), noise)
     found = fitted(Tree(paths, np.array([-1, 0, 0])), surface, VOXEL)
-    meeting = found.lines[0][-1, :3]
+    meeting = found.lines[0].points[-1]
     assert np.linalg.norm(meeting - JUNCTION) < 0.6 * VOXEL
     for daughter in found.lines[1:]:
-        np.testing.assert_allclose(daughter[0, :3], meeting, atol=1e-12)
+        np.testing.assert_allclose(daughter.points[0], meeting, atol=1e-12)
     for line, axis in zip(found.lines, axes, strict=True):
-        length = np.linalg.norm(np.diff(line[:, :3], axis=0), axis=1).sum()
-        assert length == pytest.approx(np.linalg.norm(axis[-1, :3] - axis[0, :3]), abs=0.5 * VOXEL)
+        assert line.length == pytest.approx(np.linalg.norm(axis.points[-1] - axis.points[0]), abs=0.5 * VOXEL)
 
 
 def test_a_curved_axis_is_followed_and_its_inscribed_radius_is_that_of_the_tube():
     angle = np.linspace(0, 1.2, 60)
     axis = 0.5 * np.column_stack([np.zeros(60), 1 - np.cos(angle), np.sin(angle)])
-    axis = np.column_stack([axis, np.full(60, 0.03)])
+    axis = Line(axis, np.full(60, 0.03))
     rng = np.random.default_rng(1)
     surface = walls([axis], [0.03], rng, 0.2)
-    jagged = axis + np.append(0.5 * VOXEL * rng.standard_normal((60, 3)), np.zeros((60, 1)), axis=1)
+    jagged = Line(axis.points + 0.5 * VOXEL * rng.standard_normal((60, 3)), axis.radius)
     found = fitted(Tree((jagged,), np.array([-1])), surface, VOXEL).lines[0]
-    middle = found[(found[:, 2] > 0.05) & (found[:, 2] < 0.4)]
-    off = np.abs(np.hypot(middle[:, 2], 0.5 - middle[:, 1]) - 0.5)
-    assert max(off.max(), np.abs(middle[:, 0]).max()) < 0.1 * VOXEL
+    middle = found[(found.points[:, 2] > 0.05) & (found.points[:, 2] < 0.4)]
+    off = np.abs(np.hypot(middle.points[:, 2], 0.5 - middle.points[:, 1]) - 0.5)
+    assert max(off.max(), np.abs(middle.points[:, 0]).max()) < 0.1 * VOXEL
     # The nearest of many noisy points lies nearer than the wall.
-    np.testing.assert_allclose(middle[:, 3], 0.03, atol=0.7 * VOXEL)
+    np.testing.assert_allclose(middle.radius, 0.03, atol=0.7 * VOXEL)
 
 
 def test_a_bump_on_the_wall_does_not_draw_the_axis_aside():
@@ -93,32 +93,31 @@ def test_a_bump_on_the_wall_does_not_draw_the_axis_aside():
     bump = (np.abs(surface[:, 2] - 0.3) < 0.04) & (surface[:, 1] > 0.5 * radius)
     surface[bump, 1] += 3 * VOXEL
     found = fitted(Tree((axis,), np.array([-1])), surface, VOXEL).lines[0]
-    assert np.abs(found[:, 1]).max() < 0.3 * VOXEL  # unweighted points would move it by more than half a voxel
+    assert np.abs(found.points[:, 1]).max() < 0.3 * VOXEL  # unweighted points would move it by more than half a voxel
 
 
 def test_the_radius_of_a_vessel_does_not_count_where_it_lies_in_its_wide_sister():
     axes, radii = fork(0.2)  # 37 degrees apart: it leaves the junction's ball long before its sister's tube
-    gap = np.linalg.norm(axes[2][:, None, :3] - axes[1][None, :, :3], axis=2).min(axis=1)
-    thin = axes[2].copy()
-    thin[:, 3] = np.where(gap < radii[1], radii[1] - gap + radii[2], radii[2])  # the largest ball there is the sister's
-    lines = axes[0], axes[1], thin
+    gap = np.linalg.norm(axes[2].points[:, None] - axes[1].points[None], axis=2).min(axis=1)
+    wide = np.where(gap < radii[1], radii[1] - gap + radii[2], radii[2])  # the largest ball there is the sister's
+    lines = axes[0], axes[1], Line(axes[2].points, wide)
     assert network_of(Tree(lines, np.array([-1, 0, 0]))).radius[2] == pytest.approx(radii[2], rel=1e-6)
 
 
 def test_a_vessel_without_length_or_wall_does_no_harm():
     axes, radii = fork()
-    point = np.tile(axes[1][-1], (5, 1))
+    point = axes[1][[-1] * 5]
     tree = Tree((*axes, point, polyline([[2, 2], [2.1, 2]], 0.02)), np.array([-1, 0, 0, 1, 1]))
     found = fitted(tree, walls(axes, radii), VOXEL)
-    assert all(np.isfinite(line).all() for line in found.lines)
-    np.testing.assert_allclose(found.lines[0][-1, :3], JUNCTION, atol=0.3 * VOXEL)
+    assert all(np.isfinite(line.points).all() for line in found.lines)
+    np.testing.assert_allclose(found.lines[0].points[-1], JUNCTION, atol=0.3 * VOXEL)
 
 
 def test_free_ends_stay_where_they_are():
     axes, radii = fork()
     found = fitted(Tree(tuple(axes), np.array([-1, 0, 0])), walls(axes, radii), VOXEL)
     for line, axis, end in zip(found.lines, axes, (0, -1, -1), strict=True):
-        assert np.linalg.norm(line[end, :3] - axis[end, :3]) < 0.15 * VOXEL
+        assert np.linalg.norm(line.points[end] - axis.points[end]) < 0.15 * VOXEL
 
 
 def test_a_vessel_that_runs_beside_another_has_its_own_densitometric_radius():
@@ -131,7 +130,7 @@ def test_a_vessel_that_runs_beside_another_has_its_own_densitometric_radius():
     run = np.arange(5, 43) * VOXEL
 
     def line(at):
-        return np.column_stack([run, np.full(len(run), at[0]), np.full(len(run), at[1]), np.full(len(run), 0.03)])
+        return Line(np.column_stack([run, np.full(len(run), at[0]), np.full(len(run), at[1])]), np.full(len(run), 0.03))
 
     sections = np.arange(5, 33)
     alone = densitometric_radius(line((0.20, 0.24)), sections, radius, volume, 100.0)

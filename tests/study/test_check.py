@@ -173,7 +173,7 @@ def test_bounds_that_exclude_the_nominal_value_are_named_where_they_stand(make_s
     assert errors[0].startswith(
         "E study.yaml, line 4, column 12: 'mouse 0': the bounds of beta, 1000 to 2000 mmHg, exclude"
     )
-    assert re.search(r"\(β0: \d+\.?\d* mmHg\); widen them", errors[0])
+    assert re.search(r"nominal value of this animal, \d+\.?\d* mmHg; widen them", errors[0])
 
 
 def test_settings_that_contradict_each_other_are_odd(make_study):

@@ -15,9 +15,9 @@ import xarray as xr
 from small_study import make_study_in
 
 from vasowave.errors import InputError
-from vasowave.study.outcome import read_outcome
 from vasowave.study.plan import RESULTS, read_study
 from vasowave.study.reporting import report_study
+from vasowave.study.results import read_results
 from vasowave.study.running import Done, run_study
 
 PROGRAM = [sys.executable, "-c", "from vasowave.cli import run; run()"]
@@ -35,7 +35,8 @@ def finish(folder: Path) -> Done:
 
 
 def trees(folder: Path) -> dict[str, xr.DataTree]:
-    return read_outcome(folder / RESULTS).trees
+    results = read_results(folder)
+    return {name: results[name] for name in results}
 
 
 def test_every_tree_names_its_files_with_their_hashes(undisturbed):
@@ -98,7 +99,7 @@ def kill_and_finish(undisturbed, tmp_path: Path, moments: int, afresh: bool, see
                 said = program.communicate()[0]
             assert program.returncode == 0, said
             assert_same(trees(folder), trees(source))
-            assert not list((folder / RESULTS).rglob("*.part*"))
+            assert not list((folder / RESULTS).rglob(".vasowave-part-*"))
     return killed
 
 
@@ -153,7 +154,7 @@ def test_settings_that_change_numbers_ask_for_new_ones_and_others_do_not(undistu
 
     def to_compute(settings: str) -> int:
         (folder / "study.yaml").write_text(settings)
-        return len(_plan(read_study(folder), Store(folder / RESULTS / "cache"))[1])
+        return len(_plan(read_study(folder), Store(folder / RESULTS))[1])
 
     assert to_compute(text) == 0
     assert to_compute("title: another\nspecies: other\n" + text) == 0
@@ -172,15 +173,15 @@ def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_p
     bad.write_text("\n".join(lines) + "\n")
     with start(folder) as program:
         said = program.communicate()[0]
-    assert program.returncode == 1
+    assert program.returncode == 3
     assert "0 animals computed, 2 kept from earlier, 1 failed" in said
-    outcome = read_outcome(folder / RESULTS)
-    assert list(outcome.trees) == ["mouse 0", "mouse 2"]
-    assert list(outcome.failures) == ["mouse 1"]
-    assert "line 41" in outcome.failures["mouse 1"]
+    results = read_results(folder)
+    assert list(results) == ["mouse 0", "mouse 2"]
+    assert list(results.failures) == ["mouse 1"]
+    assert "line 41" in results.failures["mouse 1"]
     assert "1.csv, line 41" in said
 
-    # The report needs the results file and nothing else.
+    # The report needs the stored results and nothing else.
     for name in ("recordings", f"{RESULTS}/cache"):
         shutil.rmtree(folder / name)
     for name in ("animals.csv", "n.csv", "study.yaml"):
@@ -230,7 +231,7 @@ def test_a_disk_that_takes_no_more_stops_the_run_with_a_message_and_it_goes_on_l
     folder = copied(undisturbed, tmp_path / "study")
     pieces = sorted((folder / RESULTS / "cache").iterdir())
     pieces[0].unlink()
-    (folder / RESULTS / "results.nc").unlink()
+    (folder / RESULTS / "index.json").unlink()
     limit = smallest_piece(folder) // 2
 
     def refuse_large_files():
@@ -242,7 +243,7 @@ def test_a_disk_that_takes_no_more_stops_the_run_with_a_message_and_it_goes_on_l
     assert "Error: " in said
     assert "Traceback" not in said
     assert {path.name for path in (folder / RESULTS / "cache").iterdir()} == {path.name for path in pieces[1:]}
-    assert not (folder / RESULTS / "results.nc").exists()
+    assert not (folder / RESULTS / "index.json").exists()
 
     done = finish(folder)
     assert len(done.computed) == 1
@@ -272,7 +273,7 @@ def test_a_full_file_system_stops_the_run_with_a_message_and_it_goes_on_later(un
     assert program.returncode == 1, program.stderr
     assert "Traceback" not in program.stderr
     assert "what had finished is kept" in program.stderr
-    assert not (saved / RESULTS / "results.nc").exists()
+    assert not (saved / RESULTS / "index.json").exists()
     kept = list((saved / RESULTS / "cache").glob("*"))
     assert 1 <= len(kept) < 3
 

@@ -57,10 +57,10 @@ def test_all_slips_are_named_at_once_with_line_column_and_nearest_key():
         "title, animals, species, groups, averaging, calibration, model_selection, selection_optima, blood, numerics, "
         "report",
         "study.yaml, line 3, column 11: calibration.starts: 'four' is not a whole number",
-        "study.yaml, line 4, column 19: calibration.walls.1: 'tangnt' is not known (did you mean 'tangent'?); "
-        "choose from: linear, tangent",
+        "study.yaml, line 4, column 19: calibration.walls.1: unknown wall law 'tangnt' "
+        "(did you mean 'tangent'?); choose from: linear, tangent, or name a class of your own as module:Class",
         "study.yaml, line 5, column 12: calibration.bounds: 'betta' is not known (did you mean 'beta'?); "
-        "choose from: beta, p1, gamma, r1, r2, c1",
+        "choose from: beta, r1, r2, c1, p1, gamma",
         "study.yaml, line 6, column 9: calibration.seed: '1,5' is not a whole number",
     ]
 

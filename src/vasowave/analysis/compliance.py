@@ -51,7 +51,7 @@ def compliance(model: Model, pressure: float | np.ndarray) -> Compliance:
     Parameters
     ----------
     model : Model
-        With `Windkessel` outlets.
+        With outlets that have a capacitor.
     pressure : float or array, shape (vessel,)
         mmHg.
 
@@ -59,6 +59,15 @@ def compliance(model: Model, pressure: float | np.ndarray) -> Compliance:
     ------
     InputError
         Other outlets, or a pressure that is not finite or of another shape.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network = vw.control_network()
+    >>> nominal = vw.estimate_nominal(network, vw.virtual_mouse())
+    >>> model = vw.Model(network, vw.LinearWall(nominal.beta), nominal.outlets)
+    >>> vw.compliance(model, 10.0).vessel.shape  # of every vessel, at 10 mmHg
+    (21,)
     """
     if np.shape(pressure) not in ((), (len(model.network),)) or not np.all(np.isfinite(pressure)):
         raise InputError(f"pressure must be one finite number or {len(model.network)} of them")

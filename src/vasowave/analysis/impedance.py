@@ -73,6 +73,14 @@ def impedance(
     ------
     InputError
         As `fourier_series`; also a period that is not positive, or a flow harmonic that is exactly zero.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> mouse = vw.virtual_mouse()
+    >>> spectrum = vw.impedance(mouse.pressure, mouse.flow, mouse.period)
+    >>> float(round(spectrum.modulus[0] / mouse.vascular_resistance, 6))
+    1.0
     """
     if not (np.isfinite(period) and period > 0):
         raise InputError(f"period {period:g} s is not a positive number")

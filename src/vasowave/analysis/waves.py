@@ -66,6 +66,15 @@ def wave_intensity(
     ------
     InputError
         Shapes that differ, values that are not finite, or A, c, ρ, T not positive.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> mouse = vw.virtual_mouse()
+    >>> known = {"area": 0.0069, "wave_speed": 190.0, "inertia": vw.Blood().inertia}
+    >>> waves = vw.wave_intensity(mouse.pressure, mouse.flow, mouse.period, **known)
+    >>> 0 < float(waves.reflection_coefficient) < 1
+    True
     """
     p, q = np.asarray(pressure, dtype=float), np.asarray(flow, dtype=float)
     if p.shape != q.shape or p.ndim == 0 or p.shape[-1] < 4:

@@ -1,7 +1,7 @@
 """Fit a model to a recording: parameters and bounds, objective, many starts, and what the data determine."""
 
 from vasowave.calibration.calibrate import Search, calibrate
-from vasowave.calibration.parameters import PAPER_BOUNDS, WIDE_BOUNDS
+from vasowave.calibration.profile import profile_likelihood
 from vasowave.calibration.result import Fit
 
-__all__ = ["PAPER_BOUNDS", "WIDE_BOUNDS", "Fit", "Search", "calibrate"]
+__all__ = ["Fit", "Search", "calibrate", "profile_likelihood"]

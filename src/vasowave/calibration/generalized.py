@@ -137,8 +137,8 @@ def objective_of(fit: Fit, fixed: Mapping[str, float], numerics: Numerics | None
         raise InputError(f"the {fit.wall} wall has no parameter '{unknown[0]}'; it has: {', '.join(table.index)}")
     bounds = {str(name): (float(row["lower"]), float(row["upper"])) for name, row in table.iterrows()}
     held = {str(name): float(row["value"]) for name, row in table.iterrows() if not row["free"]}
-    model = fit.model
-    space = parameter_space(fit.wall, model.network, fit.nominal, model.blood, bounds, held | dict(fixed), False)
+    model, held = fit.model, held | dict(fixed)
+    space = parameter_space(type(model.wall), model.network, fit.nominal, model.blood, bounds, held, False)
     finer = replace(numerics or _numerics(fit), samples=fit.N, every_cell=False)
     return Objective(space, fit.recording, finer, workers, threading.Event())
 

@@ -6,7 +6,6 @@ import numpy as np
 import xarray as xr
 
 from vasowave.calibration.generalized import Optimum, Whiten, least_squares_optimum, reoptimize
-from vasowave.calibration.parameters import UNITS
 from vasowave.calibration.result import Fit
 from vasowave.errors import InputError, NumericalError
 from vasowave.solver.simulate import Numerics
@@ -55,6 +54,15 @@ def profile_likelihood(
     ------
     InputError
         A parameter that is not free, a grid of fewer than four values, a span that is not positive.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> search = vw.Search(starts=1, fixed={"r1": 1.0, "c1": 1.0})
+    >>> fit = vw.calibrate(vw.control_network(), vw.virtual_mouse(), search=search)
+    >>> profile = vw.profile_likelihood(fit, "beta", points=4, span=0.2)
+    >>> profile.attrs["parameter"], float(profile["deviance"].min())
+    ('beta', 0.0)
     """
     if name not in fit.parameters.index or not fit.parameters["free"][name]:
         free = ", ".join(str(one) for one in fit.parameters.index[fit.parameters["free"]])
@@ -100,7 +108,7 @@ def _dataset(name: str, ends: Sequence[Optimum], metric: Whiten) -> xr.Dataset:
     deviance = chi2 - chi2.min()
     values = {key: np.array([end.values[key] for end in ends]) for key in ends[0].space.names}
     lower, upper = _crossings(np.log(values[name]), deviance)
-    variables = {key: ("point", value, {"units": UNITS[key]}) for key, value in values.items()}
+    variables = {key: ("point", value, {"units": ends[0].space.parameters[key].unit}) for key, value in values.items()}
     S = np.array([float(end.residual @ end.residual) for end in ends])
     return xr.Dataset(
         {

@@ -8,6 +8,7 @@ import xarray as xr
 
 from vasowave.model import Model
 from vasowave.nominal import Nominal
+from vasowave.notebook import card
 from vasowave.recording import Recording
 
 
@@ -17,7 +18,7 @@ class Fit:
 
     Attributes
     ----------
-    wall : {"linear", "tangent"}
+    wall : str
         Name of the wall law.
     model : Model
         The model at the optimum.
@@ -26,7 +27,7 @@ class Fit:
     nominal : Nominal
         Where the starts came from.
     parameters : DataFrame
-        One row per parameter (index: beta, or p1 and gamma; r1, r2, c1), columns ``unit, nominal, lower, upper,
+        One row per parameter (index: the wall law's, then r1, r2, c1), columns ``unit, nominal, lower, upper,
         value, standard_error`` (if every sample had independent noise), ``standard_error_correlated`` (for the smooth
         noise that the residual shows, `residual_noise`), ``degrees_of_freedom`` of that error, ``interval_low,
         interval_high`` (95 %, from both), ``at_bound, free, determined``.
@@ -42,6 +43,13 @@ class Fit:
         Objective (eq. 14) at the optimum.
     warnings : tuple of str
         What a reader must know: parameters at a bound, not determined, starts that disagree.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> fit = vw.calibrate(vw.control_network(), vw.virtual_mouse(), search=vw.Search(starts=1))
+    >>> fit.parameters.loc["beta", ["interval_low", "value", "interval_high"]].is_monotonic_increasing
+    True
     """
 
     wall: str
@@ -59,6 +67,16 @@ class Fit:
     def __repr__(self) -> str:
         values = ", ".join(f"{name} {value:.4g}" for name, value in self.parameters["value"].items())
         return f"Fit({self.wall} wall: {values}; S {self.S:.4g}, N {self.N}, RMSE {self.rmse:.3g} mmHg)"
+
+    def _repr_html_(self) -> str:
+        facts = {
+            f"{name} [{row['unit']}]" if row["unit"] != "1" else str(name): f"{row['value']:.4g} "
+            f"[{row['interval_low']:.3g}, {row['interval_high']:.3g}]{'' if row['free'] else ' (held)'}"
+            for name, row in self.parameters.iterrows()
+        }
+        facts["S"] = f"{self.S:.4g} mmHg² over {self.N} samples; root mean square {self.rmse:.3g} mmHg"
+        facts["starts"] = f"{int(self.starts['agrees'].sum())} of {len(self.starts)} ended at this optimum"
+        return card(f"Fit, {self.wall} wall: {self.model.wall.law().formula}", facts, self.warnings)
 
     @property
     def N(self) -> int:
@@ -78,9 +96,7 @@ class Fit:
     @property
     def resistance_ratio(self) -> float:
         """Ratio a = R1/R_T of the vascular beds."""
-        outlets = self.model.outlets
-        whole = outlets.impedance_at(1, self.recording.period)[0].real
-        return float(np.mean(outlets.fast_resistance() / whole))
+        return self.model.outlets.resistance_ratio()
 
     @property
     def peripheral_compliance(self) -> float:

@@ -1,11 +1,17 @@
 """One search from one start, by bounded least squares or by sequential quadratic programming (SQP, the paper's)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from vasowave.calibration.coordinates import Coordinates
 from vasowave.calibration.objective import Objective
 from vasowave.errors import NumericalError
+
+Array = Callable[[np.ndarray], np.ndarray]
+Bounds = tuple[np.ndarray, np.ndarray]
 
 TOLERANCE = 1e-8  # the paper's, of the last search; the relative change of S and of the parameters
 ROUGH = 1e-6  # of the searches before it, which only have to find the way
@@ -54,24 +60,46 @@ _ENDS = {
 
 
 def _least_squares(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.ndarray, float, bool, str]:
+    """Search in the coordinates that the data see; where that leads out of the bounds, again inside them."""
+    coordinates = Coordinates(objective.space, objective.recording.mean_pressure)
+    low, high = objective.space.log_bounds
+    place = coordinates.bounds
+    inside = 1e-6 * (place[1] - place[0])
+    found = _trust_region(
+        lambda z: objective.residuals(coordinates.logarithms(z)),
+        lambda z: objective.jacobian(coordinates.logarithms(z)) @ coordinates.slopes(z),
+        np.clip(coordinates.of(start), place[0] + inside, place[1] - inside),
+        place,
+        tolerance,
+    )
+    x = coordinates.logarithms(found.x)
+    if not np.all((low <= x) & (x <= high)):
+        span = 1e-6 * (high - low)
+        begin = np.clip(x, low + span, high - span)
+        found = _trust_region(objective.residuals, objective.jacobian, begin, (low, high), tolerance)
+        x = found.x
+    return x, float(2 * found.cost), bool(found.success), _ENDS.get(found.status, str(found.message))
+
+
+def _trust_region(residuals: Array, jacobian: Array, start: np.ndarray, bounds: Bounds, tolerance: float) -> Any:
     from scipy.optimize import least_squares
 
-    found = least_squares(
-        objective.residuals,
+    return least_squares(
+        residuals,
         start,
-        objective.jacobian,
-        bounds=objective.space.log_bounds,
+        jacobian,
+        bounds=bounds,
         method="trf",
         ftol=tolerance,
         xtol=tolerance,
         gtol=tolerance,
         max_nfev=100,
     )
-    return found.x, float(2 * found.cost), bool(found.success), _ENDS.get(found.status, str(found.message))
 
 
 def _sqp(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.ndarray, float, bool, str]:
-    from scipy.optimize import Bounds, minimize
+    from scipy.optimize import Bounds as Sides
+    from scipy.optimize import minimize
 
     first = float(np.sum(objective.residuals(start) ** 2)) or 1.0  # S is scaled to 1 at the start
 
@@ -84,5 +112,5 @@ def _sqp(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.
 
     low, high = objective.space.log_bounds
     options = {"ftol": tolerance, "maxiter": 200}
-    found = minimize(scaled, start, jac=gradient, method="SLSQP", bounds=Bounds(low, high), options=options)
+    found = minimize(scaled, start, jac=gradient, method="SLSQP", bounds=Sides(low, high), options=options)
     return found.x, float(found.fun) * first, bool(found.success), str(found.message)

@@ -1,12 +1,13 @@
 """What the data determine: standard errors, 95 % intervals and correlations, and sentences about them."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
-from vasowave.calibration.parameters import UNITS, Space
-from vasowave.calibration.residual_noise import least_squares_covariance, noise_spectrum
+from vasowave.calibration.parameters import Space
+from vasowave.noise.spectrum import least_squares_covariance, noise_spectrum
 
 LEVEL = 0.95
 """Level of the intervals, symmetric in the logarithm of a parameter."""
@@ -24,29 +25,47 @@ def covariance(jacobian: np.ndarray, residual: np.ndarray) -> np.ndarray:
     return variance * np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
 
 
-def correlated_covariance(space: Space, jacobian: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Covariance of the free parameters' logarithms for smooth noise, and the degrees of freedom of each variance."""
+@dataclass(frozen=True, eq=False)
+class Spread:
+    """How uncertain the logarithms of the free parameters are, for the smooth noise that the residual shows.
+
+    Attributes
+    ----------
+    covariance : array, shape (free, free)
+    degrees_of_freedom : array, shape (free,)
+        Of each variance.
+    independent : array, shape (free,)
+        Standard errors if every sample had independent noise.
+    """
+
+    covariance: np.ndarray
+    degrees_of_freedom: np.ndarray
+    independent: np.ndarray
+
+
+def spread_of(space: Space, jacobian: np.ndarray, residual: np.ndarray) -> Spread:
+    """Return the spread of least-squares estimates under the one noise spectrum that is fitted to their residual."""
     low, high = space.log_bounds
-    return least_squares_covariance(residual, jacobian, noise_spectrum(residual, jacobian), high - low)
+    matrix, degrees = least_squares_covariance(residual, jacobian, noise_spectrum(residual, jacobian), high - low)
+    return Spread(matrix, degrees, np.sqrt(np.diag(covariance(jacobian, residual))))
 
 
-def parameter_table(space: Space, x: np.ndarray, jacobian: np.ndarray, residual: np.ndarray) -> pd.DataFrame:
+def parameter_table(space: Space, x: np.ndarray, spread: Spread) -> pd.DataFrame:
     """One row per parameter; see `Fit.parameters`."""
     from scipy.special import stdtrit
 
     values = space.values(x)
-    matrix, degrees = correlated_covariance(space, jacobian, residual)
     independent, correlated, freedom = (np.full(len(values), np.nan) for _ in range(3))
-    independent[space.free] = np.sqrt(np.diag(covariance(jacobian, residual)))
-    correlated[space.free] = np.sqrt(np.diag(matrix))
-    freedom[space.free] = np.minimum(degrees, 1e6)
+    independent[space.free] = spread.independent
+    correlated[space.free] = np.sqrt(np.diag(spread.covariance))
+    freedom[space.free] = np.minimum(spread.degrees_of_freedom, 1e6)
     reach = np.minimum(stdtrit(freedom, 0.5 + 0.5 * LEVEL) * correlated, _FARTHEST)
     low, high = space.log_bounds
     at_bound = np.zeros(len(values), dtype=bool)
     at_bound[space.free] = (x - low < _NEAR_BOUND) | (high - x < _NEAR_BOUND)
     return pd.DataFrame(
         {
-            "unit": [UNITS[name] for name in space.names],
+            "unit": [one.unit for one in space.parameters.values()],
             "nominal": space.nominal,
             "lower": space.lower,
             "upper": space.upper,
@@ -64,13 +83,12 @@ def parameter_table(space: Space, x: np.ndarray, jacobian: np.ndarray, residual:
     )
 
 
-def correlations(space: Space, jacobian: np.ndarray, residual: np.ndarray) -> pd.DataFrame:
+def correlations(space: Space, spread: Spread) -> pd.DataFrame:
     """Correlation of the free parameters' estimates, for smooth noise."""
-    matrix, _ = correlated_covariance(space, jacobian, residual)
-    scale = np.sqrt(np.diag(matrix))
+    scale = np.sqrt(np.diag(spread.covariance))
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = matrix / np.outer(scale, scale)
-    return pd.DataFrame(found, index=list(space.free_names), columns=list(space.free_names))
+        matrix = spread.covariance / np.outer(scale, scale)
+    return pd.DataFrame(matrix, index=list(space.free_names), columns=list(space.free_names))
 
 
 def sentences(table: pd.DataFrame, correlation: pd.DataFrame, starts: pd.DataFrame) -> list[str]:

@@ -5,7 +5,7 @@ import warnings
 
 import typer
 
-from vasowave.cli.app import app
+from vasowave.cli.app import FAILED, WRONG_INPUT, app
 
 # The order of import is the order of the help.
 # isort: off
@@ -16,8 +16,8 @@ _INTERRUPTED = 130  # exit status after Ctrl-C
 
 
 def run() -> None:
-    """Run the command line; every error of ours becomes one readable message and exit status 1."""
-    from vasowave.errors import VasowaveError, VasowaveWarning
+    """Run the command line; every error of ours becomes one readable message and its exit status."""
+    from vasowave.errors import InputError, VasowaveError, VasowaveWarning
 
     def show(message: Warning | str, category: type[Warning], *rest: object, **more: object) -> None:
         if issubclass(category, VasowaveWarning):
@@ -28,7 +28,7 @@ def run() -> None:
         app()
     except VasowaveError as error:
         typer.echo(f"Error: {error}", err=True)
-        sys.exit(1)
+        sys.exit(WRONG_INPUT if isinstance(error, InputError) else FAILED)
     except SystemExit as leaving:
         if leaving.code == _INTERRUPTED:
             typer.echo("Interrupted; nothing half-written was left.", err=True)

@@ -2,74 +2,41 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast, get_args
 
 import typer
 
 from vasowave.cli.app import app
+from vasowave.cli.settings import with_settings
+from vasowave.imaging.options import Options
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from vasowave.network import Network
-
-_PLACE = "x,y,z in the image's coordinates, cm (or with a unit: '9.1 12 4.5 mm')"
 
 
 @app.command(
     epilog="Example: vasowave extract scan-folder -o mouse-6 --root 0.91,1.2,0.05 --outlets outlets.csv. "
     "Then open mouse-6/review.html, correct with --outlets, --edits or --mask, and run again."
 )
+@with_settings(Options, {"outlets": ("--outlet", "--outlets")})
 def extract(
     volume: Annotated[Path, typer.Argument(help="DICOM folder, NRRD, NIfTI, MetaImage, RAW with header, TIFF stack.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")],
-    root: Annotated[str | None, typer.Option(help=f"Where the blood enters: {_PLACE}.")] = None,
-    seed: Annotated[str | None, typer.Option(help="A point inside the tree, if the root is not.")] = None,
-    outlet: Annotated[list[str] | None, typer.Option(help="Guided mode: an outlet, x,y,z; repeat it.")] = None,
-    outlets: Annotated[Path | None, typer.Option(help="Guided mode: CSV with x \\[cm], y \\[cm], z \\[cm].")] = None,
-    threshold: Annotated[float, typer.Option(help="Grey level of the vessel wall.")] = 45.0,
-    method: Annotated[str, typer.Option(help="threshold, or level-set (active contour).")] = "threshold",
-    mask: Annotated[Path | None, typer.Option(help="Edited mask; labels: 1 lumen, 2 root, 3… outlets.")] = None,
-    region: Annotated[str | None, typer.Option(help="Mask file, or box x,y,z:x,y,z; outside is no lumen.")] = None,
-    edits: Annotated[Path | None, typer.Option(help="Corrections: remove, cut, merge, root, one a line.")] = None,
-    voxel: Annotated[float | None, typer.Option(help="Voxel size in cm, in place of the file's.")] = None,
-    cannula: Annotated[float, typer.Option(help="Inner diameter of the cannula, cm (PE-90: 0.086); 0: none.")] = 0.086,
-    scale: Annotated[str, typer.Option(help="Lengths follow the 'file' or the 'cannula'.")] = "file",
-    loops: Annotated[str, typer.Option(help="'open' loops of the lumen with a warning, or 'refuse' them.")] = "open",
-    generations: Annotated[int | None, typer.Option(help="Keep the first so many generations.")] = None,
-    vessels: Annotated[int | None, typer.Option(help="Keep the largest so many vessels.")] = None,
-    min_radius: Annotated[float | None, typer.Option(help="Keep the vessels above this radius, cm.")] = None,
+    **given: Any,
 ) -> None:
     """Turn a volume into a checked vessel network, with everything needed to review and correct it."""
-    from vasowave.imaging.places import parse_place
-    from vasowave.imaging.request import Request, answer
-    from vasowave.report.extraction import check_extraction_folder, write_answer
+    from vasowave.imaging.extraction import extract as extracted
+    from vasowave.report.extraction import check_extraction_folder, write_extraction
 
     check_extraction_folder(output)
-    request = Request(
-        image=volume,
-        root=None if root is None else parse_place(root).tolist(),
-        seed=None if seed is None else parse_place(seed).tolist(),
-        outlets=_outlets(outlet or [], outlets),
-        threshold=threshold,
-        method=cast(Literal["threshold", "level-set"], method),
-        mask=mask,
-        edits=edits,
-        region=_region(region),
-        voxel=voxel,
-        cannula_radius=cannula / 2 if cannula else None,
-        scale=cast(Literal["file", "cannula"], scale),
-        loops=cast(Literal["open", "refuse"], loops),
-        generations=generations,
-        vessels=vessels,
-        min_radius=min_radius,
-    )
+    options = Options(**_read(given))
     with _stages() as say:
-        found = answer(request, say)
+        found = extracted(volume, options, say)
         say("results")
-        page = write_answer(found, output)
-    typer.echo(repr(found.extraction.network))
+        page = write_extraction(found, output)
+    typer.echo(repr(found.network))
     typer.echo(f"Look at it: {page}; then: vasowave fit {output / 'network.csv'} RECORDING")
 
 
@@ -89,8 +56,10 @@ def centerlines(
 ) -> None:
     """Turn the centerlines of another program into a vessel network, for ParaView and the authors' tables too."""
     from vasowave.errors import InputError
-    from vasowave.imaging.exchange import as_extraction, read_centerlines
-    from vasowave.imaging.subtrees import check_wishes, wanted_part
+    from vasowave.imaging.exchange.centerlines import read_centerlines
+    from vasowave.imaging.measure.measurement import measured_alone
+    from vasowave.imaging.options import check_wishes
+    from vasowave.imaging.revise.parts import wanted_part
     from vasowave.report.centerlines import check_centerlines_folder, write_centerline_network
 
     check_wishes(generations, vessels, min_radius)
@@ -99,7 +68,7 @@ def centerlines(
     check_centerlines_folder(output)
     size = _length_unit(unit)
     tree = read_centerlines(lines, size, cast(Literal["tube", "identical"], cut), collapse)
-    found = wanted_part(as_extraction(tree), generations, vessels, min_radius)
+    found = wanted_part(measured_alone(tree), generations, vessels, min_radius)
     settings: dict[str, str | float] = {
         "unit [cm]": size,
         "cut": cut,
@@ -120,7 +89,7 @@ def match(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV of the pairs.")] = None,
 ) -> None:
     """Pair the vessels of two networks one to one, by topology and size, and list those left over."""
-    from vasowave.cli.options import check_file
+    from vasowave.files import check_file, write_file
     from vasowave.imaging import matching
     from vasowave.network import read_network
 
@@ -132,7 +101,7 @@ def match(
     if output is None:
         typer.echo("\n".join(lines))
     else:
-        _write_text("\n".join(lines) + "\n", output)
+        write_file(output, "\n".join(lines) + "\n")
     for path, left in zip((first, second), matching.unmatched(one, other, pairs), strict=True):
         typer.echo(f"{path}: {len(left)} vessels without counterpart{': ' if left else ''}{', '.join(left)}", err=True)
 
@@ -145,30 +114,16 @@ def _pair_lines(one: "Network", other: "Network", pairs: dict[int, int]) -> list
     return lines
 
 
-def _write_text(text: str, path: Path) -> None:
-    from vasowave.errors import InputError
+def _read(given: dict[str, Any]) -> dict[str, Any]:
+    """Return the settings with what was written as text read: places, lists of places, a region."""
+    from vasowave.imaging.places import parse_place, parse_places, parse_region
 
-    unfinished = path.with_name(path.name + ".part")
-    try:
-        unfinished.write_text(text, encoding="utf-8")
-        unfinished.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
-    finally:
-        unfinished.unlink(missing_ok=True)
-
-
-def _outlets(places: list[str], file: Path | None) -> "np.ndarray | None":
-    import numpy as np
-
-    from vasowave.errors import InputError
-    from vasowave.imaging.places import parse_place, read_places
-
-    if places and file is not None:
-        raise InputError("give the outlets either one by one or as a file")
-    if file is not None:
-        return read_places(file)
-    return np.array([parse_place(text) for text in places]) if places else None
+    readers = {"place": parse_place, "places": parse_places, "region": parse_region}
+    kinds = {entry.name: get_args(entry.type)[1].read for entry in fields(Options)}
+    return {
+        name: readers[kinds[name]](value) if value is not None and kinds[name] else value
+        for name, value in given.items()
+    }
 
 
 def _length_unit(text: str) -> float:
@@ -179,18 +134,6 @@ def _length_unit(text: str) -> float:
         return float(text)
     except ValueError:
         return factor(text, "length")
-
-
-def _region(text: str | None) -> "Path | tuple[np.ndarray, np.ndarray] | None":
-    from vasowave.errors import InputError
-    from vasowave.imaging.places import parse_place
-
-    if text is None or Path(text).exists():
-        return None if text is None else Path(text)
-    corners = text.split(":")
-    if len(corners) != 2:
-        raise InputError(f"region '{text}': no such file, and no box x,y,z:x,y,z")
-    return parse_place(corners[0]), parse_place(corners[1])
 
 
 @contextmanager

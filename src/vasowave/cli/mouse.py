@@ -1,57 +1,58 @@
-"""Commands on one mouse: fit, simulate."""
+"""Commands on one animal: fit, simulate."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vasowave.cli.app import app
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from vasowave.blood import Blood
-    from vasowave.calibration import Fit, Search
-    from vasowave.network import Network
-    from vasowave.recording import Recording
+    from vasowave.study.plan import Study
 
 _PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
-_OUTPUT = typer.Option("--output", "-o", help="Folder for the results.")
+_OUTPUT = typer.Option("--output", "-o", help="Folder for results and report.")
 
 
 @app.command(
-    epilog="Example: vasowave fit network.csv pressure.dat flow.dat --period 0.11 --output mouse-6. "
-    "The network has the columns name, parent, length \\[cm], radius \\[cm]; the recording "
-    "time \\[s], pressure \\[mmHg], flow \\[ml/s], or two files of one column each."
+    epilog="Example: vasowave fit network.csv recording.txt --output my-mouse. "
+    "The network has the columns name, parent, length \\[cm], radius \\[cm]. The recording is one averaged cycle "
+    "(time \\[s], pressure \\[mmHg], flow \\[ml/s], or two files of one column each) or a continuous one (LabChart, "
+    "EDF, CSV); which, is told from what is in it."
 )
 def fit(
     network: Annotated[Path, typer.Argument(help="Vessel table, CSV.")],
-    recording: Annotated[list[Path], typer.Argument(help="One averaged cycle: one table, or pressure and flow.")],
+    recording: Annotated[list[Path], typer.Argument(help="One file, or pressure and flow of one averaged cycle.")],
     output: Annotated[Path, _OUTPUT] = Path("vasowave-fit"),
     period: Annotated[float | None, _PERIOD] = None,
-    wall: Annotated[str, typer.Option(help="linear, tangent or both.")] = "both",
-    starts: Annotated[int, typer.Option(help="Number of starts of each fit.")] = 4,
-    method: Annotated[str, typer.Option(help="least-squares, or sqp as in the paper.")] = "least-squares",
-    paper_bounds: Annotated[bool, typer.Option(help="Use the paper's bounds.")] = False,
-    hold: Annotated[list[str], typer.Option(help="Hold a parameter at a value, for example c1=1; repeatable.")] = [],  # noqa: B006
-    bounds: Annotated[list[str], typer.Option(help="Own bounds, for example beta=20:90; repeatable.")] = [],  # noqa: B006
-    friction: Annotated[
-        str, typer.Option(help="local (eq. 2), fixed:RADIUS in cm as in the paper's fits, poiseuille, power-law:ZETA.")
-    ] = "local",
-    seed: Annotated[int, typer.Option(help="Seed of the other starts.")] = 0,
+    animal: Annotated[str, typer.Option(help="Name of the animal; by default that of the recording.")] = "",
+    group: Annotated[str, typer.Option(help="Its group, as the report writes it.")] = "animal",
+    given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
-    """Calibrate the model to one recording and write results, figures and a report."""
-    from vasowave.calibration import Search
-    from vasowave.cli.options import read_bounds, read_friction, read_held, walls_named
-    from vasowave.network import read_network
-    from vasowave.recording import read_recording
+    """Calibrate the model to one animal and write results, figures and report: a study of one."""
+    from vasowave.cli.options import read_settings
+    from vasowave.study.alone import animal_alone
 
-    laws = walls_named(wall)
-    plan = Search(starts, method, paper_bounds, read_bounds(bounds), read_held(hold), seed)
-    blood = read_friction(friction)
-    vessels = read_network(network)
-    cycle = read_recording(*recording, period=period)
-    _fit_and_report(vessels, cycle, output, laws, plan, [network, *recording], blood)
+    settings = read_settings(given or {}, group)
+    study = animal_alone(output, settings, network, recording, animal or recording[0].stem, period)
+    _fit(study)
+
+
+def _fit(study: "Study") -> None:
+    from vasowave.cli.progress import counting
+    from vasowave.study.alone import fit_sentences
+    from vasowave.study.reporting import report_study
+    from vasowave.study.results import read_results
+    from vasowave.study.running import run_alone
+
+    typer.echo("The first fit with a wall law compiles the solver, which takes half a minute once.")
+    with counting() as show:
+        done = run_alone(study, show)
+    typer.echo(f"Results: {done.results}{'' if done.computed else ' (kept from earlier)'}")
+    (tree,) = read_results(study.folder).trees()
+    for sentence in fit_sentences(tree):
+        typer.echo(f"  {sentence}")
+    typer.echo(f"Report: {report_study(study.folder)}")
 
 
 @app.command(epilog="Example: vasowave simulate network.csv cycle.csv --beta 60 --output waveforms.nc")
@@ -64,9 +65,12 @@ def simulate(
     ratio: Annotated[float, typer.Option(help="a = R1/R_T of the vascular beds.")] = 0.2,
 ) -> None:
     """Simulate the network with nominal parameters (or a given stiffness) and write the waveforms of every vessel."""
+    import xarray as xr
+
     from vasowave import solver
-    from vasowave.cli.options import check_file
+    from vasowave.animal.files import to_bytes
     from vasowave.errors import InputError
+    from vasowave.files import check_file, write_file
     from vasowave.model import Model
     from vasowave.network import read_network
     from vasowave.nominal import estimate_nominal, windkessels
@@ -82,68 +86,10 @@ def simulate(
     typer.echo(repr(nominal))
     outlets = windkessels(vessels, nominal.total_resistance, nominal.time_constant, ratio)
     result = solver.simulate(Model(vessels, LinearWall(nominal.beta if beta is None else beta), outlets), cycle)
-    unfinished = output.with_name(output.name + ".part")
-    try:
-        result.to_netcdf(unfinished)
-        unfinished.replace(output)
-    except OSError as error:
-        raise InputError(f"{output}: cannot be written ({error.strerror or error})") from None
-    finally:
-        unfinished.unlink(missing_ok=True)
+    write_file(output, to_bytes(xr.DataTree(result)))
     pressure = result["pressure"].values[:, vessels.root, 0]
     typer.echo(
         f"Periodic after {result.attrs['cycles']} cycles (change {result.attrs['change']:.1g} mmHg, "
         f"Courant number {result.attrs['courant']:.2f}); pressure at the root {pressure.min():.1f} to "
         f"{pressure.max():.1f} mmHg, mean {pressure.mean():.1f}. Waveforms: {output}"
     )
-
-
-def _fit_and_report(
-    network: "Network",
-    recording: "Recording",
-    output: Path,
-    laws: "Sequence[str]",
-    plan: "Search",
-    inputs: "Sequence[Path]" = (),
-    blood: "Blood | None" = None,
-) -> None:
-    from vasowave.calibration import calibrate
-    from vasowave.cli.progress import counting
-    from vasowave.report import write_report
-    from vasowave.results import check_folder, write_results
-
-    check_folder(output)
-    typer.echo(repr(recording))
-    typer.echo("The first fit with a wall law compiles the solver, which takes half a minute once.")
-    fits: list[Fit] = []
-    try:
-        for law in laws:
-            with counting(f"{law} wall, starts", plan.starts) as show:
-                fits.append(
-                    calibrate(
-                        network, recording, law, blood=blood, search=_of_wall(plan, law, laws),
-                        progress=lambda done, _, best: show(done, f"best S {best:.4g} mmHg²"),
-                    )
-                )  # fmt: skip
-            typer.echo(f"  {fits[-1]!r}")
-    except KeyboardInterrupt:
-        if not fits:
-            raise
-        typer.echo("Interrupted: the report holds what had finished.")
-    write_results(fits, output, inputs)
-    page = write_report(fits, output, inputs)
-    for note in recording.notes:
-        typer.echo(f"  note: {note}")
-    for one in fits:
-        for note in one.warnings:
-            if note not in recording.notes:
-                typer.echo(f"  note ({one.wall}): {note}")
-    typer.echo(f"Report: {page}")
-
-
-def _of_wall(plan: "Search", law: str, laws: "Sequence[str]") -> "Search":
-    from dataclasses import replace
-
-    from vasowave.cli.options import for_wall
-
-    return replace(plan, bounds=for_wall(law, laws, plan.bounds), fixed=for_wall(law, laws, plan.fixed))

@@ -1,83 +1,112 @@
-"""Options that are more than their type: ``name=value``, ``name=low:high``, ``kind:number``, a file to write."""
+"""The settings of a study as options of a command: one for every key, with its default and meaning."""
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+import inspect
+from collections.abc import Mapping
+from typing import Annotated, Any, get_origin
 
-from vasowave.blood import Blood, BoundaryLayer, Friction, Poiseuille, PowerLaw
-from vasowave.calibration.parameters import parameter_names
-from vasowave.errors import InputError, did_you_mean
+import typer
+from pydantic import BaseModel
+from typer.main import get_command
 
-_WALLS = {"linear": ("linear",), "tangent": ("tangent",), "both": ("linear", "tangent")}
+from vasowave.study.document import Document
+from vasowave.study.problems import refuse
+from vasowave.study.reading import validated
+from vasowave.study.settings import StudyFile
+from vasowave.study.template import written
 
-
-def walls_named(text: str) -> tuple[str, ...]:
-    """Return the wall laws of ``--wall``."""
-    if text not in _WALLS:
-        raise InputError(f"--wall {text}{did_you_mean(text, _WALLS)}: choose one of {', '.join(_WALLS)}")
-    return _WALLS[text]
-
-
-def check_file(output: Path) -> None:
-    """Raise `InputError`, before anything is computed, if the file `output` cannot be written."""
-    if output.is_dir():
-        raise InputError(f"{output} is a folder; give the name of a file")
-    if not output.parent.is_dir():
-        raise InputError(f"{output}: there is no folder {output.parent}; make it first")
+_NOT_FOR_ONE = ("title", "animals", "species", "groups")
+"""Keys of a study file that say nothing of a single animal."""
 
 
-def read_held(options: Sequence[str]) -> dict[str, float]:
-    """Return the parameters of ``--hold name=value`` and their values."""
-    return {name: _number("--hold", option, value) for option in options for name, value in [_pair("--hold", option)]}
+class GivenOptions(Document):
+    """Settings given as options; their places are the options' names."""
+
+    def place(self, path: Any, key: bool = False) -> str:
+        """Return the option that the value at `path` was given with."""
+        words = [str(part) for part in path if str(part) not in self.values]
+        return f"--{(words or list(path))[0].replace('_', '-')}"
 
 
-def read_bounds(options: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Return the bounds of ``--bounds name=low:high``."""
-    found = {}
-    for option in options:
-        name, span = _pair("--bounds", option)
-        low, colon, high = span.partition(":")
-        if not colon:
-            raise InputError(f"--bounds {option}: write name=low:high, for example beta=20:90")
-        found[name] = _number("--bounds", option, low), _number("--bounds", option, high)
+def with_settings(name: str, command: Any) -> Any:
+    """Return a command with an option for every setting; its function is called with them as one mapping, `given`."""
+    function = command.callback.__wrapped__
+    own = [one for one in inspect.signature(function).parameters.values() if one.name != "given"]
+    options = _options()
+
+    def called(**arguments: Any) -> None:
+        given = {key: arguments.pop(key) for key in options}
+        function(**arguments, given={key: value for key, value in given.items() if value not in (None, [])})
+
+    parameters = [inspect.Parameter(key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
+                  for key, kind in options.items()]  # fmt: skip
+    called.__signature__ = inspect.Signature([*own, *parameters])  # type: ignore[attr-defined]
+    called.__annotations__ = {one.name: one.annotation for one in [*own, *parameters]}
+    called.__doc__ = function.__doc__
+    single = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    single.command(name, epilog=command.epilog)(called)
+    return get_command(single)
+
+
+def read_settings(given: Mapping[str, Any], group: str) -> StudyFile:
+    """Return the settings of a study of one group, with those that were `given` as options.
+
+    Raises
+    ------
+    InputError
+        Everything that is wrong in them, each with its option.
+    """
+    values: dict[str, Any] = {"groups": [group]}
+    for section, key, field in _keys():
+        if key in given:
+            (values.setdefault(section, {}) if section else values)[key] = _value(field, given[key])
+    document = GivenOptions("options", values)
+    settings = validated(document)
+    refuse(document.problems)
+    assert settings is not None
+    return settings
+
+
+def _keys() -> list[tuple[str, str, Any]]:
+    """Return section (empty for the top level), name and field of every setting."""
+    found = []
+    for name, field in StudyFile.model_fields.items():
+        section = field.annotation
+        if isinstance(section, type) and issubclass(section, BaseModel):
+            found += [(name, key, inner) for key, inner in section.model_fields.items()]
+        elif name not in _NOT_FOR_ONE:
+            found.append(("", name, field))
     return found
 
 
-def read_friction(text: str) -> Blood:
-    """Return the paper's blood with the friction of ``--friction``."""
-    kind, _, number = text.partition(":")
-    frictions = ("local", "fixed", "poiseuille", "power-law")
-    if kind not in frictions:
-        raise InputError(f"--friction {text}{did_you_mean(kind, frictions)}: choose one of {', '.join(frictions)}")
-    if (kind in ("fixed", "power-law")) != bool(number):
-        raise InputError(f"--friction {text}: write local, fixed:0.07, poiseuille or power-law:9")
-    value = _number("--friction", text, number) if number else 0.0
-    friction: Friction = BoundaryLayer()
-    if kind == "fixed":
-        friction = BoundaryLayer(value)
-    elif kind == "power-law":
-        friction = PowerLaw(value)
-    elif kind == "poiseuille":
-        friction = Poiseuille()
-    return Blood(friction=friction)
+def _options() -> dict[str, Any]:
+    return {key: _option(section, key, field) for section, key, field in _keys()}
 
 
-def for_wall(law: str, laws: Sequence[str], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `values` (by parameter) without those that only another of the wall laws has."""
-    own = set(parameter_names(law))
-    foreign = {name for other in laws for name in parameter_names(other)} - own
-    return {name: value for name, value in values.items() if name not in foreign}
+def _option(section: str, key: str, field: Any) -> Any:
+    default, flag = field.get_default(call_default_factory=True), f"--{key.replace('_', '-')}"
+    text = (field.description or "").replace("[", r"\[")
+    shown: dict[str, Any] = {"help": text, "rich_help_panel": section or "more", "show_default": _shown(default)}
+    if isinstance(default, bool):
+        return Annotated[bool | None, typer.Option(f"{flag}/--no-{flag[2:]}", **shown)]
+    if isinstance(default, dict):
+        return Annotated[list[str] | None, typer.Option(flag, metavar="NAME=VALUE", **shown)]
+    return Annotated[str | None, typer.Option(flag, metavar="VALUE", **shown)]
 
 
-def _pair(option: str, text: str) -> tuple[str, str]:
-    name, equals, value = text.partition("=")
-    if not (name and equals and value):
-        raise InputError(f"{option} {text}: write a parameter's name, an equals sign and its value")
-    return name.strip(), value.strip()
+def _shown(default: Any) -> str | bool:
+    if default is None or default == {}:
+        return False
+    return ",".join(map(str, default)) if isinstance(default, list | tuple) else written(default)
 
 
-def _number(option: str, text: str, part: str) -> float:
-    try:
-        return float(part)
-    except ValueError:
-        raise InputError(f"{option} {text}: '{part}' is not a number") from None
+def _value(field: Any, given: Any) -> Any:
+    """Return what stands in a study file for the text of an option; ``low:high`` and ``one,other`` are lists."""
+    if isinstance(given, list):  # one mapping, whose entries were given one by one
+        pairs = [text.partition("=") for text in given]
+        return {name.strip(): _list(value, ":") if ":" in value else value for name, _, value in pairs}
+    several = get_origin(field.annotation) in (tuple, list)
+    return _list(given, ",") if several and isinstance(given, str) else given
+
+
+def _list(text: str, separator: str) -> list[str]:
+    return [part.strip() for part in text.split(separator)]

@@ -7,8 +7,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 
 @contextmanager
-def counting(title: str, count: int) -> Iterator[Callable[[int, str], None]]:
-    """Show a bar of `count` pieces; gives a function that takes how many are finished, and a remark."""
+def counting() -> Iterator[Callable[[str, int, int, float], None]]:
+    """Show a bar for every wall law; gives what takes the law, its finished starts, all its starts, and the best S."""
     columns = (
         TextColumn("{task.description}"),
         BarColumn(bar_width=20),
@@ -19,5 +19,11 @@ def counting(title: str, count: int) -> Iterator[Callable[[int, str], None]]:
         TimeRemainingColumn(),
     )
     with Progress(*columns) as progress:
-        task = progress.add_task(title, total=count, remark="")
-        yield lambda done, remark: progress.update(task, completed=done, remark=remark)
+        tasks: dict[str, int] = {}
+
+        def show(wall: str, done: int, count: int, best: float) -> None:
+            if wall not in tasks:
+                tasks[wall] = progress.add_task(f"{wall} wall, starts", total=count, remark="")
+            progress.update(tasks[wall], completed=done, remark=f"best S {best:.4g} mmHg²")  # type: ignore[arg-type]
+
+        yield show

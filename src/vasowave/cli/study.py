@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vasowave.cli.app import app
+from vasowave.cli.app import FAILED, app
 
 if TYPE_CHECKING:
     from vasowave.study.engine import Progress
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
+_RESULTS = typer.Argument(help="The folder of a study or of a fit.")
 
 
 @app.command(epilog="Example: vasowave demo --output vasowave-demo")
@@ -107,18 +108,18 @@ def _run(
         typer.echo(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
     for name, why in done.failures.items():
         typer.echo(f"failed: {name}: {why}", err=True)
-    raise typer.Exit(1 if done.failures else 0)
+    raise typer.Exit(FAILED if done.failures else 0)
 
 
 @app.command("report", epilog="Example: vasowave report my-study")
 def make_report(
-    study: Annotated[Path, _STUDY] = Path(),
+    folder: Annotated[Path, _RESULTS] = Path(),
     pdf: Annotated[bool | None, typer.Option(help="Write the report as PDF too.")] = None,
 ) -> None:
-    """Make every table and figure anew from the results file, without simulating."""
+    """Make page, tables and figures anew from the stored results alone, without simulating."""
     from vasowave.study.reporting import report_study
 
-    typer.echo(f"Report: {report_study(study, pdf=pdf)}")
+    typer.echo(f"Report: {report_study(folder, pdf=pdf)}")
 
 
 @contextmanager

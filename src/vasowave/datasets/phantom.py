@@ -8,7 +8,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError, NumericalError
-from vasowave.imaging.volume import Volume
+from vasowave.imaging.read.volume import Volume
 from vasowave.network import Network
 
 PE90_RADIUS = 0.043

@@ -1,5 +1,6 @@
 """Synthetic continuous recordings: the beats of one known cycle, with everything that makes a real one untidy."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +30,7 @@ class Disturbances:
     ventilation_flow : float
         Fall of the stroke volume at the height of inspiration, as a fraction.
     pressure_drift : float
-        Drift of the transducer, mmHg/min; zero at mid-recording.
+        Drift of the transducer, mmHg/min; zero at the start, where it was zeroed.
     pressure_noise, flow_noise, ecg_noise : float
         SD of white noise in mmHg, ml/s, mV.
     mains : float
@@ -79,6 +80,7 @@ def synthetic_raw_recording(
     disturbances: Disturbances = Disturbances(),
     flow_delay: float = 0.0,
     ecg: bool = True,
+    baseline: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> SyntheticRecording:
     """Return a continuous recording whose end-expiratory beats repeat one cycle.
 
@@ -101,6 +103,8 @@ def synthetic_raw_recording(
         By how much the flow signal comes late, s: the p-q delay of the instruments.
     ecg : bool, optional
         Whether there is an ECG.
+    baseline : callable, optional
+        What the transducer adds to the pressure, mmHg, at times in s: any other drift than a straight one.
 
     Raises
     ------
@@ -113,8 +117,9 @@ def synthetic_raw_recording(
     time = np.arange(round(duration * sampling_rate)) / sampling_rate
     starts, gains, breaths = _beats(rng, period, duration, disturbances)
     swell = _inspiration(time, disturbances, breaths)
-    drift = disturbances.pressure_drift * (time - 0.5 * duration) / 60.0
-    pressure = _repeat(recording.pressure, time, starts, gains) + drift
+    pressure = _repeat(recording.pressure, time, starts, gains) + disturbances.pressure_drift * time / 60.0
+    if baseline is not None:
+        pressure += baseline(time)
     pressure += disturbances.ventilation_pressure * swell
     pressure += disturbances.pressure_noise * rng.standard_normal(len(time))
     late = time - flow_delay

@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.cohort import importance_index
+from vasowave.animal.quantities import derived
+from vasowave.cohort.effects import importance_index
 from vasowave.datasets.published import published_table
 from vasowave.datasets.virtual_cohort import VirtualAnimal
-from vasowave.subject.quantities import derived
 
 RECOVERED = ("beta", "p1", "gamma", "p1_over_gamma", "wave_speed", "R_T", "a", "C_p")
 """Quantities that are compared: the fitted ones, and combinations that the data determine better."""

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.datasets.virtual_cohort import VirtualAnimal
-from vasowave.errors import InputError
+from vasowave.files import made_inside, write_file
 from vasowave.network import Network
 from vasowave.recording import RawRecording
 
@@ -38,28 +38,20 @@ def write_virtual_cohort(animals: Sequence[VirtualAnimal], folder: Path) -> Path
     InputError
         A file cannot be written.
     """
-    folder = Path(folder)
-    rows, truths = [], []
-    try:
-        for sub in ("networks", "recordings"):
-            (folder / sub).mkdir(parents=True, exist_ok=True)
-        for animal in animals:
-            network = Path("networks") / f"{animal.group.lower()}.csv"
-            labchart = animal.group == "CTL"
-            recording = Path("recordings") / f"{animal.name.replace(' ', '-').lower()}{'.txt' if labchart else '.csv'}"
-            (folder / network).write_text(network_text(animal.network), encoding="utf-8", newline="\n")
-            text = labchart_text(animal.raw) if labchart else table_text(animal.raw)
-            (folder / recording).write_text(text, encoding="utf-8", newline="\n")
-            rows.append((animal.name, animal.group, network.as_posix(), recording.as_posix(), "raw", "yes"))
-            truths.append({"animal": animal.name, "group": animal.group, **_labelled(animal.truth)})
-        truth = f"# {SYNTHETIC}\n" + pd.DataFrame(truths).to_csv(index=False, lineterminator="\n")
-        (folder / "truth.csv").write_text(truth, encoding="utf-8", newline="\n")
-        header = "# " + SYNTHETIC + "\nanimal,group,network,recording,kind,synthetic\n"
-        table = folder / "animals.csv"
-        table.write_text(header + "".join(",".join(row) + "\n" for row in rows), encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror}); choose another place") from None
-    return table
+    folder, rows, truths = Path(folder), [], []
+    for name in ("networks", "recordings"):
+        made_inside(folder, name)
+    for animal in animals:
+        network = Path("networks") / f"{animal.group.lower()}.csv"
+        labchart = animal.group == "CTL"
+        recording = Path("recordings") / f"{animal.name.replace(' ', '-').lower()}{'.txt' if labchart else '.csv'}"
+        write_file(folder / network, network_text(animal.network))
+        write_file(folder / recording, labchart_text(animal.raw) if labchart else table_text(animal.raw))
+        rows.append((animal.name, animal.group, network.as_posix(), recording.as_posix(), "raw", "yes"))
+        truths.append({"animal": animal.name, "group": animal.group, **_labelled(animal.truth)})
+    write_file(folder / "truth.csv", f"# {SYNTHETIC}\n" + pd.DataFrame(truths).to_csv(index=False, lineterminator="\n"))
+    header = f"# {SYNTHETIC}\nanimal,group,network,recording,kind,synthetic\n"
+    return write_file(folder / "animals.csv", header + "".join(",".join(row) + "\n" for row in rows))
 
 
 def network_text(network: Network) -> str:

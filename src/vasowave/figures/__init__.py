@@ -1,5 +1,1 @@
-"""What a reader sees: one function per panel (takes ``ax``, returns it), and `gallery`, the pages made of them."""
-
-from vasowave.figures.gallery import gallery
-
-__all__ = ["gallery"]
+"""What a reader sees: panels that take ``ax`` and return it, and the figures made of them. Nothing is computed here."""

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vasowave.animal.reading import data_of
 from vasowave.errors import InputError
 from vasowave.figures.style import DATA, label_axes
-from vasowave.figures.trees import data_of
 
 if TYPE_CHECKING:
     import xarray as xr

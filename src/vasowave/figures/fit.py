@@ -4,9 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vasowave.errors import InputError
-from vasowave.figures.style import CTL, DATA, FAINT, closed, closed_time, label_axes, legend_above, wall_line
-from vasowave.figures.trees import data_of, period, root_vessel, simulated, wall_laws
+from vasowave.animal.reading import data_of, period, residual_autocorrelation, root_vessel, simulated, wall_laws
+from vasowave.figures.style import CTL, DATA, FAINT, closed, closed_time, label_axes, legend_above, wall_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,44 +35,33 @@ def plot_flow(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
 def plot_residuals(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
     """Draw measured minus simulated pressure over one cycle."""
     ax.axhline(0.0, color=FAINT, linewidth=0.8)
-    for wall in wall_laws(tree):
+    for wall, line in wall_lines(wall_laws(tree), color).items():
         calibration = data_of(tree, f"{wall}/calibration")
         rmse = f"{wall}, RMSE {float(calibration['RMSE']):.2f} mmHg"
         residual = calibration["pressure_residual"].values
-        ax.plot(calibration["time"].values, residual, **(wall_line(wall, color) | {"label": rmse}))
+        ax.plot(calibration["time"].values, residual, **(line | {"label": rmse}))
     legend_above(ax, columns=2)
     return label_axes(ax, "time [s]", "residual pressure [mmHg]")
 
 
 def plot_autocorrelation(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
     """Draw the circular autocorrelation of the residuals up to half a period, and the 95 % band of white noise."""
-    count = 0
-    for wall in wall_laws(tree):
-        residual = data_of(tree, f"{wall}/calibration")["pressure_residual"].values
-        rho, count = autocorrelation(residual), len(residual)
-        ax.plot(np.arange(len(rho)) * period(tree) / count, rho, **wall_line(wall, color))
-    if count:
-        band = 1.96 / np.sqrt(count)
+    lines = wall_lines(wall_laws(tree), color)
+    curves = {wall: residual_autocorrelation(tree, wall) for wall in lines}
+    for wall, rho in curves.items():
+        ax.plot(rho["lag"].values, rho.values, **lines[wall])
+    if curves:
+        band = max(rho.attrs["white_noise"] for rho in curves.values())
         ax.axhspan(-band, band, color="0.9", zorder=0, label="white noise, 95 %")
     ax.set(xlim=(0, period(tree) / 2), ylim=(-1.05, 1.05))
     legend_above(ax, columns=3)
     return label_axes(ax, "lag [s]", "autocorrelation [1]")
 
 
-def autocorrelation(residuals: np.ndarray) -> np.ndarray:
-    """Circular autocorrelation of the centered residuals at lags of 0 … N//2 samples."""
-    r = np.asarray(residuals, dtype=float)
-    power = np.abs(np.fft.rfft(r - r.mean())) ** 2
-    if not power.sum() > 0:
-        raise InputError("the residuals do not vary; they have no autocorrelation")
-    covariance = np.fft.irfft(power, len(r))
-    return covariance[: len(r) // 2 + 1] / covariance[0]
-
-
 def _plot_simulated(ax: "Axes", tree: "xr.DataTree", quantity: str, color: str) -> None:
-    for wall in wall_laws(tree):
+    for wall, line in wall_lines(wall_laws(tree), color).items():
         values = simulated(tree, wall, quantity, root_vessel(tree))
-        ax.plot(_closed_time(values["time"], tree), closed(values.values), **wall_line(wall, color))
+        ax.plot(_closed_time(values["time"], tree), closed(values.values), **line)
 
 
 def _closed_time(time: "xr.DataArray", tree: "xr.DataTree") -> np.ndarray:

@@ -5,55 +5,71 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vasowave.animal.reading import data_of, period
 from vasowave.errors import InputError
-from vasowave.figures.style import DATA, FAINT, GroupLook, closed, closed_time, group_looks, label_axes
-from vasowave.figures.trees import data_of, period
+from vasowave.figures.style import (
+    DATA,
+    FAINT,
+    GroupLook,
+    SourceLook,
+    closed,
+    closed_time,
+    group_looks,
+    label_axes,
+    source_looks,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
     from matplotlib.axes import Axes
 
-_HATCH = {"linear": "//////"}
-_SHORT = {"linear": "lin.", "tangent": "tan.", "measured": "data"}
 
-
-def plot_groups(ax: "Axes", table: "pd.DataFrame", quantity: str, label: str = "") -> "Axes":
+def plot_groups(
+    ax: "Axes",
+    table: "pd.DataFrame",
+    quantity: str,
+    label: str = "",
+    groups: Mapping[str, GroupLook] | None = None,
+    sources: Mapping[str, SourceLook] | None = None,
+) -> "Axes":
     """Draw a box per group, and per source where a group has several, and a point per animal; a cross is the mean.
 
     Parameters
     ----------
     ax : matplotlib Axes
     table : DataFrame
-        Columns ``group``, `quantity` and, where walls stand side by side, ``source``; the linear wall is hatched.
+        Columns ``group``, `quantity` and, where several stand side by side, ``source``, whose hatch tells them apart.
     quantity : str
         Name of a column, ``quantity [unit]``.
     label : str
         Of the axis, if not the name of the column.
+    groups, sources : mapping, optional
+        How they look, where one figure holds several panels.
     """
     if not {quantity, "group"} <= set(table.columns):
         raise InputError(f"no column '{quantity}' or 'group'; there are: {', '.join(map(str, table.columns))}")
-    sources = table["source"].unique().tolist() if "source" in table.columns else [None]
-    step = len(sources) + 0.6
+    groups = groups or group_looks(table["group"])
+    table = table if "source" in table.columns else table.assign(source="measured")
+    there = table["source"].unique().tolist()
+    sources, step = sources or source_looks(there), len(there) + 0.6
     ticks: dict[float, str] = {}
-    for column, (group, look) in enumerate(group_looks(table["group"]).items()):
-        count = 0
-        for place, source in enumerate(sources):
-            rows = table[(table["group"] == group) & (True if source is None else table["source"] == source)]
-            x = rows[quantity].to_numpy(dtype=float)
-            count = max(count, len(x))
-            _box(ax, column * step + place, x[np.isfinite(x)], look, _HATCH.get(str(source), ""))
-            if len(sources) > 1:
-                ticks[column * step + place] = _SHORT.get(str(source), str(source))
-        middle = column * step + (len(sources) - 1) / 2
-        ticks[middle] = f"{ticks.get(middle, '')}\n{group}" if len(sources) > 1 else f"{group}\n(n = {count})"
+    for column, (group, rows) in enumerate(table.groupby("group", sort=False)):
+        for place, source in enumerate(there):
+            x = rows.loc[rows["source"] == source, quantity].to_numpy(dtype=float)
+            _box(ax, column * step + place, x[np.isfinite(x)], groups[str(group)], sources[source].hatch)
+            ticks[column * step + place] = sources[source].short if len(there) > 1 else f"(n = {len(x)})"
+        middle, above = column * step + (len(there) - 1) / 2, len(there) > 1
+        ticks[middle] = f"{ticks.get(middle, '')}\n{group}" if above else f"{group}\n{ticks[middle]}"
     ax.set_xticks(list(ticks), list(ticks.values()), fontsize=7.5)
     ax.tick_params(axis="x", length=0)
-    ax.set_xlim(-0.7, max(ticks) + (len(sources) - 1) / 2 + 0.7)
+    ax.set_xlim(-0.7, max(ticks) + (len(there) - 1) / 2 + 0.7)
     return label_axes(ax, "", label or quantity)
 
 
-def plot_importance(ax: "Axes", indices: "pd.DataFrame", looks: Mapping[str, GroupLook]) -> "Axes":
+def plot_importance(
+    ax: "Axes", indices: "pd.DataFrame", groups: Mapping[str, GroupLook], sources: Mapping[str, SourceLook]
+) -> "Axes":
     """Draw the importance index η (eq. 20): one row per ``quantity``, one bar per ``source`` and compared ``group``."""
     names = indices["quantity"].unique().tolist()
     series = list(dict.fromkeys(zip(indices["source"], indices["group"])))
@@ -63,10 +79,10 @@ def plot_importance(ax: "Axes", indices: "pd.DataFrame", looks: Mapping[str, Gro
         at = np.array([names.index(name) for name in rows["quantity"]]) + (place - (len(series) - 1) / 2) * height
         text = group if source == "measured" else f"{group}, {source} wall"
         style: dict[str, Any] = {
-            "color": looks[group].color,
+            "color": groups[group].color,
             "edgecolor": DATA,
             "linewidth": 0.6,
-            "hatch": _HATCH.get(source, ""),
+            "hatch": sources[source].hatch,
         }
         ax.barh(at, rows["eta"], height, label=text, alpha=0.75, **style)
     ax.axvline(0, color=DATA, linewidth=0.8)

@@ -55,10 +55,10 @@ def _arrow(width: float, color: str) -> dict[str, Any]:
 
 
 def _terminals_in_order(network: Network) -> list[int]:
-    found, ahead = [], [network.root]
+    terminals, ahead = [], [network.root]
     while ahead:
         row = ahead.pop()
         ahead.extend(reversed(network.daughters[row]))
         if not network.daughters[row]:
-            found.append(row)
-    return found
+            terminals.append(row)
+    return terminals

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vasowave.figures.style import HPH, label_axes, new_figure, style
-from vasowave.imaging.segmentation import Segmentation
+from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Tree
-from vasowave.imaging.volume import Volume
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,9 +63,9 @@ def plot_projection(
     places = [lumen.origin[axis] + np.arange(lumen.mask.shape[axis]) * lumen.spacing for axis in (right, up)]
     ax.contour(*places, shadow, levels=[0.5], colors=OUTLINE, linewidths=0.5)
     for line in tree.lines:
-        ax.plot(line[:, right], line[:, up], color=NETWORK, linewidth=0.9)
-        ax.plot(line[-1:, right], line[-1:, up], "o", color=NETWORK, markersize=2)
-    ax.plot(*tree.lines[0][:1, [right, up]].T, "s", color=HPH, markersize=4)
+        ax.plot(line.points[:, right], line.points[:, up], color=NETWORK, linewidth=0.9)
+        ax.plot(line.points[-1:, right], line.points[-1:, up], "o", color=NETWORK, markersize=2)
+    ax.plot(*tree.lines[0].points[:1, [right, up]].T, "s", color=HPH, markersize=4)
     if len(names) <= _MOST_LABELS:
         _name(ax, tree, names, right, up)
     ax.set(xlim=extent[:2], ylim=extent[2:], title=f"along {AXES[along]}")
@@ -86,7 +86,7 @@ def _name(ax: "Axes", tree: Tree, names: tuple[str, ...], right: int, up: int) -
 
     halo = [withStroke(linewidth=1.6, foreground="#000000")]
     for name, line in zip(names, tree.lines, strict=True):
-        middle = line[len(line) // 2]
+        middle = line.points[len(line) // 2]
         ax.annotate(name, (middle[right], middle[up]), xytext=(2, 2), textcoords="offset points", fontsize=7,
                     color="#ffffff", path_effects=halo)  # fmt: skip
 

@@ -1,7 +1,7 @@
 """The look of every figure: colors, line styles, sizes; readable in grey.
 
-Data are black. The animal's group sets hue and marker, the wall law sets the dash: linear dashed, tangent solid. The
-linear law is also darker, so that the two stay apart where they overlap and where color is lost.
+Data are black. The animal's group sets hue and marker, the wall law sets dash, shade and hatch. The paper's two laws
+have its lines, linear dashed and darker, tangent solid; any further law takes the next look of a list.
 """
 
 from collections.abc import Iterable, Iterator
@@ -20,11 +20,10 @@ DATA = "#000000"
 CTL = "#00a7c4"
 HPH = "#d6259b"
 FAINT = "#b3b3b3"
-_DARKER = {CTL: "#00596b", HPH: "#7a0f57"}
+_DARK = 0.45  # share of the way to black
 _KNOWN = {"CTL": (CTL, "o"), "HPH": (HPH, "s")}
 # Told apart by people who are blind to red or green (Okabe and Ito), and by their markers in grey.
 _OTHERS = (("#e69f00", "^"), ("#0072b2", "D"), ("#009e73", "v"), ("#d55e00", "P"), ("#7f5fa8", "X"), ("#8c6d1f", "*"))
-_DASH: dict[str, Any] = {"linear": (0, (5, 2)), "tangent": "solid"}
 _SETTINGS: dict[Any, Any] = {
     "font.size": 9,
     "font.family": "sans-serif",
@@ -42,6 +41,42 @@ _SETTINGS: dict[Any, Any] = {
     "svg.hashsalt": "vasowave",
     "savefig.dpi": 200,
 }
+
+
+class SourceLook(NamedTuple):
+    """How what comes from one source is drawn: measured, or a wall law.
+
+    Attributes
+    ----------
+    dash : object
+        Line style of matplotlib.
+    shade : float
+        How much darker than the group's color, as a share of the way to black.
+    marker, hatch : str
+    filled : bool
+        Whether markers are.
+    short : str
+        Name where room is scarce.
+    """
+
+    dash: Any
+    shade: float
+    marker: str
+    hatch: str
+    filled: bool
+    short: str
+
+
+_SOURCES = {
+    "measured": SourceLook("solid", 0.0, "o", "", True, "data"),
+    "linear": SourceLook((0, (5, 2)), _DARK, "o", "//////", False, "lin."),
+    "tangent": SourceLook("solid", 0.0, "o", "", True, "tan."),
+}
+_FURTHER = (
+    SourceLook("dashdot", 0.3, "s", "......", False, ""),
+    SourceLook((0, (1, 1.2)), 0.65, "^", "xxxx", False, ""),
+    SourceLook((0, (7, 2, 1, 2, 1, 2)), 0.15, "D", "----", False, ""),
+)
 
 
 class GroupLook(NamedTuple):
@@ -73,22 +108,40 @@ def new_figure(width: float, height: float) -> "Figure":
     return Figure(figsize=(width / 2.54, height / 2.54), layout="constrained")
 
 
-def wall_line(wall: str, color: str = CTL) -> dict[str, Any]:
-    """Return the line style of a wall law; `color` is the group's."""
-    shade = _DARKER.get(color, color) if wall == "linear" else color
+def source_looks(sources: Iterable[str]) -> dict[str, SourceLook]:
+    """Return how each source is drawn: the paper's wall laws as there, any further one after a list."""
+    further = cycle(_FURTHER)
     return {
-        "color": shade,
-        "linestyle": _DASH.get(wall, "dashdot"),
-        "label": f"{wall} wall",
-        "zorder": 4 if wall == "linear" else 3,
+        name: _SOURCES.get(name) or next(further)._replace(short=name if len(name) < 6 else f"{name[:4]}.")
+        for name in dict.fromkeys(sources)
     }
+
+
+def wall_lines(walls: Iterable[str], color: str = CTL) -> dict[str, dict[str, Any]]:
+    """Return the line style of each wall law; `color` is the group's."""
+    return {
+        wall: {
+            "color": _darker(color, look.shade),
+            "linestyle": look.dash,
+            "label": f"{wall} wall",
+            "zorder": 4 if look.shade else 3,
+        }
+        for wall, look in source_looks(walls).items()
+    }
+
+
+def _darker(color: str, shade: float) -> str:
+    from matplotlib.colors import to_hex, to_rgb
+
+    red, green, blue = ((1 - shade) * part for part in to_rgb(color))
+    return to_hex((red, green, blue)) if shade else color
 
 
 def wave_line(direction: str, color: str = DATA) -> dict[str, Any]:
     """Return the line style of a forward (solid) or backward (dotted, darker) wave; `color` is the group's."""
     if direction == "forward":
         return {"color": color, "linestyle": "solid", "label": "forward"}
-    return {"color": _DARKER.get(color, color), "linestyle": (0, (1, 1)), "label": "backward"}
+    return {"color": _darker(color, _DARK), "linestyle": (0, (1, 1)), "label": "backward"}
 
 
 def label_axes(ax: "Axes", x: str, y: str) -> "Axes":

@@ -2,8 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from vasowave.animal.reading import largest_waves
 from vasowave.figures.style import DATA, FAINT, label_axes, wave_line
 
 if TYPE_CHECKING:
@@ -16,11 +15,10 @@ def plot_wave_intensity(ax: "Axes", waves: "xr.Dataset", color: str = DATA) -> "
     time = waves["normalized_time"].values
     ax.plot(time, waves["WI_plus"].values, **wave_line("forward", color))
     ax.plot(time, waves["WI_minus"].values, **wave_line("backward", color))
-    for row in _largest(waves):
+    for name, row in largest_waves(waves).items():
         at, peak = float(waves["wave_time"][row]) / waves.attrs["period"], float(waves["wave_peak"][row])
         offset, place = ((0, 3), "bottom") if peak > 0 else ((0, -3), "top")
-        ax.annotate(str(waves["wave_name"].values[row]), (at, peak), offset, textcoords="offset points", ha="center",
-                    va=place, fontsize="small")  # fmt: skip
+        ax.annotate(name, (at, peak), offset, textcoords="offset points", ha="center", va=place, fontsize="small")
     ax.margins(y=0.18)
     ax.axhline(0, color=FAINT, linewidth=0.8, zorder=0)
     ax.set_xlim(0, 1)
@@ -35,12 +33,3 @@ def plot_separated_pressure(ax: "Axes", waves: "xr.Dataset", color: str = DATA) 
     ax.plot(time, waves["p_minus"].values, **wave_line("backward", color))
     ax.set_xlim(0, 1)
     return label_axes(ax, "time/T [1]", "pressure [mmHg]")
-
-
-def _largest(waves: "xr.Dataset") -> list[int]:
-    """Return the rows of the wave of largest area of each kind."""
-    size = np.abs(waves["wave_area"].values)
-    best: dict[str, int] = {}
-    for row in np.argsort(-size, kind="stable"):
-        best.setdefault(str(waves["wave_name"].values[row]), int(row))
-    return list(best.values())

@@ -1,19 +1,18 @@
-"""From a micro-CT volume to a vessel network: volume, segmentation, centerlines, tree, radii, extraction."""
+"""From a micro-CT volume to a vessel network: read, lumen, axes, measure, witness, revise, exchange."""
 
 from importlib import import_module
 from typing import Any
 
 _HOMES = {
     "Extraction": "extraction",
-    "Options": "extraction",
-    "Volume": "volume",
+    "Options": "options",
+    "Volume": "read.volume",
     "extract": "extraction",
-    "read_volume": "volume",
-    "write_extraction": "extraction",
-    "write_volume": "volume",
+    "read_volume": "read.files",
+    "write_volume": "read.itk",
 }
 
-__all__ = ["Extraction", "Options", "Volume", "extract", "read_volume", "write_extraction", "write_volume"]
+__all__ = ["Extraction", "Options", "Volume", "extract", "read_volume", "write_volume"]
 
 
 def __getattr__(name: str) -> Any:

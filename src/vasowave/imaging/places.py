@@ -33,6 +33,28 @@ def place(xyz: Sequence[float], unit: float = 1.0) -> np.ndarray:
     return found
 
 
+def parse_places(texts: Sequence[str]) -> np.ndarray | None:
+    """Return the places in `texts`, each a place (`parse_place`) or a table (`read_places`); None without any."""
+    found = [read_places(text) if text.lower().endswith(".csv") else parse_place(text)[None] for text in texts]
+    return np.concatenate(found) if found else None
+
+
+def parse_region(text: str) -> Path | tuple[np.ndarray, np.ndarray]:
+    """Return the file called `text`, or the corners of the box ``"x,y,z:x,y,z"`` as `parse_place`.
+
+    Raises
+    ------
+    InputError
+        Neither.
+    """
+    if Path(text).exists():
+        return Path(text)
+    corners = text.split(":")
+    if len(corners) != 2:
+        raise InputError(f"region '{text}': no such file, and no box x,y,z:x,y,z")
+    return parse_place(corners[0]), parse_place(corners[1])
+
+
 def read_places(path: str | Path) -> np.ndarray:
     """Return the places in a table with columns x, y, z and a unit in each header, shape (place, 3), z, y, x, cm.
 

@@ -7,10 +7,10 @@ STEP = 0.5
 """Distance of the samples in a section, voxels."""
 
 
-def tangents(line: np.ndarray, reach: int = 3) -> np.ndarray:
-    """Return the unit direction of `line` at each point, from the points `reach` before and after it."""
-    rows = np.arange(len(line))
-    along = line[np.minimum(rows + reach, len(line) - 1), :3] - line[np.maximum(rows - reach, 0), :3]
+def tangents(points: np.ndarray, reach: int = 3) -> np.ndarray:
+    """Return the unit direction of the axis through `points` at each, from those `reach` before and after it."""
+    rows = np.arange(len(points))
+    along = points[np.minimum(rows + reach, len(points) - 1)] - points[np.maximum(rows - reach, 0)]
     return along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
 
 

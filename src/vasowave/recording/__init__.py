@@ -1,22 +1,31 @@
 """From files of pressure and flow to one averaged cycle and its hemodynamic indices."""
 
+from vasowave.recording.baseline import Baseline, Step
 from vasowave.recording.beats import Beats, find_beats
 from vasowave.recording.cycle import INDEX_UNITS, Inflow, Recording, resample, samples_needed
+from vasowave.recording.describe import FileDescription, describe_recording
 from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats
+from vasowave.recording.harmonics import HarmonicErrors, harmonic_errors
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
 from vasowave.recording.read_raw import read_raw_recording
 
 __all__ = [
     "INDEX_UNITS",
+    "Baseline",
     "Beat",
     "Beats",
     "EnsembleAverage",
+    "FileDescription",
+    "HarmonicErrors",
     "Inflow",
     "RawRecording",
     "Recording",
+    "Step",
     "average_beats",
+    "describe_recording",
     "find_beats",
+    "harmonic_errors",
     "read_raw_recording",
     "read_recording",
     "resample",

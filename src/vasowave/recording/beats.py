@@ -5,7 +5,7 @@ Here no such time is fixed: the beat length is first read from the signal's own 
 measured in beat lengths.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,10 +35,13 @@ class Beats:
         s since the first sample.
     fiducial : str
         ``ecg`` (R wave) or ``pressure`` (foot of the upstroke).
+    notes : tuple of str
+        Why the ECG was not used although there is one.
     """
 
     times: np.ndarray
     fiducial: str
+    notes: tuple[str, ...] = ()
 
     @property
     def heart_rate(self) -> float:
@@ -53,7 +56,8 @@ def find_beats(raw: RawRecording, fiducial: str | None = None, heart_rates: tupl
     ----------
     raw : RawRecording
     fiducial : {"ecg", "pressure"}, optional
-        R wave of the ECG, or foot of the pressure's upstroke. The ECG by default, where there is one.
+        R wave of the ECG, or foot of the pressure's upstroke. By default the ECG where there is one that
+        beats, and else the pressure; `notes` say if the ECG was passed over.
     heart_rates : (float, float), optional
         Slowest and fastest heart rate to look for, beats/min.
 
@@ -64,24 +68,35 @@ def find_beats(raw: RawRecording, fiducial: str | None = None, heart_rates: tupl
     NumericalError
         If the signal does not repeat: there are no beats in that range of rates, or noise hides them.
     """
-    fiducial = fiducial or ("pressure" if raw.ecg is None else "ecg")
     slowest, fastest = heart_rates
     if not 0 < slowest < fastest:
         raise InputError(f"heart_rates={heart_rates}: give the slowest and the fastest, for example (250, 900)")
     if raw.duration < 180.0 / slowest:
         raise InputError(f"{raw.source}: {raw.duration:.3g} s hold fewer than three beats at {slowest:g} beats/min")
+    if fiducial not in (None, "ecg", "pressure"):
+        raise InputError(f"fiducial '{fiducial}' is neither 'ecg' nor 'pressure'")
+    if fiducial is None and raw.ecg is not None:
+        try:
+            return _find_by(raw, "ecg", heart_rates)
+        except NumericalError:
+            found = _find_by(raw, "pressure", heart_rates)
+            return replace(found, notes=("the ECG does not beat; beats were found from the pressure",))
+    return _find_by(raw, fiducial or "pressure", heart_rates)
+
+
+def _find_by(raw: RawRecording, fiducial: str, heart_rates: tuple[float, float]) -> Beats:
+    """Return the beats by the fiducial asked for."""
+    slowest = heart_rates[0]
     if fiducial == "ecg":
         if raw.ecg is None:
             raise InputError(f"{raw.source}: no ECG; use fiducial='pressure'")
         shape = _band(raw.ecg, raw.sampling_rate, 30.0, 300.0)
         strength = _smooth(np.gradient(shape) ** 2, 0.004 * raw.sampling_rate) ** 0.5
         reach = 0.006
-    elif fiducial == "pressure":
+    else:
         shape = np.gradient(_band(raw.pressure, raw.sampling_rate, slowest / 120.0, 60.0))
         strength = np.maximum(shape, 0.0)
         reach = 0.0
-    else:
-        raise InputError(f"fiducial '{fiducial}' is neither 'ecg' nor 'pressure'")
     length = _beat_length(strength, raw.sampling_rate, heart_rates, f"{raw.source}, {fiducial}")
     peaks = _peaks(strength, length)
     half = round(reach * raw.sampling_rate) if reach else round(0.2 * length)

@@ -1,11 +1,10 @@
 """Continuous channels as a file holds them, before anyone says which is pressure, flow or ECG."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from vasowave.errors import InputError
+from vasowave.recording.number_rows import NumberRows
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +21,8 @@ class Channel:
         Samples per second.
     place : str
         What errors call the channel: ``FILE, block 2, channel 'PAP'``.
-    first_line : int
-        Line of the file with the first sample, 0 where the file has no lines.
+    rows : NumberRows, optional
+        Knows the line of every sample, where the file has lines.
     """
 
     title: str
@@ -31,12 +30,12 @@ class Channel:
     values: np.ndarray
     sampling_rate: float
     place: str
-    first_line: int = 0
+    rows: NumberRows | None = None
 
     def where(self, sample: int) -> str:
         """Return the words that lead a reader to one sample."""
-        if self.first_line:
-            return f"{self.place}, line {self.first_line + sample}"
+        if self.rows is not None:
+            return f"{self.place}, line {self.rows.line(sample)}"
         return f"{self.place}, {sample / self.sampling_rate:.4f} s after the start of the block"
 
 
@@ -60,22 +59,20 @@ class Comment:
 
 @dataclass(frozen=True)
 class Block:
-    """A stretch of uninterrupted recording."""
+    """A stretch of uninterrupted recording.
+
+    Attributes
+    ----------
+    channels, comments : tuples
+    suspicions : tuple of str
+        What of the file looks as if it were not whole.
+    """
 
     channels: tuple[Channel, ...]
     comments: tuple[Comment, ...] = ()
+    suspicions: tuple[str, ...] = ()
 
     @property
     def duration(self) -> float:
         """Length of the longest channel, s."""
         return max((len(c.values) / c.sampling_rate for c in self.channels), default=0.0)
-
-
-def read_bytes(path: str | Path) -> bytes:
-    """Return the content of a file; `InputError` if it cannot be read."""
-    path = Path(path)
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
-        raise InputError(f"{path}: {reason}") from None

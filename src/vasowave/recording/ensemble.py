@@ -2,16 +2,22 @@
 
 import warnings
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal
 
 import numpy as np
+from annotated_types import Ge, Gt, Le
 
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
-from vasowave.recording.beats import HEART_RATES, find_beats, foot
+from vasowave.recording.baseline import Baseline, describe, find_baseline
+from vasowave.recording.beats import HEART_RATES, find_beats
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
+from vasowave.recording.plateaus import describe_plateaus, find_plateaus
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
 from vasowave.recording.raw import RawRecording
-from vasowave.recording.rejection import rejection_reasons
+from vasowave.recording.rejection import mark_inspiration, mark_steps, misshapen_beats
+from vasowave.recording.waveform import advance, close_cycle, cut_beats, foot_delay, harmonic_error, low_pass
+from vasowave.settings import Range
 
 
 @dataclass(frozen=True)
@@ -52,6 +58,11 @@ class EnsembleAverage:
         p-q delay: by how much the foot of the flow follows the foot of the pressure, s.
     delay_corrected : bool
         Whether the flow was advanced by `delay`.
+    baseline : Baseline
+        The diastolic level of every beat, its drift, and whether that was removed.
+    pressure_harmonic_error, flow_harmonic_error : float array, shape (harmonic,)
+        Standard error of the amplitude of every harmonic of the cycle, the mean first: the scatter of the averaged
+        beats divided by the root of their number, mmHg and ml/s.
     """
 
     recording: Recording
@@ -61,6 +72,9 @@ class EnsembleAverage:
     fiducial: str
     delay: float
     delay_corrected: bool
+    baseline: Baseline
+    pressure_harmonic_error: np.ndarray
+    flow_harmonic_error: np.ndarray
 
     def __repr__(self) -> str:
         used = sum(beat.averaged for beat in self.beats)
@@ -70,22 +84,25 @@ class EnsembleAverage:
 
 def average_beats(
     raw: RawRecording,
-    beats: int = 20,
+    beats: Annotated[int, Ge(2)] = 20,
     *,
-    samples: int = 256,
-    harmonics: int | None = 20,
-    fiducial: str | None = None,
-    heart_rates: tuple[float, float] = HEART_RATES,
-    length_tolerance: float = 0.1,
-    least_correlation: float = 0.9,
+    samples: Annotated[int, Ge(FEWEST_SAMPLES)] = 256,
+    harmonics: Annotated[int, Ge(1)] | None = 20,
+    fiducial: Literal["ecg", "pressure"] | None = None,
+    heart_rates: Range = HEART_RATES,
+    length_tolerance: Annotated[float, Gt(0), Le(1)] = 0.1,
+    least_correlation: Annotated[float, Ge(-1), Le(1)] = 0.9,
     reject_ventilation: bool = True,
     correct_delay: bool = False,
+    drift: str = "remove",
+    zero_time: float = 0.0,
 ) -> EnsembleAverage:
     """Average consecutive beats of pressure and flow to one cycle, with the ECG as fiducial.
 
-    Each beat, from one fiducial to the next, is brought to `samples` samples and thereby to the mean length. Of all
-    runs of beats that hold `beats` good ones, the run with the fewest rejected beats is averaged, the first of equals.
-    The mean step from the cycle's end to its start is then spread over the cycle as a straight line of mean zero.
+    Each beat, from one fiducial to the next, is brought to `samples` samples and thereby to the mean length. The drift
+    of the diastolic level is followed over the whole recording. Of all runs of beats that hold `beats` good ones, the
+    run with the fewest rejected beats is averaged, the first of equals. The mean step from the cycle's end to its start
+    is then spread over the cycle as a straight line of mean zero.
 
     Parameters
     ----------
@@ -98,7 +115,7 @@ def average_beats(
         Harmonics of the averaged cycle that are kept; None keeps all. What is above 20 is noise, which would push the
         largest and the smallest value (sPAP, dPAP) apart.
     fiducial : {"ecg", "pressure"}, optional
-        R wave, or foot of the pressure; the ECG by default, where there is one.
+        R wave, or foot of the pressure; by default the ECG where there is one that beats.
     heart_rates : (float, float), optional
         Slowest and fastest heart rate to look for, beats/min.
     length_tolerance : float
@@ -110,6 +127,12 @@ def average_beats(
         narrowest quarter of all beats) is rejected.
     correct_delay : bool
         Whether the flow is advanced by the estimated p-q delay. It is estimated in any case.
+    drift : {"remove", "warn"}
+        Whether the drift of the transducer and its steps are subtracted, or only told. A trend that comes with a change
+        of pulse or flow may be the animal's own and is never subtracted.
+    zero_time : float
+        The instant at which the transducer's zero is taken to be right, s since the first sample: the start by default,
+        since catheters are zeroed before they record.
 
     Raises
     ------
@@ -121,35 +144,43 @@ def average_beats(
     Warns
     -----
     VasowaveWarning
-        If more than half of the beats in the averaged run were rejected, or a value looks like a slip.
+        If the baseline moved by 0.3 mmHg or more, more than half of the beats in the averaged run were rejected, the
+        ECG does not beat, or a value looks like a slip.
     """
-    if harmonics is not None and harmonics < 1:
-        raise InputError(f"harmonics={harmonics}: at least one must be kept; None keeps all")
-    if beats < 2 or samples < FEWEST_SAMPLES:
-        raise InputError(f"beats={beats}, samples={samples}: at least 2 beats and {FEWEST_SAMPLES} samples are needed")
+    _check_arguments(raw, beats, samples, harmonics, drift, zero_time)
     found = find_beats(raw, fiducial, heart_rates)
     starts, ends = found.times[:-1], found.times[1:]
     if len(starts) < beats:
         raise InputError(
             f"{raw.source}: {len(starts)} whole beats found, {beats} wanted; record longer or average fewer"
         )
-    pressure, flow = (_cut(values, raw.sampling_rate, found.times, samples + 1) for values in (raw.pressure, raw.flow))
-    reasons = rejection_reasons(ends - starts, pressure, flow, length_tolerance, least_correlation, reject_ventilation)
+    pressure, flow = (cut_beats(one, raw.sampling_rate, found.times, samples + 1) for one in (raw.pressure, raw.flow))
+    reasons = misshapen_beats(ends - starts, pressure, flow, length_tolerance, least_correlation)
+    baseline = find_baseline(starts, ends, pressure, flow, ~np.array([bool(reason) for reason in reasons]), zero_time)
+    levelled = pressure - baseline.drift_at(starts[:, None] + np.outer(ends - starts, np.linspace(0, 1, samples + 1)))
+    mark_steps(reasons, [step.beat for step in baseline.steps])
+    if reject_ventilation:
+        mark_inspiration(reasons, levelled, flow)
+    if drift == "remove" and baseline.sure and not baseline.own:
+        pressure, baseline = levelled, replace(baseline, removed=True)
     used, run = _choose(reasons, beats, raw.source)
     period = float(np.mean((ends - starts)[used]))
-    cycles, notes = [], [] if harmonics is None else [f"harmonics above {harmonics} of the cycle were left out"]
-    for name, cut in (("pressure", pressure[used]), ("flow", flow[used])):
-        cycle, step = _close(cut.mean(axis=0))
-        cycles.append(cycle if harmonics is None else _low_pass(cycle, harmonics))
-        notes.append(f"{name}: a step of {100 * step:.2g} % of its range from end to start was spread over the cycle")
+    cycles, notes = _mean_cycles({"pressure": pressure[used], "flow": flow[used]}, harmonics)
     check_pressure(cycles[0], raw.source)
     check_flow(cycles[1], raw.source)
-    delay = _delay(cycles[0], cycles[1], period)
+    delay = foot_delay(cycles[0], cycles[1], period)
     deviations = [cut[used, :-1].std(axis=0, ddof=1) for cut in (pressure, flow)]
     if correct_delay:
-        cycles[1], deviations[1] = (_advance(values, delay / period) for values in (cycles[1], deviations[1]))
+        cycles[1], deviations[1] = (advance(values, delay / period) for values in (cycles[1], deviations[1]))
         notes.append(f"the flow was advanced by the estimated p-q delay of {1e3 * delay:.2f} ms")
-    warned = odd_values(cycles[0], cycles[1], period)
+    plateaus = describe_plateaus(find_plateaus(raw.pressure, raw.sampling_rate))
+    said = describe(baseline, starts[used[0]], ends[used[-1]], zero_time)
+    warned = [
+        *found.notes,
+        *plateaus[1],
+        *(said if baseline.alarming else []),
+        *odd_values(cycles[0], cycles[1], period),
+    ]
     lost = sum(bool(reasons[i]) for i in range(run.start, run.stop))
     if lost > beats:
         warned.append(
@@ -157,22 +188,46 @@ def average_beats(
         )
     for message in warned:
         warnings.warn(f"{raw.source}: {message}", VasowaveWarning, stacklevel=2)
+    notes += plateaus[0] + ([] if baseline.alarming else said)
     summary = _summary(found.fiducial, reasons, beats, starts[used[0]], ends[used[-1]])
-    recording = Recording(cycles[0], cycles[1], period, raw.source, (*raw.notes, summary, *notes, *warned))
-    chosen = set(used.tolist())
-    listed = tuple(Beat(float(starts[i]), float(ends[i]), i in chosen, reason) for i, reason in enumerate(reasons))
     return EnsembleAverage(
-        recording, deviations[0], np.maximum(deviations[1], 0.0), listed, found.fiducial, delay, correct_delay
+        Recording(cycles[0], cycles[1], period, raw.source, (*raw.notes, summary, *notes, *warned)),
+        deviations[0],
+        np.maximum(deviations[1], 0.0),
+        _listed(starts, ends, set(used.tolist()), reasons),
+        found.fiducial,
+        delay,
+        correct_delay,
+        baseline,
+        *(harmonic_error(cut[used, :-1]) for cut in (pressure, flow)),
     )
 
 
-def _cut(values: np.ndarray, rate: float, times: np.ndarray, count: int) -> np.ndarray:
-    """Return every beat at `count` evenly spaced times, both ends included, shape (beat, sample)."""
-    from scipy.interpolate import CubicSpline
+def _check_arguments(
+    raw: RawRecording, beats: int, samples: int, harmonics: int | None, drift: str, zero_time: float
+) -> None:
+    if harmonics is not None and harmonics < 1:
+        raise InputError(f"harmonics={harmonics}: at least one must be kept; None keeps all")
+    if beats < 2 or samples < FEWEST_SAMPLES:
+        raise InputError(f"beats={beats}, samples={samples}: at least 2 beats and {FEWEST_SAMPLES} samples are needed")
+    if drift not in ("remove", "warn"):
+        raise InputError(f"drift='{drift}' is neither 'remove' nor 'warn'")
+    if not 0.0 <= zero_time <= raw.duration:
+        raise InputError(f"zero_time={zero_time:g} s does not lie in the recording (0 to {raw.duration:.4g} s)")
 
-    phase = np.linspace(0.0, 1.0, count)
-    at = times[:-1, None] + np.diff(times)[:, None] * phase
-    return CubicSpline(np.arange(len(values)) / rate, values)(at)
+
+def _mean_cycles(cuts: dict[str, np.ndarray], harmonics: int | None) -> tuple[list[np.ndarray], list[str]]:
+    """Return the mean cycle of each signal, closed and smoothed, and what was done to it."""
+    cycles, notes = [], [] if harmonics is None else [f"harmonics above {harmonics} of the cycle were left out"]
+    for name, cut in cuts.items():
+        cycle, step = close_cycle(cut.mean(axis=0))
+        cycles.append(cycle if harmonics is None else low_pass(cycle, harmonics))
+        notes.append(f"{name}: a step of {100 * step:.2g} % of its range from end to start was spread over the cycle")
+    return cycles, notes
+
+
+def _listed(starts: np.ndarray, ends: np.ndarray, used: set[int], reasons: list[str]) -> tuple[Beat, ...]:
+    return tuple(Beat(float(starts[i]), float(ends[i]), i in used, reason) for i, reason in enumerate(reasons))
 
 
 def _choose(reasons: list[str], beats: int, source: str) -> tuple[np.ndarray, range]:
@@ -188,41 +243,6 @@ def _choose(reasons: list[str], beats: int, source: str) -> tuple[np.ndarray, ra
     first = int(np.argmin(good[beats - 1 :] - good[: len(good) - beats + 1]))
     used = good[first : first + beats]
     return used, range(int(used[0]), int(used[-1]) + 1)
-
-
-def _close(mean: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the cycle without its repeated last sample, closed, and the step it had as a fraction of its range."""
-    step = mean[-1] - mean[0]
-    closed = mean - step * (np.linspace(0.0, 1.0, len(mean)) - 0.5)
-    return closed[:-1], float(step / max(np.ptp(mean), 1e-300))
-
-
-def _delay(pressure: np.ndarray, flow: np.ndarray, period: float) -> float:
-    """Return by how much the foot of the flow follows that of the pressure, s.
-
-    Before reflections return, pressure and flow rise together, so their feet belong to one instant.
-    """
-    count = len(pressure)
-    feet = []
-    for values in (pressure, flow):
-        smooth = _low_pass(values, 12)
-        top = int(np.argmax(np.roll(smooth, -1) - np.roll(smooth, 1)))
-        # Turned so that the upstroke stands in the middle and the foot cannot fall off the start.
-        turned = np.roll(smooth, count // 2 - top)[count // 4 :]
-        feet.append(foot(turned, count // 2 - count // 4) + top - (count // 2 - count // 4))
-    return float((feet[1] - feet[0] + 0.5 * count) % count - 0.5 * count) / count * period
-
-
-def _low_pass(values: np.ndarray, harmonics: int) -> np.ndarray:
-    spectrum = np.fft.rfft(values)
-    spectrum[harmonics + 1 :] = 0
-    return np.fft.irfft(spectrum, len(values))
-
-
-def _advance(values: np.ndarray, cycles: float) -> np.ndarray:
-    """Return a periodic signal earlier by a fraction of a cycle, by its Fourier phases."""
-    harmonic = np.fft.rfftfreq(len(values), 1.0 / len(values))
-    return np.fft.irfft(np.fft.rfft(values) * np.exp(2j * np.pi * harmonic * cycles), len(values))
 
 
 def _summary(fiducial: str, reasons: list[str], beats: int, start: float, end: float) -> str:

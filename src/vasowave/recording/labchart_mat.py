@@ -13,6 +13,11 @@ from vasowave.recording.matlab import read_mat, vector
 _NEEDED = ("data", "datastart", "dataend", "titles", "samplerate")
 
 
+def is_labchart_mat(path: str | Path) -> bool:
+    """Whether a MATLAB file holds the variables of LabChart's export; `InputError` if it cannot be read."""
+    return {"datastart", "dataend"} <= set(read_mat(path))
+
+
 def read_labchart_mat(path: str | Path) -> list[Block]:
     """Read all blocks of a LabChart MATLAB export (``.mat``, version 4 to 7).
 

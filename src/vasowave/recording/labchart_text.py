@@ -2,14 +2,16 @@
 
 import math
 import re
-from itertools import zip_longest
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from vasowave import units
 from vasowave.errors import InputError
-from vasowave.recording.channels import Block, Channel, Comment, read_bytes
+from vasowave.recording.channels import Block, Channel, Comment
+from vasowave.recording.number_rows import DecimalMark, NumberRows
+from vasowave.textfile import Lines, Progress, read_lines
 
 _KEYS = (
     "Interval",
@@ -24,17 +26,17 @@ _KEYS = (
 )
 _KEY = re.compile(rf"({'|'.join(_KEYS)})=")
 _REMARK = re.compile(r"#(\*|\d+)\s?(.*)")
-_Lines = list[tuple[int, list[str]]]
-"""Line numbers of the file and their cells."""
+_CUT = "the last line has no line end, so the file may have been cut off"
 
 
-def is_labchart_text(content: bytes) -> bool:
+def is_labchart_text(start: bytes) -> bool:
     """Whether a file is LabChart's text export: its first line that is not blank starts with ``Interval=``."""
-    return _decode(content[:4096]).lstrip().startswith("Interval=")
+    encoding = "utf-16" if start[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+    return start.decode(encoding, errors="replace").lstrip().startswith("Interval=")
 
 
-def read_labchart_text(path: str | Path) -> list[Block]:
-    """Read all blocks of a LabChart text export.
+def read_labchart_text(path: str | Path, progress: Progress | None = None) -> list[Block]:
+    """Read all blocks of a LabChart text export, a megabyte at a time.
 
     Values keep the unit of the header: ``UnitName=``, or where that is ``*`` (no conversion was set) the voltage of
     ``Range=``. Empty cells and NaN are gaps. The decimal mark may be a comma.
@@ -45,99 +47,117 @@ def read_labchart_text(path: str | Path) -> list[Block]:
         Line of: a header without interval or titles, a row of another width, a cell that is no number, both decimal
         marks in one file, times that contradict the interval.
     """
-    text = _decode(read_bytes(path))
-    blocks: list[tuple[dict[str, list[str]], int, _Lines]] = []
-    for number, line in enumerate(text.splitlines(), 1):
-        if not line.strip():
+    marks = DecimalMark(path)
+    blocks: list[_TextBlock] = []
+    for lines in read_lines(path, progress):
+        quick = not (lines.cut or lines.hold("=") or lines.hold("#"))
+        comma = marks.comma(lines) if quick else False
+        if quick and blocks and blocks[-1].add_block(lines, comma):
             continue
-        cells = line.split("\t")
-        key = _KEY.match(line)
-        if key is None and blocks:
-            blocks[-1][2].append((number, cells))
-        elif key is None:
-            raise InputError(f"{path}, line {number}: a LabChart text export starts with 'Interval='; export it again")
-        else:
-            if key[1] == "Interval":
-                blocks.append(({}, number, []))
-            elif not blocks:
-                raise InputError(f"{path}, line {number}: '{key[1]}=' before 'Interval='; export with its header")
-            blocks[-1][0][key[1]] = [line[key.end() :].split("\t")[0], *cells[1:]]
+        for number, text in enumerate(lines.texts, lines.first):
+            if text.strip():
+                _add_line(path, blocks, number, text, marks)
+        if lines.cut and blocks:
+            blocks[-1].drop_row(lines.first)
     if not blocks:
         raise InputError(f"{path}: the file is empty")
-    comma = _decimal_comma(path, blocks)
-    return [
-        _block(f"{path}, block {n}", header, line, rows, comma)
-        for n, (header, line, rows) in enumerate(blocks, 1)
-        if rows
-    ]
+    return [block.finished() for block in blocks if block.rows is not None and block.rows.count]
 
 
-def _decode(content: bytes) -> str:
-    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return content.decode("utf-16", errors="replace")
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("cp1252", errors="replace")
+def _add_line(path: str | Path, blocks: "list[_TextBlock]", number: int, text: str, marks: "DecimalMark") -> None:
+    """Take one line: a key of a header, or a row of the last block."""
+    key = _KEY.match(text)
+    if key is None and not blocks:
+        raise InputError(f"{path}, line {number}: a LabChart text export starts with 'Interval='; export it again")
+    if key is None:
+        numbers = text.partition("#")[0]
+        blocks[-1].add_row(number, text.split("\t"), marks.comma(Lines(number, [numbers])))
+        return
+    if key[1] == "Interval":
+        blocks.append(_TextBlock(path, len(blocks) + 1, number))
+        marks.comma(Lines(number, [text]))
+    elif not blocks:
+        raise InputError(f"{path}, line {number}: '{key[1]}=' before 'Interval='; export with its header")
+    blocks[-1].header[key[1]] = [text[key.end() :].split("\t")[0], *text.split("\t")[1:]]
 
 
-def _decimal_comma(path: str | Path, blocks: list[tuple[dict[str, list[str]], int, _Lines]]) -> bool:
-    """Return whether numbers are written with a comma; both marks in one file would make values a thousandfold."""
-    first: dict[str, int] = {}
-    for header, line, rows in blocks:
-        sampled = [(line, header["Interval"]), *rows]
-        for number, cells in sampled:
-            joined = "\t".join(cell for cell in cells if not cell.lstrip().startswith("#"))
-            for mark in ",.":
-                if mark in joined:
-                    first.setdefault(mark, number)
-    if len(first) == 2:
-        raise InputError(
-            f"{path}, line {max(first.values())}: numbers with a decimal comma and with a decimal point in one file; "
-            "export it again with one of them"
-        )
-    return "," in first
+class _TextBlock:
+    """One block while it is read."""
 
+    def __init__(self, path: str | Path, number: int, line: int) -> None:
+        self.place, self.line = f"{path}, block {number}", line
+        self.header: dict[str, list[str]] = {}
+        self.rows: NumberRows | None = None
+        self._comments: list[tuple[int, list[str]]] = []
+        self._clock = False  # the times are times of day: the interval alone counts
+        self._cut = False
 
-def _block(place: str, header: dict[str, list[str]], line: int, rows: _Lines, comma: bool) -> Block:
-    interval = _interval(f"{place}, line {line}", header["Interval"], comma)
-    titles = [title.strip().strip('"') for title in header.get("ChannelTitle", [""])[1:]]
-    while titles and not titles[-1]:
-        titles.pop()
-    if not titles:
-        raise InputError(f"{place}, line {line}: the header has no 'ChannelTitle='; tick channel titles in the export")
-    comments = []
-    for index, (_, cells) in enumerate(rows):
+    def add_block(self, lines: Lines, comma: bool) -> bool:
+        if self.rows is None or self._clock:
+            return False
+        return self.rows.add_block(lines.first, lines.texts, comma)
+
+    def add_row(self, line: int, cells: list[str], comma: bool) -> None:
+        titles = self.titles
         remark = next((i for i, cell in enumerate(cells) if cell.lstrip().startswith("#")), None)
         if remark is not None:
-            comments += _comments(cells[remark:], index * interval)
+            self._comments.append((self.rows.count if self.rows else 0, cells[remark:]))
             del cells[remark:]
         while len(cells) > len(titles) and not cells[-1].strip():
             cells.pop()
-    width = max(len(cells) for _, cells in rows)
-    if width not in (len(titles), len(titles) + 1):
-        raise InputError(f"{place}, line {rows[0][0]}: {width} columns under {len(titles)} channel titles")
-    columns: list[tuple[str, ...]] = list(zip_longest(*(cells for _, cells in rows), fillvalue=""))
-    if width > len(titles):
-        _check_times(place, _column(place, rows, columns.pop(0), "time", comma, clock=True), interval, rows)
-    channel_units = _units(header, len(titles))
-    consecutive = rows[-1][0] - rows[0][0] == len(rows) - 1
-    channels = []
-    for title, unit, column in zip(titles, channel_units, columns, strict=True):
-        values = _column(place, rows, column, title, comma)
-        first_line = rows[0][0] if consecutive else 0
-        channels.append(Channel(title, unit, values, 1.0 / interval, f"{place}, channel '{title}'", first_line))
-    return Block(tuple(channels), tuple(comments))
+        if not cells:
+            return
+        if self.rows is None:
+            if len(cells) not in (len(titles), len(titles) + 1):
+                raise InputError(f"{self.place}, line {line}: {len(cells)} columns under {len(titles)} channel titles")
+            times = ["time"] * (len(cells) > len(titles))
+            self.rows = NumberRows(self.place, [*times, *titles], "\t")
+            self._clock = bool(times) and ":" in cells[0]
+        if self._clock and len(cells) == len(self.rows.titles):
+            cells[0] = ""
+        self.rows.add_row(line, cells, comma)
+
+    def drop_row(self, line: int) -> None:
+        """Forget the row on the last line: nobody knows whether its last digit was written."""
+        if self.rows is not None and self.rows.count and self.rows.line(self.rows.count - 1) == line:
+            self.rows.drop_last()
+            self._cut = True
+
+    def finished(self) -> Block:
+        assert self.rows is not None
+        titles, rows = self.titles, self.rows
+        interval = _interval(f"{self.place}, line {self.line}", self.header["Interval"])
+        timed = len(rows.titles) - len(titles)
+        if timed:
+            _check_times(self.place, rows.take(0), interval, rows)
+        channels = []
+        for at, (title, unit) in enumerate(zip(titles, _units(self.header, len(titles)), strict=True)):
+            place = f"{self.place}, channel '{title}'"
+            channels.append(Channel(title, unit, rows.take(at + timed), 1.0 / interval, place, rows))
+        comments = [one for row, cells in self._comments for one in _comments(cells, row * interval)]
+        notes = (f"{_CUT}; its last row was left out",) if self._cut else ()
+        return Block(tuple(channels), tuple(comments), notes)
+
+    @cached_property
+    def titles(self) -> list[str]:
+        titles = [title.strip().strip('"') for title in self.header.get("ChannelTitle", [""])[1:]]
+        while titles and not titles[-1]:
+            titles.pop()
+        if not titles:
+            raise InputError(
+                f"{self.place}, line {self.line}: the header has no 'ChannelTitle='; tick channel titles in the export"
+            )
+        return titles
 
 
-def _interval(where: str, cells: list[str], comma: bool) -> float:
+def _interval(where: str, cells: list[str]) -> float:
     written = " ".join(cells[1:]).strip()
-    match = re.match(r"(\S+?)\s*([a-zµμ]+)\s*$", written.replace(",", ".") if comma else written)
+    match = re.match(r"(\S+?)\s*([a-zµμ]+)\s*$", written.replace(",", "."))
     try:
         interval = float(match[1]) * units.factor(match[2], "time") if match else math.nan
     except ValueError:
         interval = math.nan
-    if not (math.isfinite(interval) and interval > 0):
+    if not (math.isfinite(interval) and interval > 0 and math.isfinite(1.0 / interval)):
         raise InputError(f"{where}: 'Interval= {written}' is not a sampling interval such as 'Interval=\t0.001 s'")
     return interval
 
@@ -154,30 +174,12 @@ def _comments(cells: list[str], time: float) -> list[Comment]:
     found = []
     for part in re.split(r"\t(?=\s*#(?:\*|\d+)\s)", "\t".join(cells)):
         match = _REMARK.match(part.strip())
-        channel = int(match[1]) if match and match[1] != "*" else 0
+        channel = int(match[1][:6]) if match and match[1] != "*" else 0
         found.append(Comment(time, match[2].strip() if match else part.strip("# "), channel))
     return found
 
 
-def _column(
-    place: str, rows: _Lines, cells: tuple[str, ...], title: str, comma: bool, clock: bool = False
-) -> np.ndarray:
-    written = [cell.strip().replace(",", ".") if comma else cell.strip() for cell in cells]
-    values = np.empty(len(written))
-    for i, text in enumerate(written):
-        try:
-            values[i] = float(text) if text else math.nan
-        except ValueError:
-            if clock and ":" in text:
-                return np.full(len(written), math.nan)  # time of day: the interval alone counts
-            raise InputError(
-                f"{place}, line {rows[i][0]}, column '{title}': '{cells[i].strip()}' is not a number"
-            ) from None
-    values[np.isinf(values)] = math.nan
-    return values
-
-
-def _check_times(place: str, time: np.ndarray, interval: float, rows: _Lines) -> None:
+def _check_times(place: str, time: np.ndarray, interval: float, rows: NumberRows) -> None:
     """Refuse times that do not advance by the interval: samples are missing, or every tenth was exported."""
     steps = np.diff(time)
     # Times are written with few digits late in a long recording, hence the rounding allowed for.
@@ -185,7 +187,7 @@ def _check_times(place: str, time: np.ndarray, interval: float, rows: _Lines) ->
     if len(wrong):
         row = int(wrong[0]) + 1
         raise InputError(
-            f"{place}, line {rows[row][0]}: time advances by {steps[row - 1]:.6g} s, the header's interval is "
+            f"{place}, line {rows.line(row)}: time advances by {steps[row - 1]:.6g} s, the header's interval is "
             f"{interval:.6g} s; export every sample, without gaps"
         )
     finite = np.flatnonzero(np.isfinite(time))

@@ -1,5 +1,6 @@
 """Variables of a MATLAB file, and clear words when the file cannot give them."""
 
+import os
 import subprocess
 import sys
 import warnings
@@ -9,8 +10,23 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.textfile import read_start, regular_file
 
 _SAVE_AGAIN = "in MATLAB, load it and write it again with: save('NAME.mat', '-v7')"
+_MEMORY = 1 << 30
+_SECONDS = 15.0
+"""What reading may take, beside what grows with the file: bytes and s."""
+
+_TRIAL = """
+import sys
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[2]),) * 2)
+except (ImportError, ValueError, OSError):
+    pass
+from scipy.io import loadmat
+loadmat(sys.argv[1])
+"""
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
@@ -24,13 +40,8 @@ def read_mat(path: str | Path) -> dict[str, Any]:
     """
     from scipy.io import loadmat
 
-    path = Path(path)
-    try:
-        with path.open("rb") as file:
-            start = file.read(1024)
-    except OSError as error:
-        reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
-        raise InputError(f"{path}: {reason}") from None
+    path = regular_file(path)
+    start = read_start(path, 1024)
     if _HDF5 in start or start.startswith(b"MATLAB 7.3"):
         raise InputError(f"{path}: a MATLAB file of version 7.3, which is not read; {_SAVE_AGAIN}")
     _try_in_another_process(path)
@@ -41,18 +52,24 @@ def read_mat(path: str | Path) -> dict[str, Any]:
 
 
 def _try_in_another_process(path: Path) -> None:
-    """Raise `InputError` if reading `path` fails.
+    """Raise `InputError` if reading `path` fails, does not end, or takes far more memory than the file is long.
 
-    SciPy's compiled reader can end the whole process on a damaged file, and raises a dozen unrelated kinds of error.
+    SciPy's compiled reader can end the whole process on a damaged file, and raises a dozen unrelated kinds of error;
+    a compressed variable of a few kilobytes can inflate to any size.
     """
-    command = [sys.executable, "-W", "ignore", "-c", "import sys; from scipy.io import loadmat; loadmat(sys.argv[1])"]
+    size = path.stat().st_size
+    command = [sys.executable, "-W", "ignore", "-c", _TRIAL, str(path), str(_MEMORY + 4 * size)]
+    alone = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    seconds = _SECONDS + size / 2e7
     try:
-        trial = subprocess.run([*command, str(path)], capture_output=True, timeout=120, check=False)
+        trial = subprocess.run(command, capture_output=True, timeout=seconds, check=False, env=os.environ | alone)
     except subprocess.TimeoutExpired:
         raise InputError(f"{path}: reading did not end; the file is damaged; {_SAVE_AGAIN}") from None
     if trial.returncode != 0:
         lines = trial.stderr.decode(errors="replace").strip().splitlines()
         what = lines[-1] if lines and trial.returncode > 0 else "its structure is damaged"
+        if what.startswith("MemoryError") or "Unable to allocate" in what:
+            what = "it asks for far more memory than the file is long"
         raise InputError(f"{path}: truncated, damaged, or not a MATLAB file ({what}); {_SAVE_AGAIN}")
 
 

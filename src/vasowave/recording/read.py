@@ -132,7 +132,7 @@ def _period(signal: Signal, drop: bool, period: float | None) -> float:
                 "(--period 0.11 on the command line, the column 'period [s]' in a study's table, period=0.11 in Python)"
             )
         return period
-    step = even_step(signal)
+    step = even_step(signal.time, signal.quantum, signal.file, signal.places.__getitem__)
     measured = step * (len(signal.time) - drop)
     if period is None:
         check_period(measured, f"{signal.file}, time column")

@@ -1,20 +1,18 @@
 """Read a continuous recording of pressure, flow and ECG from the files a lab has."""
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from vasowave import units
-from vasowave.columns import read_columns
-from vasowave.errors import InputError, did_you_mean
-from vasowave.recording.channels import Block, Channel, read_bytes
-from vasowave.recording.edf import is_edf, read_edf
-from vasowave.recording.labchart_mat import read_labchart_mat
-from vasowave.recording.labchart_text import is_labchart_text, read_labchart_text
+from vasowave.errors import InputError, VasowaveWarning, did_you_mean
+from vasowave.recording.blocks import read_blocks
+from vasowave.recording.channels import Block, Channel
 from vasowave.recording.raw import RawRecording
-from vasowave.recording.signal import ALIASES, Signal, even_step, written_to
+from vasowave.textfile import Progress
 
 _QUANTITIES = {"pressure": "pressure", "flow": "flow", "ecg": "voltage"}
 _WORDS = {
@@ -22,10 +20,9 @@ _WORDS = {
     "flow": ("flow", "flow rate", "flowrate", "q"),
     "ecg": ("ecg", "ekg"),
 }
-_ADICHT = (
-    "LabChart's own binary file, which only LabChart opens. In LabChart: open it, select the stretch to use (nothing "
-    "means all), File > Export…, 'Save as type': 'LabChart Text File (*.txt)' or 'MATLAB File (*.mat)', Save; in the "
-    "dialog tick time, comments and the block header, do not downsample. Then read the exported file"
+_HOW_TO_NAME = (
+    "channels are named by their titles in the columns 'pressure channel', 'flow channel' and 'ecg channel' of a "
+    "study's table (in Python: pressure='TITLE', flow='TITLE', ecg='TITLE')"
 )
 
 
@@ -41,6 +38,7 @@ def read_raw_recording(
     start: float | None = None,
     end: float | None = None,
     sampling_rate: float | None = None,
+    progress: Progress | None = None,
 ) -> RawRecording:
     """Read continuous pressure, flow and (if present) ECG from one file.
 
@@ -59,23 +57,29 @@ def read_raw_recording(
         Stretch to read, s since the start of the block. Gaps elsewhere do not matter then.
     sampling_rate : float, optional
         Samples per second of a table without a time column.
+    progress : callable, optional
+        Is called with the fraction of a text file that was read, 0 to 1.
 
     Raises
     ------
     InputError
         File, block, line or channel of what is wrong, and the cure; for an ``.adicht`` file, how to export it.
+
+    Warns
+    -----
+    VasowaveWarning
+        If the file looks cut off.
     """
-    blocks = _blocks(path, sampling_rate)
-    number, note = _choose(path, blocks, block)
+    blocks = read_blocks(path, sampling_rate, progress)
+    number, notes = _choose(path, blocks, block)
     chosen = blocks[number]
-    picked = {
-        "pressure": _pick(path, chosen, "pressure", pressure),
-        "flow": _pick(path, chosen, "flow", flow),
-        "ecg": _pick(path, chosen, "ecg", ecg),
-    }
+    for suspicion in chosen.suspicions:
+        warnings.warn(f"{path}: {suspicion}", VasowaveWarning, stacklevel=2)
+    notes += chosen.suspicions
+    picked = pick_channels(path, chosen, {"pressure": pressure, "flow": flow, "ecg": ecg})
     rate = max(channel.sampling_rate for channel in picked.values() if channel)
     given = {"pressure": pressure_unit, "flow": flow_unit, "ecg": None}
-    signals, notes = {}, note
+    signals = {}
     for name, channel in picked.items():
         if channel is None:
             notes.append("no ECG: beats can be found from the pressure only")
@@ -99,60 +103,6 @@ def read_raw_recording(
     )
 
 
-def _blocks(path: str | Path, sampling_rate: float | None) -> list[Block]:
-    suffix = Path(path).suffix.lower()
-    if suffix in (".adicht", ".adidat", ".adibin"):
-        raise InputError(f"{path}: {_ADICHT}")
-    if suffix == ".mat":
-        blocks = read_labchart_mat(path)
-    elif suffix == ".edf" or is_edf(read_bytes(path)):
-        blocks = read_edf(path)
-    elif is_labchart_text(read_bytes(path)):
-        blocks = read_labchart_text(path)
-    else:
-        blocks = [_table(path, sampling_rate)]
-    if not blocks:
-        raise InputError(f"{path}: headers and no samples")
-    return blocks
-
-
-def _table(path: str | Path, sampling_rate: float | None) -> Block:
-    table = read_columns(path, ALIASES | {"ekg": "ecg"})
-    if not table.names:
-        raise InputError(f"{path}: no header; the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]")
-    column = table.find("time")
-    if column is None and sampling_rate is None:
-        raise InputError(f"{path}: no time column; give sampling_rate, in samples per second")
-    if column is not None:
-        time = table.numbers(column, "time")
-        if len(time) < 2:
-            raise InputError(f"{path}: one sample only; a continuous recording is needed")
-        quantum = written_to([row[column] for row in table.cells]) * units.factor(table.units[column], "time")
-        places = tuple(f"{path}, line {line}" for line in table.lines)
-        measured = 1.0 / even_step(Signal("time", time, time, quantum, str(path), places))
-        if sampling_rate is not None and abs(sampling_rate - measured) > 1e-3 * measured:
-            raise InputError(f"{path}: the time column has {measured:.6g} samples/s, given are {sampling_rate:.6g}")
-        sampling_rate = measured
-    assert sampling_rate is not None
-    channels = []
-    for index, (title, unit) in enumerate(zip(table.names, table.units, strict=True)):
-        if index != column:
-            place = f"{path}, channel '{title}'"
-            values = _floats([row[index] for row in table.cells], table.lines, place)
-            channels.append(Channel(title, unit, values, sampling_rate, place, table.lines[0]))
-    return Block(tuple(channels))
-
-
-def _floats(cells: Sequence[str], lines: Sequence[int], place: str) -> np.ndarray:
-    values = np.empty(len(cells))
-    for i, text in enumerate(cells):
-        try:
-            values[i] = float(text) if text.strip() else np.nan
-        except ValueError:
-            raise InputError(f"{place}, line {lines[i]}: '{text}' is not a number") from None
-    return values
-
-
 def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[int, list[str]]:
     """Return the index of the block to read and a note if a choice was made."""
     if block is not None:
@@ -166,22 +116,49 @@ def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[i
     return longest, [f"block {longest + 1} of {len(blocks)} was read, the longest (blocks last {lengths})"]
 
 
-def _pick(path: str | Path, block: Block, name: str, title: str | None) -> Channel | None:
-    """Return the channel called `title`, or the one whose title says that it holds `name`."""
-    present = ", ".join(f"'{c.title}' [{c.unit or 'no unit'}]" for c in block.channels)
+def pick_channels(path: str | Path, block: Block, titles: Mapping[str, str | None]) -> dict[str, Channel | None]:
+    """Return the channel of each quantity, by its title or, where that is None, by what channels are called.
+
+    Parameters
+    ----------
+    path, block
+        The file, for errors, and its block.
+    titles : mapping
+        From ``pressure``, ``flow``, ``ecg`` to a title or None. A missing ECG is None in the result.
+
+    Raises
+    ------
+    InputError
+        All quantities at once for which no channel or several are found, with the channels there are.
+    """
+    picked, problems = {}, []
+    for name, title in titles.items():
+        hits = _called(block, name, title)
+        picked[name] = hits[0] if hits else None
+        if len(hits) > 1:
+            problems.append(f"{len(hits)} channels may hold {name}, name one of them")
+        elif not hits and title is not None:
+            problems.append(f"no channel '{title}'{did_you_mean(title, [c.title for c in block.channels])}")
+        elif not hits and name != "ecg":
+            problems.append(f"no channel says that it holds {name}, name it")
+    if problems:
+        present = ", ".join(f"'{c.title}' [{c.unit or 'no unit'}]" for c in block.channels) or "none"
+        raise InputError(f"{path}: {'; '.join(problems)}; it has: {present}; {_HOW_TO_NAME}")
+    return picked
+
+
+def quantity_of(title: str) -> str:
+    """Return the quantity that a channel's title says it holds: pressure, flow, ecg, or empty."""
+    words = title.lower().split()
+    return next((name for name, known in _WORDS.items() if {title.strip().lower(), *words} & set(known)), "")
+
+
+def _called(block: Block, name: str, title: str | None) -> list[Channel]:
+    """Return the channels with this title, or those whose own says that they hold the quantity."""
     if title is not None:
-        hits = [c for c in block.channels if c.title.strip().lower() == title.strip().lower()]
-        hint = did_you_mean(title, [c.title for c in block.channels])
-        if not hits:
-            raise InputError(f"{path}: no channel '{title}'{hint}; it has: {present}")
-    else:
-        hits = [c for c in block.channels if c.title.strip().lower() in _WORDS[name]]
-        hits = hits or [c for c in block.channels if set(c.title.lower().split()) & set(_WORDS[name])]
-    if len(hits) > 1:
-        raise InputError(f"{path}: {len(hits)} channels may hold {name}; name one, {name}='TITLE'; it has: {present}")
-    if not hits and name != "ecg":
-        raise InputError(f"{path}: no channel says that it holds {name}; name it, {name}='TITLE'; it has: {present}")
-    return hits[0] if hits else None
+        return [c for c in block.channels if c.title.strip().lower() == title.strip().lower()]
+    hits = [c for c in block.channels if c.title.strip().lower() in _WORDS[name]]
+    return hits or [c for c in block.channels if quantity_of(c.title) == name]
 
 
 def _canonical(channel: Channel, name: str, given: str | None) -> tuple[np.ndarray, list[str]]:
@@ -195,7 +172,8 @@ def _canonical(channel: Channel, name: str, given: str | None) -> tuple[np.ndarr
         if given is None:
             raise InputError(
                 f"{channel.place}: {name} is in {unit or 'no unit'}; set the units conversion in the recording program "
-                f"and export again, or, if the numbers are {name} already, give {name}_unit"
+                f"and export again, or, if the numbers are {name} already, name their unit (column '{name} unit' of a "
+                f"study's table, {name}_unit in Python)"
             )
         return channel.values * units.factor(given, quantity), [f"{name} was taken to be in {given}, as given"]
     try:

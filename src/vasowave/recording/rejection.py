@@ -9,15 +9,10 @@ _OFF = 2.5
 """A beat further off the end-expiratory level than this many SD is one of inspiration."""
 
 
-def rejection_reasons(
-    lengths: np.ndarray,
-    pressure: np.ndarray,
-    flow: np.ndarray,
-    length_tolerance: float,
-    least_correlation: float,
-    reject_ventilation: bool,
+def misshapen_beats(
+    lengths: np.ndarray, pressure: np.ndarray, flow: np.ndarray, length_tolerance: float, least_correlation: float
 ) -> list[str]:
-    """Return for every beat why it may not be averaged, empty if it may.
+    """Return for every beat why its length or its shape is not that of the others, empty if it is.
 
     Parameters
     ----------
@@ -25,7 +20,7 @@ def rejection_reasons(
         s.
     pressure, flow : float array, shape (beat, sample)
         mmHg and ml/s.
-    length_tolerance, least_correlation, reject_ventilation
+    length_tolerance, least_correlation
         As in `average_beats`.
     """
     from scipy.ndimage import median_filter
@@ -38,12 +33,22 @@ def rejection_reasons(
         alike = _correlation(beats, np.median(beats, axis=0))
         for i in np.flatnonzero(~(alike >= least_correlation)):
             reasons[i] = reasons[i] or f"correlation of {name} {alike[i]:.2f} with the median beat"
-    if reject_ventilation:
-        for name, beats, unit in (("pressure", pressure, "mmHg"), ("flow", flow, "ml/s")):
-            off, limit = _off_level(beats.mean(axis=1))
-            for i in np.flatnonzero(np.abs(off) > limit):
-                reasons[i] = reasons[i] or f"ventilation: mean {name} {off[i]:+.3g} {unit} from end-expiration"
     return reasons
+
+
+def mark_steps(reasons: list[str], first_beats: list[int]) -> None:
+    """Reject the beats before and after which the level jumped; `first_beats` stand at a new level."""
+    for first in first_beats:
+        for beat in (first - 1, first):
+            reasons[beat] = reasons[beat] or "step of the pressure"
+
+
+def mark_inspiration(reasons: list[str], pressure: np.ndarray, flow: np.ndarray) -> None:
+    """Reject the beats whose mean stands off the end-expiratory level; the drift is to be removed before."""
+    for name, beats, unit in (("pressure", pressure, "mmHg"), ("flow", flow, "ml/s")):
+        off, limit = _off_level(beats.mean(axis=1))
+        for i in np.flatnonzero(np.abs(off) > limit):
+            reasons[i] = reasons[i] or f"ventilation: mean {name} {off[i]:+.3g} {unit} from end-expiration"
 
 
 def _correlation(beats: np.ndarray, median: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """One signal as it stands in a file: samples, times, units, and where each sample is written."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
@@ -11,9 +11,9 @@ import numpy as np
 from vasowave import units
 from vasowave.columns import Columns, read_columns
 from vasowave.errors import InputError
-from vasowave.recording.channels import read_bytes
 from vasowave.recording.labchart_text import is_labchart_text
 from vasowave.recording.matlab import read_mat, text, vector
+from vasowave.textfile import read_start
 
 ALIASES = {
     "t": "time",
@@ -53,32 +53,41 @@ def read_signals(path: str | Path, wanted: Mapping[str, str | None]) -> list[Sig
     if Path(path).suffix.lower() == ".mat":
         variables = _named(path, read_mat(path))
         return [_from_mat(path, variables, quantity, unit) for quantity, unit in wanted.items()]
-    if is_labchart_text(read_bytes(path)):
+    if is_labchart_text(read_start(path)):
         raise InputError(f"{path}: {_CONTINUOUS}")
     table = read_columns(path, ALIASES)
     return [_from_table(table, quantity, unit, alone=len(wanted) == 1) for quantity, unit in wanted.items()]
 
 
-def even_step(signal: Signal) -> float:
-    """Return the sampling interval, s; `InputError` names the place where it changes."""
-    assert signal.time is not None
-    steps = np.diff(signal.time)
-    step = float(signal.time[-1] - signal.time[0]) / len(steps)
+def even_step(time: np.ndarray, quantum: float, file: str, place: Callable[[int], str]) -> float:
+    """Return the sampling interval, s; `InputError` names the place where it changes.
+
+    Parameters
+    ----------
+    time : float array, shape (sample,)
+        s.
+    quantum : float
+        Rounding of the written times, s.
+    file, place
+        How errors call the file, and a sample by its number.
+    """
+    steps = np.diff(time)
+    step = float(time[-1] - time[0]) / len(steps)
     backward = np.flatnonzero(steps < 0)
     if step <= 0 or len(backward):
         row = int(backward[0]) + 1 if len(backward) else 1
-        raise InputError(f"{signal.places[row]}, column 'time': time does not increase; sort or cut the table")
-    if signal.quantum >= step:
+        raise InputError(f"{place(row)}, column 'time': time does not increase; sort or cut the table")
+    if quantum >= step:
         raise InputError(
-            f"{signal.file}, column 'time': written to {signal.quantum:g} s, coarser than the sampling interval "
+            f"{file}, column 'time': written to {quantum:g} s, coarser than the sampling interval "
             f"({step:.3g} s); write more decimals, or leave the column out and give the period"
         )
-    uneven = np.flatnonzero(np.abs(steps - step) > signal.quantum + 1e-3 * step)
+    uneven = np.flatnonzero(np.abs(steps - step) > quantum + 1e-3 * step)
     if len(uneven):
         # A gap shifts the mean step too; the row that deviates most is the one to look at.
         row = int(np.argmax(np.abs(steps - np.median(steps)))) + 1
         raise InputError(
-            f"{signal.places[row]}, column 'time': uneven sampling, a step of {steps[row - 1]:.6g} s "
+            f"{place(row)}, column 'time': uneven sampling, a step of {steps[row - 1]:.6g} s "
             f"where the others have {np.median(steps):.6g} s; resample evenly or fill the gap"
         )
     return step

@@ -1,6 +1,5 @@
-"""Self-contained pages about one calibrated animal or a cohort: words, tables, figures, methods, provenance."""
+"""Self-contained pages about one animal or many: words, tables, figures, methods, provenance."""
 
-from vasowave.report.animal import write_report
-from vasowave.report.cohort import write_cohort_report
+from vasowave.report.write import write_report
 
-__all__ = ["write_cohort_report", "write_report"]
+__all__ = ["write_report"]

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vasowave.figures.style import style
-from vasowave.imaging.extraction import Extraction
+from vasowave.files import check_folder, write_folder
+from vasowave.imaging.measure.measurement import Measurement
 from vasowave.provenance import provenance
-from vasowave.report.extraction import network_figure, write_network_files
-from vasowave.results import FIGURES, check_folder, replacing
+from vasowave.report.extraction import FIGURES, network_figure, write_network_files
 
 SETTINGS = "centerlines.json"
 MARKS = {SETTINGS: b'"vasowave"'}
@@ -20,14 +20,14 @@ def check_centerlines_folder(folder: Path) -> None:
 
 
 def write_centerline_network(
-    extraction: Extraction, source: Path, settings: Mapping[str, str | float], folder: Path
+    measured: Measurement, source: Path, settings: Mapping[str, str | float], folder: Path
 ) -> None:
     """Write the network, its tables, centerlines and graph into `folder`, whole or not at all.
 
     Parameters
     ----------
-    extraction : Extraction
-        See `imaging.exchange.as_extraction`.
+    measured : Measurement
+        See `measure.measurement.measured_alone`.
     source : Path
         The file it comes from.
     settings : mapping
@@ -42,11 +42,11 @@ def write_centerline_network(
     folder = Path(folder).resolve()
     check_centerlines_folder(folder)
     origin = provenance([source])
-    with replacing(folder, MARKS) as fresh:
-        write_network_files(extraction, fresh)
+    with write_folder(folder) as fresh:
+        write_network_files(measured, fresh)
         (fresh / FIGURES).mkdir()
         with style():
-            figure = network_figure(extraction.network)
+            figure = network_figure(measured.network)
             for kind, made in (("svg", {"Date": None}), ("png", {"Software": None})):
                 figure.savefig(fresh / FIGURES / f"network.{kind}", metadata=made)
         stored = {"file": source.name, "settings": dict(settings), "provenance": origin}

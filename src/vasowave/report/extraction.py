@@ -12,22 +12,26 @@ import numpy as np
 from vasowave.figures.network import plot_network
 from vasowave.figures.projection import projection_figure
 from vasowave.figures.style import new_figure, style
-from vasowave.imaging.exchange import write_author_tables, write_centerlines, write_swc
-from vasowave.imaging.extraction import Extraction, write_extraction
-from vasowave.imaging.request import Answer
-from vasowave.imaging.surface import smooth_surface, write_mask, write_stl, write_surface_vtp
-from vasowave.imaging.taper import taper
-from vasowave.imaging.tree import Tree, free_length
-from vasowave.imaging.volume import isotropic
+from vasowave.files import check_folder, write_folder
+from vasowave.imaging.axes.stretches import free_length
+from vasowave.imaging.exchange.centerlines import write_centerlines
+from vasowave.imaging.exchange.swc import write_swc
+from vasowave.imaging.exchange.tables import write_author_tables, write_network_table, write_points
+from vasowave.imaging.exchange.triangles import write_stl, write_surface_vtp
+from vasowave.imaging.extraction import Extraction
+from vasowave.imaging.lumen.surface import smooth_surface, write_mask
+from vasowave.imaging.measure.measurement import Measurement
+from vasowave.imaging.measure.taper import taper
+from vasowave.imaging.read.volume import isotropic
 from vasowave.network import Network
 from vasowave.provenance import provenance
 from vasowave.report.review import render, settings_rows
-from vasowave.results import FIGURES, check_folder, replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PAGE = "review.html"
+FIGURES = "figures"
 SETTINGS = "extraction.json"
 MARKS = {PAGE: b'name="generator" content="vasowave'}
 _TAPER = ("taper [cm/cm]", "taper_se [cm/cm]", "radius_proximal [cm]", "radius_distal [cm]")
@@ -39,7 +43,7 @@ def check_extraction_folder(folder: Path) -> None:
     check_folder(Path(folder), MARKS)
 
 
-def write_answer(found: Answer, folder: Path) -> Path:
+def write_extraction(found: Extraction, folder: Path) -> Path:
     """Write everything about an extraction into `folder`, whole or not at all, and return the page's path.
 
     An earlier extraction in it is replaced; files of other origin stay. Lengths are cm in tables; mask, surface and
@@ -56,8 +60,8 @@ def write_answer(found: Answer, folder: Path) -> Path:
     origin = _provenance(found)
     drawings = {name: _svg(figure) for name, figure in figures.items()}
     page = render(found, drawings, origin)
-    with replacing(folder, MARKS) as fresh:
-        write_network_files(found.extraction, fresh)
+    with write_folder(folder) as fresh:
+        write_network_files(found.measured, fresh)
         surface = smooth_surface(found.lumen)
         write_mask(found.lumen, found.image, fresh / "mask.nrrd")
         write_surface_vtp(surface, fresh / "surface.vtp")
@@ -73,10 +77,10 @@ def write_answer(found: Answer, folder: Path) -> Path:
     return folder / PAGE
 
 
-def extraction_figures(found: Answer) -> dict[str, "Figure"]:
+def extraction_figures(found: Extraction) -> dict[str, "Figure"]:
     """Return the figures by name: projection, network."""
-    network = found.extraction.network
-    tree = _in_image(found)
+    network = found.network
+    tree = found.tree.times(1 / found.factor)
     projection = projection_figure(isotropic(found.image), found.lumen, tree, network.name)
     with style():
         graph = network_figure(network)
@@ -93,9 +97,9 @@ def _svg(figure: "Figure") -> str:
     return text.getvalue()
 
 
-def vessel_rows(extraction: Extraction) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
+def vessel_rows(measured: Measurement) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
     """Return header and rows of `vessels.csv`: what the network table does not say of each vessel."""
-    network, tree = extraction.network, extraction.tree
+    network, tree = measured.network, measured.tree
     generation = np.zeros(len(network), dtype=int)
     for level, members in enumerate(network.generations, 1):
         generation[members] = level
@@ -104,26 +108,24 @@ def vessel_rows(extraction: Extraction) -> tuple[tuple[str, ...], list[tuple[Any
     header = ("name", "generation", "flow_fraction", "free_length [cm]", *_TAPER, *_ENDS)
     rows: list[tuple[Any, ...]] = []
     for row, name in enumerate(network.name):
-        ends = tree.lines[row][[0, -1], 2::-1].ravel().tolist()
+        ends = tree.lines[row].points[[0, -1], ::-1].ravel().tolist()
         numbers = [network.flow_fraction[row], free[row], *tapers[row], *ends]
         rows.append((name, int(generation[row]), *map(float, numbers)))
     return header, rows
 
 
-def write_network_files(extraction: Extraction, folder: Path) -> None:
-    """Write the tables and centerlines of `extraction` into `folder`."""
-    write_extraction(extraction, folder / "tables")
-    for table in (folder / "tables").iterdir():
-        table.rename(folder / table.name)
-    (folder / "tables").rmdir()
-    header, rows = vessel_rows(extraction)
+def write_network_files(measured: Measurement, folder: Path) -> None:
+    """Write the tables and centerlines of `measured` into `folder`."""
+    write_network_table(measured, folder / "network.csv")
+    write_points(measured.tree, measured.network.name, folder / "centerlines.csv")
+    header, rows = vessel_rows(measured)
     with (folder / "vessels.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(header)
         writer.writerows(["" if cell != cell else cell for cell in row] for row in rows)
-    write_author_tables(extraction.network, folder / "connectivity.csv", folder / "dimensions.csv")
-    write_centerlines(extraction.tree, folder / "centerlines.vtp", unit=0.1)
-    write_swc(extraction.tree, folder / "centerlines.swc")
+    write_author_tables(measured.network, folder / "connectivity.csv", folder / "dimensions.csv")
+    write_centerlines(measured.tree, folder / "centerlines.vtp", unit=0.1)
+    write_swc(measured.tree, folder / "centerlines.swc")
 
 
 def network_figure(network: Network) -> "Figure":
@@ -134,20 +136,13 @@ def network_figure(network: Network) -> "Figure":
     return graph
 
 
-def _in_image(found: Answer) -> Tree:
-    """Return the tree in the image's coordinates, before the cannula's scale."""
-    tree = found.extraction.tree
-    return Tree(tuple(line / found.factor for line in tree.lines), tree.parent)
-
-
-def _provenance(found: Answer) -> dict[str, str]:
-    request = found.request
-    given = [request.image, request.mask, request.edits, request.region]
-    files = [path for path in given if isinstance(path, Path) and path.is_file()]
-    origin = provenance(files)
-    if request.image.is_dir():
+def _provenance(found: Extraction) -> dict[str, str]:
+    options = found.options
+    files = [found.source, options.mask, options.edits, options.region]
+    origin = provenance([path for path in files if isinstance(path, Path) and path.is_file()])
+    if found.source is not None and found.source.is_dir():
         digest = hashlib.sha256()
-        for file in sorted(path for path in request.image.iterdir() if path.is_file()):
+        for file in sorted(path for path in found.source.iterdir() if path.is_file()):
             digest.update(file.read_bytes())
-        origin[f"sha256 of all files in {request.image.name}"] = digest.hexdigest()
+        origin[f"sha256 of all files in {found.source.name}"] = digest.hexdigest()
     return origin

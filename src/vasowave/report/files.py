@@ -1,13 +1,12 @@
 """Figures and tables of a report as files: SVG; CSV in full precision, LaTeX as they stand on the page."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
 
-from vasowave.figures.gallery import png
-from vasowave.report.document import Drawing, Table
+from vasowave.report.blocks import Drawing, Table
 
 _LATEX = {
     **{mark: f"\\{mark}" for mark in "&%$#_{}"},
@@ -26,22 +25,26 @@ _PIECE = re.compile(
 )
 
 
-def write_figures(drawings: Sequence[Drawing], folder: Path, *, pixels: bool = False) -> None:
-    """Write every figure to `folder` as SVG with editable letters, and as PNG if `pixels`."""
+def write_figures(drawings: Sequence[Drawing], folder: Path) -> None:
+    """Write every figure to `folder` as SVG with editable letters."""
     folder.mkdir(parents=True, exist_ok=True)
     for drawing in drawings:
         (folder / f"{drawing.name}.svg").write_text(drawing.svg, encoding="utf-8")
-        if pixels:
-            (folder / f"{drawing.name}.png").write_bytes(png(drawing.figure))
 
 
-def write_tables(tables: Sequence[Table], folder: Path) -> None:
-    """Write every table to `folder` as CSV (full precision, units in the headers) and LaTeX (package booktabs)."""
+def write_tables(tables: Sequence[Table], records: Mapping[str, pd.DataFrame], folder: Path) -> None:
+    """Write tables as CSV (full precision, units in the headers) and LaTeX (package booktabs), records as CSV only."""
     folder.mkdir(parents=True, exist_ok=True)
     for table in tables:
         data = pd.DataFrame(table.rows, columns=list(table.header)) if table.data is None else table.data
-        data.to_csv(folder / f"{table.name}.csv", index=False, lineterminator="\n")
+        _write_csv(data, folder / f"{table.name}.csv")
         (folder / f"{table.name}.tex").write_text(latex_table(table), encoding="utf-8")
+    for name, data in records.items():
+        _write_csv(data, folder / f"{name}.csv")
+
+
+def _write_csv(data: pd.DataFrame, path: Path) -> None:
+    data.to_csv(path, index=False, lineterminator="\n")
 
 
 def latex_table(table: Table) -> str:

@@ -3,7 +3,7 @@
 import re
 from typing import TYPE_CHECKING
 
-from vasowave.report.document import Document, Drawing
+from vasowave.report.blocks import Drawing, Report
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -22,13 +22,13 @@ def templates() -> "Environment":
     )
 
 
-def page(document: Document) -> str:
+def page(report: Report) -> str:
     """Return the page as HTML text with the figures inside."""
     from markupsafe import Markup
 
     environment = templates()
     environment.globals["drawn"] = lambda drawing: Markup(embedded(drawing))
-    return environment.get_template("report.html").render(document=document)
+    return environment.get_template("report.html").render(report=report)
 
 
 def embedded(drawing: Drawing) -> str:

@@ -5,7 +5,7 @@ import warnings
 from pathlib import Path
 
 from vasowave.errors import VasowaveWarning
-from vasowave.report.document import Block, Bullets, Document, Drawing, Fold, Heading, Notice, Paragraph, Table
+from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Heading, Notice, Paragraph, Remarks, Report, Table
 
 _STYLE = """
 #set page(paper: "a4", margin: (x: 1.8cm, y: 2cm), numbering: "1 / 1")
@@ -22,7 +22,7 @@ _STYLE = """
 _WIDE, _VERY_WIDE = 8, 12  # columns from which a table gets smaller letters
 
 
-def write_pdf(document: Document, path: Path, figures: Path) -> bool:
+def write_pdf(report: Report, path: Path, figures: Path) -> bool:
     """Write the report to `path` and each figure to the folder `figures`; return whether that was possible.
 
     Warns
@@ -44,12 +44,12 @@ def write_pdf(document: Document, path: Path, figures: Path) -> bool:
     fonts = [str(Path(matplotlib.get_data_path()) / "fonts" / "ttf")]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for drawing in document.drawings():
+        for drawing in report.drawings():
             (folder / f"{drawing.name}.svg").write_text(drawing.svg, encoding="utf-8")
-        (folder / "report.typ").write_text(markup(document), encoding="utf-8")
+        (folder / "report.typ").write_text(markup(report), encoding="utf-8")
         alone = "#set page(width: auto, height: auto, margin: 0pt)\n"
         compiler = Compiler(root=str(folder), font_paths=fonts, ignore_system_fonts=True)
-        for drawing in document.drawings():
+        for drawing in report.drawings():
             source = folder / f"{drawing.name}.typ"
             source.write_text(f"{alone}#image({quoted(drawing.name + '.svg')})", encoding="utf-8")
             compiler.compile(str(source), output=str(figures / f"{drawing.name}.pdf"), format="pdf")
@@ -57,20 +57,20 @@ def write_pdf(document: Document, path: Path, figures: Path) -> bool:
     return True
 
 
-def markup(document: Document) -> str:
+def markup(report: Report) -> str:
     """Return the report in Typst's markup; figures are files ``NAME.svg`` beside it."""
     parts = [
-        f"#set document(title: {quoted(document.title)})",
+        f"#set document(title: {quoted(report.title)})",
         _STYLE,
-        f"= #{quoted(document.title)}",
-        f"#text(fill: luma(90), {quoted(document.subtitle)})",
+        f"= #{quoted(report.title)}",
+        f"#text(fill: luma(90), {quoted(report.subtitle)})",
     ]
-    if document.synthetic:
-        words = f"*Synthetic data.* #{quoted(document.synthetic)}"
+    if report.synthetic:
+        words = f"*Synthetic data.* #{quoted(report.synthetic)}"
         parts.append(f'#boxed(rgb("fdf0d5"), rgb("b26a00"))[{words}]')
-    for section in document.sections:
+    for section in report.sections:
         parts += [f"== #{quoted(section.title)}", *map(_block, section.blocks)]
-    origin = Table("", "", ("program or input", "version or SHA-256"), list(document.provenance.items()))
+    origin = Table("", "", ("program or input", "version or SHA-256"), list(report.provenance.items()))
     return "\n\n".join([*parts, "== Provenance", _block(origin), ""])
 
 
@@ -90,6 +90,8 @@ def _block(block: Block) -> str:
             return _bullets(block.items)
         case Notice():
             return f'#boxed(rgb("fdecea"), rgb("a4262c"))[*#{quoted(block.title)}*\n{_bullets(block.items)}\n]'
+        case Remarks():
+            return f'#boxed(rgb("f3f6f7"), rgb("90a4ae"))[*#{quoted(block.title)}*\n{_bullets(block.items)}\n]'
         case Table():
             return _table(block)
         case Drawing():
@@ -97,6 +99,8 @@ def _block(block: Block) -> str:
             image = f"image({quoted(block.name + '.svg')}, width: {width})"
             return f"#block(breakable: false)[#{image}\n#text(7.5pt, {quoted(block.caption)})]"
         case Fold():
+            if not block.printed:
+                return ""
             return "\n\n".join([f"=== #{quoted(block.title)}", *map(_block, block.blocks)])
 
 

@@ -6,9 +6,9 @@ from dataclasses import fields
 
 import numpy as np
 
+from vasowave.imaging.extraction import Extraction
+from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.places import written
-from vasowave.imaging.request import Answer
-from vasowave.imaging.taper import taper
 from vasowave.report.html import templates
 
 _CAPTIONS = {
@@ -25,7 +25,7 @@ _CAPTIONS = {
 _MOST_POINTS = 40  # of a vessel in the page's view
 
 
-def render(found: Answer, drawings: dict[str, str], origin: dict[str, str]) -> str:
+def render(found: Extraction, drawings: dict[str, str], origin: dict[str, str]) -> str:
     """Return the page as HTML text with view and numbers inside; it needs no network.
 
     Parameters
@@ -38,16 +38,16 @@ def render(found: Answer, drawings: dict[str, str], origin: dict[str, str]) -> s
     """
     environment = templates()
     source, *_ = environment.loader.get_source(environment, "tree3d.js")  # type: ignore[union-attr]
-    network = found.extraction.network
+    network = found.network
     scale = "not measured"
-    if found.request.cannula_radius is not None:
-        scale = f"{100 * (found.extraction.scale - 1):+.1f} %"
+    if found.options.cannula:
+        scale = f"{100 * (found.scale - 1):+.1f} %"
     return environment.get_template("review.html").render(
-        source=str(found.request.image),
+        source=str(found.source),
         sentence=f"{len(network)} vessels, {len(network.terminals)} of them terminal, in {len(network.generations)} "
         f"generations; total length {_number(network.length.sum())} cm; root {network.name[network.root]} with "
         f"a radius of {_number(network.radius[network.root])} cm. Scale of the cannula against the file: {scale}"
-        f"{', applied' if found.request.scale == 'cannula' else ''}.",
+        f"{', applied' if found.options.scale == 'cannula' else ''}.",
         notes=found.notes,
         actions=("remove", "cut", "merge", "root"),
         figures=[
@@ -73,8 +73,8 @@ def _number(value: float, digits: int = 3) -> str:
     return f"{float(value):.{digits}g}" if np.isfinite(value) else "–"
 
 
-def _page_table(found: Answer) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    network, one = found.extraction.network, found.extraction
+def _page_table(found: Extraction) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    network, one = found.network, found.measured
     slopes = taper(one.tree)
     header = ("vessel", "parent", "length [cm]", "radius [cm]", "SD [cm]", "inscribed [cm]", "densitometric [cm]",
               "reliable", "taper [cm/cm]", "±", "flow [%]")  # fmt: skip
@@ -90,12 +90,12 @@ def _page_table(found: Answer) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     return header, rows
 
 
-def _tree_data(found: Answer) -> str:
-    network, vessels = found.extraction.network, []
+def _tree_data(found: Extraction) -> str:
+    network, vessels = found.network, []
     terminals = set(network.terminals.tolist())
-    for row, line in enumerate(found.extraction.tree.lines):
+    for row, line in enumerate(found.tree.lines):
         few = np.unique(np.linspace(0, len(line) - 1, min(len(line), _MOST_POINTS)).round().astype(int))
-        points = np.round(line[few][:, [2, 1, 0, 3]], 5).tolist()
+        points = np.round(np.column_stack([line.points[few, ::-1], line.radius[few]]), 5).tolist()
         sizes = {"radius": _number(network.radius[row]), "length": _number(network.length[row])}
         vessels.append({"name": network.name[row], "terminal": row in terminals, "points": points, **sizes})
     # A name may hold "</script>".
@@ -103,12 +103,15 @@ def _tree_data(found: Answer) -> str:
     return json.dumps({"factor": found.factor, "root": root, "vessels": vessels}).replace("<", "\\u003c")
 
 
-def settings_rows(found: Answer) -> list[tuple[str, str]]:
+def settings_rows(found: Extraction) -> list[tuple[str, str]]:
     """Return what the user asked for, by name, as text."""
-    request = found.request
-    rows = [("root used (x,y,z, cm)", written(found.root)), ("scale factor", f"{found.factor:.5g}")]
-    for entry in fields(request):
-        value = getattr(request, entry.name)
+    rows = [
+        ("image", str(found.source)),
+        ("root used (x,y,z, cm)", written(found.root)),
+        ("scale factor", f"{found.factor:.5g}"),
+    ]
+    for entry in fields(found.options):
+        value = getattr(found.options, entry.name)
         if value is None or entry.name == "root":
             continue
         if isinstance(value, tuple | list | np.ndarray):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vasowave.archive import split_unit
+from vasowave.columns import split_unit
 
 Row = tuple[str, ...]
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -38,14 +38,14 @@ def unit(text: str) -> str:
 
 def name_and_unit(label: object) -> tuple[str, str]:
     """Split the name of a column, ``"S [mmHg2]"``, into name and unit."""
-    name, found = split_unit(str(label))
-    return name, unit(found)
+    name, written = split_unit(str(label))
+    return name, unit(written)
 
 
 def column_label(label: object) -> str:
     """Return the name of a column as it stands in a header."""
-    name, found = name_and_unit(label)
-    return f"{name} [{found}]" if found else name
+    name, written = name_and_unit(label)
+    return f"{name} [{written}]" if written else name
 
 
 def table_rows(frame: pd.DataFrame, digits: int = 4) -> tuple[Row, list[Row]]:

@@ -1,39 +1,6 @@
-"""Which wall law the data prefer: residual covariance, regularization, AICc and BIC."""
+"""Which wall law the data prefer: AICc and BIC under every model of the noise."""
 
-from vasowave.selection.arma import Arma, fit_arma
-from vasowave.selection.compare import NOISE, compare_models, fit_noise
-from vasowave.selection.covariance import matern32, matern52, neural_network, periodic, regularize, squared_exponential
-from vasowave.selection.criteria import aicc, bic, log_likelihood, whiten
-from vasowave.selection.fits import compare_fits
-from vasowave.selection.generalized import Mixture, generalized_fit, noise_posterior
-from vasowave.selection.likelihood import KERNELS, Kernel, fit_circulant, fit_kernel
-from vasowave.selection.noise import CirculantNoise, DenseNoise, Noise
+from vasowave.selection.compare import Comparing, compare_models, compare_residuals
+from vasowave.selection.criteria import UNDECIDED, aicc, bic, verdicts
 
-__all__ = [
-    "KERNELS",
-    "NOISE",
-    "Arma",
-    "CirculantNoise",
-    "DenseNoise",
-    "Kernel",
-    "Mixture",
-    "Noise",
-    "aicc",
-    "bic",
-    "compare_fits",
-    "compare_models",
-    "fit_arma",
-    "fit_circulant",
-    "fit_kernel",
-    "fit_noise",
-    "generalized_fit",
-    "log_likelihood",
-    "matern32",
-    "matern52",
-    "neural_network",
-    "noise_posterior",
-    "periodic",
-    "regularize",
-    "squared_exponential",
-    "whiten",
-]
+__all__ = ["UNDECIDED", "Comparing", "aicc", "bic", "compare_models", "compare_residuals", "verdicts"]

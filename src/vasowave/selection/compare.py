@@ -1,169 +1,228 @@
-"""The paper's table: which wall law each noise model prefers, by AICc and BIC."""
+"""Which wall law the residuals prefer, by AICc and BIC under every noise model: the paper's table AICcBIC."""
 
-from collections.abc import Mapping, Sequence
-from typing import Literal
+import json
+from collections.abc import Callable, Mapping, Sequence
+from typing import Literal, NamedTuple
 
 import numpy as np
-import pandas as pd
+import xarray as xr
 
+from vasowave.calibration.generalized import reoptimize
+from vasowave.calibration.result import Fit
 from vasowave.errors import InputError
-from vasowave.selection.arma import fit_arma
-from vasowave.selection.criteria import aicc, bic
-from vasowave.selection.likelihood import FAMILIES, KERNELS, Family, fit_kernel, maximize, named, regularized
-from vasowave.selection.noise import CirculantNoise, Noise
+from vasowave.noise.fitting import NOISE, Sharing, fit_noise
+from vasowave.noise.models import CirculantNoise, Noise
+from vasowave.recording import resample, samples_needed
+from vasowave.selection.criteria import UNDECIDED, aicc, bic, verdicts
+from vasowave.solver.simulate import Numerics
 
-Sharing = Literal["joint", "average"]
+Optima = Literal["OLS", "GLS"]
+Refit = Callable[[Noise], tuple[dict[str, np.ndarray], bool]]
+"""Under a noise model: the residuals of every wall law at its generalized optimum, and whether they fit the data."""
 
-NOISE = (*KERNELS, "circulant", "ARMA", "independent")
-"""Names of the noise models: the paper's, the periodic stationary process, and white noise."""
+_MOST_WORSE = 2.0  # root-mean-square residual over that of least squares
+_FEWEST = 16  # samples of a residual from which a covariance can be estimated
+_TEXT = ("covariance", "wall", "sharing", "optimum", "AICc_verdict", "BIC_verdict", "hyperparameters")
+_MEANINGS = {
+    "loglik": "log-likelihood (eq. 23)",
+    "D": "fitted parameters",
+    "N": "pressure samples",
+    "AICc": "corrected Akaike information criterion (eq. 21)",
+    "BIC": "Bayesian information criterion (eq. 22)",
+    "AICc_difference": "AICc minus the least of the wall laws under the same covariance",
+    "BIC_difference": "BIC minus the least of the wall laws under the same covariance",
+    "AICc_verdict": f"what AICc says; a difference below {UNDECIDED:g} is undecided",
+    "BIC_verdict": f"what BIC says; a difference below {UNDECIDED:g} is undecided",
+    "lambda": "weight of the regularization",
+    "discarded": "1 where the covariance needs too large a weight of the regularization, or explains the data away",
+    "covariance": "noise model",
+    "wall": "wall law",
+    "sharing": "one covariance of all wall laws from their joint likelihood, or the average of separate ones",
+    "optimum": "parameters of ordinary (OLS) or generalized (GLS) least squares",
+    "hyperparameters": "hyperparameters of the noise model, JSON",
+}
 
-UNDECIDED = 5.0
-"""Differences of AICc or BIC below this decide nothing."""
+
+class Comparing(NamedTuple):
+    """How wall laws are compared.
+
+    Attributes
+    ----------
+    covariances : tuple of str
+        Noise models, of `NOISE`.
+    sharings : tuple of {"joint", "average"}
+        How the one covariance of all wall laws is found: by their joint likelihood, or as the mean of separate ones.
+    norm : {1, 2}
+        Of the condition number that λ brings below 10⁴. In the 2-norm λ never exceeds N/(10⁴ - 1 + N).
+    largest_weight : float
+        A covariance that needs a larger λ is discarded.
+    starts, seed : int
+        Of the maximizations of the likelihood.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Comparing(covariances=("circulant", "ARMA")).norm
+    2
+    """
+
+    covariances: Sequence[str] = NOISE
+    sharings: Sequence[Sharing] = ("joint", "average")
+    norm: int = 2
+    largest_weight: float = 0.1
+    starts: int = 4
+    seed: int = 0
 
 
 def compare_models(
-    residuals: Mapping[str, np.ndarray],
-    n_parameters: Mapping[str, int],
-    period: float,
+    fits: Sequence[Fit],
+    how: Comparing | None = None,
     *,
-    noise: Sequence[str] = NOISE,
-    sharing: Sharing = "joint",
-    norm: int = 2,
-    largest_weight: float = 0.1,
-    starts: int = 4,
-    rng: np.random.Generator | None = None,
-) -> pd.DataFrame:
-    """AICc and BIC of every model under every noise model, best first (eqs. 21 to 23; the paper's table AICcBIC).
+    optima: Sequence[Optima] = ("OLS",),
+    samples: int | None = 512,
+    numerics: Numerics | None = None,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> xr.Dataset:
+    """AICc and BIC of the wall laws of one animal under every noise model (eqs. 21 to 23; the paper's table AICcBIC).
 
     Parameters
     ----------
-    residuals : mapping of model name to array, shape (sample,)
-        Measured minus simulated pressure, mmHg, evenly spaced over one period: at the least-squares optimum as in the
-        paper, or at the generalized-least-squares one. Call once for each.
-    n_parameters : mapping of model name to int
-        D, the fitted parameters of each model; hyperparameters of the noise are shared and not counted.
-    period : float
-        T, s.
-    noise : sequence of str
-        Of `NOISE`.
-    sharing : {"joint", "average"}
-        How the one covariance of all models is found: by their joint likelihood, or as the mean of separate ones.
-    norm : {1, 2}
-        Norm of the condition number that λ brings below 10⁴. In the 2-norm λ never exceeds N/(10⁴ - 1 + N).
-    largest_weight : float
-        Noise models that need a larger λ are discarded.
-    starts : int
-        Starts of each likelihood maximization.
-    rng : numpy.random.Generator, optional
-        Default: a generator with seed 0.
+    fits : sequence of Fit
+        Of one recording, one for each wall law.
+    how : Comparing, optional
+        Noise models, regularization, seed.
+    optima : sequence of {"OLS", "GLS"}
+        Scores at the least-squares optimum (the paper; takes seconds), and at the generalized-least-squares optimum
+        under the same covariance (simulates some tens to hundred times for every row).
+    samples : int, optional
+        N is at most this (the paper's 512), and at most what the harmonics in the measured cycle need: an average that
+        kept 20 harmonics has 41 independent samples. Longer residuals are resampled in Fourier space. None: as fitted.
+    numerics : Numerics, optional
+        As given to `calibrate`, for the GLS optimum.
+    progress : callable, optional
+        Called with finished rows, all rows and what was just done.
 
     Returns
     -------
-    DataFrame
-        One row per noise model, criterion and model: ``score``, ``difference`` to the best model, ``verdict``
-        ("preferred", "worse", "undecided" where the runner-up is closer than `UNDECIDED`, "discarded"), ``lambda``,
-        D, N, log-likelihood, hyperparameters, norm and sharing. Discarded noise models stand last.
+    Dataset
+        As from `compare_residuals`, with both optima if asked for.
 
     Raises
     ------
     InputError
-        Fewer than two models, series of different length or without variance, unknown names.
+        Fewer than two fits, of different recordings or the same wall law; unknown names.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network, recording, search = vw.control_network(), vw.virtual_mouse(), vw.Search(starts=1)
+    >>> fits = [vw.calibrate(network, recording, wall, search=search) for wall in ("linear", "tangent")]
+    >>> table = vw.compare_models(fits, vw.Comparing(covariances=("circulant",), sharings=("joint",)))
+    >>> sorted(str(wall) for wall in table["wall"].values)
+    ['linear', 'tangent']
     """
-    series = _series(residuals, n_parameters, period)
-    rng = rng or np.random.default_rng(0)
-    rows: list[dict[str, object]] = []
-    for name in noise:
-        model = fit_noise(name, series, period, sharing=sharing, norm=norm, starts=starts, rng=rng)
-        found = {key: model.log_likelihood(r) for key, r in zip(residuals, series)}
-        discarded = model.weight > largest_weight
-        for criterion, score in (("AICc", aicc), ("BIC", bic)):
-            scores = {key: score(found[key], n_parameters[key], series.shape[1]) for key in residuals}
-            for key, difference, verdict in verdicts(scores):
-                rows.append(
-                    {
-                        "noise": name,
-                        "criterion": criterion,
-                        "model": key,
-                        "score": scores[key],
-                        "difference": difference,
-                        "verdict": "discarded" if discarded else verdict,
-                        "lambda": model.weight,
-                        "D": n_parameters[key],
-                        "N": series.shape[1],
-                        "log likelihood": found[key],
-                        "hyperparameters": ", ".join(f"{k} {v:.4g}" for k, v in model.hyperparameters.items()),
-                        "norm": "none" if isinstance(model, CirculantNoise) else f"{norm}-norm",
-                        "sharing": sharing,
-                    }
-                )
-    table = pd.DataFrame(rows)
-    last = table["verdict"].eq("discarded")
-    return pd.concat([table[~last], table[last]], ignore_index=True)
+    _check_fits(fits, optima)
+    N = fits[0].N if samples is None else min(samples, samples_needed(fits[0].recording.pressure))
+    residuals = {fit.wall: resample(fit.pressure_residual, N) for fit in fits}
+    counts = {fit.wall: int(fit.parameters["free"].sum()) for fit in fits}
+
+    def refit(noise: Noise) -> tuple[dict[str, np.ndarray], bool]:
+        def whiten(values: np.ndarray) -> np.ndarray:
+            return noise.whiten(resample(values, N))
+
+        ends = {fit.wall: resample(reoptimize(fit, whiten, numerics=numerics).residual, N) for fit in fits}
+        return ends, not any(explained_away(fit, ends[fit.wall]) for fit in fits)
+
+    refits: dict[str, Refit | None] = {one: refit if one == "GLS" else None for one in optima}
+    return compare_residuals(residuals, counts, fits[0].recording.period, how, refits=refits, progress=progress)
 
 
-def fit_noise(
-    name: str,
-    residuals: np.ndarray,
+def compare_residuals(
+    residuals: Mapping[str, np.ndarray],
+    n_parameters: Mapping[str, int],
     period: float,
+    how: Comparing | None = None,
     *,
-    sharing: Sharing = "joint",
-    norm: int = 2,
-    starts: int = 4,
-    rng: np.random.Generator,
-) -> Noise:
-    """Fit one noise model to residuals, shape (model, sample), mmHg; arguments as in `compare_models`."""
-    if name not in NOISE:
-        raise InputError(f"unknown noise model '{name}'; known: {', '.join(NOISE)}")
-    if sharing not in ("joint", "average"):
-        raise InputError(f"sharing '{sharing}': give 'joint' or 'average'")
-    groups = [residuals] if sharing == "joint" else [r[np.newaxis] for r in residuals]
-    if name in KERNELS:
-        pairs = [fit_kernel(KERNELS[name], group, period, rng, starts) for group in groups]
-    elif name == "ARMA":
-        pairs = [_arma(group) for group in groups]
-    else:
-        return _circulant(FAMILIES[name], groups, period, rng, starts)
-    sigma = np.mean([matrix for matrix, _ in pairs], axis=0)
-    return regularized(sigma, _mean([values for _, values in pairs]), norm)
+    refits: Mapping[str, Refit | None] | None = None,
+    progress: Callable[[int, int, str], None] | None = None,
+) -> xr.Dataset:
+    """AICc and BIC of models by their residuals alone (eqs. 21 to 23).
+
+    Parameters
+    ----------
+    residuals : mapping of model to array, shape (sample,)
+        Measured minus simulated pressure, mmHg, evenly spaced over one period.
+    n_parameters : mapping of model to int
+        D, the fitted parameters of each model; hyperparameters of the noise are shared and not counted.
+    period : float
+        T, s.
+    how : Comparing, optional
+    refits : mapping of optimum to callable or None, optional
+        By default the residuals as they are (``{"OLS": None}``).
+    progress : callable, optional
+
+    Returns
+    -------
+    Dataset
+        Dim ``candidate``: one for every covariance, sharing, optimum and wall law, the likeliest covariance first and
+        in each the best wall law first, discarded ones last. Variables as described by their ``long_name``. Attributes:
+        norm, largest_condition, largest_lambda, seed, preferred_covariance (highest joint log-likelihood, penalized as
+        by BIC for its hyperparameters, among those of the joint likelihood that are not discarded).
+
+    Raises
+    ------
+    InputError
+        Fewer than two models, residuals of different length or without variance, unknown names.
+    """
+    how, refits = how or Comparing(), refits or {"OLS": None}
+    series = _series(residuals, n_parameters, period)
+    rng, blocks = np.random.default_rng(how.seed), list[list[dict]]()
+    count = len(how.covariances) * len(how.sharings) * len(refits)
+    for covariance in how.covariances:
+        for sharing in how.sharings:
+            noise = fit_noise(covariance, series, period, sharing=sharing, norm=how.norm, starts=how.starts, rng=rng)
+            for optimum, refit in refits.items():
+                at, useful = (residuals, True) if refit is None else refit(noise)
+                label = {
+                    "covariance": covariance,
+                    "sharing": sharing,
+                    "optimum": optimum,
+                    "discarded": noise.weight > how.largest_weight or not useful,
+                }
+                blocks.append([label | row for row in _rows(at, n_parameters, noise)])
+                if progress is not None:
+                    progress(len(blocks), count, f"{covariance}, {sharing}, {optimum}")
+    blocks.sort(key=lambda rows: (rows[0]["discarded"], _noise_bic(rows)))
+    return _dataset([row for rows in blocks for row in rows]).assign_attrs(
+        norm=f"{how.norm}-norm",
+        largest_condition=1e4,
+        largest_lambda=how.largest_weight,
+        seed=how.seed,
+        preferred_covariance=_preferred(blocks),
+    )
 
 
-def _arma(residuals: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:
-    found = fit_arma(residuals)
-    sigma = found.covariance(residuals.shape[1])
-    values = {"amplitude [mmHg2]": float(sigma[0, 0]), "p": float(len(found.ar)), "q": float(len(found.ma))}
-    for letter, coefficients in (("phi", found.ar), ("theta", found.ma)):
-        values |= {f"{letter}{i}": float(value) for i, value in enumerate(coefficients, 1)}
-    return sigma, values
+def explained_away(fit: Fit, residual: np.ndarray) -> bool:
+    """Whether a generalized-least-squares optimum misses the data by more than twice what least squares leaves.
+
+    A spectrum that falls steeply takes errors of the mean pressure for likely and puts all weight on the smallest
+    harmonics; what is found then is no calibration.
+    """
+    return bool(np.mean(residual**2) > (_MOST_WORSE * fit.rmse) ** 2)
 
 
-def _circulant(
-    family: Family, groups: list[np.ndarray], period: float, rng: np.random.Generator, starts: int
-) -> CirculantNoise:
-    powers, values, count = [], [], groups[0].shape[1]
-    for group in groups:
-        theta, amplitude = maximize(family, group, rng, starts)
-        powers.append(amplitude * family.noise(count, theta).power)  # type: ignore[attr-defined]
-        values.append(named(family, theta, period, amplitude))
-    return CirculantNoise(np.mean(powers, axis=0), count, _mean(values))
-
-
-def _mean(fits: list[dict[str, float]]) -> dict[str, float]:
-    """Return the means of what all fits have: ARMA models of different orders share few."""
-    shared = [name for name in fits[0] if all(name in fit for fit in fits)]
-    return {name: float(np.mean([fit[name] for fit in fits])) for name in shared}
-
-
-def verdicts(scores: Mapping[str, float]) -> list[tuple[str, float, str]]:
-    """Return (model, difference, verdict), best first."""
-    order = sorted(scores, key=lambda key: scores[key])
-    best = scores[order[0]]
-    decided = scores[order[1]] - best >= UNDECIDED
-    found = []
-    for key in order:
-        difference = scores[key] - best
-        clear = difference >= UNDECIDED or (key == order[0] and decided)
-        found.append((key, difference, ("preferred" if key == order[0] else "worse") if clear else "undecided"))
-    return found
+def _check_fits(fits: Sequence[Fit], optima: Sequence[str]) -> None:
+    walls = [fit.wall for fit in fits]
+    if len(set(walls)) < 2 or len(set(walls)) != len(walls):
+        raise InputError(f"a comparison needs fits of different wall laws; given: {', '.join(walls) or 'none'}")
+    first = fits[0].recording
+    for fit in fits[1:]:
+        same = fit.recording.period == first.period and np.array_equal(fit.recording.pressure, first.pressure)
+        if not same:
+            raise InputError(f"the {fit.wall} wall was fitted to another recording than the {fits[0].wall} wall")
+    unknown = [one for one in optima if one not in ("OLS", "GLS")]
+    if unknown or not optima:
+        raise InputError(f"optimum '{unknown[0] if unknown else ''}': give 'OLS', 'GLS' or both")
 
 
 def _series(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int], period: float) -> np.ndarray:
@@ -174,11 +233,45 @@ def _series(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int]
         raise InputError(f"residuals are of {', '.join(residuals)}; n_parameters of {', '.join(n_parameters)}")
     if not (np.isfinite(period) and period > 0):
         raise InputError(f"period {period:g} s is not a positive number")
-    arrays = {key: np.asarray(r, dtype=float) for key, r in residuals.items()}
-    first = next(iter(arrays))
-    for key, r in arrays.items():
-        if r.ndim != 1 or r.shape != arrays[first].shape or len(r) < 16:
-            raise InputError(f"residuals of '{key}' have shape {r.shape}, of '{first}' {arrays[first].shape}")
+    first = next(iter(residuals))
+    for key, r in residuals.items():
+        if r.ndim != 1 or r.shape != residuals[first].shape or len(r) < _FEWEST:
+            raise InputError(f"residuals of '{key}' have shape {r.shape}, of '{first}' {residuals[first].shape}")
         if not np.all(np.isfinite(r)) or not np.any(r):
             raise InputError(f"residuals of '{key}' are all zero or not finite; a covariance cannot be estimated")
-    return np.stack(list(arrays.values()))
+    return np.stack(list(residuals.values()))
+
+
+def _rows(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int], noise: Noise) -> list[dict]:
+    """Return one row for every wall law, the best first."""
+    rows: dict[str, dict] = {}
+    for wall, one in residuals.items():
+        D, N, likelihood = n_parameters[wall], len(one), noise.log_likelihood(one)
+        scores = {"AICc": aicc(likelihood, D, N), "BIC": bic(likelihood, D, N)}
+        rows[wall] = {"wall": wall, "loglik": likelihood, "D": D, "N": N, **scores}
+    for criterion in ("AICc", "BIC"):
+        for wall, difference, verdict in verdicts({wall: row[criterion] for wall, row in rows.items()}):
+            rows[wall] |= {f"{criterion}_difference": difference, f"{criterion}_verdict": verdict}
+    weight = np.nan if isinstance(noise, CirculantNoise) else noise.weight
+    noted = {"lambda": weight, "hyperparameters": json.dumps(noise.hyperparameters)}
+    return [row | noted for row in sorted(rows.values(), key=lambda row: row["AICc"])]
+
+
+def _noise_bic(rows: list[dict]) -> float:
+    """BIC of a noise model: minus twice its log-likelihood of all residuals, plus its hyperparameters' price."""
+    count = len(json.loads(rows[0]["hyperparameters"])) - (2 if rows[0]["covariance"] == "ARMA" else 0)
+    return sum(-2 * row["loglik"] for row in rows) + count * np.log(sum(row["N"] for row in rows))
+
+
+def _preferred(blocks: list[list[dict]]) -> str:
+    kept = [rows for rows in blocks if rows[0]["sharing"] == "joint" and not rows[0]["discarded"]]
+    return str(kept[0][0]["covariance"]) if kept else ""
+
+
+def _dataset(rows: list[dict]) -> xr.Dataset:
+    variables = {}
+    for name, meaning in _MEANINGS.items():
+        values = np.array([row[name] for row in rows], dtype=object if name in _TEXT else float)
+        attributes = {"long_name": meaning} | ({} if name in _TEXT else {"units": "1"})
+        variables[name] = ("candidate", values, attributes)
+    return xr.Dataset(variables)

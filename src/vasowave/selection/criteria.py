@@ -1,27 +1,13 @@
-"""Likelihood of residuals, AICc, BIC, and whitening for generalized least squares."""
+"""AICc and BIC, and what their differences decide."""
+
+from collections.abc import Mapping
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
-from vasowave.errors import InputError, NumericalError
+from vasowave.errors import InputError
 
-
-def whiten(values: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Return L⁻¹ values with Σ = LLᵀ, for residuals (sample,) or a Jacobian (sample, parameter)."""
-    return solve_triangular(cholesky_factor(covariance), values, lower=True)
-
-
-def log_likelihood(residuals: np.ndarray, covariance: np.ndarray) -> float:
-    """Gaussian log-likelihood of the residuals (eq. 23).
-
-    Raises
-    ------
-    NumericalError
-        If the covariance is not positive definite; regularize it first.
-    """
-    factor = cholesky_factor(covariance)
-    white = solve_triangular(factor, residuals, lower=True)
-    return float(-0.5 * len(white) * np.log(2 * np.pi) - np.log(np.diag(factor)).sum() - 0.5 * white @ white)
+UNDECIDED = 5.0
+"""Differences of AICc or BIC below this decide nothing."""
 
 
 def aicc(log_likelihood: float, parameters: int, samples: int) -> float:
@@ -36,9 +22,18 @@ def bic(log_likelihood: float, parameters: int, samples: int) -> float:
     return float(-2 * log_likelihood + parameters * np.log(samples))
 
 
-def cholesky_factor(covariance: np.ndarray) -> np.ndarray:
-    """Return the lower triangular L with Σ = LLᵀ; `NumericalError` if Σ is not positive definite."""
-    try:
-        return np.linalg.cholesky(covariance)
-    except np.linalg.LinAlgError:
-        raise NumericalError("the covariance is not positive definite; regularize it first") from None
+def verdicts(scores: Mapping[str, float]) -> list[tuple[str, float, str]]:
+    """Return (model, difference to the best, verdict), best first.
+
+    The best is "preferred" if the runner-up is at least `UNDECIDED` behind, and whatever is that far behind is "worse";
+    all others are "undecided".
+    """
+    order = sorted(scores, key=lambda key: scores[key])
+    best = scores[order[0]]
+    decided = len(order) > 1 and scores[order[1]] - best >= UNDECIDED
+    found = []
+    for key in order:
+        difference = scores[key] - best
+        clear = difference >= UNDECIDED or (key == order[0] and decided)
+        found.append((key, difference, ("preferred" if key == order[0] else "worse") if clear else "undecided"))
+    return found

@@ -6,6 +6,7 @@ Half steps lie at t = 0, dt, 2dt …: inflow, outlets and output live there, and
 import hashlib
 import inspect
 import sys
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -57,8 +58,9 @@ def _source_fingerprint() -> str:
     return hashlib.sha256("".join(inspect.getsource(module) for module in modules).encode()).hexdigest()
 
 
-def _compiled(fingerprint: str) -> Any:
-    @njit(cache=True, **OPTIONS)
+@cache
+def _compiled(fingerprint: str, kept: bool) -> Any:
+    @njit(cache=kept, **OPTIONS)
     def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, inlet_area, out, cell_out):
         _ = fingerprint
         area, flow, memory = state
@@ -107,4 +109,10 @@ def _compiled(fingerprint: str) -> Any:
     return advance_cycle
 
 
-advance_cycle = _compiled(_source_fingerprint())
+def cycle_kernel(law: type) -> Any:
+    """Return the compiled cycle for models with this wall law (its class).
+
+    Kernels of our own laws are kept on disk. One with a law from elsewhere is compiled in each process: Numba's index
+    of kept kernels names the law's module, and could not be read where that is missing.
+    """
+    return _compiled(_source_fingerprint(), law.__module__ == walls.__name__)

@@ -161,5 +161,5 @@ class FromRest:
 
 def _range_of_pressure(model: Model) -> tuple[float, float]:
     """Pressures beyond which a linear guess is cut: near the collapse of the softest wall, and 100 kPa."""
-    rest = np.sqrt(model.wall.wave_speed_squared_at_rest(model.blood.inertia, *model.wall))
+    rest = walls.wave_speed_at_rest(model.wall, model.blood.inertia)
     return float(-0.5 * model.blood.inertia * np.min(rest) ** 2), 750.0

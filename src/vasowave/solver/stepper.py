@@ -57,7 +57,7 @@ class Stepper:
     def cycle(self, state: State) -> State:
         """Run one cycle; the waveforms of the last one stay in `stations` and `cells`."""
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
-        report = cycles.advance_cycle(
+        report = cycles.cycle_kernel(type(self.grid.wall))(
             (area, flow, memory), self.inflow, self.law, self.outlets, self.parts, self.fluid, self.scratch,
             self.inlet_area, self.stations, self.cells,
         )  # fmt: skip

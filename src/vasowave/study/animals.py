@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, cast
 
 from vasowave import units
 from vasowave.columns import Columns, read_columns
@@ -18,7 +18,7 @@ COLUMNS = {
     "network": "File of its vessels: name, parent, length [cm], radius [cm]. Animals may share one.",
     "recording": "File of its recording: one averaged cycle, or a continuous recording.",
     "flow": "File of the flow, if the recording holds the pressure only (averaged cycles).",
-    "kind": "cycle (one averaged cycle; the default) or raw (continuous, beats are found and averaged).",
+    "kind": "cycle (one averaged cycle) or raw (continuous, beats are found and averaged); empty: told from the file.",
     "period [s]": "Period of an averaged cycle without a time column.",
     "pressure unit": "Unit of the pressure, where its file names none.",
     "flow unit": "Unit of the flow, where its file names none.",
@@ -55,14 +55,17 @@ _NAME = re.compile(r"\w[\w .,+()-]*")
 
 @dataclass(frozen=True)
 class AnimalRow:
-    """One row of the table; a number is None and a text empty where the cell is."""
+    """One row of the table; a number is None and a text empty where the cell is.
+
+    An empty `kind` is told from the file, see `study.kind`.
+    """
 
     animal: str
     group: str
     network: Path
     recordings: tuple[Path, ...]
     line: int
-    kind: str = "cycle"
+    kind: Literal["", "cycle", "raw"] = ""
     period: float | None = None
     pressure_unit: str = ""
     flow_unit: str = ""
@@ -154,7 +157,7 @@ def _row(
     def say(title: str, message: str, error: bool = True) -> None:
         wrong.append(Problem(f"{table.source}, line {line}, column '{title}'", message, error))
 
-    kind = cell["kind"].lower() or "cycle"
+    kind = cell["kind"].lower() or ("cycle" if cell["flow"] else "")
     _check_words(cell, kind, groups, say)
     files = _files(cell, kind, Path(table.source).parent, say)
     numbers: dict[str, Any] = {field: _number(cell[title], title, say) for title, field in _NUMBERS.items()}
@@ -163,7 +166,7 @@ def _row(
     texts: dict[str, Any] = {t.replace(" ", "_"): cell[t] for t in COLUMNS if t.endswith((" unit", " channel"))}
     block = numbers.pop("block")
     row = AnimalRow(
-        cell["animal"], cell["group"], files[0], tuple(files[1:]), line, kind,
+        cell["animal"], cell["group"], files[0], tuple(files[1:]), line, cast(Literal["", "cycle", "raw"], kind),
         synthetic=cell["synthetic"].lower() == "yes", block=None if block is None else int(block), **texts, **numbers,
     )  # fmt: skip
     return row, wrong
@@ -178,11 +181,11 @@ def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | Non
     if cell["group"] and groups is not None and cell["group"] not in groups:
         hint = did_you_mean(cell["group"], groups)
         say("group", f"'{cell['group']}' is not a group of the study{hint}; its groups: {', '.join(groups)}")
-    if kind not in ("cycle", "raw"):
+    if kind not in ("", "cycle", "raw"):
         say("kind", f"'{cell['kind']}'{did_you_mean(kind, ('cycle', 'raw'))}; write cycle or raw")
     if cell["synthetic"].lower() not in ("", "no", "yes"):
         say("synthetic", f"'{cell['synthetic']}'; write yes or no")
-    for title in _CYCLE_ONLY if kind == "raw" else _RAW_ONLY:
+    for title in {"raw": _CYCLE_ONLY, "cycle": _RAW_ONLY}.get(kind, ()):
         if cell[title]:
             say(title, f"has no meaning for an animal of kind '{kind}' and is ignored", False)
     for title, quantity in (("pressure unit", "pressure"), ("flow unit", "flow")):

@@ -4,17 +4,17 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from vasowave.calibration.parameters import parameter_space
+from vasowave.animal import Animal, Settings
+from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import VasowaveError
 from vasowave.nominal import Nominal, estimate_nominal, oddities
 from vasowave.recording import INDEX_UNITS
 from vasowave.study.animals import AnimalRow
 from vasowave.study.document import Document, read_document
-from vasowave.study.loading import animal_settings, load_animal
+from vasowave.study.loading import load_animal
 from vasowave.study.plan import Study, inspect_study
 from vasowave.study.problems import Problem
-from vasowave.study.settings import StudyFile
-from vasowave.subject import Animal, Settings
+from vasowave.study.settings import StudyFile, animal_settings
 
 NORMAL = {
     "mouse": {
@@ -41,8 +41,6 @@ BLOOD = {"density": (0.95, 1.3, "g/ml", 1.057), "viscosity": (0.005, 0.3, "cm²/
 
 _TAU = (0.02, 0.6)
 _SLIP = 3.0  # a known value that differs by more than this factor is no other method, but another number
-_FITTED = {"linear": {"beta"}, "tangent": {"p1", "gamma"}}
-_NOMINAL = {"beta": "β0", "p1": "p1 = β0/π", "gamma": "γ = 2", "r1": "r1 = 1", "r2": "r2 = 1", "c1": "c1 = 1"}
 
 
 def check_study(path: Path) -> list[Problem]:
@@ -73,7 +71,7 @@ def _settings(study: Study, document: Document) -> list[Problem]:
     def say(message: str, *at: str) -> None:
         found.append(Problem(document.place(at, key=True), f"{'.'.join(at)}: {message}", False))
 
-    names = {"r1", "r2", "c1"}.union(*(_FITTED[wall] for wall in calibration.walls))
+    names = {name for wall in calibration.walls for name in fitted_parameters(wall)}
     for section, given in (("bounds", calibration.bounds), ("fixed", calibration.fixed)):
         for name in sorted(set(given) - names):
             say(f"no parameter of the {' and '.join(calibration.walls)} wall", "calibration", section, name)
@@ -183,11 +181,10 @@ def _bounds(animal: Animal, nominal: Nominal, settings: Settings) -> dict[str, s
         for i, name in enumerate(space.names):
             low, high, value = space.lower[i], space.upper[i], space.nominal[i]
             if space.free[i] and not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
-                unit = " mmHg" if name in ("beta", "p1") else ""
-                table = "; the published table lists π p1" if name == "p1" else ""
+                unit = "" if space.parameters[name].unit == "1" else f" {space.parameters[name].unit}"
                 found[name] = (
-                    f"the bounds of {name}, {low:.4g} to {high:.4g}{unit}, exclude the nominal value of this animal "
-                    f"({_NOMINAL[name]}: {value:.4g}{unit}); widen them{table}"
+                    f"the bounds of {name}, {low:.4g} to {high:.4g}{unit}, exclude the nominal value of this animal, "
+                    f"{value:.4g}{unit}; widen them"
                 )
     return found
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from vasowave.errors import InputError, VasowaveError
+from vasowave.files import is_full
 from vasowave.study.fingerprint import source_digest
-from vasowave.study.store import is_full
 from vasowave.threads import VARIABLE
 
 Pools = Callable[[int], AbstractContextManager[Executor]]

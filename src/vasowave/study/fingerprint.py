@@ -11,7 +11,7 @@ from typing import Any
 from vasowave.provenance import sha256
 
 _NUMERICAL = ("numpy", "scipy", "numba", "xarray")
-_NOT_NUMERICAL = ("cli", "report", "figures", "cohort.py")
+_NOT_NUMERICAL = ("cli", "report", "figures", "cohort")
 """Parts of the package that only show what was computed; a change there asks for no recomputation."""
 
 

@@ -8,53 +8,26 @@ from typing import Any
 
 import xarray as xr
 
-from vasowave.blood import Blood, BoundaryLayer, Friction, Poiseuille, PowerLaw
+from vasowave.animal import Animal, Settings, analyze
+from vasowave.animal.files import to_bytes
+from vasowave.animal.pipeline import Progress
 from vasowave.errors import VasowaveWarning
 from vasowave.network import read_network
+from vasowave.provenance import sha256
 from vasowave.recording import Recording, average_beats, read_raw_recording, read_recording
-from vasowave.solver import Numerics
 from vasowave.study.animals import AnimalRow
 from vasowave.study.fingerprint import fingerprint
-from vasowave.study.settings import BloodSection, StudyFile
-from vasowave.study.store import digest
-from vasowave.subject import Animal, Settings, analyze
+from vasowave.study.kind import kind_of
+from vasowave.study.settings import StudyFile, animal_settings
 
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
 
 
-def animal_settings(study: StudyFile) -> Settings:
-    """Return what the study file says about the analysis of an animal."""
-    calibration, numerics = study.calibration, study.numerics
-    return Settings(
-        walls=tuple(calibration.walls),
-        starts=calibration.starts,
-        method=calibration.method,
-        paper_bounds=calibration.paper_bounds,
-        bounds={str(name): pair for name, pair in calibration.bounds.items()},
-        fixed={str(name): value for name, value in calibration.fixed.items()},
-        seed=calibration.seed,
-        selection=study.model_selection,
-        selection_optima=tuple(study.selection_optima),
-        blood=blood(study.blood),
-        numerics=Numerics(**numerics.model_dump()),
-    )
-
-
-def blood(section: BloodSection) -> Blood:
-    """Return the blood of a study."""
-    law: Friction = BoundaryLayer(section.reference_radius)
-    if section.friction == "poiseuille":
-        law = Poiseuille()
-    elif section.friction == "power-law":
-        law = PowerLaw(section.exponent)
-    return Blood(section.density, section.viscosity, law)
-
-
 def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
     """Return the SHA-256 of every file of one animal by its role, and the file's name as seen from `folder`."""
     roles = ("network", "recording", "flow")
-    return {role: f"{digest(file)} ({inside(file, folder)})" for role, file in zip(roles, row.files, strict=False)}
+    return {role: f"{sha256(file)} ({inside(file, folder)})" for role, file in zip(roles, row.files, strict=False)}
 
 
 def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
@@ -69,7 +42,8 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     ignored = {"network", "recordings", "line", "R_T", "C_T", "tau"}
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
     what["settings"] = animal_settings(study).as_json()
-    if row.kind == "raw":
+    what["kind"] = row.kind or kind_of(row.recordings)
+    if what["kind"] == "raw":
         what["averaging"] = study.averaging.model_dump()
     return fingerprint(what, files)
 
@@ -88,7 +62,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", VasowaveWarning)
         network = read_network(row.network)
-        if row.kind == "cycle":
+        if (row.kind or kind_of(row.recordings)) == "cycle":
             recording = read_recording(*row.recordings, period=row.period, **_units(row))
             animal = Animal(row.animal, row.group, network, recording)
         else:
@@ -101,6 +75,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
                 start=row.start,
                 end=row.end,
                 sampling_rate=row.sampling_rate,
+                progress=None,
                 **_units(row),
             )
             beats = average_beats(raw, **study.averaging.model_dump())
@@ -119,11 +94,18 @@ def _says_synthetic(row: AnimalRow) -> bool:
     return False
 
 
-def analyze_animal(animal: Animal, settings: Settings, hashes: Mapping[str, str]) -> xr.DataTree:
-    """Analyze one animal; the SHA-256 of its files stands among the attributes of the tree. Runs in a worker."""
-    tree = analyze(animal, settings)
+def analyze_animal(
+    animal: Animal, settings: Settings, hashes: Mapping[str, str], progress: Progress | None = None
+) -> xr.DataTree:
+    """Analyze one animal; the SHA-256 of its files stands among the attributes of the tree."""
+    tree = analyze(animal, settings, progress)
     tree.attrs |= {f"sha256 of {role}": found for role, found in hashes.items()}
     return tree
+
+
+def analyzed_bytes(animal: Animal, settings: Settings, hashes: Mapping[str, str]) -> bytes:
+    """Return the tree of `analyze_animal` as the bytes of a netCDF-4 file. Runs in a worker."""
+    return to_bytes(analyze_animal(animal, settings, hashes))
 
 
 def _units(row: AnimalRow) -> dict[str, str | None]:

@@ -9,6 +9,9 @@ from datetime import datetime
 from pathlib import Path
 
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.files import not_written
+
+_OPEN = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0)
 
 
 @contextmanager
@@ -30,10 +33,10 @@ def locked(path: Path) -> Iterator[None]:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        file = path.open("a+", encoding="utf-8")
+        handle = os.open(path, _OPEN, 0o644)  # a link in its place is refused
     except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror}); is the study on a read-only disk?") from None
-    with file:
+        raise not_written(path, error) from None
+    with os.fdopen(handle, "a+", encoding="utf-8") as file:
         try:
             _lock(file.fileno())
         except BlockingIOError:

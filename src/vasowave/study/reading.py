@@ -6,7 +6,9 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from vasowave.errors import did_you_mean
+from vasowave.animal.animal import known_parameters
+from vasowave.errors import InputError, did_you_mean
+from vasowave.laws import find_law
 from vasowave.study.document import Document, parse_document, read_document
 from vasowave.study.problems import Problem
 from vasowave.study.settings import StudyFile
@@ -30,7 +32,8 @@ _SHAPES = {
     "model_type": "write its keys in indented lines 'key: value' below",
     "dict_type": "write 'name: value' in indented lines below, or {name: value}",
     "list_type": "write a list: [one, other]",
-    "tuple_type": "write a list of two numbers: [lower, upper]",
+    "tuple_type": "write a list: [one, other]",
+    "too_long": "write a list of two numbers: [lower, upper]",
     "missing": "write a list of two numbers: [lower, upper]",
 }
 
@@ -56,6 +59,7 @@ def validated(document: Document) -> StudyFile | None:
     """Return the settings a document holds; what is wrong is added to its problems, and then None is returned."""
     # A section whose lines are all commented out is an empty one, not a wrong one.
     values = {k: v for k, v in document.values.items() if v is not None or not _section(StudyFile, k)}
+    document.problems += _unknown_parameters(document)
     try:
         settings = StudyFile.model_validate(values)
     except ValidationError as error:
@@ -64,18 +68,41 @@ def validated(document: Document) -> StudyFile | None:
     return None if document.problems else settings
 
 
+def _unknown_parameters(document: Document) -> list[Problem]:
+    """Return the parameters under ``bounds`` and ``fixed`` that no wall law of the study, nor any of ours, has."""
+    calibration = document.values.get("calibration")
+    if not isinstance(calibration, dict):
+        return []
+    walls = calibration.get("walls")
+    known = known_parameters([wall for wall in walls if _is_law(wall)] if isinstance(walls, list) else [])
+    found = []
+    for section in ("bounds", "fixed"):
+        given = calibration.get(section)
+        for name in given if isinstance(given, dict) else ():
+            if name not in known:
+                message = f"'{name}' is not known{did_you_mean(name, known)}; choose from: {', '.join(known)}"
+                place = document.place(("calibration", section, name), key=True)
+                found.append(Problem(place, f"calibration.{section}: {message}"))
+    return found
+
+
+def _is_law(wall: Any) -> bool:
+    try:
+        find_law(str(wall))
+    except InputError:
+        return False
+    return True
+
+
 def _problem(document: Document, error: Mapping[str, Any]) -> Problem:
     at, kind, given = list(error["loc"]), error["type"], error["input"]
     if kind == "extra_forbidden":
         return Problem(document.place(at, key=True), _unknown_key(at))
-    if kind == "literal_error" or at[-1:] == ["[key]"]:
-        is_key = at[-1:] == ["[key]"]
-        at = at[:-1] if is_key else at
+    if kind == "literal_error":
         known = [word.strip(" '") for word in error["ctx"]["expected"].replace(" or ", ", ").split(",")]
         hint = did_you_mean(str(given), known)
         shown = "the value is empty" if given is None else f"'{given}' is not known"
-        name = _name(at[:-1] if is_key else at)
-        return Problem(document.place(at, key=is_key), f"{name}: {shown}{hint}; choose from: {', '.join(known)}")
+        return Problem(document.place(at), f"{_name(at)}: {shown}{hint}; choose from: {', '.join(known)}")
     if kind == "value_error":
         message = str(error["msg"]).removeprefix("Value error, ")
     elif kind in _SHAPES:

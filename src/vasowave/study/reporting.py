@@ -1,11 +1,10 @@
-"""Tables, figures and report of a study, from its results file alone."""
+"""Tables, figures and report of a study, from its stored results alone."""
 
 from pathlib import Path
 
-from vasowave.report.cohort import write_cohort_report
-from vasowave.study.outcome import read_outcome
-from vasowave.study.plan import RESULTS
+from vasowave.report import write_report
 from vasowave.study.reading import study_path
+from vasowave.study.results import read_results
 
 REPORT_FOLDER = "report"
 
@@ -23,18 +22,16 @@ def report_study(study: Path, pdf: bool | None = None) -> Path:
     Raises
     ------
     InputError
-        There is no results file, it is damaged, or the report cannot be written.
+        There are no results, they are damaged, or the report cannot be written.
     """
     folder = study_path(Path(study)).parent
-    outcome = read_outcome(folder / RESULTS)
-    groups = outcome.settings.groups
-    trees = sorted(outcome.trees.values(), key=lambda tree: groups.index(tree.attrs["group"]))
-    present = [label for label in groups if any(tree.attrs["group"] == label for tree in trees)]
-    return write_cohort_report(
+    results = read_results(folder)
+    trees = results.trees()
+    return write_report(
         trees,
         folder / REPORT_FOLDER,
-        failures=outcome.failures,
-        pdf=outcome.settings.report.pdf if pdf is None else pdf,
-        reference=present[0],
-        title=outcome.settings.title,
+        failures=results.failures,
+        pdf=results.settings.report.pdf if pdf is None else pdf,
+        reference=trees[0].attrs["group"],
+        title=results.settings.title,
     )

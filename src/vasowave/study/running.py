@@ -4,22 +4,23 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
+from vasowave.animal.files import to_bytes
+from vasowave.animal.pipeline import Progress as FitProgress
 from vasowave.errors import InputError
+from vasowave.files import made_inside
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
-from vasowave.study.loading import analyze_animal, animal_key, animal_settings, file_hashes, load_animal
+from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
 from vasowave.study.lock import locked
-from vasowave.study.outcome import Outcome, write_outcome
-from vasowave.study.plan import Study
+from vasowave.study.plan import RESULTS, Study
+from vasowave.study.results import write_results
+from vasowave.study.settings import animal_settings
 from vasowave.study.store import Store
-from vasowave.subject import read_tree
 from vasowave.threads import cores
 
-_CACHE = "cache"
 _LOCK = "running.lock"
 _ON_CLUSTER = 256  # animals that are handed to a cluster at once
 
@@ -31,7 +32,7 @@ class Done:
     Attributes
     ----------
     results : Path
-        The results file.
+        The index of the results.
     computed, kept : tuple of str
         Animals that were computed now, and that were known from earlier runs.
     failures : dict
@@ -52,7 +53,7 @@ def run_study(
     workers: int | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> Done:
-    """Analyze every animal of a study and write its results file.
+    """Analyze every animal of a study and write its results.
 
     Finished animals are kept at once; after an interruption of any kind the next run goes on from there. What is kept
     is found by the content of everything that entered: bytes of the files, settings, program.
@@ -72,7 +73,7 @@ def run_study(
     Returns
     -------
     Done
-        Animals that failed stand in it and in the results file.
+        Animals that failed stand in it and in the results.
 
     Raises
     ------
@@ -80,36 +81,71 @@ def run_study(
         Another run is going on in this study; a disk is full; the scheduler does not answer; every animal failed.
     """
     say = progress or (lambda step: None)
-    with locked(study.results / _LOCK):
-        store = Store(study.results / _CACHE)
+    with locked(made_inside(study.folder, RESULTS) / _LOCK):
+        store = Store(study.results)
         pieces, jobs, failures = _plan(study, store)
         kept = tuple(pieces)
         for number, name in enumerate(kept, 1):
             say(Progress(name, "kept", number, len(study.animals)))
 
-        def keep(job: Job, tree: Any) -> None:
-            pieces[job.name] = store.keep(job.key, partial(_write_checked, tree))
+        def keep(job: Job, content: bytes) -> None:
+            pieces[job.name] = store.keep(job.key, content)
 
         def shifted(step: Progress) -> None:
             say(replace(step, done=len(kept) + step.done, count=len(study.animals)))
 
         if jobs:
             pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs))
-            failures |= run_jobs(jobs, analyze_animal, keep, pools, at_once, threads, shifted)
+            failures |= run_jobs(jobs, analyzed_bytes, keep, pools, at_once, threads, shifted)
         results = _write(study, pieces, failures)
     computed = tuple(job.name for job in jobs if job.name in pieces)
     return Done(results, computed, kept, failures)
 
 
+def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
+    """Analyze the one animal of a study in this process and write its results.
+
+    After an interrupt (Ctrl-C) the results hold what the starts that had finished found, and say so; the next call
+    computes the animal anew.
+
+    Parameters
+    ----------
+    study : Study
+        Of one animal.
+    progress : callable, optional
+        As for `animal.analyze`.
+
+    Raises
+    ------
+    InputError
+        Another run is going on in this study; a file of the animal is wrong; the results cannot be written.
+    NumericalError
+        No start of a calibration could be simulated.
+    """
+    (row,) = study.animals
+    with locked(made_inside(study.folder, RESULTS) / _LOCK):
+        store = Store(study.results)
+        pieces, jobs, failures = _plan(study, store)
+        if failures:
+            raise InputError(failures[row.animal])
+        for job in jobs:
+            animal, settings, hashes = job.load()
+            tree = analyze_animal(animal, settings, hashes, progress)
+            key = f"interrupted-{job.key}" if tree.attrs["interrupted"] else job.key
+            pieces[row.animal] = store.keep(key, to_bytes(tree))
+        results = _write(study, pieces, {})
+    computed = tuple(job.name for job in jobs)
+    return Done(results, computed, () if computed else (row.animal,), {})
+
+
 def _write(study: Study, pieces: Mapping[str, Path], failures: Mapping[str, str]) -> Path:
-    """Write the results file from the pieces, in the order of the table."""
+    """Write the results from the pieces, in the order of the table."""
     if not pieces:
         listed = "\n".join(f"  {name}: {why}" for name, why in failures.items())
         raise InputError(f"{study.path}: every animal failed\n{listed}")
-    order = [row.animal for row in study.animals]
-    trees = {name: read_tree(pieces[name]) for name in order if name in pieces}
-    failed = {name: failures[name] for name in order if name in failures}
-    return write_outcome(Outcome(trees, failed, study.settings), study.results)
+    found = {(row.animal, row.group): pieces[row.animal] for row in study.animals if row.animal in pieces}
+    failed = {row.animal: failures[row.animal] for row in study.animals if row.animal in failures}
+    return write_results(study.results, found, failed, study.settings)
 
 
 def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[str, str]]:
@@ -154,8 +190,3 @@ def _pools(
         return process_pool(count, threads)
 
     return pools, at_once, threads
-
-
-def _write_checked(tree: Any, path: Path) -> None:
-    tree.to_netcdf(path, engine="netcdf4", format="NETCDF4")
-    read_tree(path)  # what cannot be read again must not be taken for a result

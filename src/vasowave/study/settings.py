@@ -1,22 +1,25 @@
-"""Every key of ``study.yaml``: meaning, unit, default and allowed values.
+"""Every key of ``study.yaml``, made from the settings of the functions and dataclasses that use them.
 
-The template, the editor's schema and the documentation are made from these classes, so they cannot disagree.
+The template, the editor's schema, the documentation and the options of `vasowave fit` are made from these classes.
 """
 
-from typing import Annotated, Literal
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator, model_validator
+from annotated_types import MinLen
+from pydantic import BaseModel, ConfigDict, Field, create_model, field_validator, model_validator
 
+from vasowave.animal import Settings
+from vasowave.blood import FRICTIONS, Blood
+from vasowave.calibration import Search
+from vasowave.calibration.calibrate import NUMERICS
+from vasowave.recording import average_beats
+from vasowave.settings import Setting, settings_of
+from vasowave.solver import Numerics
 
-def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
-    if not pair[0] < pair[1]:
-        raise ValueError(f"{pair[0]:g} is not below {pair[1]:g}; write [lower, upper]")
-    return pair
-
-
-Positive = Annotated[float, Field(gt=0)]
-Range = Annotated[tuple[Positive, Positive], AfterValidator(_ordered)]
-Parameter = Literal["beta", "p1", "gamma", "r1", "r2", "c1"]
+_ANIMAL, _NUMERICS, _BLOOD = settings_of(Settings), settings_of(Numerics), settings_of(Blood)
+_EXAMPLES: dict[str, Any] = {"bounds": {"beta": [10, 400], "c1": [0.05, 5]}, "fixed": {"gamma": 2}}
+Text = Annotated[str, MinLen(1)]
 
 
 class Section(BaseModel):
@@ -25,95 +28,41 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-class Averaging(Section):
-    """From continuous recordings to one cycle. Only for animals of kind 'raw'."""
-
-    beats: int = Field(20, ge=2, description="Consecutive good beats to average (20 in the paper).")
-    samples: int = Field(256, ge=32, description="Samples of the averaged cycle.")
-    harmonics: int | None = Field(
-        20, ge=1, description="Harmonics of the averaged cycle that are kept; empty keeps all."
-    )
-    fiducial: Literal["ecg", "pressure"] | None = Field(
-        None,
-        description="What beats are aligned by: ecg (R wave) or pressure (foot). Empty: the ECG where there is one.",
-    )
-    heart_rates: Range = Field((250.0, 900.0), description="Slowest and fastest heart rate to look for, beats/min.")
-    length_tolerance: float = Field(
-        0.1, gt=0, le=1, description="A beat whose length differs by a larger fraction from its neighbors is rejected."
-    )
-    least_correlation: float = Field(
-        0.9, ge=-1, le=1, description="A beat that correlates less with the median beat is rejected."
-    )
-    reject_ventilation: bool = Field(True, description="Whether beats off the end-expiratory level are rejected.")
-    correct_delay: bool = Field(False, description="Whether the flow is advanced by the estimated p-q delay.")
+def _fields(settings: Mapping[str, Setting]) -> dict[str, Any]:
+    """Return settings as pydantic writes them."""
+    return {name: (one.kind, _field(name, one)) for name, one in settings.items()}
 
 
-class Calibration(Section):
-    """The fit of each wall law to each recording."""
-
-    walls: list[Literal["linear", "tangent"]] = Field(
-        ["linear", "tangent"], min_length=1, description="Wall laws to fit."
-    )
-    starts: int = Field(
-        20, ge=1, le=1000, description="Starts of each fit. The paper's 4 miss the best optimum one time in three."
-    )
-    method: Literal["least-squares", "sqp"] = Field(
-        "least-squares", description="least-squares (bounded, trust region), or sqp as in the paper."
-    )
-    paper_bounds: bool = Field(False, description="The paper's bounds instead of wide ones.")
-    bounds: dict[Parameter, Range] = Field(
-        {},
-        description="Own bounds of single parameters, [lower, upper]. beta and p1 in mmHg; gamma, r1, r2, c1 have no "
-        "unit. p1 is that of eq. 4; the published table lists π p1.",
-        examples=[{"beta": [10, 400], "c1": [0.05, 5]}],
-    )
-    fixed: dict[Parameter, Positive] = Field(
-        {}, description="Parameters held at a value, in the same units.", examples=[{"gamma": 2}]
-    )
-    seed: int = Field(0, ge=0, description="Seed of everything random; the same seed gives the same result.")
-
-    @field_validator("walls")
-    @classmethod
-    def _different(cls, value: list[str]) -> list[str]:
-        if len(set(value)) < len(value):
-            raise ValueError("each wall law is fitted once; remove the repetition")
-        return value
+def _field(name: str, one: Setting) -> Any:
+    return Field(one.default, description=one.meaning, examples=[_EXAMPLES[name]] if name in _EXAMPLES else None)
 
 
-class BloodSection(Section):
-    """Blood and its friction at the wall."""
+def _chosen(settings: Mapping[str, Setting], names: Iterable[str]) -> dict[str, Setting]:
+    return {name: settings[name] for name in names}
 
-    density: float = Field(1.057, gt=0, description="Density ρ, g/ml.")
-    viscosity: float = Field(0.0462, gt=0, description="Kinematic viscosity ν, cm²/s.")
-    friction: Literal["boundary-layer", "poiseuille", "power-law"] = Field(
-        "boundary-layer", description="Friction law: boundary-layer (eq. 2), poiseuille or power-law."
-    )
-    reference_radius: float | None = Field(
-        None,
-        gt=0,
-        description="For boundary-layer: this radius (cm) in every vessel instead of the local one; the paper's own "
-        "fits used 0.07.",
-    )
-    exponent: float = Field(9.0, gt=0, description="For power-law: exponent of the velocity profile.")
 
+def _section(name: str, words: str, settings: Mapping[str, Setting], base: type[Section] = Section) -> Any:
+    model = create_model(name, __base__=base, __doc__=words, **_fields(settings))
+    return model, model()
+
+
+def _friction_settings() -> dict[str, Setting]:
+    """Return the choice of a friction law and the settings of every law."""
+    found = {"friction": Setting(Literal[tuple(FRICTIONS)], next(iter(FRICTIONS)), _BLOOD["friction"].meaning)}
+    for name, law in FRICTIONS.items():
+        found |= {key: one._replace(meaning=f"For {name}: {one.meaning}") for key, one in settings_of(law).items()}
+    return found
+
+
+class _FrictionBelongs(Section):
     @model_validator(mode="after")
-    def _belongs(self) -> "BloodSection":
-        if self.reference_radius is not None and self.friction != "boundary-layer":
-            raise ValueError(f"reference_radius belongs to friction 'boundary-layer', not to '{self.friction}'")
+    def _belongs(self) -> "_FrictionBelongs":
+        given: dict[str, Any] = self.model_dump(exclude_defaults=True)
+        for name, law in FRICTIONS.items():
+            for key in settings_of(law):
+                if key in given and given.get("friction", next(iter(FRICTIONS))) != name:
+                    raise ValueError(f"{key} belongs to friction '{name}', not to '{self.model_dump()['friction']}'")
         return self
-
-
-class NumericsSection(Section):
-    """How finely the model is simulated."""
-
-    cell_size: float = Field(0.1, gt=0, description="Longest cell, cm.")
-    tolerance: float = Field(
-        1e-7, gt=0, description="Largest change from cycle to cycle that counts as periodic, mmHg."
-    )
-    most_cycles: int = Field(60, ge=2, description="Cycles after which a state that is not periodic is an error.")
-    cycles_from_rest: int | None = Field(
-        None, ge=1, description="Exactly this many cycles from rest, periodic or not (the paper's practice: 8)."
-    )
 
 
 class ReportSection(Section):
@@ -122,29 +71,15 @@ class ReportSection(Section):
     pdf: bool = Field(True, description="Whether the page is also written as PDF.")
 
 
-class StudyFile(Section):
-    """Everything that ``study.yaml`` says."""
-
-    title: str = Field("Pulmonary arteries of two groups", min_length=1, description="Title of the report.")
-    animals: str = Field("animals.csv", min_length=1, description="The table of animals, beside this file.")
+class _First(Section):
+    title: Text = Field("Pulmonary arteries of two groups", description="Title of the report.")
+    animals: Text = Field("animals.csv", description="The table of animals, beside this file.")
     species: Literal["mouse", "rat", "other"] = Field(
         "mouse", description="Whose physiology `check` compares with: mouse, rat or other (no comparison)."
     )
-    groups: list[Annotated[str, Field(min_length=1)]] = Field(
-        ["CTL", "HPH"], min_length=1, description="Group labels in the order of tables; the first is the reference."
+    groups: Annotated[list[Text], MinLen(1)] = Field(
+        ["CTL", "HPH"], description="Group labels in the order of tables; the first is the reference."
     )
-    averaging: Averaging = Averaging()
-    calibration: Calibration = Calibration()
-    model_selection: bool = Field(True, description="Whether the wall laws are compared by AICc and BIC.")
-    selection_optima: list[Literal["OLS", "GLS"]] = Field(
-        ["OLS"],
-        min_length=1,
-        description="Where they are compared: at the optimum of ordinary least squares, of generalized least squares "
-        "under the same noise model (about a minute an animal), or both.",
-    )
-    blood: BloodSection = BloodSection()
-    numerics: NumericsSection = NumericsSection()
-    report: ReportSection = ReportSection()
 
     @field_validator("groups")
     @classmethod
@@ -153,3 +88,61 @@ class StudyFile(Section):
         if twice is not None:
             raise ValueError(f"group '{twice}' is listed twice; keep one")
         return value
+
+
+_All: Any = create_model(
+    "_All",
+    __base__=_First,
+    averaging=_section(
+        "Averaging",
+        "From continuous recordings to one cycle. Only for animals of kind 'raw'.",
+        settings_of(average_beats),
+    ),
+    calibration=_section(
+        "Calibration",
+        "The fit of each wall law to each recording.",
+        _chosen(_ANIMAL, ("walls", *settings_of(Search))),
+    ),
+    **_fields(_chosen(_ANIMAL, ("model_selection", "selection_optima"))),
+    blood=_section(
+        "Blood",
+        "Blood and its friction at the wall.",
+        _chosen(_BLOOD, ("density", "viscosity")) | _friction_settings(),
+        _FrictionBelongs,
+    ),
+    numerics=_section(
+        "NumericsOfFits",
+        "How finely the model is simulated.",
+        {
+            name: _NUMERICS[name]._replace(default=getattr(NUMERICS, name))
+            for name in ("cell_size", "tolerance", "most_cycles", "cycles_from_rest")
+        },
+    ),
+    report=(ReportSection, ReportSection()),
+)
+
+
+class StudyFile(_All):
+    """Everything that ``study.yaml`` says."""
+
+    if TYPE_CHECKING:  # made above
+        averaging: Any
+        calibration: Any
+        model_selection: bool
+        selection_optima: tuple[Literal["OLS", "GLS"], ...]
+        blood: Any
+        numerics: Any
+        report: ReportSection
+
+
+def animal_settings(study: StudyFile) -> Settings:
+    """Return what the study file says about the analysis of an animal."""
+    blood = study.blood.model_dump()
+    law = FRICTIONS[blood["friction"]]
+    return Settings(
+        **study.calibration.model_dump(),
+        model_selection=study.model_selection,
+        selection_optima=study.selection_optima,
+        blood=Blood(blood["density"], blood["viscosity"], law(**{name: blood[name] for name in settings_of(law)})),
+        numerics=Numerics(**study.numerics.model_dump()),
+    )

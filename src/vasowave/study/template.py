@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from vasowave.errors import InputError
+from vasowave.files import made_inside, write_file, write_folder
 from vasowave.study.animals import COLUMNS, NEEDED
 from vasowave.study.reading import STUDY_FILE
 from vasowave.study.settings import StudyFile
@@ -30,13 +31,11 @@ def new_study(folder: Path) -> list[Path]:
     for name in texts:
         if (folder / name).exists():
             raise InputError(f"{folder / name} exists already; give another folder, nothing was changed")
-    try:
-        for name in FOLDERS:
-            (folder / name).mkdir(parents=True, exist_ok=True)
+    with write_folder(folder) as fresh:
         for name, text in texts.items():
-            (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror}); choose another place") from None
+            write_file(fresh / name, text)
+    for name in FOLDERS:
+        made_inside(folder, name)
     return [folder / name for name in texts]
 
 
@@ -107,7 +106,7 @@ def columns_table() -> str:
 
 def _default(field: Any) -> str:
     value = field.get_default(call_default_factory=True)
-    return "empty" if value is None else f"`{_written(value)}`"
+    return "empty" if value is None else f"`{written(value)}`"
 
 
 def _comment(text: str, indent: str) -> list[str]:
@@ -116,18 +115,18 @@ def _comment(text: str, indent: str) -> list[str]:
 
 def _key(name: str, field: Any, indent: str) -> list[str]:
     value = field.get_default(call_default_factory=True)
-    lines = [f"{indent}{name}:{'' if value is None else ' ' + _written(value)}"]
-    return lines + [f"{indent}# {name}: {_written(example)}" for example in field.examples or ()]
+    lines = [f"{indent}{name}:{'' if value is None else ' ' + written(value)}"]
+    return lines + [f"{indent}# {name}: {written(example)}" for example in field.examples or ()]
 
 
-def _written(value: Any) -> str:
+def written(value: Any) -> str:
     """Return a value as YAML on one line."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_written, value))}]"
+        return f"[{', '.join(map(written, value))}]"
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{key}: {_written(inner)}' for key, inner in value.items())}}}"
+        return f"{{{', '.join(f'{key}: {written(inner)}' for key, inner in value.items())}}}"
     if isinstance(value, float):
         text = f"{value:g}"
         return text if "." in text else text.replace("e", ".0e")  # 1e-7 is text to many readers of YAML

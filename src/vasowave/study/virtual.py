@@ -5,6 +5,7 @@ from pathlib import Path
 from vasowave.datasets.virtual_cohort import virtual_cohort
 from vasowave.datasets.virtual_files import SYNTHETIC, write_virtual_cohort
 from vasowave.errors import InputError
+from vasowave.files import write_file
 from vasowave.study.reading import STUDY_FILE
 from vasowave.study.template import SCHEMA_FILE, schema_text
 
@@ -31,14 +32,13 @@ def write_virtual_study(folder: Path, starts: int = 4, seed: int = 1) -> Path:
         raise InputError(f"{folder} is not empty and not the study of virtual mice; give another folder")
     write_virtual_cohort(virtual_cohort(seed), folder)
     study = folder / STUDY_FILE
-    study.write_text(
+    write_file(
+        study,
         f"# yaml-language-server: $schema={SCHEMA_FILE}\n"
         f"# {SYNTHETIC}\n"
         "title: Virtual cohort of 7 + 5 mice (SYNTHETIC)\n"
         "calibration:\n"
         f"  starts: {starts}\n",
-        encoding="utf-8",
-        newline="\n",
     )
-    (folder / SCHEMA_FILE).write_text(schema_text(), encoding="utf-8", newline="\n")
+    write_file(folder / SCHEMA_FILE, schema_text())
     return study

@@ -1,0 +1,143 @@
+"""What goes in: an animal, and how it is to be analyzed."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import entry_points
+from typing import Annotated, Any, Literal
+
+from annotated_types import Ge
+
+from vasowave.blood import Blood
+from vasowave.calibration import Search
+from vasowave.calibration.calibrate import NUMERICS
+from vasowave.calibration.parameters import fitted_parameters
+from vasowave.errors import InputError, did_you_mean
+from vasowave.laws import ENTRY_POINTS, LAWS, find_law
+from vasowave.network import Network
+from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
+from vasowave.settings import Check
+from vasowave.solver import Numerics
+
+
+@dataclass(frozen=True, eq=False)
+class Animal:
+    """One animal of a study.
+
+    Attributes
+    ----------
+    name, group : str
+    network : Network
+    recording : Recording
+        One averaged cycle.
+    beats : EnsembleAverage, optional
+        Where that cycle came from, if it was averaged here.
+    raw : RawRecording, optional
+        The continuous recording behind it; a few seconds of it are kept for the figure of beats.
+    synthetic : bool
+        Whether the recording was made and not measured.
+
+    Raises
+    ------
+    InputError
+        A name or group without a letter.
+    """
+
+    name: str
+    group: str
+    network: Network
+    recording: Recording
+    beats: EnsembleAverage | None = None
+    raw: RawRecording | None = None
+    synthetic: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the names."""
+        for what in ("name", "group"):
+            if not str(getattr(self, what)).strip():
+                raise InputError(f"an animal without a {what}; every animal needs one")
+
+    @classmethod
+    def from_raw(
+        cls, name: str, group: str, network: Network, raw: RawRecording, *, synthetic: bool = False, **averaging: Any
+    ) -> "Animal":
+        """Return the animal of a continuous recording; `averaging` goes to `average_beats`."""
+        beats = average_beats(raw, **averaging)
+        return cls(name, group, network, beats.recording, beats, raw, synthetic)
+
+
+def _wall(name: str) -> str:
+    find_law(name)
+    return name
+
+
+def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
+    if not names or len(set(names)) < len(names):
+        raise InputError(f"{', '.join(map(str, names)) or 'nothing'}: choose at least one, each once")
+    return names
+
+
+def _wall_schema() -> dict[str, Any]:
+    offered = [point.name for point in entry_points(group=ENTRY_POINTS)]
+    return {"anyOf": [{"enum": [*LAWS, *offered]}, {"pattern": ":"}]}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings(Search):
+    """How an animal is analyzed: how to search (see `Search`), and more.
+
+    Attributes
+    ----------
+    walls : tuple of str
+        Wall laws to fit: linear, tangent, or a class of your own as module:Class (see `laws.find_law`).
+    model_selection : bool
+        Whether the wall laws are compared by AICc and BIC.
+    selection_optima : tuple of {"OLS", "GLS"}
+        Where they are compared: at the optimum of ordinary least squares, of generalized least squares under the same
+        noise model (about a minute an animal), or both.
+    blood : Blood
+    numerics : Numerics
+    harmonics : int
+        Highest harmonic of the impedance spectra.
+
+    Raises
+    ------
+    InputError
+        An unknown law or parameter, the same law twice, or a value outside its limits.
+    """
+
+    walls: Annotated[tuple[Annotated[str, Check(_wall, _wall_schema)], ...], Check(_each_once)] = ("linear", "tangent")
+    model_selection: bool = True
+    selection_optima: Annotated[tuple[Literal["OLS", "GLS"], ...], Check(_each_once)] = ("OLS",)
+    blood: Blood = field(default_factory=Blood)
+    numerics: Numerics = NUMERICS
+    harmonics: Annotated[int, Ge(1)] = 14
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        for name in ("walls", "selection_optima"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        super().__post_init__()
+        known = known_parameters(self.walls)
+        for name in (*self.bounds, *self.fixed):
+            if name not in known:
+                raise InputError(f"no parameter '{name}'{did_you_mean(name, known)}; there are: {', '.join(known)}")
+
+    def search(self, wall: str) -> Search:
+        """Return how to search with one wall law: the bounds and fixed values of the parameters that it has."""
+        own = fitted_parameters(wall)
+        bounds = {name: (float(low), float(high)) for name, (low, high) in self.bounds.items() if name in own}
+        fixed = {name: float(value) for name, value in self.fixed.items() if name in own}
+        return Search(self.starts, self.method, self.paper_bounds, bounds, fixed, self.seed)
+
+    def as_json(self) -> str:
+        """Return all settings as text that does not depend on the order in which they were given."""
+        friction = {"law": type(self.blood.friction).__name__, **asdict(self.blood.friction)}  # type: ignore[call-overload]
+        plain = asdict(self)
+        plain["blood"] = {"density": self.blood.density, "viscosity": self.blood.viscosity, "friction": friction}
+        return json.dumps(plain, sort_keys=True)
+
+
+def known_parameters(walls: Sequence[str]) -> list[str]:
+    """Return the parameters that the wall laws `walls`, or those of `laws.LAWS`, have."""
+    return list(dict.fromkeys(name for wall in (*LAWS, *walls) for name in fitted_parameters(wall)))

@@ -1,0 +1,195 @@
+"""Calibrate one animal's model with every wall law and make all analyses: one tree of labelled data."""
+
+import json
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+import xarray as xr
+
+from vasowave.animal.animal import Animal, Settings
+from vasowave.animal.beats import beats_dataset
+from vasowave.animal.comparison import selection_dataset
+from vasowave.animal.datasets import calibration_dataset, network_dataset, nominal_dataset, recording_dataset
+from vasowave.animal.files import KIND
+from vasowave.animal.quantities import measured_quantities, model_quantities
+from vasowave.animal.signals import (
+    flow_noise,
+    impedance_dataset,
+    measured_station,
+    simulated_station,
+    waves_dataset,
+)
+from vasowave.animal.vessels import vessels_dataset
+from vasowave.calibration import Fit, calibrate
+from vasowave.errors import VasowaveWarning
+from vasowave.nominal import estimate_nominal
+from vasowave.provenance import provenance
+
+Progress = Callable[[str, int, int, float], None]
+"""Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²)."""
+
+
+def analyze(animal: Animal, settings: Settings | None = None, progress: Progress | None = None) -> xr.DataTree:
+    """Return everything about one animal as one tree of labelled data.
+
+    Parameters
+    ----------
+    animal : Animal
+    settings : Settings, optional
+    progress : callable, optional
+        Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²).
+
+    Returns
+    -------
+    DataTree
+        Groups ``network``, ``recording``, ``beats`` (of a continuous recording), ``nominal``, ``selection`` (if asked
+        for), ``measured`` with ``waves, impedance, quantities``, and for each wall law a group of its name with
+        ``calibration, simulation, waves, impedance, tree, quantities``. Every variable has its unit; ``quantities``
+        holds single numbers, those that were fitted with their 95 % interval in the attributes. Attributes of the root:
+        ``animal, group, synthetic, interrupted, settings, notes`` (what a reader must know, JSON list) and the versions
+        of the programs. The same input gives the same tree, unless it was interrupted (Ctrl-C): then the tree holds the
+        wall laws and starts that had finished, and says so.
+
+    Raises
+    ------
+    InputError
+        A recording without nominal parameters, or bounds that exclude them.
+    NumericalError
+        No start of a calibration could be simulated.
+    """
+    settings = settings or Settings()
+    with _collected() as warned:
+        fits, interrupted = _fits(animal, settings, progress)
+    return tree_of(animal, fits, settings, warned, interrupted)
+
+
+def tree_of(
+    animal: Animal,
+    fits: Sequence[Fit],
+    settings: Settings,
+    warned: Sequence[str] = (),
+    interrupted: bool = False,
+) -> xr.DataTree:
+    """Return the tree of `analyze` of an animal that is calibrated already; `warned` becomes part of its notes."""
+    with _collected() as more:
+        groups = _measured(animal, settings)
+        for fit in fits:
+            groups |= _modeled(animal, fit, settings)
+        if settings.model_selection and len(fits) > 1:
+            groups["selection"] = selection_dataset(fits, settings)
+    own = (f"{fit.wall} wall: {note}" for fit in fits for note in _own(fit))
+    notes = [*animal.recording.notes, *warned, *more, *own]
+    tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
+    tree.attrs = {
+        "title": KIND,
+        "Conventions": "CF-1.11",
+        "animal": animal.name,
+        "group": animal.group,
+        "synthetic": int(animal.synthetic),
+        "interrupted": int(interrupted),
+        "notes": json.dumps(list(dict.fromkeys(notes)), ensure_ascii=False),
+        "settings": settings.as_json(),
+        **{program: version for program, version in provenance().items() if program != "created"},
+    }
+    return tree
+
+
+def _measured(animal: Animal, settings: Settings) -> dict[str, xr.Dataset]:
+    """Return the groups that need no model."""
+    network, recording, blood = animal.network, animal.recording, settings.blood
+    nominal = estimate_nominal(network, recording, blood)
+    station = measured_station(recording, network, nominal, blood.inertia)
+    waves = waves_dataset(station, blood.inertia)
+    found = {
+        "network": network_dataset(network),
+        "recording": _with_scatter(animal),
+        "nominal": nominal_dataset(nominal, network),
+        "measured/waves": waves,
+        "measured/impedance": impedance_dataset(station, settings.harmonics, flow_noise(recording, animal.beats)),
+        "measured/quantities": measured_quantities(recording, nominal, station, waves),
+    }
+    if animal.beats is not None:
+        found["beats"] = beats_dataset(animal.beats, animal.raw)
+    return found
+
+
+def _with_scatter(animal: Animal) -> xr.Dataset:
+    """Return the recording, with the standard deviation of the averaged beats where there are any."""
+    dataset = recording_dataset(animal.recording)
+    if animal.beats is None:
+        return dataset
+    for name, dim, unit in (("pressure", "time", "mmHg"), ("flow", "flow_time", "ml/s")):
+        attrs = {"units": unit, "long_name": f"standard deviation of the {name} of the averaged beats"}
+        dataset[f"{name}_sd"] = (dim, getattr(animal.beats, f"{name}_sd"), attrs)
+    return dataset
+
+
+def _fits(animal: Animal, settings: Settings, progress: Progress | None) -> tuple[list[Fit], bool]:
+    """Return the fits of all wall laws, or what had finished when it was interrupted, and whether it was."""
+    fits: list[Fit] = []
+    for wall in settings.walls:
+        try:
+            fits.append(_calibrated(animal, settings, wall, progress))
+        except KeyboardInterrupt:
+            if not fits:
+                raise
+            return fits, True
+        if len(fits[-1].starts) < settings.starts:
+            return fits, True
+    return fits, False
+
+
+def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progress | None) -> Fit:
+    def say(done: int, count: int, best: float) -> None:
+        if progress is not None:
+            progress(wall, done, count, best)
+
+    return calibrate(
+        animal.network,
+        animal.recording,
+        wall,
+        blood=settings.blood,
+        search=settings.search(wall),
+        numerics=settings.numerics,
+        progress=say,
+    )
+
+
+def _modeled(animal: Animal, fit: Fit, settings: Settings) -> dict[str, xr.Dataset]:
+    """Return the groups of one wall law."""
+    inertia = settings.blood.inertia
+    station = simulated_station(fit)
+    waves = waves_dataset(station, inertia)
+    spectrum = impedance_dataset(station, settings.harmonics, flow_noise(animal.recording, animal.beats))
+    vessels = vessels_dataset(fit)
+    return {
+        f"{fit.wall}/calibration": calibration_dataset(fit),
+        f"{fit.wall}/simulation": fit.simulation,
+        f"{fit.wall}/waves": waves,
+        f"{fit.wall}/impedance": spectrum,
+        f"{fit.wall}/tree": vessels,
+        f"{fit.wall}/quantities": model_quantities(fit, station, waves, spectrum, vessels),
+    }
+
+
+def _own(fit: Fit) -> Sequence[str]:
+    """Return the warnings of a fit without those of its recording, which stand once."""
+    return [note for note in fit.warnings if note not in fit.recording.notes]
+
+
+@contextmanager
+def _collected() -> Iterator[list[str]]:
+    """Collect our own warnings as sentences: they belong into the result. Others go their usual way."""
+    sentences: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", VasowaveWarning)
+        yield sentences
+    for one in caught:
+        if issubclass(one.category, VasowaveWarning):
+            sentences.append(str(one.message))
+        else:
+            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+
+
+__all__ = ["Progress", "analyze", "tree_of"]

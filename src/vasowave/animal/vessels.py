@@ -1,0 +1,67 @@
+"""What changes along the tree of a calibrated model, vessel by vessel, as labelled data."""
+
+import numpy as np
+import xarray as xr
+
+from vasowave import walls
+from vasowave.analysis import compliance, pressure_drop, wave_speeds
+from vasowave.animal.datasets import table_dataset
+from vasowave.calibration import Fit
+
+_ABOVE, _POINTS = 1.05, 101  # how far the curve of the law is drawn, of the highest pressure; its points
+
+
+def vessels_dataset(fit: Fit) -> xr.Dataset:
+    """Return wave speed at mean pressure, compliance at diastolic pressure (eqs. 25 to 33), and pressure drops.
+
+    Pressures are those at the middle of each vessel.
+    """
+    network = fit.model.network
+    pressure = fit.simulation["pressure"]
+    middle = pressure.sel(station="middle").to_numpy()
+    mean, diastolic = middle.mean(axis=0), middle.min(axis=0)
+    at_diastole = compliance(fit.model, diastolic)
+    ends = pressure.sel(station="outlet").to_numpy()[:, network.terminals]
+    inlet = pressure.sel(station="inlet").to_numpy()[:, network.root]
+    speeds = _renamed(table_dataset(wave_speeds(fit.model, mean).reset_index(), "vessel"))
+    drops = _renamed(table_dataset(pressure_drop(network, inlet, ends).reset_index(), "terminal"))
+    drops = drops.rename({"distance": "terminal_distance"})
+    meanings = {
+        "mean_pressure": (mean, "mmHg", "mean pressure at the middle of the vessel"),
+        "diastolic_pressure": (diastolic, "mmHg", "diastolic pressure at the middle of the vessel"),
+        "compliance": (at_diastole.vessel, "ml/mmHg", "volume compliance at diastolic pressure (eq. 25)"),
+    }
+    own = {
+        name: ("vessel", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in meanings.items()
+    }
+    found = xr.merge([speeds.assign(own), drops], combine_attrs="override", join="exact")
+    sums = {
+        "C_v": (at_diastole.network_published, "compliance of the network, series/parallel rule (eqs. 28, 29)"),
+        "C_v_plain": (at_diastole.network_sum, "compliance of the network, sum over vessels (eq. 25)"),
+    }
+    found = found.assign({name: ((), v, {"units": "ml/mmHg", "long_name": text}) for name, (v, text) in sums.items()})
+    return found.merge(_law_curve(fit))
+
+
+def _law_curve(fit: Fit) -> xr.Dataset:
+    """Return the wall law of the root vessel as a curve, from zero pressure to above the highest that is met."""
+    network = fit.model.network
+    root = network.root
+    wall = type(fit.model.wall)(*(value[root] for value in fit.model.wall))
+    highest = float(fit.simulation["pressure"].isel(vessel=root).max())
+    pressure = np.linspace(0.0, max(_ABOVE * highest, 1.0), _POINTS)
+    area = np.asarray(walls.area(wall, pressure, network.area0[root]))
+    return xr.Dataset(
+        {
+            "law_pressure": ("law_point", pressure, {"units": "mmHg", "long_name": "pressure along the wall law"}),
+            "law_area": ("law_point", area, {"units": "cm2", "long_name": "area of the root vessel at that pressure"}),
+        }
+    )
+
+
+def _renamed(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the dataset with names in one word, "wave speed" as ``wave_speed``, and that text as meaning."""
+    for name in dataset.data_vars:
+        dataset[name].attrs.setdefault("long_name", str(name))
+        dataset[name].attrs.setdefault("units", "1")
+    return dataset.rename({name: str(name).replace(" ", "_") for name in dataset.data_vars})

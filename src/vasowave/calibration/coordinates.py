@@ -1,0 +1,98 @@
+"""Coordinates in which a search finds its way: what the data see, in place of the parameters' logarithms.
+
+A recording shows how much the vessels are stretched at its mean pressure, the total resistance, and how that is shared
+between R1 and R2. The stiffness of a stiffening wall at zero pressure, and r1 and r2 apart, follow only from all of
+these together, so that in their own logarithms the objective is a long curved valley.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import expit, logit
+
+from vasowave.calibration.parameters import Space
+
+_STEP = 1e-6  # of the differences between the two sets of coordinates, which are smooth functions of each other
+_STRAINS = 1e-4, 50.0  # area strains at mean pressure between which a search may go
+_WIDEST = 12.0  # reach of the logarithm of the resistance and of the logit of its ratio
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """Coordinates of the free parameters of a space.
+
+    The stiffness becomes the logarithm of the area strain at mean pressure, where the law is proportional to its first
+    parameter; r1 and r2, if both are free, become the logarithm of the resistance and the logit of its ratio; all
+    others are logarithms.
+
+    Attributes
+    ----------
+    space : Space
+    pressure : float
+        Mean pressure of the recording, mmHg.
+    """
+
+    space: Space
+    pressure: float
+
+    @cached_property
+    def strained(self) -> bool:
+        """Whether the first parameter of the wall law is replaced by the strain."""
+        wall = self.space.nominal[: len(self.space.law._fields)]
+        one, two = (self.space.law.pressure_at(1.3, factor * wall[0], *wall[1:]) for factor in (1.0, 2.0))
+        return bool(self.space.free[0] and self.pressure > 0 and np.isclose(two, 2 * one, rtol=1e-9))
+
+    @cached_property
+    def shared(self) -> tuple[int, int] | None:
+        """Places of r1 and r2 among all parameters, if both are free."""
+        places = tuple(self.space.names.index(name) for name in ("r1", "r2"))
+        return (places[0], places[1]) if self.space.free[list(places)].all() else None
+
+    @cached_property
+    def proximal(self) -> float:
+        """Share of R1 in the nominal resistance."""
+        return self.space.outlets.resistance_ratio()
+
+    def of(self, x: np.ndarray) -> np.ndarray:
+        """Return the coordinates of the logarithms `x` of the free parameters, shape (free,)."""
+        values = self.space.values(x)
+        found = np.log(values)
+        count = len(self.space.law._fields)
+        if self.strained:
+            strain = self.space.law.ratio_at(self.pressure, *values[:count]) - 1.0
+            found[0] = np.log(np.clip(strain, *_STRAINS))
+        if self.shared is not None:
+            first, second = self.proximal * values[self.shared[0]], (1 - self.proximal) * values[self.shared[1]]
+            found[list(self.shared)] = np.log(first + second), logit(first / (first + second))
+        return found[self.space.free]
+
+    def logarithms(self, z: np.ndarray) -> np.ndarray:
+        """Return the logarithms of the free parameters at the coordinates `z`, shape (free,)."""
+        values = self.space.nominal.copy()
+        place = np.log(values)
+        place[self.space.free] = z
+        values[self.space.free] = np.exp(z)
+        count = len(self.space.law._fields)
+        if self.shared is not None:
+            total, ratio = np.exp(place[self.shared[0]]), expit(place[self.shared[1]])
+            values[list(self.shared)] = total * ratio / self.proximal, total * (1 - ratio) / (1 - self.proximal)
+        if self.strained:
+            unit = self.space.law.pressure_at(1.0 + np.exp(place[0]), 1.0, *values[1:count])
+            values[0] = self.pressure / unit if unit > 0 and np.isfinite(unit) else np.nan
+        return np.log(values[self.space.free])
+
+    def slopes(self, z: np.ndarray) -> np.ndarray:
+        """Return the derivatives of `logarithms` by the coordinates, shape (free, free)."""
+        steps = _STEP * np.eye(len(z))
+        return np.stack([(self.logarithms(z + h) - self.logarithms(z - h)) / (2 * _STEP) for h in steps], axis=1)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates between which a search may go; the bounds of the parameters are not all among them."""
+        low, high = np.log(self.space.lower), np.log(self.space.upper)
+        if self.strained:
+            low[0], high[0] = np.log(_STRAINS)
+        if self.shared is not None:
+            low[list(self.shared)], high[list(self.shared)] = -_WIDEST, _WIDEST
+        return low[self.space.free], high[self.space.free]

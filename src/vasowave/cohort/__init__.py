@@ -1,0 +1,22 @@
+"""Groups of animals: who belongs to which, described, compared, and the one of each that is shown."""
+
+from vasowave.cohort.cohort import Cohort, gathered
+from vasowave.cohort.comparison import Comparison, compare, importance
+from vasowave.cohort.contrasts import contrasts, leave_one_out, pairwise_contrasts
+from vasowave.cohort.description import describe
+from vasowave.cohort.rank_tests import several_groups
+from vasowave.cohort.table import cohort_table
+
+__all__ = [
+    "Cohort",
+    "Comparison",
+    "cohort_table",
+    "compare",
+    "contrasts",
+    "describe",
+    "gathered",
+    "importance",
+    "leave_one_out",
+    "pairwise_contrasts",
+    "several_groups",
+]

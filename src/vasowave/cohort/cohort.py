@@ -1,0 +1,151 @@
+"""Animals in their groups, and the one of each group that stands for it."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.animal.reading import StoredLaw, data_of, group_of, law_of, name_of, settings_of, wall_laws
+from vasowave.cohort.table import INDICES, cohort_table, columns, rows_of
+from vasowave.errors import InputError
+
+_CONTROL = "CTL"
+"""The group that others are compared with unless another is named."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cohort:
+    """Animals in their groups, and the one of each group that stands for it where one is shown.
+
+    Attributes
+    ----------
+    groups : dict of str to list of DataTree
+        The trees of the animals, the reference group first.
+    shown : dict of str to DataTree
+        Of each group, the animal whose measured indices are nearest to the group's medians.
+    table : DataFrame
+        From `cohort_table`: one row per animal and source.
+    """
+
+    groups: dict[str, list[xr.DataTree]]
+    shown: dict[str, xr.DataTree]
+    table: pd.DataFrame
+
+    @cached_property
+    def trees(self) -> list[xr.DataTree]:
+        """All animals, group by group."""
+        return [tree for trees in self.groups.values() for tree in trees]
+
+    @property
+    def reference(self) -> str:
+        """The group that the others are compared with."""
+        return next(iter(self.groups))
+
+    @property
+    def single(self) -> bool:
+        """Whether there is one animal only."""
+        return len(self.trees) == 1
+
+    @cached_property
+    def walls(self) -> list[str]:
+        """Wall laws that were calibrated in any animal."""
+        return list(dict.fromkeys(wall for tree in self.trees for wall in wall_laws(tree)))
+
+    @property
+    def sources(self) -> list[str]:
+        """Where numbers come from: ``measured``, and every wall law."""
+        return ["measured", *self.walls]
+
+    def name(self, group: str) -> str:
+        """Return how captions call the animal that stands for a group."""
+        name = name_of(self.shown[group])
+        return name if self.single else f"{name} ({group})"
+
+    @property
+    def shown_networks(self) -> list[list[str]]:
+        """The groups whose shown animals have the same network, together."""
+        alike: list[list[str]] = []
+        for group, tree in self.shown.items():
+            own = data_of(tree, "network")
+            for groups in alike:
+                if own.identical(data_of(self.shown[groups[0]], "network")):
+                    groups.append(group)
+                    break
+            else:
+                alike.append([group])
+        return alike
+
+    def calibrated(self, wall: str) -> list[xr.DataTree]:
+        """Return the animals that were calibrated with a wall law."""
+        return [tree for tree in self.trees if wall in wall_laws(tree)]
+
+    @property
+    def compared(self) -> list[xr.DataTree]:
+        """The animals whose wall laws were compared by AICc and BIC."""
+        return [tree for tree in self.trees if "selection" in tree.children]
+
+    def calibrations(self, wall: str) -> list[xr.Dataset]:
+        """Return what the calibrations with a wall law came to, animal by animal."""
+        return [data_of(tree, f"{wall}/calibration") for tree in self.calibrated(wall)]
+
+    def law(self, wall: str) -> StoredLaw:
+        """Return what is said of a wall law."""
+        return law_of(self.calibrated(wall)[0], wall)
+
+    @cached_property
+    def settings(self) -> dict[str, Any]:
+        """The settings that all animals share; those that differ are left out."""
+        first, *others = map(settings_of, self.trees)
+        return {key: value for key, value in first.items() if all(one.get(key) == value for one in others)}
+
+    @property
+    def differing_settings(self) -> list[str]:
+        """Names of the settings that are not the same for all animals."""
+        return [key for key in dict.fromkeys(key for tree in self.trees for key in settings_of(tree))
+                if key not in self.settings]  # fmt: skip
+
+
+def gathered(trees: Sequence[xr.DataTree], reference: str | None = None) -> Cohort:
+    """Return the animals in their groups.
+
+    Parameters
+    ----------
+    trees : sequence of DataTree
+        One per animal.
+    reference : str, optional
+        Group that the others are compared with; by default CTL, or the first.
+
+    Raises
+    ------
+    InputError
+        No animal, two of the same name, an unknown reference, or a quantity in two units.
+    """
+    if not trees:
+        raise InputError("there is no animal to report")
+    labels = list(dict.fromkeys(group_of(tree) for tree in trees))
+    first = reference or (_CONTROL if _CONTROL in labels else labels[0])
+    if first not in labels:
+        raise InputError(f"no animal is of the reference group '{first}'; there are: {', '.join(labels)}")
+    labels.sort(key=lambda label: label != first)
+    groups = {label: [tree for tree in trees if group_of(tree) == label] for label in labels}
+    table = cohort_table([tree for members in groups.values() for tree in members])
+    shown = {label: _named(members, typical_animal(table, label)) for label, members in groups.items()}
+    return Cohort(groups, shown, table)
+
+
+def typical_animal(table: pd.DataFrame, group: str) -> str:
+    """Return the animal of a group whose measured indices lie nearest to the group's medians, in their SDs."""
+    rows = rows_of(table, "measured")
+    rows = rows[rows["group"] == group]
+    values = rows[columns(rows, INDICES)].to_numpy(float)
+    scale = values.std(axis=0)
+    away = (values - np.median(values, axis=0)) / np.where(scale > 0, scale, 1.0)
+    return str(rows.index[int(np.argmin((away**2).sum(axis=1)))])
+
+
+def _named(trees: Iterable[xr.DataTree], name: str) -> xr.DataTree:
+    return next(tree for tree in trees if name_of(tree) == name)

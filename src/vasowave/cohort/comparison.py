@@ -1,0 +1,116 @@
+"""The groups of a cohort compared by one source of numbers: what was measured, or one wall law."""
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.contrasts import leave_one_out, pairwise_contrasts
+from vasowave.cohort.effects import importance_index
+from vasowave.cohort.rank_tests import several_groups
+from vasowave.cohort.table import INDICES, column, columns, rows_of
+from vasowave.errors import InputError
+
+PARAMETERS = ("R_T", "C_T", "C_v", "C_p", "tau", "I_R", "a")
+"""Quantities of a model that are compared beside the stiffness of its wall law: the paper's "ParAll_change"."""
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The groups compared by one source of numbers; Holm runs over all its rows.
+
+    Attributes
+    ----------
+    contrasts : DataFrame
+        From `pairwise_contrasts`: one row per pair of groups and quantity.
+    without_one : DataFrame
+        From `leave_one_out` with the names of animals; empty where groups are too small.
+    all_groups : DataFrame
+        From `several_groups`; empty for two groups.
+    left_out : dict of str to str
+        Quantities and groups that could not be compared, and why.
+    """
+
+    contrasts: pd.DataFrame
+    without_one: pd.DataFrame
+    all_groups: pd.DataFrame
+    left_out: dict[str, str]
+
+
+def family(cohort: Cohort, source: str) -> tuple[str, ...]:
+    """Return the quantities of a source that are compared between groups."""
+    return INDICES if source == "measured" else (cohort.law(source).stiffness, *PARAMETERS)
+
+
+def compare(cohort: Cohort, source: str) -> Comparison:
+    """Compare all groups of two or more animals by the `family` of one source; the first group is the reference."""
+    rows = rows_of(cohort.table, source)
+    counts = rows["group"].value_counts(sort=False)
+    left_out = {f"group {group}": "one animal has no scatter to compare with" for group in counts.index[counts < 2]}
+    rows = rows[rows["group"].map(counts) >= 2]
+    if rows["group"].nunique() < 2:
+        return _nothing(left_out)
+    labels = columns(rows, family(cohort, source))
+    reasons = {label: _refusal(pairwise_contrasts, rows, [label]) for label in labels}
+    left_out |= {label: reason for label, reason in reasons.items() if reason}
+    usable = [label for label in labels if not reasons[label]]
+    if not usable:
+        return _nothing(left_out)
+    everyone = several_groups(rows, usable) if rows["group"].nunique() > 2 else pd.DataFrame()
+    return Comparison(pairwise_contrasts(rows, usable), _without_one(rows, usable), everyone, left_out)
+
+
+def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFrame:
+    """Return η (eq. 20) of every group against the first, by quantity: ``quantity, source, group, eta``.
+
+    Parameters
+    ----------
+    cohort : Cohort
+    source : str
+    labels : dict of str to str
+        Name of the quantity to what it is called in the result.
+    """
+    rows = rows_of(cohort.table, source)
+    reference, *others = rows["group"].unique().tolist()
+    indices = []
+    for name, called in labels.items():
+        if label := column(rows, name):
+            means = rows.groupby("group", sort=False)[label].mean()
+            indices += [(called, source, other, importance_index(means[reference], means[other])) for other in others]
+    table = pd.DataFrame(indices, columns=["quantity", "source", "group", "eta"])
+    return table[np.isfinite(table["eta"].astype(float))].reset_index(drop=True)
+
+
+def _nothing(left_out: dict[str, str]) -> Comparison:
+    return Comparison(pd.DataFrame(), pd.DataFrame(), pd.DataFrame(), left_out)
+
+
+def _refusal(test: Callable[..., pd.DataFrame], *arguments: object) -> str:
+    """Return why a test cannot be made, empty if it can; one that could only warn about its values cannot."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        try:
+            test(*arguments)
+        except InputError as error:
+            return str(error)
+        except RuntimeWarning:
+            return "the values hardly vary within the groups; there is nothing to test"
+    return ""
+
+
+def _without_one(rows: pd.DataFrame, usable: list[str]) -> pd.DataFrame:
+    """Leave out every animal in turn, for every pair of groups; Holm runs over the quantities of the pair."""
+    parts = []
+    for reference, other in combinations(rows["group"].unique().tolist(), 2):
+        # Of two animals, or with no scatter among the rest, nothing is left to test.
+        labels = [label for label in usable if not _refusal(leave_one_out, rows, [label], reference, other)]
+        if labels:
+            part = leave_one_out(rows, labels, reference, other)
+            part.insert(0, "reference", reference)
+            part.insert(1, "other", other)
+            parts.append(part)
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()

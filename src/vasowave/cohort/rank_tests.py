@@ -1,0 +1,87 @@
+"""Tests that ask for the order of the animals only: exact Mann-Whitney, Kruskal-Wallis; Holm's adjustment of many."""
+
+from math import comb
+
+import numpy as np
+import pandas as pd
+
+from vasowave.cohort.table import values_of
+from vasowave.errors import InputError
+
+
+def exact_mann_whitney(x: np.ndarray, y: np.ndarray) -> float:
+    """Two-sided exact p of the rank-sum permutation test; ties get mean ranks and stay exact."""
+    from scipy.stats import rankdata
+
+    ranks = np.rint(2 * rankdata(np.concatenate([x, y]))).astype(int)  # doubled, so that mean ranks are integers
+    total = int(ranks.sum())
+    # How many choices of k animals have each rank sum, one animal after the other: no list of all choices is needed.
+    choices = np.zeros((len(x) + 1, total + 1))
+    choices[0, 0] = 1
+    for rank in ranks:
+        choices[1:, rank:] += choices[:-1, : total + 1 - rank].copy()
+    center = len(x) * total / len(ranks)
+    extreme = np.abs(np.arange(total + 1) - center) >= abs(ranks[: len(x)].sum() - center) - 1e-9
+    return float(choices[-1][extreme].sum() / comb(len(ranks), len(x)))
+
+
+def smallest_p(n_reference: int, n_other: int) -> float:
+    """Return the p of `exact_mann_whitney` for two groups of these sizes that do not overlap: none is smaller."""
+    return 2 / comb(n_reference + n_other, n_reference)
+
+
+def holm(p: np.ndarray) -> np.ndarray:
+    """Holm's step-down adjusted p values, in the order given."""
+    order = np.argsort(p)
+    stepped = np.maximum.accumulate(p[order] * np.arange(len(p), 0, -1))
+    adjusted = np.empty(len(p))
+    adjusted[order] = np.minimum(stepped, 1.0)
+    return adjusted
+
+
+def several_groups(
+    table: pd.DataFrame, quantities: list[str], rng: np.random.Generator | None = None, permutations: int = 20_000
+) -> pd.DataFrame:
+    """Kruskal-Wallis test over all groups, its p from random relabelings of the animals, Holm over the quantities.
+
+    With these group sizes the χ² approximation is poor, and all relabelings are too many: the p value counts those
+    with at least the observed H, the observed one included, so it is never below 1/(permutations + 1).
+
+    Raises
+    ------
+    InputError
+        As `describe`; fewer than two groups.
+    """
+    rng = rng or np.random.default_rng(0)
+    labels = table["group"].unique().tolist() if "group" in table.columns else []
+    if len(labels) < 2:
+        raise InputError("a comparison needs a column 'group' with at least two labels")
+    rows = []
+    for quantity in quantities:
+        samples = [values_of(table, quantity, label) for label in labels]
+        sizes = [len(x) for x in samples]
+        H, drawn = _kruskal(samples, rng, permutations)
+        p = (1 + np.sum(drawn >= H - 1e-9)) / (permutations + 1)
+        rows.append((quantity, len(labels), sum(sizes), H, float(p)))
+    result = pd.DataFrame(rows, columns=["quantity", "groups", "n", "H", "p"])
+    result["p Holm"] = holm(result["p"].to_numpy())
+    return result
+
+
+def _kruskal(samples: list[np.ndarray], rng: np.random.Generator, permutations: int) -> tuple[float, np.ndarray]:
+    """Return H of the samples, corrected for ties, and H of random relabelings."""
+    from scipy.stats import rankdata
+
+    ranks = rankdata(np.concatenate(samples))
+    sizes = np.array([len(x) for x in samples])
+    spread = ((ranks - ranks.mean()) ** 2).sum() / (len(ranks) - 1)
+    if spread == 0:
+        return 0.0, np.zeros(permutations)
+    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+
+    def statistic(rows: np.ndarray) -> np.ndarray:
+        means = np.add.reduceat(rows, starts, axis=-1) / sizes
+        return (sizes * (means - ranks.mean()) ** 2).sum(-1) / spread
+
+    shuffled = rng.permuted(np.tile(ranks, (permutations, 1)), axis=1)
+    return float(statistic(ranks)), statistic(shuffled)

@@ -1,0 +1,84 @@
+"""The single numbers of all animals as one table, and the parts of it that a question is about."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.animal.reading import group_of, name_of
+from vasowave.columns import split_unit
+from vasowave.errors import InputError
+
+INDICES = ("HR", "CO", "mPAP", "sPAP", "dPAP", "pPAP", "PVR")
+"""The measured indices of Table 1, compared as one family."""
+
+
+def cohort_table(trees: Sequence[xr.DataTree]) -> pd.DataFrame:
+    """Return the single numbers of all animals: one row per animal and source (measured, and each wall law).
+
+    Columns ``animal, group, source``, then one per quantity, ``NAME [unit]``; NaN where a source has no such quantity.
+
+    Raises
+    ------
+    InputError
+        Two animals of the same name, or a quantity in two units.
+    """
+    names = [name_of(tree) for tree in trees]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"two animals are called '{name}'; give every animal its own name")
+    units: dict[str, str] = {}
+    return pd.DataFrame(
+        [
+            {"animal": name_of(tree), "group": group_of(tree), "source": str(source)}
+            | _labelled(node["quantities"].to_dataset(), units, name_of(tree))
+            for tree in trees
+            for source, node in tree.children.items()
+            if "quantities" in node.children
+        ]
+    )
+
+
+def _labelled(quantities: xr.Dataset, units: dict[str, str], animal: str) -> dict[str, float]:
+    """Return the values by ``NAME [unit]``; `units` remembers the unit of every name."""
+    row = {}
+    for name, value in quantities.data_vars.items():
+        unit = str(value.attrs.get("units", "1"))
+        if units.setdefault(str(name), unit) != unit:
+            raise InputError(f"'{name}' of animal '{animal}' is in {unit}, before in {units[str(name)]}")
+        row[f"{name} [{unit}]"] = float(value)
+    return row
+
+
+def column(table: pd.DataFrame, name: str) -> str:
+    """Return the column of a quantity, ``NAME [unit]``; empty if there is none."""
+    return next((label for label in table.columns if split_unit(label)[0] == name), "")
+
+
+def columns(table: pd.DataFrame, names: Sequence[str]) -> list[str]:
+    """Return the columns of those quantities that there are."""
+    return [label for name in names if (label := column(table, name))]
+
+
+def rows_of(table: pd.DataFrame, source: str) -> pd.DataFrame:
+    """Return the rows of one source, indexed by animal."""
+    return table[table["source"] == source].set_index("animal")
+
+
+def values_of(table: pd.DataFrame, quantity: str, group: str) -> np.ndarray:
+    """Return the values of one column in one group.
+
+    Raises
+    ------
+    InputError
+        The column is missing, the group has no animal, or a value is not finite.
+    """
+    if quantity not in table.columns or "group" not in table.columns:
+        raise InputError(
+            f"no column '{quantity}' or no column 'group'; there are: {', '.join(map(str, table.columns))}"
+        )
+    x = table.loc[table["group"] == group, quantity].to_numpy(dtype=float)
+    if len(x) == 0 or not np.all(np.isfinite(x)):
+        raise InputError(f"'{quantity}' of group '{group}' is empty or holds a value that is not finite")
+    return x

@@ -1,0 +1,75 @@
+"""The figures of what was measured: hemodynamics, networks, nominal parameters, beats."""
+
+from typing import TYPE_CHECKING, Any
+
+import xarray as xr
+
+from vasowave.animal.reading import data_of, name_of, network
+from vasowave.cohort.cohort import Cohort
+from vasowave.figures.beats import plot_detected_beats, plot_ensemble
+from vasowave.figures.groups import plot_waveforms
+from vasowave.figures.network import plot_network
+from vasowave.figures.nominal import plot_decay, plot_upstroke
+from vasowave.figures.panels import grid, outer, shown_figure, without_legend
+from vasowave.figures.spectra import plot_modulus, plot_phase
+from vasowave.figures.style import group_looks, new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_FARTHEST = 60.0  # cm, of a figure's side
+
+
+def hemodynamics_figure(cohort: Cohort) -> "Figure":
+    """Measured pressure, flow, impedance modulus and phase, one column per group ("hemoData")."""
+    figure, axes = grid(cohort, 4, 19)
+    for column, (group, trees) in enumerate(cohort.groups.items()):
+        color, shown = group_looks(cohort.groups)[group].color, name_of(cohort.shown[group])
+        if not cohort.single:
+            axes[0, column].set_title(f"{group} (n = {len(trees)}); black: {shown}")
+        for row, quantity in enumerate(("pressure", "flow")):
+            plot_waveforms(axes[row, column], trees, quantity, color, shown)
+        for tree in sorted(trees, key=lambda tree: name_of(tree) == shown):  # the shown one last, above the others
+            above = name_of(tree) == shown
+            line = {"linewidth": 1.8} if above else {"color": color, "linewidth": 0.8, "markersize": 2}
+            plot_modulus(axes[2, column], data_of(tree, "measured/impedance"), **line)
+            plot_phase(axes[3, column], data_of(tree, "measured/impedance"), **line)
+    return outer(figure, axes)
+
+
+def networks_figure(cohort: Cohort) -> "Figure":
+    """The directed graph of every group's network ("Network", c); the same one only once."""
+    distinct = cohort.shown_networks
+    trees = [cohort.shown[groups[0]] for groups in distinct]
+    heights = [min(40.0, max(4.0, 0.85 * len(network(tree).terminals))) for tree in trees]
+    deepest = max(len(network(tree).generations) for tree in trees)
+    figure = new_figure(min(_FARTHEST, max(12.0, 2.1 * deepest)), sum(heights))
+    axes = figure.subplots(len(trees), 1, squeeze=False, height_ratios=heights)[:, 0]
+    for ax, tree, groups in zip(axes, trees, distinct, strict=True):
+        plot_network(ax, network(tree), group_looks(cohort.groups)[groups[0]].color)
+        if not cohort.single:
+            ax.set_title(" and ".join(groups))
+    return figure
+
+
+def nominal_figure(cohort: Cohort) -> "Figure":
+    """Slope Z_c and diastolic decay of each group's shown animal ("parEst", a and b)."""
+    return shown_figure(cohort, [plot_upstroke, plot_decay], 13, share="none")
+
+
+def beats_figure(tree: xr.DataTree) -> "Figure":
+    """What was detected and kept of one animal's continuous recording, and the averaged cycle."""
+    beats = data_of(tree, "beats")
+    signals = [name for name in ("ecg", "pressure", "flow") if f"trace_{name}" in beats.data_vars]
+    figure = new_figure(17, 3.6 * len(signals) + 5.6)
+    rows: list[Any] = [[name, name] for name in signals]
+    axes = figure.subplot_mosaic([*rows, ["p", "q"]])
+    for place, name in enumerate(signals):
+        plot_detected_beats(axes[name], beats, name)
+        if place > 0:
+            without_legend(axes[name])
+        if place < len(signals) - 1:
+            axes[name].set_xlabel("")
+    for panel, name in (("p", "pressure"), ("q", "flow")):
+        plot_ensemble(axes[panel], tree, name)
+    return figure

@@ -1,0 +1,149 @@
+"""The figures of what the calibrated models say: fits, waveforms along the network, waves, impedance, starts."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from vasowave.animal.reading import data_of, network, sources, wall_laws
+from vasowave.cohort.cohort import Cohort
+from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_residuals
+from vasowave.figures.loop import plot_pressure_area
+from vasowave.figures.panels import COLUMN, Panel, shared_legend, shown_figure
+from vasowave.figures.spectra import plot_modulus, plot_phase
+from vasowave.figures.starts import plot_waterfall
+from vasowave.figures.style import (
+    CTL,
+    group_looks,
+    label_axes,
+    new_figure,
+    plain_log,
+    source_looks,
+    wall_lines,
+)
+from vasowave.figures.vessels import main_vessels, plot_vessel
+from vasowave.figures.waves import plot_separated_pressure, plot_wave_intensity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_LEAST_RANGE = 1.02  # differences far below a percent are agreement, and look like it
+_WIDE_RANGE = 3.0  # a waterfall that rises more gets a logarithmic axis
+
+
+def fit_figure(tree: xr.DataTree, color: str = CTL) -> "Figure":
+    """Measured and fitted pressure and flow, and the residuals."""
+    figure = new_figure(17, 12)
+    panels = figure.subplot_mosaic([["p", "q"], ["r", "r"]], height_ratios=[3, 2])
+    plot_pressure(panels["p"], tree, color)
+    plot_flow(panels["q"], tree, color)
+    plot_residuals(panels["r"], tree, color)
+    return figure
+
+
+def vessels_figure(tree: xr.DataTree, color: str = CTL) -> "Figure":
+    """Pressure and flow at the middle of the vessels that carry most flow: one column each, one scale a row."""
+    whole = network(tree)
+    vessels = main_vessels(whole)
+    figure = new_figure(max(8.0, 1.5 + 3.4 * len(vessels)), 11.5)
+    axes = figure.subplots(2, len(vessels), sharex=True, sharey="row", squeeze=False)
+    for column, vessel in enumerate(vessels):
+        for row, quantity in enumerate(("pressure", "flow")):
+            ax = plot_vessel(axes[row, column], tree, vessel, quantity, color)
+            ax.label_outer()
+            ax.locator_params(axis="x", nbins=3)
+        share = 100 * whole.flow_fraction[whole.row(vessel)]
+        axes[0, column].set_title(f"vessel {vessel} ({share:.0f} %)")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    return figure
+
+
+def pressure_area_figure(cohort: Cohort) -> "Figure":
+    """Pressure against area at the middle of the root vessel ("PAsim")."""
+    return shown_figure(cohort, [plot_pressure_area], 7.5)
+
+
+def residuals_figure(cohort: Cohort) -> "Figure":
+    """Residuals and their autocorrelation ("Residuals")."""
+    figure = shown_figure(cohort, [plot_residuals, plot_autocorrelation], 12.5)
+    for ax, (group, tree) in zip(figure.axes, cohort.shown.items(), strict=False):
+        errors = [f"{wall} {float(data_of(tree, f'{wall}/calibration')['RMSE']):.2f}" for wall in wall_laws(tree)]
+        whose = "" if cohort.single else f"{cohort.name(group)}\n"
+        ax.set_title(f"{whose}RMSE [mmHg]: {', '.join(errors)}")
+    return shared_legend(figure, figure.axes[-1], 3)
+
+
+def impedance_figure(cohort: Cohort) -> "Figure":
+    """Measured and simulated impedance spectra ("Impd")."""
+
+    def panel(plot: Callable[..., "Axes"]) -> Panel:
+        def draw(ax: "Axes", tree: xr.DataTree, color: str) -> None:
+            plot(ax, data_of(tree, "measured/impedance"), label="measured", linewidth=1.4)
+            for wall, line in wall_lines(wall_laws(tree), color).items():
+                plot(ax, data_of(tree, f"{wall}/impedance"), **(line | {"markersize": 2}))
+
+        return draw
+
+    figure = shown_figure(cohort, [panel(plot_modulus), panel(plot_phase)], 13)
+    return shared_legend(figure, figure.axes[0], 3)
+
+
+def along_network_figure(cohort: Cohort) -> "Figure":
+    """Wave speed at mean pressure and fall of the mean pressure, against the distance from the inlet ("Tree")."""
+
+    def panel(distance: str, quantity: str, label: str) -> Panel:
+        def draw(ax: "Axes", tree: xr.DataTree, color: str) -> None:
+            looks = source_looks(wall_laws(tree))
+            for wall, line in wall_lines(looks, color).items():
+                data, look = data_of(tree, f"{wall}/tree"), looks[wall]
+                ax.plot(data[distance], data[quantity], look.marker, color=line["color"], ms=4, label=line["label"],
+                        mfc=line["color"] if look.filled else "none")  # fmt: skip
+            label_axes(ax, "distance from the inlet [cm]", label)
+
+        return draw
+
+    speed = panel("distance", "wave_speed", "wave speed [cm/s]")
+    drop = panel("terminal_distance", "mean_drop", "pressure drop [mmHg]")
+    figure = shown_figure(cohort, [speed, drop], 12)
+    return shared_legend(figure, figure.axes[0], 3)
+
+
+def waves_figure(cohort: Cohort, group: str) -> "Figure":
+    """Separated pressure and wave intensity of a group's shown animal, measured and of each wall law ("WIA")."""
+    tree, color = cohort.shown[group], group_looks(cohort.groups)[group].color
+    every = sources(tree)
+    figure = new_figure(17, 1.5 + 4.8 * len(every))
+    axes = figure.subplots(len(every), 2, sharex=True, sharey="col", squeeze=False)
+    for row, source in enumerate(every):
+        plot_separated_pressure(axes[row, 0], data_of(tree, f"{source}/waves"), color)
+        plot_wave_intensity(axes[row, 1], data_of(tree, f"{source}/waves"), color)
+        axes[row, 0].set_title(source if source == "measured" else f"{source} wall")
+    for ax in axes[:-1].flat:
+        ax.set_xlabel("")
+    return shared_legend(figure, axes[0, 0], 3)
+
+
+def waterfall_figure(cohort: Cohort) -> "Figure":
+    """Where the starts ended, one panel per wall law, one line per animal."""
+    figure = new_figure(COLUMN * max(1, len(cohort.walls)), 7)
+    axes = figure.subplots(1, len(cohort.walls), squeeze=False, sharey=True)[0]
+    looks = group_looks(cohort.groups)
+    for ax, wall in zip(axes, cohort.walls, strict=True):
+        for group, trees in cohort.groups.items():
+            for place, tree in enumerate(tree for tree in trees if wall in wall_laws(tree)):
+                plot_waterfall(ax, data_of(tree, f"{wall}/calibration"), color=looks[group].color,
+                               marker=looks[group].marker, label=None if place else group)  # fmt: skip
+        ax.set_title(f"{wall} wall")
+    for ax in axes[1:]:
+        ax.set_ylabel("")
+    if not cohort.single:
+        axes[0].legend()
+    highest = max(ax.get_ylim()[1] for ax in axes)
+    highest = max(highest, _LEAST_RANGE)
+    axes[0].set_ylim(1 - 0.04 * (highest - 1), highest)
+    axes[0].ticklabel_format(axis="y", useOffset=False)
+    if highest > _WIDE_RANGE:
+        axes[0].set_yscale("log")
+        plain_log(axes[0].yaxis)
+    return figure

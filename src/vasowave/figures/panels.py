@@ -1,0 +1,66 @@
+"""Panels set out in figures: one column for each group of animals, one legend for all."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Literal
+
+import xarray as xr
+
+from vasowave.cohort.cohort import Cohort
+from vasowave.figures.style import group_looks, new_figure
+
+if TYPE_CHECKING:
+    import numpy as np
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLUMN = 8.5  # cm, width of one group's panels
+_LEAST = 11.0  # cm, width of a figure
+
+Share = Literal["none", "row"]
+Panel = Callable[["Axes", xr.DataTree, str], object]
+
+
+def grid(cohort: Cohort, rows: int, height: float, share: Share = "row") -> tuple["Figure", "np.ndarray"]:
+    """Return an empty figure of `height` cm with one column of axes for each group, each shape (rows, groups).
+
+    The axes of a single animal stand two abreast, in a figure that is as much lower.
+    """
+    if cohort.single and rows > 1:
+        lines = -(-rows // 2)
+        figure = new_figure(2 * COLUMN, height * lines / rows)
+        return figure, figure.subplots(lines, 2, squeeze=False).reshape(-1, 1)
+    figure = new_figure(max(_LEAST, COLUMN * len(cohort.groups)), height)
+    return figure, figure.subplots(rows, len(cohort.groups), squeeze=False, sharey=share)
+
+
+def shown_figure(cohort: Cohort, panels: Sequence[Panel], height: float, share: Share = "row") -> "Figure":
+    """Draw the panels, one row each, for the shown animal of each group, one column each."""
+    figure, axes = grid(cohort, len(panels), height, share)
+    looks = group_looks(cohort.groups)
+    for column, (group, tree) in enumerate(cohort.shown.items()):
+        for row, panel in enumerate(panels):
+            panel(axes[row, column], tree, looks[group].color)
+        if not cohort.single:
+            axes[0, column].set_title(cohort.name(group))
+    return figure if share == "none" else outer(figure, axes)
+
+
+def outer(figure: "Figure", axes: "np.ndarray") -> "Figure":
+    """Leave the labels of shared axes to the outer panels."""
+    for ax in axes[:, 1:].flat:
+        ax.set_ylabel("")
+    return figure
+
+
+def shared_legend(figure: "Figure", ax: "Axes", columns: int) -> "Figure":
+    """Put the legend of `ax` above all panels, in place of their own."""
+    for panel in figure.axes:
+        without_legend(panel)
+    figure.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=columns)
+    return figure
+
+
+def without_legend(ax: "Axes") -> None:
+    """Take away the legend of a panel."""
+    if legend := ax.get_legend():
+        legend.remove()

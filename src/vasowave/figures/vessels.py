@@ -1,0 +1,51 @@
+"""Pressure and flow along the network ("PQsim"): chosen vessels, every wall law."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vasowave.animal.reading import data_of, period, root_vessel, simulated, wall_laws
+from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes, quantity_label, wall_lines
+from vasowave.network import Network
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+
+def main_vessels(network: Network, count: int = 6) -> list[str]:
+    """Return the names of up to `count` vessels that show the network, from the root outwards.
+
+    The root, its two largest daughters, the terminal at the end of each one's main path, then what carries most flow.
+    """
+    flow = network.flow_fraction
+    daughters = sorted(network.daughters[network.root], key=lambda row: -flow[row])[:2]
+    ends = [_main_path(network, row)[-1] for row in daughters]
+    rest = np.argsort(-flow, kind="stable").tolist()
+    chosen = list(dict.fromkeys([network.root, *daughters, *ends, *rest]))[:count]
+    depth = {row: level for level, rows in enumerate(network.generations) for row in rows.tolist()}
+    return [network.name[row] for row in sorted(chosen, key=lambda row: (depth[row], row))]
+
+
+def _main_path(network: Network, row: int) -> list[int]:
+    """Return the rows from `row` to a terminal, at every junction into the daughter with most flow."""
+    path = [row]
+    while network.daughters[path[-1]]:
+        path.append(max(network.daughters[path[-1]], key=lambda daughter: network.flow_fraction[daughter]))
+    return path
+
+
+def plot_vessel(
+    ax: "Axes", tree: "xr.DataTree", vessel: str, quantity: str = "pressure", color: str = CTL, station: str = "middle"
+) -> "Axes":
+    """Draw one simulated quantity at one station of one vessel, one line per wall law; data where measured."""
+    if vessel == root_vessel(tree) and quantity == "pressure":
+        measured = data_of(tree, "recording")["pressure"]
+        time = closed_time(measured["time"].values, period(tree))
+        ax.plot(time, closed(measured.values), color=DATA, linewidth=1.0, label="measured (inlet)")
+    label = quantity
+    for wall, line in wall_lines(wall_laws(tree), color).items():
+        values = simulated(tree, wall, quantity, vessel, station)
+        label = quantity_label(values.attrs, quantity)
+        ax.plot(closed_time(values["time"].values, period(tree)), closed(values.values), **line)
+    return label_axes(ax, "time [s]", label)

@@ -1,0 +1,1 @@
+"""Which vessels there are, and where their axes run."""

@@ -1,0 +1,198 @@
+"""Center paths of a lumen: minimal paths from the root that keep to the middle (the TEASAR idea)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from vasowave.errors import InputError
+from vasowave.imaging.axes.skeleton import Skeleton
+from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.lumen.surface import surface_points
+from vasowave.imaging.places import written
+from vasowave.imaging.tree import Line
+
+BALL, MARGIN = 1.5, 2.5
+"""A tip counts as long if it protrudes from all balls of BALL inscribed radii + MARGIN voxels around longer paths."""
+
+END = 2.0
+"""The end of a vessel reaches so many radii from its tip."""
+
+STEEPNESS = 8
+"""A path costs its length / depth**STEEPNESS: with 2 it still cuts the corners of wide vessels."""
+
+
+@dataclass(frozen=True, eq=False)
+class MinimalPaths:
+    """For every voxel of a lumen the way to the root that keeps to the middle.
+
+    Attributes
+    ----------
+    voxels : int array, shape (voxel, 3)
+        Voxels of the lumen within its crop.
+    points : float array, shape (voxel, 3)
+        Their positions, z, y, x, cm.
+    depth : float array, shape (voxel,)
+        Distance to the surface, voxels.
+    travelled : float array, shape (voxel,)
+        Distance to the root through the lumen, voxels; -1 where it was not reached.
+    above : int array, shape (voxel,)
+        The next voxel toward the root.
+    start : int
+        The root's voxel.
+    surface : float array, shape (corner, 3)
+        Points of the lumen's surface, cm.
+    spacing : float
+        Voxel size, cm.
+    roughness : float
+        Noise over the contrast between wall and background: how much noise bends the surface.
+    """
+
+    voxels: np.ndarray
+    points: np.ndarray
+    depth: np.ndarray
+    travelled: np.ndarray
+    above: np.ndarray
+    start: int
+    surface: np.ndarray
+    spacing: float
+    roughness: float
+
+
+def minimal_paths(lumen: Segmentation, root: np.ndarray) -> MinimalPaths:
+    """Return the minimal paths from everywhere in `lumen` to `root`.
+
+    Parameters
+    ----------
+    lumen : Segmentation
+    root : float array, shape (3,)
+        A point in or at the lumen where the blood enters (z, y, x, cm).
+
+    Raises
+    ------
+    InputError
+        A root farther than 5 voxels from the lumen.
+    """
+    surface = surface_points(lumen)
+    voxels = np.argwhere(lumen.mask)
+    points = voxels * lumen.spacing + lumen.origin
+    depth = cKDTree(surface).query(points)[0] / lumen.spacing
+    graph, lengths = _neighbors(lumen.mask, depth)
+    start = int(_nearest(points, lumen.spacing, np.atleast_2d(root), "root")[0])
+    travelled = dijkstra(lengths, indices=start)
+    _, above = dijkstra(graph, indices=start, return_predecessors=True)
+    travelled[~np.isfinite(travelled)] = -1.0
+    return MinimalPaths(voxels, points, depth, travelled, above, start, surface, lumen.spacing, lumen.roughness)
+
+
+def paths_to(ways: MinimalPaths, tips: Sequence[int]) -> Skeleton:
+    """Return the union of the minimal paths to the voxels `tips`."""
+    rows = np.flatnonzero(_walk(ways.above, tips, ways.start))
+    new = np.full(len(ways.points), -1)
+    new[rows] = np.arange(len(rows))
+    up = np.where(rows == ways.start, -1, new[np.maximum(ways.above[rows], 0)])
+    return Skeleton(Line(ways.points[rows], ways.depth[rows] * ways.spacing), up)
+
+
+def _neighbors(mask: np.ndarray, depth: np.ndarray) -> tuple[coo_array, coo_array]:
+    """Return the 26-neighbor graph of the lumen twice: cost that favors the middle, and plain length."""
+    number = np.full(mask.shape, -1, dtype=np.int64)
+    number[mask] = np.arange(len(depth))
+    padded = np.pad(number, 1, constant_values=-1)
+    here, there, length = [], [], []
+    offsets = [o for o in np.ndindex(3, 3, 3) if o > (1, 1, 1)]
+    for offset in offsets:
+        window = tuple(slice(o, o + n) for o, n in zip(offset, mask.shape, strict=True))
+        other = padded[window]
+        both = mask & (other >= 0)
+        here.append(number[both])
+        there.append(other[both])
+        length.append(np.full(both.sum(), np.linalg.norm(np.array(offset) - 1)))
+    i, j, far = np.concatenate(here), np.concatenate(there), np.concatenate(length)
+    cost = far / (0.5 * (np.maximum(depth[i], 0.2) + np.maximum(depth[j], 0.2))) ** STEEPNESS
+    shape = (len(depth), len(depth))
+    both_ways = (np.concatenate([i, j]), np.concatenate([j, i]))
+    return (
+        coo_array((np.tile(cost, 2), both_ways), shape=shape).tocsr(),
+        coo_array((np.tile(far, 2), both_ways), shape=shape).tocsr(),
+    )
+
+
+def _nearest(points: np.ndarray, spacing: float, places: np.ndarray, what: str) -> np.ndarray:
+    """Return the voxel nearest to each of `places`; all that are too far are named at once."""
+    distance, found = cKDTree(points).query(places)
+    lost = [
+        f"{what} {written(place)} cm (x,y,z) was not reached: {gap:.0f} voxels from the lumen"
+        for place, gap in zip(places, distance / spacing, strict=True)
+        if gap > 5
+    ]
+    if lost:
+        raise InputError("; ".join(lost) + "; move it, or lower the threshold")
+    return np.asarray(found)
+
+
+def outlet_tips(ways: MinimalPaths, outlets: np.ndarray) -> list[int]:
+    """Return the voxel of each outlet.
+
+    Raises
+    ------
+    InputError
+        An outlet farther than 5 voxels from the lumen, or one on the way to another; each is named.
+    """
+    outlets = np.atleast_2d(outlets)
+    tips = [int(tip) for tip in _nearest(ways.points, ways.spacing, outlets, "outlet")]
+    inner = _walk(ways.above, [int(ways.above[tip]) for tip in tips if tip != ways.start], ways.start)
+    lost = [
+        f"outlet {written(place)} cm (x,y,z) was not reached as an end: the vessel goes on to another outlet"
+        for number, (place, tip) in enumerate(zip(outlets, tips, strict=True))
+        if inner[tip] or tip in tips[:number]
+    ]
+    if lost:
+        raise InputError("; ".join(lost) + "; remove it, or move it to the end of a vessel of its own")
+    return tips
+
+
+def _walk(above: np.ndarray, tips: Sequence[int], start: int) -> np.ndarray:
+    """Return which voxels lie on the paths from `tips` to `start`."""
+    kept = np.zeros(len(above), dtype=bool)
+    kept[start] = True
+    for tip in tips:
+        while not kept[tip]:
+            kept[tip] = True
+            tip = above[tip]
+    return kept
+
+
+def end_around(ways: MinimalPaths, voxel: int) -> np.ndarray:
+    """Return which voxels belong to the end of a vessel at `voxel`, bool, shape (voxel,): no other vessel ends there.
+
+    A tip is the farthest corner of an end, the opposite one is two radii away; a root is given by eye.
+    """
+    distance = np.linalg.norm(ways.voxels - ways.voxels[voxel], axis=1)
+    wide = ways.depth[distance <= 1.5 * ways.depth].max(initial=ways.depth[voxel])
+    return np.asarray(distance < END * wide)
+
+
+def long_tips(ways: MinimalPaths) -> list[int]:
+    """Return the tips that protrude from the inscribed balls of all longer paths, the farthest first."""
+    tree = cKDTree(ways.voxels)
+    free = (ways.travelled >= 0) & ~end_around(ways, ways.start)
+    kept = np.zeros(len(free), dtype=bool)
+    kept[ways.start] = True
+    tips = []
+    for tip in np.argsort(ways.travelled)[::-1]:
+        if not free[tip]:
+            continue
+        tips.append(int(tip))
+        path = []
+        while not kept[tip]:
+            kept[tip] = True
+            path.append(tip)
+            tip = ways.above[tip]
+        for near in tree.query_ball_point(ways.voxels[path], BALL * ways.depth[path] + MARGIN):
+            free[near] = False
+        free &= ~end_around(ways, tips[-1])
+    return tips

@@ -1,0 +1,95 @@
+"""How stiff tubes are: an axis follows the wall that its vessel has of its own, and goes on as an arc without it.
+
+Third differences of the nodes, which an arc has not, are penalized. Where all of a node's wall is seen its place is
+known to some hundredths of a voxel and the penalty only quiets noise; where a wider sister hides the vessel nothing is
+seen, and the penalty alone says how the axis goes on. One weight for both either bends axes that should be straight or
+straightens axes that bend within two radii, which misplaces their junctions.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from vasowave.imaging.axes.feet import Feet, Tubes
+
+FREE, HIDDEN = 0.1, 2.0
+"""Weights of a changing curvature against the points of the surface, with a wall of its own all around and without."""
+ROUGH = 0.18, 4
+"""Where noise over contrast exceeds the first number, FREE rises with this power of their ratio."""
+SWELLING, TAPER = 20.0, 0.05
+"""Weights of a changing taper and of a taper."""
+FULL = 0.6
+"""A node has all its wall if it has as many points for its size as this quantile of all nodes."""
+FEWEST = 4
+"""A difference weighs as much as a node has points, at least so many."""
+
+
+@dataclass(frozen=True, eq=False)
+class Differences:
+    """What is kept small: differences along each vessel of the unknowns (nodes' coordinates, then radii).
+
+    Attributes
+    ----------
+    matrix : sparse array, shape (difference, unknown)
+    vessel : int array, shape (difference,)
+    weight : float array, shape (difference,)
+        NaN for the differences of positions, whose weight depends on the wall.
+    window : int array, shape (difference, 2)
+        First and last place (see `Tubes`) that the difference spans.
+    """
+
+    matrix: csr_array
+    vessel: np.ndarray
+    weight: np.ndarray
+    window: np.ndarray
+
+
+def differences(tubes: Tubes) -> Differences:
+    """Return the differences of the unknowns of `tubes`."""
+    blocks, about = [], []
+    for row, (own, place) in enumerate(zip(tubes.rows, tubes.places, strict=True)):
+        axis, radius = [3 * own + k for k in range(3)], [tubes.nodes.size + place]
+        for unknowns, order, weight in ((axis, 3, np.nan), (radius, 2, SWELLING), (radius, 1, TAPER)):
+            stencil = np.diff(np.eye(order + 1), order, axis=0)[0]
+            for columns in unknowns:
+                starts = range(len(columns) - order)
+                blocks += [(columns[first : first + order + 1], stencil) for first in starts]
+                about += [(row, weight, place[first], place[first + order]) for first in starts]
+    rows = np.repeat(np.arange(len(blocks)), [len(window) for window, _ in blocks])
+    columns, values = (np.concatenate(part) for part in zip(*blocks, strict=True))
+    shape = len(blocks), tubes.nodes.size + tubes.radius.size
+    vessel, weight, first, last = np.array(about).T
+    window = np.column_stack([first, last]).astype(int)
+    return Differences(coo_array((values, (rows, columns)), shape=shape).tocsr(), vessel.astype(int), weight, window)
+
+
+def strengths(tubes: Tubes, feet: Feet, kept: Differences, roughness: float) -> np.ndarray:
+    """Return the weight of each difference against points of the surface that weigh 1.
+
+    Parameters
+    ----------
+    tubes, feet, kept
+    roughness : float
+        Noise over the contrast between wall and background.
+    """
+    free = min(FREE * max(roughness / ROUGH[0], 1.0) ** ROUGH[1], HIDDEN)
+    seen = _own_wall(tubes, feet)
+    least = np.array([seen[first : last + 1].min() for first, last in kept.window])
+    bending = HIDDEN + (free - HIDDEN) * least
+    # A difference weighs as much as a node has points, so that neither resolution nor width changes the balance.
+    points = np.bincount(feet.vessel, minlength=len(tubes.rows)) / [len(rows) for rows in tubes.rows]
+    return np.where(np.isnan(kept.weight), bending, kept.weight) * np.maximum(points, FEWEST)[kept.vessel]
+
+
+def _own_wall(tubes: Tubes, feet: Feet) -> np.ndarray:
+    """Return the share of its wall that each node has for itself, shape (place,)."""
+    size = tubes.radius.size
+    count = np.bincount(feet.places[:, 0], 1 - feet.share, size) + np.bincount(feet.places[:, 1], feet.share, size)
+    length = np.zeros(size)
+    for own, place in zip(tubes.rows, tubes.places, strict=True):
+        step = np.linalg.norm(np.diff(tubes.nodes[own], axis=0), axis=1)
+        length[place[:-1]] += step / 2
+        length[place[1:]] += step / 2
+    density = count / np.maximum(tubes.radius * length, 1e-9)
+    return np.asarray(np.clip(density / max(float(np.quantile(density, FULL)), 1e-9), 0, 1))

@@ -1,0 +1,82 @@
+"""From a lumen to the vessels in it: which there are, and where their axes run."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from vasowave.imaging.axes.ends import with_ends_at_half_grey, with_ends_at_the_surface
+from vasowave.imaging.axes.junctions import with_met_axes
+from vasowave.imaging.axes.paths import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
+from vasowave.imaging.axes.protrusions import tips_outside
+from vasowave.imaging.axes.skeleton import cut_at_junctions
+from vasowave.imaging.axes.smoothing import without_stairs
+from vasowave.imaging.axes.tubes import fitted
+from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.lumen.surface import surface_points
+from vasowave.imaging.tree import Tree
+
+ROUNDS = 4
+"""Automatic mode looks at most so often for vessels that stick out of the tubes of those found."""
+
+
+def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Tree:
+    """Return the vessels of `lumen`, the cannula being part of the root.
+
+    Parameters
+    ----------
+    lumen : Segmentation
+    root : float array, shape (3,)
+        A point in or at the lumen where the blood enters (z, y, x, cm).
+    outlets : float array, shape (outlet, 3), optional
+        Guided mode: one path to each of these and no other; without them the tips are found (automatic mode).
+
+    Raises
+    ------
+    InputError
+        The root or an outlet farther than 5 voxels from the lumen, an outlet on the way to another; each is named.
+    """
+    ways = minimal_paths(lumen, root)
+    if outlets is None:
+        tree = _straight_ended(_to_surface(ways, _tips(ways)), ways)
+    else:
+        tree = _to_surface(ways, outlet_tips(ways, outlets))
+    # A junction that the paths put many voxels too far is not brought back by one fit.
+    return _refitted(tree, lumen, ways.surface)
+
+
+def in_another_lumen(tree: Tree, lumen: Segmentation) -> Tree:
+    """Return the vessels of `tree` with their axes and radii in `lumen`, that of another threshold."""
+    return _refitted(tree, lumen, surface_points(lumen))
+
+
+def _refitted(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
+    again = with_ends_at_the_surface(fitted(tree, surface, lumen.spacing, lumen.roughness), surface)
+    return with_ends_at_half_grey(again, lumen)
+
+
+def _tips(ways: MinimalPaths) -> list[int]:
+    """Return the tips of all vessels: the long ones, then what sticks out of their tubes, until nothing does."""
+    tips = long_tips(ways)
+    for _ in range(ROUNDS):
+        more = tips_outside(_to_surface(ways, tips), ways)
+        if not more:
+            break
+        tips += more
+    return tips
+
+
+def _straight_ended(tree: Tree, ways: MinimalPaths) -> Tree:
+    """Return the vessels with paths drawn anew to where the axes of `tree` meet the surface.
+
+    The tips are the farthest corners of flat ends, and a path to a corner leaves the axis early.
+    """
+    ends = np.array([tree.lines[row].points[-1] for row in tree.terminals])
+    again = _to_surface(ways, sorted(set(cKDTree(ways.points).query(ends)[1].tolist())))
+    return again if len(again) == len(tree) else tree
+
+
+def _to_surface(ways: MinimalPaths, tips: Sequence[int]) -> Tree:
+    """Return the vessels on the minimal paths to `tips`, their axes fitted to the surface and ending there."""
+    rough = with_met_axes(without_stairs(cut_at_junctions(paths_to(ways, tips)), ways.surface, ways.spacing))
+    return with_ends_at_the_surface(fitted(rough, ways.surface, ways.spacing, ways.roughness), ways.surface)

@@ -1,0 +1,116 @@
+"""Centerlines of other programs: VMTK and Slicer (.vtp, .vtk, .dat, .csv) and SWC in; .vtp out."""
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from vasowave.columns import read_columns
+from vasowave.errors import InputError
+from vasowave.imaging.axes.skeleton import cut_at_junctions
+from vasowave.imaging.exchange.merging import merged
+from vasowave.imaging.exchange.polydata import PolyLines, read_polydata, write_vtp
+from vasowave.imaging.exchange.swc import LEAST, read_swc, require_radii
+from vasowave.imaging.tree import Line, Tree
+
+RADIUS_NAMES = ("MaximumInscribedSphereRadius", "Radius")
+"""The radius array as VMTK's command line and as Slicer call it."""
+
+_ALIASES = {
+    "points:0": "x", "points:1": "y", "points:2": "z", "points_0": "x", "points_1": "y", "points_2": "z",
+    "maximuminscribedsphereradius": "radius", "r": "radius",
+}  # fmt: skip
+
+
+def read_centerlines(
+    path: str | Path, unit: float, cut: Literal["tube", "identical"] = "tube", collapse: float = 0.0
+) -> Tree:
+    """Return the tree of vessels in a file of centerlines; `network_of` makes it a network.
+
+    Parameters
+    ----------
+    path : path
+        .vtp or .vtk (VMTK, Slicer: one line from the root to each terminal), .dat or .csv (the same points as a flat
+        table x, y, z, radius), or .swc.
+    unit : float
+        Unit of length of the file, cm: 0.1 for mm, 1e-4 for µm, the voxel size for voxels. Not used for table
+        columns whose header names a unit.
+    cut : "tube" or "identical"
+        Where lines part, see `merged`; "identical" is the authors' rule.
+    collapse : float
+        Inner vessels shorter than this many radii + the point distance become one junction (extraction uses 0.6).
+
+    Raises
+    ------
+    InputError
+        Unreadable file, no radius array, a radius that is not positive, lines without a common root.
+
+    Warns
+    -----
+    VasowaveWarning
+        Loops, which are opened.
+    """
+    path = Path(path)
+    if not (np.isfinite(unit) and unit > 0):
+        raise InputError(f"unit {unit} cm: give the file's unit of length as a positive number of cm (mm: 0.1)")
+    if path.suffix.lower() == ".swc":
+        skeleton = read_swc(path, unit)
+    else:
+        lines = _lines_of_polydata(path, unit) if path.suffix.lower() in (".vtp", ".vtk") else _flat(path, unit)
+        for line in lines:
+            require_radii(path, line)
+        skeleton = merged(lines, cut)
+    try:
+        return cut_at_junctions(skeleton, collapse)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _lines_of_polydata(path: Path, unit: float) -> list[Line]:
+    data = read_polydata(path)
+    name = next((name for name in RADIUS_NAMES if name in data.fields), None)
+    if name is None:
+        there = ", ".join(sorted(data.fields)) or "none"
+        raise InputError(f"{path}: no array {' or '.join(RADIUS_NAMES)} at the points; there are: {there}")
+    points = Line(unit * data.points[:, ::-1], unit * data.fields[name])
+    return [points[line] for line in data.lines]
+
+
+def _flat(path: Path, unit: float) -> list[Line]:
+    """Return the lines of a flat table, which has lost them: a jump longer than both radii starts a new line."""
+    table = read_columns(path, _ALIASES)
+    found = []
+    for axis in ("z", "y", "x", "radius"):
+        column = table.require(axis)
+        given = bool(table.units and table.units[column])
+        found.append(table.numbers(column, "length", "cm") * (1.0 if given else unit))
+    points = Line.of(np.column_stack(found))
+    jumps = np.diff(points.run) > points.radius[1:] + points.radius[:-1]
+    lines = (points[rows] for rows in np.split(np.arange(len(points)), 1 + np.flatnonzero(jumps)))
+    return [line for line in lines if len(line) > 1]
+
+
+def write_centerlines(tree: Tree, path: str | Path, unit: float = 1.0) -> None:
+    """Write `tree` as .vtp as VMTK does: one line from the root to each terminal, x, y, z in `unit` (cm).
+
+    `read_centerlines(path, unit, cut="identical")` reads the same vessels back. Slicer and ITK-SNAP expect mm: 0.1.
+    """
+    numbers: list[np.ndarray] = []
+    points: list[Line] = []
+    count = 0
+    for line, parent in zip(tree.lines, tree.parent, strict=True):
+        new = line if parent < 0 else line[1:]
+        own = count + np.arange(len(new))
+        numbers.append(own if parent < 0 else np.append(numbers[parent][-1], own))
+        points.append(new)
+        count += len(new)
+    lines = []
+    for terminal in tree.terminals:
+        way, row = [numbers[terminal]], int(tree.parent[terminal])
+        while row >= 0:
+            way.append(numbers[row][:-1])
+            row = int(tree.parent[row])
+        lines.append(np.concatenate(way[::-1]))
+    whole = points[0].then(*points[1:])
+    radius = np.maximum(whole.radius, LEAST) / unit
+    write_vtp(PolyLines(whole.points[:, ::-1] / unit, tuple(lines), {RADIUS_NAMES[0]: radius}), path)

@@ -1,0 +1,61 @@
+"""SWC, the table of points of neuron tracing: number, type, x, y, z, radius, parent."""
+
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.columns import read_columns
+from vasowave.errors import InputError
+from vasowave.imaging.axes.skeleton import Skeleton
+from vasowave.imaging.tree import Line, Tree
+
+LEAST = 1e-6
+"""Radius, cm, that is written where an axis ends at the surface; readers refuse 0."""
+
+
+def read_swc(path: Path, unit: float) -> Skeleton:
+    """Return the tree of points in an SWC file whose unit of length is `unit`, cm."""
+    table = read_columns(path)
+    cells = table.cells if not table.names else None
+    if cells is None or len(cells[0]) != 7:
+        raise InputError(f"{path}: an SWC file has seven columns of numbers: number, type, x, y, z, radius, parent")
+    values = np.array(cells, dtype=float)
+    points = Line.of(unit * values[:, [4, 3, 2, 5]])
+    require_radii(path, points)
+    row = {int(number): index for index, number in enumerate(values[:, 0])}
+    if len(row) < len(values):
+        raise InputError(f"{path}: a point number is used twice")
+    above = np.full(len(values), -1)
+    for index, parent in enumerate(values[:, 6].astype(int)):
+        if parent >= 0:
+            if parent not in row:
+                raise InputError(f"{path}, line {table.lines[index]}: parent {parent} is not in the file")
+            above[index] = row[parent]
+    depth = above.copy()
+    for _ in range(len(above).bit_length() + 1):  # pointer doubling: after log2(n) rounds everyone is at a root
+        depth = np.where(depth >= 0, depth[depth], -1)
+    if (depth >= 0).any():
+        raise InputError(f"{path}: the parents of line {table.lines[int(np.argmax(depth >= 0))]} form a cycle")
+    return Skeleton(points, above)
+
+
+def require_radii(path: Path, line: Line) -> None:
+    """Raise `InputError` unless places are finite and radii positive."""
+    if not (np.isfinite(line.points).all() and np.isfinite(line.radius).all() and (line.radius > 0).all()):
+        raise InputError(f"{path}: a point whose position or radius is not finite or not positive; repair the line")
+
+
+def write_swc(tree: Tree, path: str | Path) -> None:
+    """Write `tree` as SWC in µm, x, y, z: `read_centerlines(path, unit=1e-4)` reads the same vessels back."""
+    last: list[int] = []
+    count = 0
+    with Path(path).open("w", encoding="utf-8") as file:
+        file.write("# number type x y z radius parent, micrometers\n")
+        for line, parent in zip(tree.lines, tree.parent, strict=True):
+            above = -1 if parent < 0 else last[parent]
+            new = line if parent < 0 else line[1:]
+            for (z, y, x), r in zip(1e4 * new.points, 1e4 * new.radius, strict=True):
+                count += 1
+                file.write(f"{count} 0 {x:.9g} {y:.9g} {z:.9g} {max(r, 1e4 * LEAST):.9g} {above}\n")
+                above = count
+            last.append(count)

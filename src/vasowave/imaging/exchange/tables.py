@@ -1,0 +1,54 @@
+"""Tables of a network: ours, one row a vessel and one a point; and the two of the paper."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.imaging.measure.measurement import Measurement
+from vasowave.imaging.tree import Tree
+from vasowave.network import Network
+
+
+def write_network_table(measured: Measurement, path: str | Path) -> None:
+    """Write one row a vessel: sizes, both radii, their spread, whether reliable; `read_network` reads it."""
+    network = measured.network
+    names = [network.name[p] if p >= 0 else "" for p in network.parent]
+    columns = (network.length, network.radius, measured.radius_sd, measured.inscribed, measured.densitometric)
+    heads = ("length", "radius", "radius_sd", "radius_inscribed", "radius_densitometric")
+    with Path(path).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["name", "parent", *(f"{head} [cm]" for head in heads), "radius_reliable"])
+        for row, name in enumerate(network.name):
+            cells = [repr(float(column[row])) if np.isfinite(column[row]) else "" for column in columns]
+            writer.writerow([name, names[row], *cells, "yes" if measured.reliable[row] else "no"])
+
+
+def write_points(tree: Tree, names: tuple[str, ...], path: str | Path) -> None:
+    """Write the points of every axis with their inscribed radii: vessel, x, y, z, radius in cm."""
+    with Path(path).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["vessel", "x [cm]", "y [cm]", "z [cm]", "radius [cm]"])
+        for name, line in zip(names, tree.lines, strict=True):
+            for (z, y, x), r in zip(line.points, line.radius, strict=True):
+                writer.writerow([name, *(f"{value:.7g}" for value in (x, y, z, r))])
+
+
+def write_author_tables(network: Network, connectivity: str | Path, dimensions: str | Path) -> None:
+    """Write the two tables of the paper: vessel and its daughters; vessel, r0 and L in cm (Table 1).
+
+    Vessels carry their names; vessels without daughters are not in the first table.
+    """
+    width = max(2, *(len(rows) for rows in network.daughters))
+    heads = ["left", "right", *(f"daughter{k}" for k in range(3, width + 1))]
+    with Path(connectivity).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["vessel", *heads])
+        for name, rows in zip(network.name, network.daughters, strict=True):
+            if rows:
+                writer.writerow([name, *(network.name[row] for row in rows), *[""] * (width - len(rows))])
+    with Path(dimensions).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["vessel", "r0 [cm]", "L [cm]"])
+        for row, name in enumerate(network.name):
+            writer.writerow([name, repr(float(network.radius[row])), repr(float(network.length[row]))])

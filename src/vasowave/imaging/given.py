@@ -1,0 +1,73 @@
+"""What the user gave, files read and put on one grid."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vasowave.imaging.lumen.contours import level_set
+from vasowave.imaging.lumen.masks import EditedMask, Within, box_region
+from vasowave.imaging.lumen.segmentation import Segmenter, segment
+from vasowave.imaging.options import Options
+from vasowave.imaging.read.labels import ROOT, marks, on_grid_of, read_labels
+from vasowave.imaging.read.volume import Volume, isotropic
+from vasowave.imaging.revise.edits import Edit, read_edits, root_of
+
+_METHODS: dict[str, Segmenter] = {"threshold": segment, "level-set": level_set}
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """An image with all that was said about it.
+
+    Attributes
+    ----------
+    image, volume : Volume
+        As read, and in cubes.
+    segmenter : Segmenter
+        Finds the lumen in `volume`.
+    root, seed : float array, shape (3,), or None
+        Where the blood enters, and a point inside the tree; z, y, x, cm.
+    outlets : float array, shape (outlet, 3), or None
+    edits : tuple of Edit
+    """
+
+    image: Volume
+    volume: Volume
+    segmenter: Segmenter
+    root: np.ndarray | None
+    seed: np.ndarray | None
+    outlets: np.ndarray | None
+    edits: tuple[Edit, ...]
+
+
+def given(image: Volume, options: Options) -> Given:
+    """Read the files that `options` names.
+
+    Raises
+    ------
+    InputError
+        As `read_labels`, `read_edits`, `box_region`.
+    """
+    edits = read_edits(options.edits) if options.edits else ()
+    volume = isotropic(image)
+    labels = on_grid_of(read_labels(options.mask, image, options.voxel), volume) if options.mask else None
+    found = marks(labels, volume) if labels is not None else {}
+    painted: Any = [place for label, place in found.items() if label > ROOT]
+    outlets: Any = options.outlets if options.outlets is not None else painted or None
+    root: Any = next((place for place in (root_of(edits), options.root, found.get(ROOT)) if place is not None), None)
+    seed: Any = root if options.seed is None else options.seed
+    root, seed, outlets = (None if place is None else np.asarray(place, dtype=float) for place in (root, seed, outlets))
+    return Given(image, volume, _segmenter(options, image, volume, labels), root, seed, outlets, edits)
+
+
+def _segmenter(options: Options, image: Volume, volume: Volume, labels: np.ndarray | None) -> Segmenter:
+    region = None
+    if isinstance(options.region, tuple):
+        region = box_region(volume, *(np.asarray(corner, dtype=float) for corner in options.region))
+    elif options.region is not None:
+        region = on_grid_of(read_labels(options.region, image, options.voxel), volume) > 0
+    if labels is not None:
+        return EditedMask((labels > 0) if region is None else (labels > 0) & region, volume, options.threshold)
+    found = _METHODS[options.method]
+    return found if region is None else Within(region, volume, found)

@@ -1,0 +1,183 @@
+"""Which voxels are vessel: smoothing by the measured noise, a threshold, the component that holds the seed."""
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging.places import written
+from vasowave.imaging.read.volume import Volume
+
+Segmenter = Callable[[Volume, float, np.ndarray | None], "Segmentation"]
+"""Finds the lumen in a volume at a threshold, from a point in it (or the largest)."""
+
+MARGIN = 3
+"""Voxels kept around the lumen."""
+
+
+@dataclass(frozen=True, eq=False)
+class Segmentation:
+    """One connected lumen, cropped.
+
+    Attributes
+    ----------
+    mask : bool array, shape (z, y, x)
+        The lumen within the crop.
+    grey : float array, shape (z, y, x)
+        Smoothed grey levels of the crop; what is not lumen is below the threshold.
+    corner : int array, shape (3,)
+        Voxel of the volume at which the crop starts.
+    spacing : float
+        Voxel size, cm.
+    origin : float array, shape (3,)
+        Position of the crop's voxel (0, 0, 0), cm.
+    threshold, background, noise : float
+        Grey levels; noise is the standard deviation measured in the volume.
+    """
+
+    mask: np.ndarray
+    grey: np.ndarray
+    corner: np.ndarray
+    spacing: float
+    origin: np.ndarray
+    threshold: float
+    background: float
+    noise: float
+
+    @property
+    def roughness(self) -> float:
+        """Noise over the contrast between wall and background: how much noise bends the surface."""
+        return self.noise / (self.threshold - self.background)
+
+
+def noise_level(volume: Volume) -> float:
+    """Return the standard deviation of the noise, grey levels: the robust spread of the whole volume.
+
+    Vessels are a few voxels in a thousand, so the median absolute deviation sees the background alone.
+    """
+    sample = volume.grey[::4, ::4, ::4]
+    return float(1.4826 * np.median(np.abs(sample - np.median(sample))))
+
+
+def segment(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None = None) -> Segmentation:
+    """Return the vessel tree of `volume` brighter than `threshold`.
+
+    Parameters
+    ----------
+    volume : Volume
+        Cubic voxels (see `isotropic`).
+    threshold : float
+        Grey level of the wall (the paper's 45).
+    seed : float array, shape (3,), optional
+        A point (z, y, x, cm) in the tree; the largest component where none is given.
+
+    Raises
+    ------
+    InputError
+        Voxels not cubic, nothing or nearly everything above the threshold, a seed outside the lumen.
+
+    Warns
+    -----
+    VasowaveWarning
+        A second tree of comparable size; a lumen that touches the border of the volume.
+    """
+    grey, noise = smoothed(volume, threshold)
+    bright = grey > threshold
+    if not bright.any():
+        raise InputError(f"no voxel is brighter than {threshold:g}; the brightest has {grey.max():.4g}: lower it")
+    if bright.sum() > 0.5 * grey.size:
+        raise InputError(f"more than half of the volume is brighter than {threshold:g}; raise the threshold")
+    return connected_lumen(volume, grey, bright, threshold, noise, seed)
+
+
+def smoothed(volume: Volume, threshold: float) -> tuple[np.ndarray, float]:
+    """Return the grey levels smoothed as much as noise and contrast need, and the noise.
+
+    The wall at `threshold` is half the contrast away from the background, so noise over contrast says how much
+    smoothing the surface needs.
+    """
+    if not np.allclose(volume.spacing, volume.spacing[0], rtol=2e-3):
+        raise InputError(f"segment: spacing {volume.spacing} cm is not cubic; call isotropic(volume) first")
+    noise = noise_level(volume)
+    width = float(np.clip(0.5 + 1.1 * noise / _contrast(volume, threshold), 0.5, 1.3))
+    return ndimage.gaussian_filter(np.asarray(volume.grey), width, truncate=3.0), noise
+
+
+def _contrast(volume: Volume, threshold: float) -> float:
+    return max(threshold - float(np.median(volume.grey[::4, ::4, ::4])), 1e-9)
+
+
+def connected_lumen(
+    volume: Volume, grey: np.ndarray, bright: np.ndarray, threshold: float, noise: float, seed: np.ndarray | None
+) -> Segmentation:
+    """Return the piece of `bright` (bool, shape of the volume) that holds `seed`, or the largest, holes filled.
+
+    Where `grey` contradicts the piece, it is set to just above or below the threshold.
+    """
+    contrast = _contrast(volume, threshold)
+    voxels = _piece(volume, bright, seed)
+    low, high = voxels.min(axis=0), voxels.max(axis=0) + 1
+    if (low == 0).any() or (high == grey.shape).any():
+        _warn("the lumen touches the border of the volume: the vessels that leave it end there, cut")
+    low, high = np.maximum(low - MARGIN, 0), np.minimum(high + MARGIN, grey.shape)
+    mask = np.zeros(high - low, dtype=bool)
+    mask[tuple((voxels - low).T)] = True
+    mask |= _holes(mask)
+    local = grey[tuple(slice(a, b) for a, b in zip(low, high, strict=True))]
+    local = np.where(mask, np.maximum(local, threshold + 1e-3 * contrast), np.minimum(local, threshold - 1e-6))
+    spacing = float(volume.spacing[0])
+    origin = volume.origin + low * spacing
+    return Segmentation(mask, local, low, spacing, origin, threshold, threshold - contrast, noise)
+
+
+def _piece(volume: Volume, bright: np.ndarray, seed: np.ndarray | None) -> np.ndarray:
+    """Return the voxels of the connected piece of `bright` that holds `seed`, or of the largest, shape (voxel, 3).
+
+    Only the bright voxels are looked at, a few in a thousand: labels for all would take half a gigabyte.
+    """
+    places = np.flatnonzero(bright)
+    if len(places) == 0:
+        raise InputError("the lumen is empty; check the mask, the region and the threshold")
+    voxels = np.stack(np.unravel_index(places, bright.shape), axis=1)
+    links = []
+    for axis, stride in enumerate((bright.shape[1] * bright.shape[2], bright.shape[2], 1)):
+        inner = np.flatnonzero(voxels[:, axis] < bright.shape[axis] - 1)
+        inner = inner[bright.ravel()[places[inner] + stride]]
+        links.append((inner, np.searchsorted(places, places[inner] + stride)))
+    here, there = (np.concatenate(side) for side in zip(*links, strict=True))
+    touching = coo_array((np.ones(len(here), dtype=bool), (here, there)), shape=(len(places), len(places)))
+    labels = connected_components(touching, directed=False)[1]
+    return voxels[labels == _chosen(volume, voxels, labels, seed)]
+
+
+def _chosen(volume: Volume, voxels: np.ndarray, labels: np.ndarray, seed: np.ndarray | None) -> int:
+    """Return the label of the voxel at `seed`, or the commonest."""
+    if seed is not None:
+        at = np.flatnonzero((voxels == np.round((np.asarray(seed) - volume.origin) / volume.spacing)).all(axis=1))
+        if len(at) == 0:
+            raise InputError(
+                f"the point {written(np.asarray(seed))} cm (x,y,z) is not inside a vessel; move it or the threshold"
+            )
+        return int(labels[at[0]])
+    sizes = np.append(np.bincount(labels), 0)
+    largest, second = np.argsort(sizes)[::-1][:2]
+    if sizes[second] > 0.1 * sizes[largest]:
+        _warn(f"two separate trees ({sizes[largest]} and {sizes[second]} voxels): took the larger; a seed chooses")
+    return int(largest)
+
+
+def _holes(mask: np.ndarray) -> np.ndarray:
+    """Return what `mask` encloses."""
+    outside, count = ndimage.label(~mask)
+    faces = [np.take(outside, end, axis=axis).ravel() for axis in range(3) for end in (0, -1)]
+    enclosed = np.setdiff1d(np.arange(1, count + 1), np.concatenate(faces))
+    return np.isin(outside, enclosed) if len(enclosed) else np.zeros_like(mask)
+
+
+def _warn(message: str) -> None:
+    warnings.warn(message, VasowaveWarning, stacklevel=3)

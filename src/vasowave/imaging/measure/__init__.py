@@ -1,0 +1,1 @@
+"""Lengths, radii, scale and their spread."""

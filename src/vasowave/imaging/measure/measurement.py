@@ -1,0 +1,59 @@
+"""What was measured of every vessel."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.imaging.axes.stretches import free_length
+from vasowave.imaging.measure.radii import densitometric_radii
+from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.read.volume import Volume
+from vasowave.imaging.tree import Tree
+from vasowave.network import Network
+
+RELIABLE = 2.0
+"""A radius is reliable if it was measured over a free length of at least this many radii."""
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """A network with the tree it comes from; row i of every field is the same vessel.
+
+    Attributes
+    ----------
+    network : Network
+        Radii are densitometric where a vessel has a free stretch, inscribed elsewhere.
+    tree : Tree
+    inscribed, densitometric : float array, shape (vessel,)
+        Radii by the two estimators, cm; NaN where not measured.
+    radius_sd : float array, shape (vessel,)
+        SD of `network.radius` over three thresholds, each vessel by its own estimator, cm; NaN if it was not
+        measured at all three.
+    reliable : bool array, shape (vessel,)
+        Whether the vessel's free length is at least two radii and its radius densitometric.
+    """
+
+    network: Network
+    tree: Tree
+    inscribed: np.ndarray
+    densitometric: np.ndarray
+    radius_sd: np.ndarray
+    reliable: np.ndarray
+
+
+def measured_in(tree: Tree, volume: Volume) -> Measurement:
+    """Return lengths and radii of `tree` in `volume`; the spread of the radii is not known yet (NaN)."""
+    first = network_of(tree)
+    dense = densitometric_radii(tree, volume, first.radius)
+    radius = np.where(np.isfinite(dense), dense, first.radius)
+    reliable = np.isfinite(dense) & (free_length(tree) >= RELIABLE * radius)
+    network = Network(first.name, first.parent, first.length, radius)
+    return Measurement(network, tree, first.radius, dense, np.full(len(tree), np.nan), reliable)
+
+
+def measured_alone(tree: Tree) -> Measurement:
+    """Return lengths and inscribed radii of a `tree` without an image; the spread of the radii is unknown."""
+    network = network_of(tree)
+    unknown = np.full(len(network), np.nan)
+    reliable = free_length(tree) >= RELIABLE * network.radius
+    return Measurement(network, tree, network.radius, unknown, unknown, reliable)

@@ -1,0 +1,1 @@
+"""Images from files, checked, on a grid of cubes."""

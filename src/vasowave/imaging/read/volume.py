@@ -1,0 +1,58 @@
+"""A grey-level volume on a grid of known spacing."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Volume:
+    """Grey levels and where they lie.
+
+    Attributes
+    ----------
+    grey : float32 array, shape (z, y, x)
+    spacing : float array, shape (3,)
+        Distance of neighboring voxels along z, y, x, cm.
+    origin : float array, shape (3,)
+        Position of voxel (0, 0, 0), z, y, x, cm.
+
+    Raises
+    ------
+    InputError
+        Not three-dimensional, values that are not finite, one grey level everywhere, a spacing that is not positive.
+    """
+
+    grey: np.ndarray
+    spacing: np.ndarray
+    origin: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Check the grid and the grey levels once, and freeze them."""
+        for name, dtype in (("grey", np.float32), ("spacing", np.float64), ("origin", np.float64)):
+            array = np.asarray(getattr(self, name), dtype=dtype).view()
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        if self.grey.ndim != 3 or min(self.grey.shape) < 3:
+            raise InputError(f"volume: shape {self.grey.shape}; a stack of at least 3 x 3 x 3 voxels is needed")
+        if self.spacing.shape != (3,) or not (np.isfinite(self.spacing).all() and (self.spacing > 0).all()):
+            raise InputError(f"volume: spacing {self.spacing} cm; give three positive numbers (z, y, x)")
+        if not np.isfinite(self.grey).all():
+            raise InputError("volume: grey levels that are not finite (NaN or infinity); repair the reconstruction")
+        if self.grey.min() == self.grey.max():
+            raise InputError(f"volume: every voxel has grey level {self.grey.flat[0]:g}; is this the right file?")
+
+
+def isotropic(volume: Volume) -> Volume:
+    """Return `volume` resampled linearly to cubes of its smallest spacing; unchanged if it is cubic within 0.1 %."""
+    from scipy.ndimage import zoom
+
+    smallest = volume.spacing.min()
+    if np.allclose(volume.spacing, smallest, rtol=1e-3):
+        return volume
+    counts = np.array(volume.grey.shape)
+    finer = np.maximum(np.round((counts - 1) * volume.spacing / smallest).astype(int) + 1, 3)
+    grey = zoom(volume.grey, finer / counts, order=1, grid_mode=False)
+    return Volume(grey, (counts - 1) * volume.spacing / (np.array(grey.shape) - 1), volume.origin)

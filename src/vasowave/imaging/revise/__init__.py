@@ -1,0 +1,1 @@
+"""Corrections by hand, and parts of a tree."""

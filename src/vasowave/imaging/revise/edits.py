@@ -1,0 +1,192 @@
+"""Corrections of a tree by hand: a small text file that is replayed whenever the volume is extracted again.
+
+One edit a line; ``#`` begins a comment; a place is x y z, in the image's coordinates::
+
+    unit   mm               unit of the places below it: cm (where none is given), mm, um
+    root   12.1 3.4 5.0     the blood enters here, whatever the option says; once
+    remove 14.0 6.2 7.7     the vessel here goes, and all beyond it; a sister left alone continues the parent
+    cut    14.0 6.2 7.7     the vessel here ends here; all beyond goes
+    merge  14.0 6.2 7.7     the inner vessel here shrinks to a point: its two junctions are one
+
+Edits name places and not vessels, because vessels are numbered anew in every extraction. They act in the order of
+the lines, each on what the ones above left.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vasowave import units
+from vasowave.errors import InputError, did_you_mean
+from vasowave.imaging.places import place, written
+from vasowave.imaging.tree import Line, Tree
+
+REACH = 3.0
+"""An edit finds its vessel if its place is within this many radii of the vessel's axis."""
+
+
+@dataclass(frozen=True, eq=False)
+class Edit:
+    """One line of the file.
+
+    Attributes
+    ----------
+    action : {"root", "remove", "cut", "merge"}
+    point : float array, shape (3,)
+        Place, z, y, x, cm.
+    where : str
+        File and line, for messages.
+    """
+
+    action: str
+    point: np.ndarray
+    where: str
+
+
+def read_edits(path: str | Path) -> tuple[Edit, ...]:
+    """Read a file of edits.
+
+    Raises
+    ------
+    InputError
+        Unreadable file, unknown action or unit, a place that is not three numbers, a second root; with the line.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: the edits cannot be read ({error}); they are plain text") from None
+    found: list[Edit] = []
+    unit = 1.0
+    for number, line in enumerate(text.splitlines(), 1):
+        words = line.split("#")[0].replace(",", " ").split()
+        if not words:
+            continue
+        where = f"{path}, line {number}"
+        action = words[0].lower()
+        if action == "unit":
+            unit = _unit(words, where)
+            continue
+        if action not in ("root", *_ACTIONS):
+            known = ("unit", "root", *_ACTIONS)
+            hint = did_you_mean(action, known)
+            raise InputError(f"{where}: unknown edit '{words[0]}'{hint}; there are: {', '.join(known)}")
+        found.append(Edit(action, _place(words, unit, where), where))
+        if action == "root" and sum(edit.action == "root" for edit in found) > 1:
+            raise InputError(f"{where}: a second root; a tree has one")
+    return tuple(found)
+
+
+def root_of(edits: tuple[Edit, ...]) -> np.ndarray | None:
+    """Return the place of the root that `edits` set, z, y, x, cm, or None."""
+    return next((edit.point for edit in edits if edit.action == "root"), None)
+
+
+def edited(tree: Tree, edits: tuple[Edit, ...]) -> Tree:
+    """Return `tree` after `edits`; the root is not moved here, since its place is an input of the extraction.
+
+    Raises
+    ------
+    InputError
+        No vessel at a place, an edit that would leave no root, a merge of the root or a terminal; with the line.
+    """
+    for edit in edits:
+        if edit.action != "root":
+            tree = _ACTIONS[edit.action](tree, edit)
+    return tree
+
+
+def _unit(words: list[str], where: str) -> float:
+    if len(words) != 2:
+        raise InputError(f"{where}: 'unit' takes one word: cm, mm or um")
+    try:
+        return units.factor(words[1], "length")
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _place(words: list[str], unit: float, where: str) -> np.ndarray:
+    try:
+        return place([float(word) for word in words[1:4]] if len(words) == 4 else [np.nan], unit)
+    except (ValueError, InputError):
+        given = " ".join(words[1:]) or "nothing"
+        raise InputError(f"{where}: '{words[0]}' takes three finite numbers x y z, not {given}") from None
+
+
+def _vessel_at(tree: Tree, edit: Edit) -> tuple[int, int]:
+    """Return row and point of the vessel at the place of `edit`."""
+    distance = [np.linalg.norm(line.points - edit.point, axis=1) for line in tree.lines]
+    row = int(np.argmin([gaps.min() for gaps in distance]))
+    point = int(np.argmin(distance[row]))
+    gap = distance[row][point]
+    if gap > REACH * np.median(tree.lines[row].radius):
+        raise InputError(
+            f"{edit.where}: no vessel at {written(edit.point)} cm; the nearest axis passes {gap:.3g} cm away at "
+            f"{written(tree.lines[row].points[point])}"
+        )
+    return row, point
+
+
+def _removed(tree: Tree, edit: Edit) -> Tree:
+    row = _vessel_at(tree, edit)[0]
+    parent = int(tree.parent[row])
+    if parent < 0:
+        raise InputError(f"{edit.where}: this is the root; without it there is no tree")
+    left = [daughter for daughter in tree.daughters(parent) if daughter != row]
+    lines, parents = list(tree.lines), tree.parent.copy()
+    gone = _beyond(tree, row)
+    if len(left) == 1:  # no junction any more: the sister continues the parent
+        sister = int(left[0])
+        lines[parent] = lines[parent].then(lines[sister][1:])
+        parents[parents == sister] = parent
+        gone.add(sister)
+    return _without(lines, parents, gone)
+
+
+def _cut(tree: Tree, edit: Edit) -> Tree:
+    row, point = _vessel_at(tree, edit)
+    if point < 1:
+        raise InputError(f"{edit.where}: the place is where the vessel begins; use 'remove' to drop the whole vessel")
+    lines = list(tree.lines)
+    lines[row] = lines[row][: point + 1]
+    return _without(lines, tree.parent.copy(), _beyond(tree, row) - {row})
+
+
+def _merged(tree: Tree, edit: Edit) -> Tree:
+    row = _vessel_at(tree, edit)[0]
+    parent = int(tree.parent[row])
+    daughters = tree.daughters(row)
+    if parent < 0 or len(daughters) == 0:
+        which = "root" if parent < 0 else "terminal vessel; use 'remove'"
+        raise InputError(f"{edit.where}: 'merge' makes an inner vessel a point, but this is a {which}")
+    parents = tree.parent.copy()
+    parents[daughters] = parent
+    return _without(list(tree.lines), parents, {row})
+
+
+_ACTIONS: dict[str, Callable[[Tree, Edit], Tree]] = {"remove": _removed, "cut": _cut, "merge": _merged}
+
+
+def _beyond(tree: Tree, row: int) -> set[int]:
+    """Return `row` and all rows beyond it (parents stand before daughters)."""
+    found = {row}
+    for other, parent in enumerate(tree.parent):
+        if parent in found:
+            found.add(other)
+    return found
+
+
+def _without(lines: list[Line], parents: np.ndarray, gone: set[int]) -> Tree:
+    """Return the tree of the rows that are not `gone`, parents before daughters again."""
+    new = {-1: -1}
+    kept: list[int] = []
+    waiting = [row for row in range(len(lines)) if row not in gone]
+    while waiting:  # a daughter may have moved to a parent that stands after it
+        ready = [row for row in waiting if int(parents[row]) in new]
+        for row in ready:
+            new[row] = len(kept)
+            kept.append(row)
+        waiting = [row for row in waiting if row not in new]
+    return Tree(tuple(lines[row] for row in kept), np.array([new[int(parents[row])] for row in kept]))

@@ -1,0 +1,1 @@
+"""Whether the answer fits the image: what contradicts it, and where."""

@@ -1,0 +1,28 @@
+"""A doubt about an answer: what contradicts it, where, and which vessels it concerns."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class Doubt:
+    """One thing in the image that the answer does not explain, or one number that it does not settle.
+
+    Attributes
+    ----------
+    about : "topology", "length" or "radius"
+        What may be wrong.
+    text : str
+        What was seen and what to do.
+    vessels : tuple of int
+        Rows of the vessels that may be wrong.
+    places : float array, shape (place, 3)
+        Where, z, y, x, cm; may be empty.
+    """
+
+    about: Literal["topology", "length", "radius"]
+    text: str
+    vessels: tuple[int, ...] = ()
+    places: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))

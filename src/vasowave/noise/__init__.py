@@ -1,0 +1,33 @@
+"""What the residual of a fit says about its noise: spectra, kernels, ARMA processes, and their likelihood."""
+
+from vasowave.noise.arma import Arma, fit_arma
+from vasowave.noise.covariance import matern32, matern52, neural_network, periodic, regularize, squared_exponential
+from vasowave.noise.fitting import NOISE, Sharing, fit_noise
+from vasowave.noise.gaussian import log_likelihood, whiten
+from vasowave.noise.likelihood import KERNELS, Kernel, fit_kernel
+from vasowave.noise.models import CirculantNoise, DenseNoise, Noise
+from vasowave.noise.spectrum import NoiseSpectrum, noise_spectrum
+
+__all__ = [
+    "KERNELS",
+    "NOISE",
+    "Arma",
+    "CirculantNoise",
+    "DenseNoise",
+    "Kernel",
+    "Noise",
+    "NoiseSpectrum",
+    "Sharing",
+    "fit_arma",
+    "fit_kernel",
+    "fit_noise",
+    "log_likelihood",
+    "matern32",
+    "matern52",
+    "neural_network",
+    "noise_spectrum",
+    "periodic",
+    "regularize",
+    "squared_exponential",
+    "whiten",
+]

@@ -1,0 +1,228 @@
+"""Hyperparameters of noise models by maximum likelihood, full or restricted, from series of residuals."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from vasowave.errors import NumericalError
+from vasowave.noise import covariance
+from vasowave.noise.gaussian import without_fit
+from vasowave.noise.models import CirculantNoise, DenseNoise, Noise
+from vasowave.noise.spectrum import falling_power
+
+Bounds = tuple[tuple[str, float, float, int], ...]
+"""(Name with unit, lower, upper, power): bounds in units of T; the fitted value times T**power is reported."""
+
+_EXPLORED = 128  # samples on which the starts of a dense covariance are explored; the best is refined on all
+_CONDITION = 1e4  # the paper's largest condition number
+
+
+class Family(Protocol):
+    """Noise models of unit amplitude that differ in their hyperparameters."""
+
+    @property
+    def hyperparameters(self) -> Bounds:
+        """What may be fitted."""
+        ...
+
+    @property
+    def dense(self) -> bool:
+        """Whether a likelihood costs N³, so that starts are explored on fewer samples."""
+        ...
+
+    def noise(self, count: int, theta: np.ndarray) -> Noise:
+        """Return the noise model of `count` samples of one period."""
+        ...
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A Gaussian-process kernel in unit time t/T with unit amplitude, and what may be fitted in it.
+
+    Attributes
+    ----------
+    matrix : callable
+        (t/T, *hyperparameters) to a matrix, shape (sample, sample).
+    hyperparameters : tuple of (name with unit, lower, upper, power)
+    stationary : bool
+        Whether the covariance depends on the distance alone.
+    """
+
+    matrix: Callable[..., np.ndarray]
+    hyperparameters: Bounds
+    stationary: bool = True
+    dense: bool = True
+
+    def noise(self, count: int, theta: np.ndarray) -> DenseNoise:
+        """Return the noise regularized to a 2-norm condition number of 10⁴: smooth kernels are singular without."""
+        K = self.matrix(np.arange(count) / count, *theta)
+        eigenvalues, variance = self._eigenvalues(K), float(np.trace(K)) / count
+        weight = covariance.smallest_weight(eigenvalues.min(), eigenvalues.max(), variance, _CONDITION)
+        K *= 1 - weight
+        K[np.diag_indices(count)] += weight * variance
+        return DenseNoise(K, weight, {})
+
+    def _eigenvalues(self, K: np.ndarray) -> np.ndarray:
+        count = len(K)
+        if count % 2 or not self.stationary:
+            return np.linalg.eigvalsh(K)
+        # The same backwards: vectors are even or odd about the middle, and both kinds are half as long.
+        half, across = K[: count // 2, : count // 2], K[: count // 2, : count // 2 - 1 : -1]
+        return np.linalg.eigvalsh(np.stack([half + across, half - across])).ravel()
+
+
+@dataclass(frozen=True)
+class PeriodicStationary:
+    """A Matérn process on the circle over a floor of white noise, S_k = (1 + (k/k0)²)^-s + floor."""
+
+    hyperparameters: Bounds = (("corner harmonic", 0.1, 200.0, 0), ("slope", 0.26, 8.0, 0), ("floor", 1e-10, 1.0, 0))
+    dense: bool = False
+
+    def noise(self, count: int, theta: np.ndarray) -> CirculantNoise:
+        """Return the circulant noise; its smoothness is s - 1/2."""
+        k = np.arange(count // 2 + 1)
+        return CirculantNoise(falling_power(k, theta[0], theta[1]) + theta[2], count, {})
+
+
+@dataclass(frozen=True)
+class Independent:
+    """White noise."""
+
+    hyperparameters: Bounds = ()
+    dense: bool = False
+
+    def noise(self, count: int, theta: np.ndarray) -> CirculantNoise:
+        """Return noise of unit variance."""
+        return CirculantNoise(np.ones(count // 2 + 1), count, {})
+
+
+_LENGTH = (("length [s]", 1e-3, 10.0, 1),)
+
+KERNELS = {
+    "squared exponential": Kernel(covariance.squared_exponential, _LENGTH),
+    "Matern 3/2": Kernel(covariance.matern32, _LENGTH),
+    "Matern 5/2": Kernel(covariance.matern52, _LENGTH),
+    "neural network": Kernel(
+        covariance.neural_network, (("offset", 1e-2, 1e2, 0), ("slope [1/s]", 1e-1, 1e4, -1)), False
+    ),
+    "periodic": Kernel(lambda t, length: covariance.periodic(t, length, 1.0), (("length", 2e-2, 20.0, 0),)),
+}
+"""The paper's Gaussian-process kernels by name."""
+
+FAMILIES: dict[str, Family] = {**KERNELS, "circulant": PeriodicStationary(), "independent": Independent()}
+"""Everything but ARMA, whose orders are fitted too."""
+
+
+def fit_kernel(
+    kernel: Kernel, residuals: np.ndarray, period: float, rng: np.random.Generator, starts: int = 4
+) -> tuple[np.ndarray, dict[str, float]]:
+    """Maximum-likelihood covariance (unregularized), mmHg², and its hyperparameters.
+
+    The likelihood is the joint one of all series, eq. 23 with the covariance regularized to a 2-norm condition number
+    of 10⁴. The amplitude is maximized in closed form, the other hyperparameters as logarithms by L-BFGS-B.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    residuals : array, shape (series, sample)
+        mmHg, evenly spaced over one period.
+    period : float
+        T, s.
+    rng : numpy.random.Generator
+        Draws all starts but the first, which is the middle of the bounds.
+    starts : int
+
+    Raises
+    ------
+    NumericalError
+        No start reached an optimum.
+    """
+    theta, amplitude = maximize(kernel, residuals, rng, starts)
+    t = np.arange(residuals.shape[1]) / residuals.shape[1]
+    return amplitude * kernel.matrix(t, *theta), named(kernel, theta, period, amplitude)
+
+
+def regularized(sigma: np.ndarray, hyperparameters: dict[str, float], norm: int) -> DenseNoise:
+    """Return the noise model of a covariance, regularized to a condition number of 10⁴ in the given norm."""
+    better, weight = covariance.regularize(sigma, norm=norm)
+    return DenseNoise(better, weight, hyperparameters)
+
+
+def concentrated(
+    noise: Noise, residuals: np.ndarray, jacobians: Sequence[np.ndarray] | None = None
+) -> tuple[float, float]:
+    """Log-likelihood of all series, maximized over the amplitude of the noise, and that amplitude.
+
+    Parameters
+    ----------
+    noise : Noise
+        Of unit amplitude.
+    residuals : array, shape (series, sample)
+    jacobians : sequence of array, shape (sample, parameter), optional
+        Derivatives of each series by the parameters fitted to it. With them the likelihood is the restricted one
+        (REML): that of what remains of the residuals when those parameters are free, so that a fit does not hide the
+        noise which it has absorbed.
+    """
+    white = noise.whiten(residuals.T)
+    log_det, count = len(residuals) * noise.log_determinant, residuals.size
+    if jacobians is not None:
+        for column, jacobian in enumerate(jacobians):
+            white[:, column], information = without_fit(white[:, column], noise.whiten(jacobian))
+            log_det += information
+            count -= jacobian.shape[1]
+    amplitude = float(np.sum(white**2)) / count
+    return -0.5 * (count * (np.log(2 * np.pi * amplitude) + 1) + log_det), amplitude
+
+
+def maximize(
+    family: Family,
+    residuals: np.ndarray,
+    rng: np.random.Generator,
+    starts: int = 4,
+    jacobians: Sequence[np.ndarray] | None = None,
+) -> tuple[np.ndarray, float]:
+    """Return the hyperparameters of the greatest likelihood (units of T) and the amplitude; see `concentrated`."""
+    count = residuals.shape[1]
+    low, high = _log_bounds(family)
+    begin = [0.5 * (low + high), *(rng.uniform(low, high) for _ in range(starts - 1))] if len(low) else []
+    step = max(1, count // _EXPLORED) if family.dense else 1
+    thinned = None if jacobians is None else [one[::step] for one in jacobians]
+    ends = [_climb(family, residuals[:, ::step], thinned, x) for x in begin]
+    if ends and step > 1:
+        ends = [_climb(family, residuals, jacobians, min(ends, key=lambda end: end[1])[0])]
+    x = min(ends, key=lambda end: end[1])[0] if ends else low
+    value, amplitude = concentrated(family.noise(count, np.exp(x)), residuals, jacobians)
+    if not (np.isfinite(value) and amplitude > 0):
+        raise NumericalError(f"no optimum of the likelihood from {starts} starts; are the residuals all zero?")
+    return np.exp(x), amplitude
+
+
+def named(family: Family, theta: np.ndarray, period: float, amplitude: float) -> dict[str, float]:
+    """Return amplitude and hyperparameters by name, in the units of their names."""
+    values = {name: float(v * period**power) for (name, _, _, power), v in zip(family.hyperparameters, theta)}
+    return {"amplitude [mmHg2]": amplitude, **values}
+
+
+def _log_bounds(family: Family) -> tuple[np.ndarray, np.ndarray]:
+    low, high = (np.log([bound[i] for bound in family.hyperparameters]) for i in (1, 2))
+    return low, high
+
+
+def _climb(
+    family: Family, residuals: np.ndarray, jacobians: Sequence[np.ndarray] | None, x: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Return the top of the likelihood near x, and minus its height per sample."""
+    from scipy.optimize import minimize
+
+    low, high = _log_bounds(family)
+    level = float(np.log(np.mean(residuals**2)))  # without it the unit of pressure would enter the tolerances
+
+    def objective(x: np.ndarray) -> float:
+        value = concentrated(family.noise(residuals.shape[1], np.exp(x)), residuals, jacobians)[0] / residuals.size
+        return -value - 0.5 * level if np.isfinite(value) else 1e3
+
+    options = {"ftol": 1e-10, "gtol": 1e-7, "eps": 1e-6, "maxiter": 60}
+    end = minimize(objective, x, method="L-BFGS-B", bounds=list(zip(low, high)), options=options)
+    return end.x, float(end.fun)

@@ -1,0 +1,226 @@
+"""The baseline of a continuous pressure: the drift of its diastolic level, told apart from breaths and from the animal.
+
+A transducer that warms up or a catheter that clots shifts the pressure and nothing else. Breaths return; a step of an
+instrument is over within a beat; and a pressure that the animal changes itself comes with another pulse or flow.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.recording.breaths import breathing
+from vasowave.recording.smooth import Curve, smooth_curve
+
+SAID = 0.3
+"""Baselines that move less than this, mmHg, are followed without a warning."""
+
+_SURE = 4.0
+"""A drift, a step or a change of pulse counts from this many standard errors on."""
+
+_LOW = 0.15
+"""The part of the mean beat, its lowest, that is taken for the diastolic level."""
+
+_KNOTS = 2.0
+"""Distance of the knots of the trend, s: about three breaths of a ventilated rodent."""
+
+_SIDE = 8
+"""Beats on either side of a step by which it is judged."""
+
+_STANDS_OUT = 7.0
+"""A step is this many times the usual height of what the same windows find elsewhere."""
+
+_MOST_STEPS = 8
+
+_FEWEST = 12
+"""With fewer good beats no trend is followed."""
+
+_OWN = 0.05
+"""The animal changes itself if pulse or flow changes by this fraction while the level moves."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A sudden shift of the level, complete within a beat.
+
+    Attributes
+    ----------
+    time : float
+        s since the first sample.
+    height : float
+        mmHg.
+    beat : int
+        The first beat that stands wholly at the new level.
+    """
+
+    time: float
+    height: float
+    beat: int
+
+
+@dataclass(frozen=True, eq=False)
+class Baseline:
+    """The trend of the diastolic level over a recording.
+
+    Attributes
+    ----------
+    time : float array, shape (beat,)
+        Middle of the beats, s since the first sample.
+    level : float array, shape (beat,)
+        Diastolic level of every beat, mmHg: the mean of the samples at which the median beat is lowest.
+    trend : float array, shape (beat,)
+        Drift, mmHg, steps included: 0 at the instant at which the zero of the transducer is taken to be right.
+    steps : tuple of Step
+        Sudden shifts, in order.
+    error : float
+        Standard error of the drift from the zero to the end farthest from it, mmHg.
+    own : str
+        Why the trend may be the animal's own, empty if pulse and flow stayed what they were.
+    removed : bool
+        Whether the trend was subtracted before the beats were averaged.
+    """
+
+    time: np.ndarray
+    level: np.ndarray
+    trend: np.ndarray
+    steps: tuple[Step, ...]
+    error: float
+    own: str = ""
+    removed: bool = False
+
+    @property
+    def size(self) -> float:
+        """How far the level moved: the largest drift from the zero, with its sign, mmHg."""
+        return float(self.trend[np.argmax(np.abs(self.trend))])
+
+    @property
+    def sure(self) -> bool:
+        """Whether the level moved by more than its scatter explains."""
+        return bool(self.steps) or abs(self.size) > _SURE * self.error
+
+    @property
+    def alarming(self) -> bool:
+        """Whether it moved so far that somebody should look at it."""
+        return self.sure and abs(self.size) >= SAID
+
+    def drift_at(self, time: np.ndarray) -> np.ndarray:
+        """Return the drift at any times, s, in mmHg."""
+        smooth = self.trend - sum((s.height * (self.time >= self.time[s.beat]) for s in self.steps), np.zeros(1))
+        drift = np.interp(time, self.time, smooth)
+        for step in self.steps:
+            drift = drift + step.height * (np.asarray(time) >= step.time)
+        return drift
+
+
+def describe(baseline: Baseline, first: float, last: float, zero_time: float) -> list[str]:
+    """Return sentences on the drift, what was done about it, and its size in the beats averaged from first to last."""
+    far = baseline.time[np.argmax(np.abs(baseline.trend))]
+    if not baseline.sure:
+        return [f"baseline: the diastolic level is steady within {max(abs(baseline.size), baseline.error):.2g} mmHg"]
+    here = float(np.mean(baseline.drift_at(np.linspace(first, last, 50))))
+    done = "removed" if baseline.removed else "left in"
+    if baseline.own:
+        done += f" because {baseline.own} changes with it, as when the animal itself changes; average a shorter stretch"
+    size = f"{baseline.size:+.2g} ± {baseline.error:.1g} mmHg"
+    found = [
+        f"baseline: the diastolic level drifts by {size} from {zero_time:.3g} to {far:.3g} s, breaths set apart "
+        f"({here:+.2g} mmHg in the averaged beats); {done}. The zero is taken to be right at {zero_time:.3g} s"
+    ]
+    found += [
+        f"baseline: a step of {step.height:+.2g} mmHg at {step.time:.4g} s, complete within a beat as an instrument's "
+        f"(zero, calibration) is; {done}"
+        for step in baseline.steps
+    ]
+    return found
+
+
+def find_baseline(
+    starts: np.ndarray, ends: np.ndarray, pressure: np.ndarray, flow: np.ndarray, good: np.ndarray, zero_time: float
+) -> Baseline:
+    """Return the trend of the diastolic level, from beats cut to equal numbers of samples.
+
+    Level = smooth trend + breaths + steps + scatter; steps are added one by one while one stands out.
+
+    Parameters
+    ----------
+    starts, ends : float array, shape (beat,)
+        s.
+    pressure, flow : float array, shape (beat, sample)
+        mmHg and ml/s.
+    good : bool array, shape (beat,)
+        Beats whose length and shape are usual.
+    zero_time : float
+        The instant at which the transducer's zero is taken to be right, s.
+    """
+    if good.sum() < _FEWEST:
+        none = np.zeros(len(starts))
+        return Baseline(0.5 * (starts + ends), pressure.min(axis=1), none, (), np.inf)
+    low = np.argsort(np.median(pressure[good], axis=0))[: max(2, int(_LOW * pressure.shape[1]))]
+    level = pressure[:, low].mean(axis=1)
+    time = starts + (ends - starts) * low.mean() / (pressure.shape[1] - 1)
+    first: list[int] = []
+    good = good.copy()
+    while True:
+        shifts = (np.arange(len(time))[:, None] >= np.array(first, dtype=int)).astype(float)
+        breathless, curve = _without_breaths(time, level, good, shifts, zero_time)
+        found = _sharpest_step(breathless - shifts @ curve.extra, good)
+        if found is None or len(first) == _MOST_STEPS:
+            break
+        first.append(found)
+        good[found - 1 : found + 1] = False  # one of the two stands between the levels
+    times = np.array([0.5 * (time[at - 1] + time[at]) for at in first])
+    trend = curve.values + shifts @ curve.extra - curve.at_anchor - float((times <= zero_time) @ curve.extra)
+    far = int(np.argmax(np.abs(trend)))
+    own = ""
+    if first or abs(trend[far]) > _SURE * curve.error[far]:
+        own = _own_change(pressure[good], flow[good], trend[good])
+    steps = (Step(float(t), float(h), at) for t, h, at in sorted(zip(times, curve.extra, first, strict=True)))
+    return Baseline(time, level, trend, tuple(steps), float(curve.error[far]), own)
+
+
+def _without_breaths(
+    time: np.ndarray, level: np.ndarray, good: np.ndarray, shifts: np.ndarray, zero_time: float
+) -> tuple[np.ndarray, Curve]:
+    """Return the levels without what returns with the breaths, and the curve through them."""
+    breathless = level
+    for _ in range(2):
+        curve = smooth_curve(time, breathless, good, _KNOTS, zero_time, shifts)
+        breathless = level - breathing(time, level - curve.values - shifts @ curve.extra, good)
+    return breathless, smooth_curve(time, breathless, good, _KNOTS, zero_time, shifts)
+
+
+def _sharpest_step(level: np.ndarray, good: np.ndarray) -> int | None:
+    """Return the first beat after the sharpest step, None if no step stands out.
+
+    A straight line with a step in its middle is fitted to every window of 16 good beats; a step has to stand out from
+    the scatter and from all other windows.
+    """
+    here = np.flatnonzero(good)
+    if len(here) < 4 * _SIDE:
+        return None
+    place = np.arange(2 * _SIDE) - _SIDE + 0.5
+    design = np.stack([np.ones(2 * _SIDE), place, place > 0], axis=1)
+    weights = np.linalg.pinv(design)[2]
+    heights = np.correlate(level[here], weights, "valid")
+    scatter = np.median(np.abs(np.diff(level[here]))) / 0.954
+    usual = max(float(np.median(np.abs(heights))) / 0.6745, float(scatter * np.linalg.norm(weights)))
+    best = int(np.argmax(np.abs(heights)))
+    if abs(heights[best]) < max(_STANDS_OUT * usual, SAID):
+        return None
+    return int(here[best + _SIDE])
+
+
+def _own_change(pressure: np.ndarray, flow: np.ndarray, trend: np.ndarray) -> str:
+    """Say whether pulse or flow changes with the level, which a transducer's drift cannot do."""
+    centred = pressure - pressure.mean(axis=1, keepdims=True)
+    usual = np.median(centred, axis=0)
+    quantities = {"the pulse": centred @ usual / (usual @ usual), "the flow": flow.mean(axis=1)}
+    design = np.stack([np.ones(len(trend)), trend / np.abs(trend).max()], axis=1)
+    inverse = np.linalg.pinv(design)
+    found = []
+    for name, values in quantities.items():
+        values = values / np.median(values)
+        fitted = inverse @ values
+        error = np.std(values - design @ fitted) * np.linalg.norm(inverse[1])
+        if abs(fitted[1]) > max(_OWN, _SURE * error):
+            found.append(f"{name} by {100 * np.sign(trend[np.argmax(np.abs(trend))]) * fitted[1]:+.0f} %")
+    return " and ".join(found)

@@ -1,0 +1,137 @@
+"""What a file holds before anyone says what it is: kind, blocks, channels, rate, length."""
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave import units
+from vasowave.errors import InputError
+from vasowave.recording.blocks import KINDS, file_kind, read_blocks
+from vasowave.recording.channels import Block
+from vasowave.recording.labchart_mat import is_labchart_mat
+from vasowave.recording.matlab import read_mat, text, vector
+from vasowave.recording.number_table import read_number_table
+from vasowave.recording.plausibility import PERIODS
+from vasowave.recording.read_raw import quantity_of
+from vasowave.recording.signal import ALIASES
+from vasowave.textfile import Progress
+
+
+class ChannelDescription(NamedTuple):
+    """One channel: its title, its unit, and what its title says that it holds.
+
+    `quantity` is ``pressure``, ``flow``, ``ecg``, ``time`` or empty; `unit` is empty where the file names none.
+    """
+
+    title: str
+    unit: str
+    quantity: str
+
+
+class BlockDescription(NamedTuple):
+    """One block (a cycle file has one): samples a second, length in s, and its channels.
+
+    `sampling_rate` and `duration` are nan where the file has no times.
+    """
+
+    sampling_rate: float
+    duration: float
+    samples: int
+    channels: tuple[ChannelDescription, ...]
+    comments: int = 0
+
+
+class FileDescription(NamedTuple):
+    """What a file holds.
+
+    Attributes
+    ----------
+    path : str
+    format : str
+        ``labchart text``, ``edf``, ``mat`` or ``table``.
+    kind : str
+        ``raw`` (a continuous recording), ``cycle`` (one averaged cycle), or empty where the file has no times.
+    blocks : tuple of BlockDescription
+    suspicions : tuple of str
+        What looks as if the file were not whole.
+    """
+
+    path: str
+    format: str
+    kind: str
+    blocks: tuple[BlockDescription, ...]
+    suspicions: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """Return one line: format, length, rate, channels."""
+        block = max(self.blocks, key=lambda one: one.samples)
+        channels = ", ".join(f"{c.title or '(untitled)'} [{c.unit or 'no unit'}]" for c in block.channels)
+        lasts = (
+            f"{block.duration:.4g} s at {block.sampling_rate:.6g} samples/s"
+            if math.isfinite(block.duration)
+            else f"{block.samples} samples without times"
+        )
+        what = {"raw": "continuous", "cycle": "one cycle", "": "cycle or continuous"}[self.kind]
+        more = f", the longest of {len(self.blocks)} blocks" if len(self.blocks) > 1 else ""
+        return f"{KINDS[self.format]}, {what}: {lasts}{more}; {channels}"
+
+
+def describe_recording(path: str | Path, progress: Progress | None = None) -> FileDescription:
+    """Return what a file of pressure and flow holds; nothing has to be said about it.
+
+    LabChart's exports and EDF are continuous. A table, or variables of a MATLAB file, is continuous if its times cover
+    more than any heartbeat (3 s); without times nobody can tell, and `kind` is empty.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read, with the place and the cure.
+    """
+    kind = file_kind(path)
+    if kind == "mat" and not is_labchart_mat(path):
+        return _variables(path)
+    if kind == "table":
+        blocks = [read_number_table(path, math.nan, progress, titled=False)]
+    else:
+        blocks = read_blocks(path, progress=progress)
+    described = tuple(_block(block) for block in blocks)
+    lasts = max(block.duration for block in described)
+    raw = _kind(lasts) if kind == "table" else "raw"
+    suspicions = tuple(dict.fromkeys(one for block in blocks for one in block.suspicions))
+    return FileDescription(str(path), kind, raw, described, suspicions)
+
+
+def _block(block: Block) -> BlockDescription:
+    channels = tuple(ChannelDescription(c.title, c.unit, quantity_of(c.title)) for c in block.channels)
+    fastest = max(block.channels, key=lambda c: len(c.values))
+    rate = fastest.sampling_rate
+    return BlockDescription(rate, len(fastest.values) / rate, len(fastest.values), channels, len(block.comments))
+
+
+def _variables(path: str | Path) -> FileDescription:
+    """Describe the variables of a MATLAB file that are vectors."""
+    found = {ALIASES.get(name.lower(), name.lower()): value for name, value in read_mat(path).items()}
+    vectors = {
+        name: vector(value, f"{path}: variable '{name}'")
+        for name, value in found.items()
+        if np.asarray(value).dtype.kind in "iufb" and 1 < np.size(value) == max(np.shape(value))
+    }
+    stated = {name: text(found.get(f"{name}_unit", "")) for name in vectors}
+    channels = tuple(ChannelDescription(name, stated[name], quantity_of(name)) for name in vectors if name != "time")
+    count = max((len(values) for values in vectors.values()), default=0)
+    if not channels:
+        raise InputError(f"{path}: no vectors; it has: {', '.join(found) or 'nothing'}")
+    rate = math.nan
+    if len(time := vectors.get("time", np.empty(0))) > 1:
+        lasts = float(time[-1] - time[0]) * units.factor(stated["time"] or "s", "time")
+        rate = (len(time) - 1) / lasts if lasts > 0 else math.nan
+    block = BlockDescription(rate, count / rate, count, channels)
+    return FileDescription(str(path), "mat", _kind(block.duration), (block,))
+
+
+def _kind(lasts: float) -> str:
+    if math.isnan(lasts):
+        return ""
+    return "raw" if lasts > PERIODS[1] else "cycle"

@@ -1,0 +1,147 @@
+"""A table of continuous signals: one titled column each, read block by block."""
+
+from pathlib import Path
+
+import numpy as np
+
+from vasowave import units
+from vasowave.columns import is_numeric, is_row, read_headings, separator_of, split_cells, split_titles
+from vasowave.errors import InputError
+from vasowave.recording.channels import Block, Channel
+from vasowave.recording.number_rows import DecimalMark, NumberRows
+from vasowave.recording.signal import ALIASES, even_step, written_to
+from vasowave.textfile import Lines, Progress, read_lines
+
+_HEADER = "the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"
+
+
+def read_number_table(
+    path: str | Path, sampling_rate: float | None = None, progress: Progress | None = None, *, titled: bool = True
+) -> Block:
+    """Read all columns of a table with a header; a cell without a number is a gap.
+
+    Parameters
+    ----------
+    path : path
+    sampling_rate : float, optional
+        Samples per second; needed where there is no time column.
+    progress : callable, optional
+        Is called with the fraction that was read.
+    titled : bool
+        Whether the columns must have titles.
+
+    Raises
+    ------
+    InputError
+        No header, no times and no rate, or line and column of: surplus or missing values, a cell that is no number,
+        both decimal marks, uneven times.
+    """
+    table: _Table | None = None
+    for lines in read_lines(path, progress):
+        table = table or _begin(path, lines, titled)
+        if table is not None:
+            table.add(lines)
+    if table is None:
+        raise InputError(f"{path}: the file is empty")
+    return table.finished(sampling_rate)
+
+
+def _begin(path: str | Path, lines: Lines, titled: bool) -> "_Table | None":
+    """Start a table at the first line that is neither blank nor a comment."""
+    first = next((i for i, text in enumerate(lines.texts) if is_row(text)), None)
+    if first is None:
+        return None
+    text = lines.texts[first]
+    separator = separator_of(text)
+    number = lines.first + first
+    cells = text.split() if separator is None else split_cells(path, number, text, separator)
+    if not all(map(is_numeric, cells)):
+        return _Table(path, number, split_titles(text) if separator is None else cells, separator)
+    if titled:
+        raise InputError(f"{path}: no header; {_HEADER}")
+    return _Table(path, number - 1, [""] * len(cells), separator)
+
+
+class _Table:
+    """A table while it is read."""
+
+    def __init__(self, path: str | Path, line: int, header: list[str], separator: str | None) -> None:
+        self.names, self.units = read_headings(path, header, ALIASES | {"ekg": "ecg"})
+        if self.names.count("time") > 1:
+            raise InputError(f"{path}: two columns are called 'time'; keep one of them")
+        self.path, self.header_line, self.separator = path, line, separator
+        self.rows = NumberRows(str(path), self.names, separator)
+        self.quantum = 0.0
+        self.suspicions: tuple[str, ...] = ()
+        self._marks = DecimalMark(path)
+
+    def add(self, lines: Lines) -> None:
+        """Take a block of lines, the header and what precedes it left out."""
+        skipped = max(self.header_line + 1 - lines.first, 0)
+        lines = Lines(lines.first + skipped, lines.texts[skipped:], lines.cut)
+        if not lines.texts:
+            return
+        quick = not lines.hold("#")
+        comma = self._comma(lines) if quick else False
+        if not (quick and self.rows.add_block(lines.first, lines.texts, comma)):
+            self._add_slowly(lines)
+        if not self.quantum and "time" in self.names and self.rows.count:
+            self.quantum = self._rounding(lines.texts[:2000])
+        if lines.cut and self.rows.count:
+            self.rows.drop_last()
+            self.suspicions = ("the last line has no line end, so the file may have been cut off; it was left out",)
+
+    def _add_slowly(self, lines: Lines) -> None:
+        for number, text in enumerate(lines.texts, lines.first):
+            if is_row(text):
+                comma = self._comma(Lines(number, [text]))
+                cells = text.split() if self.separator is None else split_cells(self.path, number, text, self.separator)
+                self.rows.add_row(number, cells, comma)
+
+    def _comma(self, lines: Lines) -> bool:
+        return self.separator != "," and self._marks.comma(lines)
+
+    def _rounding(self, texts: list[str]) -> float:
+        """Return the rounding of the times, in their unit."""
+        column = self.names.index("time")
+        cells = [text.split(self.separator) for text in texts if is_row(text)]
+        return written_to([row[column].replace(",", ".") for row in cells if len(row) > column])
+
+    def finished(self, sampling_rate: float | None) -> Block:
+        if not self.rows.count:
+            raise InputError(f"{self.path}: a header and no data")
+        rate = self._rate(sampling_rate)
+        channels = tuple(
+            Channel(name, unit, self.rows.take(at), rate, f"{self.path}, channel '{name}'", self.rows)
+            for at, (name, unit) in enumerate(zip(self.names, self.units, strict=True))
+            if name != "time"
+        )
+        return Block(channels, (), self.suspicions)
+
+    def _rate(self, given: float | None) -> float:
+        """Return the samples per second by the times, checked against what was given."""
+        if "time" not in self.names:
+            if given is None:
+                raise InputError(
+                    f"{self.path}: no time column; give sampling_rate, in samples per second (in a study's table: the "
+                    "column 'sampling rate [1/s]')"
+                )
+            return given
+        column = self.names.index("time")
+        unit = self.units[column]
+        if not unit:
+            raise InputError(f"{self.path}: column 'time' has no unit; write it in the header, for example 'time [s]'")
+        scale = units.factor(unit, "time")
+        time = self.rows.take(column) * scale
+        if len(time) < 2:
+            raise InputError(f"{self.path}: one sample only; a continuous recording is needed")
+        gaps = np.flatnonzero(np.isnan(time))
+        if len(gaps):
+            row = int(gaps[0])
+            raise InputError(f"{self.path}, line {self.rows.line(row)}, column 'time': the cell is empty or no number")
+        measured = 1.0 / even_step(
+            time, self.quantum * scale, str(self.path), lambda row: f"{self.path}, line {self.rows.line(row)}"
+        )
+        if given is not None and abs(given - measured) > 1e-3 * measured:
+            raise InputError(f"{self.path}: the time column has {measured:.6g} samples/s, given are {given:.6g}")
+        return measured

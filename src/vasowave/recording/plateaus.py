@@ -1,0 +1,73 @@
+"""Stretches in which a pressure stands still: a transducer open to air, or set to known pressures."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+_SHORTEST = 0.4
+"""A plateau lasts at least this long, s: two beats of the slowest heart that is looked for."""
+
+_STILL = 0.15
+"""In a plateau the pressure stays within this fraction of the recording's usual pulse."""
+
+_AIR = 5.0
+"""A plateau nearer to zero than this, mmHg, is the atmosphere's: no pulmonary artery stands still there."""
+
+_OFF_ZERO = 0.3
+"""A zero further off than this, mmHg, is warned about."""
+
+
+class Plateau(NamedTuple):
+    """A stretch without pulse: start and end, s, and the level, mmHg."""
+
+    start: float
+    end: float
+    level: float
+
+
+def find_plateaus(pressure: np.ndarray, rate: float) -> tuple[Plateau, ...]:
+    """Return the stretches of at least 0.4 s in which the pressure does not pulsate, in order.
+
+    Parameters
+    ----------
+    pressure : float array, shape (sample,)
+        mmHg.
+    rate : float
+        Samples per second.
+    """
+    width = max(2, round(0.1 * rate))
+    blocks = pressure[: len(pressure) // width * width].reshape(-1, width)
+    ends = np.quantile(blocks, [0.1, 0.9], axis=1)
+    two = max(2, int(np.ceil(0.24 * rate / width)))
+    # A beat of the slowest heart fits into two or three blocks, so their common range is its pulse.
+    low = np.lib.stride_tricks.sliding_window_view(ends[0], two).min(axis=1)
+    high = np.lib.stride_tricks.sliding_window_view(ends[1], two).max(axis=1)
+    still = high - low < _STILL * np.quantile(high - low, 0.75)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]])))
+    found = []
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        last += two - 1  # the last window reaches over these blocks
+        if (last - first) * width >= _SHORTEST * rate:
+            level = float(np.median(blocks[first:last]))
+            found.append(Plateau(first * width / rate, last * width / rate, level))
+    return tuple(found)
+
+
+def describe_plateaus(plateaus: tuple[Plateau, ...]) -> tuple[list[str], list[str]]:
+    """Return what to note and what to warn about: zeros, calibration pressures, stretches without pulse."""
+    notes: list[str] = []
+    warned: list[str] = []
+    for one in plateaus:
+        if abs(one.level) < _AIR:
+            said = (
+                f"the transducer was open to air from {one.start:.3g} to {one.end:.3g} s and read {one.level:+.2g} mmHg"
+            )
+            off = abs(one.level) > _OFF_ZERO
+            (warned if off else notes).append(
+                f"{said}: pressures are off by this zero offset and were not corrected" if off else said
+            )
+    known = [one for one in plateaus if abs(one.level) >= _AIR]
+    if known:
+        levels = ", ".join(f"{one.level:.3g} mmHg ({one.start:.3g} to {one.end:.3g} s)" for one in known)
+        notes.append(f"calibration plateaus, pressures that stand still: {levels}; compare them with what was applied")
+    return notes, warned

@@ -1,0 +1,172 @@
+"""What a report is made of, before it is a page or a PDF: sections of sentences, tables, figures and warnings."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from vasowave.figures.rendering import svg
+from vasowave.report.wording import Row, table_rows
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """One paragraph of text."""
+
+    text: str
+    kind: str = "paragraph"
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading below that of the section."""
+
+    text: str
+    kind: str = "heading"
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """A list of sentences."""
+
+    items: Sequence[str]
+    kind: str = "bullets"
+
+
+@dataclass(frozen=True)
+class Notice:
+    """What is wrong and must be considered, set apart as an alarm."""
+
+    title: str
+    items: Sequence[str]
+    kind: str = "notice"
+
+
+@dataclass(frozen=True)
+class Remarks:
+    """What is good to know, set apart quietly."""
+
+    title: str
+    items: Sequence[str]
+    kind: str = "remarks"
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of text cells; the first column names the rows.
+
+    Attributes
+    ----------
+    name : str
+        Of its files; empty for a table that gets none.
+    caption : str
+    header : tuple of str
+    rows : list of tuple of str
+    note : str
+        What marks and abbreviations mean.
+    data : DataFrame, optional
+        The same in full precision, units in the column names.
+    """
+
+    name: str
+    caption: str
+    header: Row
+    rows: Sequence[Row]
+    note: str = ""
+    data: pd.DataFrame | None = None
+    kind: str = "table"
+
+    @classmethod
+    def of(cls, name: str, caption: str, data: pd.DataFrame, note: str = "", digits: int = 3) -> "Table":
+        """Return the table of a data frame, its numbers written as people do."""
+        return cls(name, caption, *table_rows(data, digits), note, data)
+
+    def hiding(self, *columns: str) -> "Table":
+        """Return the table without columns on the page; its data keep them."""
+        kept = [place for place, cell in enumerate(self.header) if cell not in columns]
+        rows = [tuple(row[place] for place in kept) for row in self.rows]
+        return replace(self, header=tuple(self.header[place] for place in kept), rows=rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A figure with its caption; it is drawn once, whoever asks."""
+
+    name: str
+    caption: str
+    figure: "Figure"
+    kind: str = "drawing"
+
+    @cached_property
+    def svg(self) -> str:
+        """The figure as SVG text."""
+        return svg(self.figure)
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Blocks that a page shows when asked for; paper shows them always, or never if not `printed`."""
+
+    title: str
+    blocks: Sequence["Block"]
+    printed: bool = True
+    kind: str = "fold"
+
+
+Block = Paragraph | Heading | Bullets | Notice | Remarks | Table | Drawing | Fold
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section, with the name that links lead to."""
+
+    name: str
+    title: str
+    blocks: Sequence[Block]
+
+
+@dataclass(frozen=True)
+class Report:
+    """A whole report.
+
+    Attributes
+    ----------
+    title, subtitle : str
+    synthetic : str
+        In words what was not measured, empty if all was.
+    sections : sequence of Section
+    provenance : dict of str to str
+    records : dict of str to DataFrame
+        Tables that become files only.
+    """
+
+    title: str
+    subtitle: str
+    synthetic: str
+    sections: Sequence[Section]
+    provenance: dict[str, str] = field(default_factory=dict)
+    records: dict[str, pd.DataFrame] = field(default_factory=dict)
+
+    def tables(self) -> list[Table]:
+        """Return all tables that have files."""
+        return [block for block in self._blocks() if isinstance(block, Table) and block.name]
+
+    def drawings(self) -> list[Drawing]:
+        """Return all figures."""
+        return [block for block in self._blocks() if isinstance(block, Drawing)]
+
+    def _blocks(self) -> Iterator[Block]:
+        for section in self.sections:
+            yield from _unfolded(section.blocks)
+
+
+def _unfolded(blocks: Sequence[Block]) -> Iterator[Block]:
+    for block in blocks:
+        yield block
+        if isinstance(block, Fold):
+            yield from _unfolded(block.blocks)

@@ -1,0 +1,1 @@
+"""The sections of a report, one file each; on the page: summary, data, models, groups, animals, methods."""

@@ -1,0 +1,32 @@
+"""What was measured, and what follows from it without a model."""
+
+from vasowave.cohort.cohort import Cohort
+from vasowave.figures import measured as figures
+from vasowave.report.blocks import Block, Drawing, Section
+from vasowave.report.tables import data as tables
+
+
+def data_section(cohort: Cohort) -> Section:
+    """Measured waveforms and indices, networks, nominal parameters."""
+    blocks: list[Block] = [
+        Drawing("hemoData", _hemodynamics(cohort), figures.hemodynamics_figure(cohort)),
+        tables.hemodynamics(cohort),
+        Drawing("Network", "The network as a directed graph, with each vessel's share of the mean flow (eq. 11); width "
+                "follows the radius, lengths are not to scale.", figures.networks_figure(cohort)),
+        *tables.networks(cohort),
+        Drawing("parEst", "Nominal parameters: characteristic impedance Z_c from the slope of the pressure-flow loop "
+                "(eq. 8), time constant τ from the diastolic decay (eq. 12).",
+                figures.nominal_figure(cohort)),
+        tables.nominal(cohort),
+        tables.characteristic_impedances(cohort),
+    ]  # fmt: skip
+    return Section("data", "Measurements and nominal parameters", blocks)
+
+
+def _hemodynamics(cohort: Cohort) -> str:
+    what = "Measured pressure and flow, impedance modulus |Z| and phase θ (eq. 19)"
+    noise = "Grey circles: harmonics whose flow is near the noise."
+    if cohort.single:
+        return f"{what}. {noise}"
+    shown = "Black: the animal nearest to the medians of its group, which is shown below too."
+    return f"{what} of every animal. {shown} {noise}"

@@ -1,0 +1,79 @@
+"""What one calibration says, in sentences."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.animal.reading import data_of, law_of
+from vasowave.report.tables.animal import estimates_frame
+from vasowave.report.wording import listed, number, unit
+
+
+def fit_sentences(tree: xr.DataTree, wall: str, written: Mapping[str, str]) -> list[str]:
+    """Return stiffness, outlets, quality, determination and agreement of the starts."""
+    fit = data_of(tree, f"{wall}/calibration")
+    table = estimates_frame(tree, wall).set_index("parameter")
+    return [_walls(tree, wall, table, written), _beds(fit), _quality(tree, fit), *_limits(table, written), _starts(fit)]
+
+
+def _walls(tree: xr.DataTree, wall: str, table: pd.DataFrame, written: Mapping[str, str]) -> str:
+    quantities = data_of(tree, f"{wall}/quantities")
+    parts = [
+        f"{quantities[name].attrs['long_name']} {written.get(name, name)} = {_with_error(table.loc[[name]].iloc[0])}"
+        for name in law_of(tree, wall).parameters
+    ]
+    speed = number(float(quantities["wave_speed"]))
+    return f"Walls: {listed(parts)}; waves run at {speed} cm/s in the root vessel at the measured mean pressure."
+
+
+def _with_error(row: pd.Series) -> str:
+    units = f" {unit(row['unit'])}".rstrip()
+    if not row["free"]:
+        return f"{number(row['value'])}{units} (held)"
+    error = float(row.get("standard_error_correlated", row["standard_error"]))
+    return f"{number(row['value'])}{f' ± {number(error, 2)}' if np.isfinite(error) else ''}{units}"
+
+
+def _beds(fit: xr.Dataset) -> str:
+    return (
+        f"Vascular beds: total resistance R_T = {number(float(fit['R_T']))} mmHg s/ml, of which "
+        f"{number(100 * float(fit['a']))} % proximal (ratio a), compliance {number(float(fit['C_p']))} ml/mmHg."
+    )
+
+
+def _quality(tree: xr.DataTree, fit: xr.Dataset) -> str:
+    share = 100 * float(fit["RMSE"]) / float(data_of(tree, "measured/quantities")["pPAP"])
+    return (
+        f"Fit: the pressure differs from the measured one by {number(float(fit['RMSE']))} mmHg (root mean square), "
+        f"{number(share, 2)} % of the pulse pressure; S = {number(float(fit['S']))} mmHg² over {int(fit['N'])} samples."
+    )
+
+
+def _limits(table: pd.DataFrame, written: Mapping[str, str]) -> list[str]:
+    """Say which parameters end at a bound, and which the data do not determine."""
+    free = table[table["free"].astype(bool)]
+    symbols = {str(name): written.get(str(name), str(name)) for name in free.index}
+    stopped = [
+        f"{symbols[str(name)]} at its {_nearer_bound(row)} bound ({number(row['value'])})"
+        for name, row in free[free["at_bound"].astype(bool)].iterrows()
+    ]
+    open_ones = [symbols[str(name)] for name in free.index[~free["determined"].astype(bool)]]
+    sentences = [f"The search ended with {listed(stopped)}."] if stopped else []
+    if open_ones:
+        return [*sentences, f"The data do not determine {listed(open_ones)}; other values fit about as well."]
+    return [*sentences, "The data determine every free parameter."]
+
+
+def _nearer_bound(row: pd.Series) -> str:
+    return "lower" if row["value"] - row["lower"] < row["upper"] - row["value"] else "upper"
+
+
+def _starts(fit: xr.Dataset) -> str:
+    agree, count = int(fit["start_agrees"].values.astype(bool).sum()), int(fit.sizes["start"])
+    if count == 1:
+        return "One start was made."
+    if agree == count:
+        return f"All {count} starts of the optimization came to this optimum."
+    return f"Only {agree} of {count} starts of the optimization came to this optimum; the others are listed below."

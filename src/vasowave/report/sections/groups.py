@@ -1,0 +1,62 @@
+"""The groups compared."""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.comparison import PARAMETERS, Comparison, importance
+from vasowave.cohort.table import INDICES
+from vasowave.figures.compared import importance_figure, ratios_figure
+from vasowave.report.blocks import Block, Drawing, Fold, Heading, Paragraph, Remarks, Section
+from vasowave.report.tables import groups as tables
+from vasowave.report.tables.cells import source_title
+from vasowave.report.wording import column_label, listed, name_and_unit
+
+
+def groups_section(cohort: Cohort, comparisons: Mapping[str, Comparison], written: dict[str, str]) -> Section:
+    """Importance indices, contrasts and tests by every source, and all quantities described."""
+    blocks: list[Block] = []
+    if len(cohort.groups) > 1:
+        blocks.append(_importance(cohort, written))
+    else:
+        blocks.append(Paragraph("There is one group; importance indices and tests need two."))
+    for source, comparison in comparisons.items():
+        blocks += _compared(comparison, source, written)
+    blocks.append(Fold("Every quantity of every source", [tables.groups(cohort)]))
+    return Section("groups", "Groups", blocks)
+
+
+def _importance(cohort: Cohort, written: Mapping[str, str]) -> Drawing:
+    measured = importance(cohort, "measured", {name: name for name in INDICES})
+    called = {name: written.get(name, name) for name in PARAMETERS}
+    stiffness = {wall: cohort.law(wall).stiffness for wall in cohort.walls}
+    modeled = [importance(cohort, wall, {stiffness[wall]: "stiffness"} | called) for wall in cohort.walls]
+    which = listed([f"{written.get(name, name)} of the {wall} wall" for wall, name in stiffness.items()])
+    caption = (
+        "Importance index η (eq. 20) of the measured indices and of the models' quantities, relative to "
+        f"{cohort.reference}: 1 is an increase by 100 %, -1 a fall to zero."
+        + (f" Stiffness: {which}; walls differ by their hatch." if which else "")
+    )
+    drawn = importance_figure(cohort, measured, pd.concat(modeled) if modeled else pd.DataFrame())
+    return Drawing("ParAll_change", caption, drawn)
+
+
+def _compared(comparison: Comparison, source: str, written: dict[str, str]) -> list[Block]:
+    blocks: list[Block] = []
+    contrasts = comparison.contrasts
+    if len(contrasts):
+        blocks += [Heading(source_title(source)), tables.contrasts(comparison, source, written)]
+        if len(contrasts[["reference", "other"]].drop_duplicates()) == 1:
+            names = [name_and_unit(label)[0] for label in contrasts["quantity"]]
+            drawn = ratios_figure(contrasts.assign(quantity=[written.get(name, name) for name in names]))
+            caption = "Ratio of geometric means with its 95 % interval (Welch, on logarithms)."
+            blocks.append(Drawing(f"Ratios-{source}", caption, drawn))
+    if len(comparison.all_groups):
+        blocks.append(tables.all_groups(comparison, source))
+    if len(comparison.without_one):
+        blocks.append(Fold("One animal left out", [tables.without_one(comparison, source, written)]))
+    if comparison.left_out:
+        why = [f"{column_label(what)}: {reason}" for what, reason in comparison.left_out.items()]
+        blocks.append(Remarks(f"Not compared ({source})", why))
+    return blocks

@@ -1,0 +1,109 @@
+"""Tables of one animal: its values beside what was measured, estimates, correlations, starts, numerics."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.animal.reading import data_of, sources, wall_laws
+from vasowave.report.blocks import Table
+from vasowave.report.tables.cells import with_unit
+from vasowave.report.tables.models import MARKS, mark
+from vasowave.report.wording import Row, number, unit
+
+_NUMERICS = {
+    "period": ("period", "s"),
+    "cycles": ("simulated cycles", ""),
+    "change": ("largest change over the last cycle", "mmHg"),
+    "tolerance": ("change that counts as periodic", "mmHg"),
+    "converged": ("periodic", ""),
+    "courant": ("largest Courant number", ""),
+    "steps_per_cycle": ("time steps per cycle", ""),
+    "cell_size": ("longest cell", "cm"),
+    "volume_error": ("volume out of balance over a cycle, relative", ""),
+}
+
+
+def values(tree: xr.DataTree, written: dict[str, str]) -> Table:
+    """Return every single number: measured, and of each wall law with its 95 % interval where it is known."""
+    by_source = {source: data_of(tree, f"{source}/quantities") for source in sources(tree)}
+    rows: list[Row] = []
+    for name in dict.fromkeys(str(name) for data in by_source.values() for name in data.data_vars):
+        units = next(str(data[name].attrs.get("units", "1")) for data in by_source.values() if name in data)
+        cells = [_value(tree, source, name) if name in data else "" for source, data in by_source.items()]
+        rows.append((with_unit(f"{name} [{units}]", written), *cells))
+    header = ("quantity", "measured", *(f"{wall} wall" for wall in wall_laws(tree)))
+    note = (
+        "Measured: the indices, and nominal values; β and c follow from the up-slope, τ from the diastolic decay, R_T "
+        f"is mean pressure over mean flow. {MARKS}"
+    )
+    return Table("", "Values, measured and calibrated [95 % interval]", header, rows, note)
+
+
+def estimates(tree: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
+    """Return what the search for the parameters of one wall law came to."""
+    data = estimates_frame(tree, wall)
+    known = data["parameter"].map(lambda name: written.get(name, name))
+    shown = data.assign(parameter=known, unit=data["unit"].map(unit))
+    shown = shown.drop(columns=["symbol", "meaning"], errors="ignore")
+    shown.columns = shown.columns.str.replace("_", " ")
+    return Table.of("", f"{wall.capitalize()} wall: the parameters and their search", shown)
+
+
+def correlations(tree: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
+    """Return the correlation of the estimates of one wall law."""
+    matrix = data_of(tree, f"{wall}/calibration")["correlation"]
+    names = [written.get(str(name), str(name)) for name in matrix["free_parameter"].values]
+    rows = [(name, *(f"{value:.2f}" for value in row)) for name, row in zip(names, matrix.values, strict=True)]
+    return Table("", f"{wall.capitalize()} wall: correlation of the estimates", (" ", *names), rows)
+
+
+def starts(tree: xr.DataTree, wall: str) -> Table:
+    """Return where every start of the search ended."""
+    return Table.of("", f"{wall.capitalize()} wall: starts of the search", starts_frame(tree, wall), digits=4)
+
+
+def numerics(tree: xr.DataTree) -> Table:
+    """Return settings and checks of the simulations, one column per wall law."""
+    by_wall = {wall: data_of(tree, f"{wall}/simulation").attrs for wall in wall_laws(tree)}
+    rows: list[Row] = []
+    for key in dict.fromkeys(str(key) for attrs in by_wall.values() for key in attrs if key != "wall"):
+        cells = [_setting(key, attrs.get(key)) for attrs in by_wall.values()]
+        rows.append((*_NUMERICS.get(key, (key.replace("_", " "), "")), *cells))
+    header = ("setting", "unit", *(f"{wall} wall" for wall in by_wall))
+    return Table("", "Settings and checks of the simulations", header, rows)
+
+
+def estimates_frame(tree: xr.DataTree, wall: str) -> pd.DataFrame:
+    """Return parameters, bounds, values and errors of one calibration in full precision."""
+    fit = data_of(tree, f"{wall}/calibration")
+    along = [str(name) for name, value in fit.data_vars.items() if value.dims == ("parameter",)]
+    order = ["unit", *(name for name in along if name != "unit")]
+    return pd.DataFrame({"parameter": fit["parameter"].values, **{name: fit[name].values for name in order}})
+
+
+def starts_frame(tree: xr.DataTree, wall: str) -> pd.DataFrame:
+    """Return where every start ended in full precision, units in the column names."""
+    fit = data_of(tree, f"{wall}/calibration")
+    count = {"start": np.arange(fit.sizes["start"])}
+    columns = {}
+    for name, value in fit.data_vars.items():
+        if value.dims == ("start",):
+            units = value.attrs.get("units", "")
+            label = str(name).removeprefix("start_")
+            columns[f"{label} [{units}]" if units else label] = value.values
+    return pd.DataFrame(count | columns)
+
+
+def _value(tree: xr.DataTree, source: str, name: str) -> str:
+    value = data_of(tree, f"{source}/quantities")[name]
+    text = number(float(value))
+    if source != "measured":
+        text += mark(data_of(tree, f"{source}/calibration"), name)
+    if "interval_low" not in value.attrs:
+        return text
+    low, high = float(value.attrs["interval_low"]), float(value.attrs["interval_high"])
+    return f"{text} [{number(low, 2)}, {number(high, 2)}]"
+
+
+def _setting(key: str, value: object) -> str:
+    return ("yes" if value else "no") if key == "converged" else number(value)

@@ -1,0 +1,82 @@
+"""How the tables of a cohort write their cells: symbols, mean ± SD, intervals, ranges."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.animal.reading import data_of, group_of, name_of, sources
+from vasowave.report.wording import name_and_unit, number
+
+_SUBSCRIPTS = {"_0": "₀", "_1": "₁", "_2": "₂", "cm2": "cm²"}
+
+
+def symbols(trees: Sequence[xr.DataTree]) -> dict[str, str]:
+    """Return the symbol of every quantity of the trees, as people write it."""
+    written: dict[str, str] = {}
+    for tree in trees:
+        for source in sources(tree):
+            for name, value in data_of(tree, f"{source}/quantities").data_vars.items():
+                written.setdefault(str(name), _symbol(str(value.attrs.get("symbol", name))))
+    return written
+
+
+def meanings(trees: Sequence[xr.DataTree]) -> dict[str, str]:
+    """Return what every quantity of the trees is, in words."""
+    known: dict[str, str] = {}
+    for tree in trees:
+        for source in reversed(sources(tree)):  # the models first: theirs is the general meaning
+            for name, value in data_of(tree, f"{source}/quantities").data_vars.items():
+                known.setdefault(str(name), str(value.attrs.get("long_name", name)))
+    return known
+
+
+def _symbol(text: str) -> str:
+    for plain, written in _SUBSCRIPTS.items():
+        text = text.replace(plain, written)
+    return text
+
+
+def who(tree: xr.DataTree) -> dict[str, object]:
+    """Return the first two cells of a row about an animal."""
+    return {"animal": name_of(tree), "group": group_of(tree)}
+
+
+def named(trees: Sequence[xr.DataTree]) -> str:
+    """Return the animals by name."""
+    return ", ".join(map(name_of, trees))
+
+
+def source_title(source: str) -> str:
+    """Return how a heading calls a source of numbers."""
+    return "Measured indices" if source == "measured" else f"{source.capitalize()} wall"
+
+
+def with_unit(label: object, written: dict[str, str]) -> str:
+    """Return the symbol of a column's quantity with its unit."""
+    name, unit = name_and_unit(label)
+    return f"{written.get(name, name)} [{unit}]" if unit else written.get(name, name)
+
+
+def mean_sd(row: pd.Series) -> str:
+    """Return mean ± SD of a row of `describe`."""
+    return number(row["mean"]) + (f" ± {number(row['SD'], 2)}" if np.isfinite(row["SD"]) else "")
+
+
+def median_iqr(row: pd.Series) -> str:
+    """Return median and quartiles of a row of `describe`; of one animal its value."""
+    if not np.isfinite(row["SD"]):
+        return number(row["median"])
+    return f"{number(row['median'])} [{number(row['Q1'])}, {number(row['Q3'])}]"
+
+
+def interval(row: pd.Series, center: str, name: str) -> str:
+    """Return an estimate with its interval from a row of `contrasts`."""
+    return f"{number(row[center], 2)} [{number(row[f'{name} low'], 2)}, {number(row[f'{name} high'], 2)}]"
+
+
+def span(values: np.ndarray, digits: int = 3) -> str:
+    """Return the smallest and the largest value, once where they are the same."""
+    low, high = number(float(values.min()), digits), number(float(values.max()), digits)
+    return low if low == high else f"{low} to {high}"

@@ -1,0 +1,77 @@
+"""Tables of what was measured: HemoStats, Network, ParNom, and Z_c by several estimators."""
+
+import pandas as pd
+import xarray as xr
+
+from vasowave.animal.reading import data_of, network
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.description import describe
+from vasowave.cohort.table import INDICES, columns
+from vasowave.report.blocks import Table
+from vasowave.report.tables.cells import mean_sd, meanings, named, symbols, who, with_unit
+
+_NOMINAL = {"Z_c": "Z_c", "beta": "β₀", "R_T": "R_T0", "tau": "τ₀"}
+
+
+def hemodynamics(cohort: Cohort) -> Table:
+    """Mean ± SD of the measured indices ("HemoStats")."""
+    rows = cohort.table[cohort.table["source"] == "measured"]
+    data = describe(rows, columns(rows, INDICES))
+    groups = [f"{group} (n = {len(trees)})" for group, trees in cohort.groups.items()]
+    header = ("index", *(["measured"] if cohort.single else groups))
+    known = meanings(cohort.trees)
+    cells = [
+        (with_unit(label, symbols(cohort.trees)), *(mean_sd(row) for _, row in part.iterrows()))
+        for label, part in data.groupby("quantity", sort=False)
+    ]
+    note = "; ".join(f"{name}: {known[name]}" for name in INDICES if name in known)
+    caption = "Hemodynamic indices" if cohort.single else "Hemodynamic indices, mean ± SD"
+    return Table("HemoStats", caption, header, cells, f"{note}.", data)
+
+
+def networks(cohort: Cohort) -> list[Table]:
+    """Connectivity and size of the vessels ("Network"), side by side where the groups' vessels are the same."""
+    by_topology: dict[tuple[str, ...], dict[str, xr.DataTree]] = {}
+    for group, tree in cohort.shown.items():
+        vessels = network(tree)
+        by_topology.setdefault((*vessels.name, *map(str, vessels.parent)), {})[group] = tree
+    return [
+        _network("Network" if place == 1 else f"Network-{place}", trees, cohort.single)
+        for place, trees in enumerate(by_topology.values(), start=1)
+    ]
+
+
+def _network(name: str, trees: dict[str, xr.DataTree], single: bool) -> Table:
+    first = network(next(iter(trees.values())))
+    daughters = [", ".join(first.name[row] for row in rows) or "–" for rows in first.daughters]
+    data = pd.DataFrame({"vessel": first.name, "daughters": daughters})
+    for group, tree in trees.items():
+        vessels, label = network(tree), "" if single else f" {group}"
+        data[f"r0{label} [cm]"], data[f"L{label} [cm]"] = vessels.radius, vessels.length
+    whose = "" if single else f" of {' and '.join(trees)} (animals {named(list(trees.values()))})"
+    note = "– marks a terminal vessel; the first one is the root."
+    return Table.of(name, f"Dimensions of the vessels{whose}", data, note)
+
+
+def nominal(cohort: Cohort) -> Table:
+    """Nominal parameters of every animal ("ParNom", eqs. 8 to 12)."""
+    rows = []
+    for tree in cohort.trees:
+        start = data_of(tree, "nominal")
+        values = {f"{label} [{start[name].attrs['units']}]": float(start[name]) for name, label in _NOMINAL.items()}
+        rows.append(who(tree) | values)
+    note = "Every wall law starts at the stiffness β₀ (eqs. 9, 10), all vascular beds at a = R₁/R_T = 0.2."
+    return Table.of("ParNom", "Nominal parameters", pd.DataFrame(rows), note)
+
+
+def characteristic_impedances(cohort: Cohort) -> Table:
+    """Z_c of every animal by several estimators (eq. 8)."""
+    rows = []
+    for tree in cohort.trees:
+        spectrum = data_of(tree, "measured/impedance")
+        values = zip(spectrum["estimator"].values, spectrum["Z_c"].values, strict=True)
+        rows.append(who(tree) | {f"{name} [mmHg s/ml]": float(value) for name, value in values})
+    note = (
+        "The nominal stiffness follows from the up-slope; where estimators disagree, reflections or delays are at work."
+    )
+    return Table.of("Zc", "Characteristic impedance by several estimators, measured", pd.DataFrame(rows), note)

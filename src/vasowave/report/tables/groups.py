@@ -1,0 +1,80 @@
+"""Tables that describe and compare the groups."""
+
+import pandas as pd
+
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.comparison import Comparison
+from vasowave.cohort.description import described
+from vasowave.report.blocks import Table
+from vasowave.report.tables.cells import interval, mean_sd, median_iqr, source_title, span, symbols, with_unit
+from vasowave.report.wording import number
+
+
+def groups(cohort: Cohort) -> Table:
+    """Every single number of every source, described by group."""
+    data = pd.concat([described(cohort.table, source) for source in cohort.table["source"].unique()])
+    header = (
+        "source",
+        "quantity",
+        *(f"{group}: {what}" for group in cohort.groups for what in ("mean ± SD", "median [IQR]")),
+    )
+    written, cells = symbols(cohort.trees), []
+    for (source, label), part in data.groupby(["source", "quantity"], sort=False):
+        by_group = {str(row["group"]): row for _, row in part.iterrows()}
+        texts = [
+            text
+            for group in cohort.groups
+            for text in ((mean_sd(by_group[group]), median_iqr(by_group[group])) if group in by_group else ("–", "–"))
+        ]
+        cells.append((str(source), with_unit(label, written), *texts))
+    note = (
+        "IQR: from the first to the third quartile. A symbol means what its source can know: measured β, c and τ "
+        "follow from the up-slope (at zero pressure) and from the diastolic decay, measured R_T is mean pressure over "
+        "mean flow; those of a wall law are its calibrated stiffness, the wave speed at mean pressure, R_T of the "
+        "vascular beds alone, and R_T C_T."
+    )
+    return Table("Groups", "All quantities by group", header, cells, note, data)
+
+
+def contrasts(comparison: Comparison, source: str, written: dict[str, str]) -> Table:
+    """The comparison of the groups by one source of numbers."""
+    data = comparison.contrasts
+    several = data[["reference", "other"]].drop_duplicates().shape[0] > 1
+    pair = data.iloc[0]
+    header = ("quantity", *(("groups",) if several else ()), "η", "ratio [95 %]", "Hedges g [95 %]", "p", "p Holm")
+    cells = []
+    for _, row in data.iterrows():
+        between = (f"{row['other']} / {row['reference']}",) if several else ()
+        intervals = (interval(row, "ratio", "ratio"), interval(row, "Hedges g", "g"))
+        cells.append((with_unit(row["quantity"], written), *between, number(row["eta"], 2), *intervals,
+                      number(row["p"], 2), number(row["p Holm"], 2)))  # fmt: skip
+    who = "every pair of groups" if several else f"{pair['other']} against {pair['reference']}"
+    note = (
+        "η: relative change of the mean (eq. 20), never below -1 for a positive quantity; ratio: of geometric means, "
+        f"Welch interval; p: exact Mann-Whitney test; Holm over these {len(data)} tests."
+    )
+    return Table(f"Contrasts-{source}", f"{source_title(source)}: {who}", header, cells, note, data)
+
+
+def without_one(comparison: Comparison, source: str, written: dict[str, str]) -> Table:
+    """What leaving out any one animal does to the comparison."""
+    data, cells = comparison.without_one, []
+    for (reference, other, label), part in data.groupby(["reference", "other", "quantity"], sort=False):
+        deciding = part.loc[part["decides"], "left out"].astype(str).tolist()
+        cells.append((f"{other} / {reference}", with_unit(label, written), span(part["ratio"].to_numpy()),
+                      span(part["p"].to_numpy(), 2), span(part["p Holm"].to_numpy(), 2),
+                      ", ".join(deciding) or "none"))  # fmt: skip
+    header = ("groups", "quantity", "ratio", "p", "p Holm", "p Holm crosses 0.05 without")
+    note = (
+        "Smallest and largest value over all ways of leaving one animal out, Holm over the same quantities each time. "
+        "One animal less costs power by itself."
+    )
+    return Table(f"LeaveOneOut-{source}", f"{source_title(source)}, one animal left out", header, cells, note, data)
+
+
+def all_groups(comparison: Comparison, source: str) -> Table:
+    """Kruskal-Wallis tests of more than two groups at once."""
+    note = "Kruskal-Wallis H; p from random relabelings of the animals, Holm over the quantities."
+    return Table.of(
+        f"AllGroups-{source}", f"{source_title(source)}: all groups at once", comparison.all_groups, note, 2
+    )

@@ -1,0 +1,72 @@
+"""What becomes a file but stands on no page as it is: tidy tables of all animals in full precision."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.animal.reading import data_of, network, period, root_vessel, simulated, wall_laws
+from vasowave.cohort.cohort import Cohort
+from vasowave.recording.cycle import resample
+from vasowave.report.tables.animal import estimates_frame, starts_frame
+from vasowave.report.tables.cells import who
+
+
+def records(cohort: Cohort) -> dict[str, pd.DataFrame]:
+    """Return the tables by name; one row for each parameter, pair of parameters, start, outlet or time."""
+    tables = {"Waveforms": pd.concat([_waveforms(tree) for tree in cohort.trees], ignore_index=True)}
+    if cohort.walls:
+        tables |= {
+            "Estimates": _by_law(cohort, estimates_frame),
+            "Correlations": _by_law(cohort, _correlations),
+            "EveryStart": _by_law(cohort, starts_frame),
+            "Outlets": _by_law(cohort, _outlets),
+        }
+    return tables
+
+
+def _by_law(cohort: Cohort, table: Callable[[xr.DataTree, str], pd.DataFrame]) -> pd.DataFrame:
+    parts = [_labelled(table(tree, wall), tree, wall=wall) for tree in cohort.trees for wall in wall_laws(tree)]
+    return pd.concat(parts, ignore_index=True)
+
+
+def _labelled(table: pd.DataFrame, tree: xr.DataTree, **labels: str) -> pd.DataFrame:
+    known = who(tree) | labels
+    return table.assign(**known)[[*known, *table.columns]]  # type: ignore[arg-type]
+
+
+def _correlations(tree: xr.DataTree, wall: str) -> pd.DataFrame:
+    pairs = data_of(tree, f"{wall}/calibration")["correlation"].to_dataframe().reset_index()
+    return pairs.set_axis(["parameter", "other", "correlation [1]"], axis=1)
+
+
+def _outlets(tree: xr.DataTree, wall: str) -> pd.DataFrame:
+    """Return what every vascular bed was calibrated to, and where it started."""
+    sets = {"": data_of(tree, f"{wall}/calibration"), " nominal": data_of(tree, "nominal")}
+    vessels = network(tree)
+    columns = {
+        f"{name}{which} [{value.attrs.get('units', '1')}]": value.values
+        for which, data in sets.items()
+        for name, value in data.data_vars.items()
+        if value.dims == ("terminal",)
+    }
+    names = [vessels.name[row] for row in vessels.terminals]
+    share = vessels.flow_fraction[vessels.terminals]
+    return pd.DataFrame({"vessel": names, "flow fraction [1]": share, **columns})
+
+
+def _waveforms(tree: xr.DataTree) -> pd.DataFrame:
+    """Return pressure and flow at the inlet over one cycle: measured, and of every wall law."""
+    recording = data_of(tree, "recording")
+    pressure = recording["pressure"].values
+    waves = {"measured": (pressure, resample(recording["flow"].values, len(pressure)))}
+    for wall in wall_laws(tree):
+        root = root_vessel(tree)
+        waves[wall] = simulated(tree, wall, "pressure", root).values, simulated(tree, wall, "flow", root).values
+    parts = [
+        _labelled(pd.DataFrame({"time [s]": np.arange(len(p)) * (period(tree) / len(p)), "pressure [mmHg]": p,
+                                "flow [ml/s]": q}), tree, source=source)
+        for source, (p, q) in waves.items()
+    ]  # fmt: skip
+    return pd.concat(parts, ignore_index=True)

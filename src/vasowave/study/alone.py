@@ -1,0 +1,83 @@
+"""One animal without a study file: its files and settings become a study of one."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from vasowave.animal.reading import data_of, wall_laws
+from vasowave.errors import InputError
+from vasowave.files import check_writable
+from vasowave.study.animals import AnimalRow
+from vasowave.study.plan import RESULTS, Study
+from vasowave.study.reading import STUDY_FILE
+from vasowave.study.results import INDEX
+from vasowave.study.settings import StudyFile
+
+
+def animal_alone(
+    folder: Path,
+    settings: StudyFile,
+    network: Path,
+    recordings: Sequence[Path],
+    animal: str,
+    period: float | None = None,
+) -> Study:
+    """Return the study of one animal whose results will stand in `folder`.
+
+    Parameters
+    ----------
+    folder : Path
+        Made when the study runs; other files in it stay.
+    settings : StudyFile
+        With one group, the animal's.
+    network : Path
+    recordings : sequence of Path
+        One file, or pressure and flow of one averaged cycle.
+    animal : str
+        Its name.
+    period : float, optional
+        s; of an averaged cycle without a time column.
+
+    Raises
+    ------
+    InputError
+        `folder` is a file, cannot be written, or holds something else; a file of the animal is missing.
+    """
+    folder = Path(folder)
+    _check_place(folder)
+    if len(recordings) > 2:
+        raise InputError(f"{len(recordings)} files given; a recording is one file, or one of pressure and one of flow")
+    for file in (network, *recordings):
+        if not file.is_file():
+            raise InputError(f"{file}: {'is a folder' if file.is_dir() else 'there is no such file'}")
+    kind = "cycle" if len(recordings) == 2 or period is not None else ""
+    row = AnimalRow(animal, settings.groups[0], network, tuple(recordings), 0, kind, period)  # type: ignore[arg-type]
+    return Study(folder / STUDY_FILE, settings, (row,))
+
+
+def _check_place(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder} is a file; give the name of a folder")
+    if (folder / STUDY_FILE).exists():
+        raise InputError(f"{folder} is a study; add the animal to its table, or give another folder")
+    earlier, results = folder / "results.nc", folder / RESULTS
+    if earlier.exists():
+        raise InputError(f"{earlier} is of an earlier version of vasowave; give another folder, or remove its result")
+    if results.is_dir() and any(results.iterdir()) and not any((results / one).exists() for one in (INDEX, "cache")):
+        raise InputError(f"{results} is not empty and not a vasowave result; give another folder or empty it first")
+    check_writable(folder)
+
+
+def fit_sentences(tree: xr.DataTree) -> list[str]:
+    """Return what a person at the terminal wants to know of an animal: its fits, and what to consider."""
+    said = []
+    for wall in wall_laws(tree):
+        data = data_of(tree, f"{wall}/calibration")
+        values = ", ".join(f"{name} {float(value):.4g}" for name, value in zip(data["parameter"].values, data["value"]))
+        S, count, rmse = float(data["S"]), int(data["N"]), float(data["RMSE"])
+        agree = int(np.sum(data["start_agrees"].values))
+        said.append(f"{wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {rmse:.3g} mmHg, {agree} starts agree")
+    return said + [f"note: {note}" for note in json.loads(tree.attrs["notes"])]

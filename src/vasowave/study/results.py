@@ -1,0 +1,215 @@
+"""The results of a study: one netCDF-4 file an animal, and an index that says whose they are and what they must be.
+
+::
+
+    results/
+    ├── index.json           order and groups of the animals, their files with SHA-256, failures, settings, versions
+    └── animals/             CTL 1-0a1b2c3d4e5f.nc, …
+
+A file's name ends with the beginning of its SHA-256, so that files of a new run stand beside those of the run before
+until the index, written last and in one step, names them. What a file costs does not depend on how many there are.
+"""
+
+import hashlib
+import json
+import os
+import re
+import unicodedata
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import xarray as xr
+
+from vasowave.animal.files import read_tree
+from vasowave.errors import InputError
+from vasowave.files import made_inside, write_file
+from vasowave.provenance import provenance
+from vasowave.study.settings import StudyFile
+from vasowave.study.store import piece_digest
+
+INDEX = "index.json"
+ANIMALS = "animals"
+FORM = "vasowave study 2"
+"""What the index says of itself; the number grows with the stored form."""
+
+_EARLIER = "results.nc"
+_LONGEST = 80  # bytes of an animal's name in that of its file
+
+
+@dataclass(frozen=True)
+class StoredAnimal:
+    """Where the tree of one animal is.
+
+    Attributes
+    ----------
+    animal, group : str
+    file : str
+        Seen from the folder of the index.
+    sha256 : str
+        Of the file.
+    """
+
+    animal: str
+    group: str
+    file: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Results:
+    """What came out of a study. Trees are read when they are asked for, each checked against its SHA-256.
+
+    Attributes
+    ----------
+    folder : Path
+        The folder of the index.
+    animals : tuple of StoredAnimal
+        Every animal that was analyzed, in the order of the table.
+    failures : dict of str to str
+        Every animal that failed, and why.
+    settings : StudyFile
+        The settings it was run with.
+    versions : dict of str to str
+        Date (UTC) and versions of the programs.
+    """
+
+    folder: Path
+    animals: tuple[StoredAnimal, ...]
+    failures: dict[str, str]
+    settings: StudyFile
+    versions: dict[str, str]
+
+    def __getitem__(self, animal: str) -> xr.DataTree:
+        """Return the tree of one animal.
+
+        Raises
+        ------
+        KeyError
+            There is no animal of this name.
+        InputError
+            Its file is missing or damaged.
+        """
+        stored = {one.animal: one for one in self.animals}[animal]
+        return read_tree(self.folder / stored.file, stored.sha256)
+
+    def __iter__(self) -> Iterator[str]:
+        """Go through the names of the animals."""
+        return (one.animal for one in self.animals)
+
+    def __len__(self) -> int:
+        """Return how many animals were analyzed."""
+        return len(self.animals)
+
+    def trees(self) -> list[xr.DataTree]:
+        """Return the trees of all animals, in the order of their groups."""
+        order = list(self.settings.groups)
+        grouped = sorted(self.animals, key=lambda one: order.index(one.group))
+        return [self[one.animal] for one in grouped]
+
+
+def write_results(
+    folder: Path, pieces: Mapping[tuple[str, str], Path], failures: Mapping[str, str], settings: StudyFile
+) -> Path:
+    """Write the index of a study and put the animals' files beside it; returns the index.
+
+    Parameters
+    ----------
+    folder : Path
+        Must exist.
+    pieces : mapping of (animal, group) to Path
+        The piece of every animal (see `study.store`). Where the file system can, it is linked and not copied.
+    failures : mapping of str to str
+    settings : StudyFile
+
+    Raises
+    ------
+    InputError
+        Something cannot be written; the index, and so the results, are those of the run before.
+    """
+    inside = made_inside(folder, ANIMALS)
+    animals = []
+    for (animal, group), piece in pieces.items():
+        digest = piece_digest(piece)
+        place = inside / f"{_file_name(animal)}-{digest[:12]}.nc"
+        _put(piece, place)
+        animals.append(StoredAnimal(animal, group, f"{ANIMALS}/{place.name}", digest))
+    content = {
+        "form": FORM,
+        "animals": [asdict(one) for one in animals],
+        "failures": dict(failures),
+        "settings": settings.model_dump(mode="json"),
+        "versions": provenance(),
+    }
+    index = write_file(folder / INDEX, json.dumps(content | {"sha256": _digest(content)}, indent=1, ensure_ascii=False))
+    _remove_others(inside, [Path(one.file).name for one in animals])
+    return index
+
+
+def read_results(folder: Path) -> Results:
+    """Return the results of a study or of a fit.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the study (or of the fit), or ``results`` in it.
+
+    Raises
+    ------
+    InputError
+        There are none, they are of an earlier version, or the index is damaged.
+    """
+    folder = Path(folder)
+    where = next((one for one in (folder / "results", folder) if (one / INDEX).is_file()), None)
+    if where is None:
+        raise InputError(_nothing(folder))
+    index = where / INDEX
+    try:
+        content = json.loads(index.read_text(encoding="utf-8"))
+        if content["form"] != FORM:
+            raise InputError(f"{index}: of another version ('{content['form']}', not '{FORM}'); run it again")
+        if content.pop("sha256") != _digest(content):
+            raise ValueError("its content does not match its SHA-256")
+        animals = tuple(StoredAnimal(**one) for one in content["animals"])
+        settings = StudyFile.model_validate(content["settings"])
+    except InputError:
+        raise
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(f"{index}: damaged ({error}); run again, what had finished is kept") from None
+    return Results(where, animals, content["failures"], settings, content["versions"])
+
+
+def _nothing(folder: Path) -> str:
+    for earlier in (folder / "results" / _EARLIER, folder / _EARLIER):
+        if earlier.exists():
+            return (
+                f"{earlier}: of an earlier version of vasowave, whose results this one does not read; run the study or "
+                "the fit again, and remove the file afterwards"
+            )
+    return f"{folder}: there are no results yet; `vasowave run` or `vasowave fit` makes them"
+
+
+def _digest(content: Mapping[str, object]) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=False).encode()).hexdigest()
+
+
+def _file_name(animal: str) -> str:
+    """Return an animal's name as far as every file system takes it."""
+    plain = re.sub(r"[^\w .,+()-]", "_", unicodedata.normalize("NFC", animal))
+    return plain.encode()[:_LONGEST].decode(errors="ignore").strip(" .")
+
+
+def _put(piece: Path, place: Path) -> None:
+    if place.is_file() and not place.is_symlink() and os.path.samefile(piece, place):
+        return
+    try:
+        place.unlink(missing_ok=True)
+        os.link(piece, place)
+    except OSError:  # no links on this file system
+        write_file(place, piece.read_bytes())
+
+
+def _remove_others(folder: Path, names: Sequence[str]) -> None:
+    for path in folder.glob("*.nc"):
+        if path.name not in names:
+            path.unlink(missing_ok=True)

@@ -1,0 +1,143 @@
+"""The drift of a pressure: found beside breaths, removed or told, never taken from an animal that changes itself."""
+
+import warnings
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.recording import RawRecording, Recording, average_beats
+
+PHASE = np.arange(512) / 512
+SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)
+SHAPE = np.sin(np.pi * np.clip((PHASE - 0.08) / 0.8, 0, 1)) ** 2 * np.exp(-1.2 * PHASE)
+FLOW = 0.55 * np.sin(np.pi * SYSTOLE) ** 2 * (1 - 0.4 * SYSTOLE)
+NONE = Disturbances(**{field.name: 0.0 for field in fields(Disturbances)})
+USUAL = replace(Disturbances(), pressure_drift=0.0)
+
+
+def recorded(seed, baseline=None, mean=15.43, duration=25.0, disturbances=USUAL, **settings) -> RawRecording:
+    pressure = 16 * SHAPE
+    cycle = Recording(pressure + mean - pressure.mean(), FLOW, 0.11)
+    rng = np.random.default_rng(seed)
+    asked = {"duration": duration, "heart_rate": 540.0, "disturbances": disturbances} | settings
+    return synthetic_raw_recording(cycle, rng, baseline=baseline, **asked).raw
+
+
+def average(raw, **options):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", VasowaveWarning)
+        made = average_beats(raw, **options)
+    return made, [str(one.message) for one in caught]
+
+
+@pytest.mark.parametrize(("drift", "lasts", "mean"), [(-4.0, 20.0, 29.39), (6.0, 25.0, 15.43)])
+def test_the_mean_pressure_is_that_at_the_zero_and_the_drift_is_said(drift, lasts, mean):
+    raw = recorded(1, lambda t: drift * t / lasts, mean, lasts)
+    made, said = average(raw)
+    assert made.recording.mean_pressure == pytest.approx(mean, abs=0.1)
+    assert made.baseline.size == pytest.approx(drift, abs=0.15)
+    assert made.baseline.removed
+    assert not any(beat.rejected.startswith("correlation") for beat in made.beats)
+    assert len(said) == 1
+    assert f"drifts by {drift:+.0f}"[:13] in said[0]
+    assert "removed" in said[0]
+    assert said[0].partition(": ")[2] in made.recording.notes
+
+
+def test_a_drift_that_is_only_told_stays_in_the_average_with_its_size_there():
+    raw = recorded(2, lambda t: 0.24 * t)
+    made, said = average(raw, drift="warn")
+    used = [beat.start for beat in made.beats if beat.averaged]
+    here = 0.24 * np.mean(used)
+    assert made.recording.mean_pressure == pytest.approx(15.43 + here, abs=0.15)
+    assert not made.baseline.removed
+    assert "left in" in said[0]
+    assert f"({made.baseline.drift_at(np.array(used)).mean():+.1f}"[:4] in said[0]
+
+
+def test_the_zero_may_be_right_at_the_end():
+    raw = recorded(3, lambda t: 3.0 * (t - 25.0) / 25.0)
+    made, _ = average(raw, zero_time=25.0)
+    assert made.recording.mean_pressure == pytest.approx(15.43, abs=0.1)
+    assert made.baseline.size == pytest.approx(-3.0, abs=0.15)
+
+
+def test_breaths_alone_are_no_drift():
+    heavy = replace(USUAL, ventilation_pressure=3.0)
+    for seed in range(3):
+        made, said = average(recorded(seed, disturbances=heavy, duration=12.0))
+        assert said == []
+        assert abs(made.baseline.size) < 0.3
+
+
+def test_a_step_is_told_with_its_time_and_height_and_the_beats_at_it_are_not_averaged():
+    raw = recorded(4, lambda t: np.where(t < 12.34, 0.0, 2.5))
+    made, said = average(raw)
+    (step,) = made.baseline.steps
+    assert step.time == pytest.approx(12.34, abs=0.12)
+    assert step.height == pytest.approx(2.5, abs=0.15)
+    assert any("a step of +2.5 mmHg at 12.3" in one for one in said)
+    at = next(beat for beat in made.beats if beat.start <= 12.34 < beat.end)
+    assert at.rejected
+    assert made.recording.mean_pressure == pytest.approx(15.43, abs=0.1)
+
+
+def test_a_pressure_that_the_animal_raises_itself_is_left_as_it_is():
+    raw = recorded(5)
+    rise = 1.0 + 0.3 / (1.0 + np.exp(-(raw.time - 12.0)))  # within some four seconds, pulse and flow with it
+    changed = replace(raw, pressure=raw.pressure * rise, flow=raw.flow * rise)
+    made, said = average(changed)
+    assert not made.baseline.removed
+    assert "the pulse by +" in said[0]
+    assert "the animal itself changes" in said[0]
+    used = np.array([beat.start for beat in made.beats if beat.averaged])
+    there = float(np.mean(np.interp(used, raw.time, rise)))
+    assert made.recording.mean_pressure == pytest.approx(15.43 * there, rel=0.02)
+
+
+def test_without_an_ecg_the_drift_is_found_as_well_and_the_fiducial_said():
+    made, _ = average(recorded(6, lambda t: -0.1 * t, ecg=False))
+    assert made.fiducial == "pressure"
+    assert made.recording.mean_pressure == pytest.approx(15.43, abs=0.1)
+    assert any("aligned by the foot of the pressure" in note for note in made.recording.notes)
+
+
+def test_an_ecg_that_does_not_beat_gives_way_to_the_pressure_aloud():
+    raw = recorded(7)
+    dead = replace(raw, ecg=np.random.default_rng(1).standard_normal(len(raw.pressure)))
+    made, said = average(dead)
+    assert made.fiducial == "pressure"
+    assert any("the ECG does not beat" in one for one in said)
+
+
+def test_a_zero_shown_at_the_start_is_read_and_told():
+    raw = recorded(8)
+    pressure = raw.pressure.copy()
+    noise = np.random.default_rng(1).normal(0, 0.05, 4000)
+    pressure[:4000] = 0.8 + noise
+    made, said = average(replace(raw, pressure=pressure))
+    assert any("the transducer was open to air from 0 to 2 s and read +0.8" in one for one in said)
+    assert made.recording.mean_pressure == pytest.approx(15.43, abs=0.15)
+
+
+def test_calibration_plateaus_are_told_with_their_levels():
+    raw = recorded(9)
+    pressure = raw.pressure.copy()
+    rng = np.random.default_rng(2)
+    for first, level in ((0, 0.0), (2000, 20.0), (4000, 40.0)):
+        pressure[first : first + 2000] = level + rng.normal(0, 0.05, 2000)
+    made, _ = average(replace(raw, pressure=pressure))
+    (said,) = [note for note in made.recording.notes if "calibration plateaus" in note]
+    assert "20 mmHg (1 to 2 s), 40 mmHg (2 to 3 s)" in said
+    assert any("open to air from 0 to 1 s and read" in note for note in made.recording.notes)
+
+
+def test_arguments_of_the_baseline_are_checked():
+    raw = recorded(10)
+    with pytest.raises(InputError, match="neither 'remove' nor 'warn'"):
+        average_beats(raw, drift="no")
+    with pytest.raises(InputError, match="zero_time=99 s does not lie"):
+        average_beats(raw, zero_time=99)

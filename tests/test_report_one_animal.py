@@ -1,0 +1,116 @@
+"""The report of one animal: the same page, with nothing about groups."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from made_cohort import made_trees
+from vasowave.animal.reading import data_of
+from vasowave.report import write_report
+from vasowave.report.sections.fits import fit_sentences
+from vasowave.report.tables import animal as tables
+
+
+@pytest.fixture(scope="module")
+def tree():
+    (only,) = made_trees({"sham": 1}, raw=1)
+    return only
+
+
+@pytest.fixture(scope="module")
+def folder(tree, tmp_path_factory):
+    return write_report([tree], tmp_path_factory.mktemp("one"), pdf=False).parent
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_page_is_about_one_animal(tree, page, folder):
+    assert "<h1>Hemodynamic assessment of sham 1</h1>" in page
+    assert 'id="groups"' not in page
+    assert "±" not in page.split('id="table-HemoStats"')[1].split("</table>")[0]
+    for name in (
+        "hemoData",
+        "Network",
+        "parEst",
+        "PQsim-1",
+        "PAsim",
+        "Waterfall",
+        "WIA-1",
+        "Impd",
+        "Residuals",
+        "beats-1",
+        "fit-1",
+    ):
+        assert f'id="figure-{name}"' in page
+    for name in ("ParOpt", "ParAll_change", "Ratios-linear"):
+        assert f'id="figure-{name}"' not in page
+    assert not (folder / "report.pdf").exists()
+    assert not re.search(r"per animal|every animal|each recording|of 1 ", page)
+
+
+def test_what_was_measured_stands_beside_what_every_wall_law_says(tree):
+    table = tables.values(tree, {})
+    assert table.header == ("quantity", "measured", "linear wall", "tangent wall")
+    rows = {row[0].split(" [")[0]: row for row in table.rows}
+    for place, source in enumerate(("measured", "linear", "tangent"), start=1):
+        shown = float(rows["mPAP"][place].split(" [")[0])
+        assert shown == pytest.approx(float(data_of(tree, f"{source}/quantities")["mPAP"]), rel=5e-3)
+    assert rows["p1"][1:3] == ("", "")
+
+
+def test_correlations_starts_and_numerics_are_those_of_the_tree(tree, page):
+    fit = data_of(tree, "tangent/calibration")
+    table = tables.correlations(tree, "tangent", {})
+    assert [[float(cell) for cell in row[1:]] for row in table.rows] == fit["correlation"].values.round(2).tolist()
+    starts = tables.starts_frame(tree, "tangent")
+    np.testing.assert_array_equal(starts["S [mmHg2]"], fit["start_S"])
+    numerics = {row[0]: row[2:] for row in tables.numerics(tree).rows}
+    assert numerics["time steps per cycle"] == ("2048", "2048")
+    assert numerics["periodic"] == ("yes", "yes")
+    for caption in ("correlation of the estimates", "starts of the search", "Settings and checks of the simulations"):
+        assert caption in page
+
+
+def test_disagreeing_starts_bounds_and_undetermined_parameters_are_said_in_words(tree):
+    tangent, symbols = tree.copy(deep=True), {"gamma": "γ", "p1": "p₁"}
+    said = " ".join(fit_sentences(tangent, "tangent", symbols))
+    assert "Only 3 of 4 starts" in said
+    assert "do not determine r1" in said
+    fit = tangent["tangent/calibration"].to_dataset()
+    at_bound, free = fit["at_bound"].copy(data=fit["parameter"].values == "gamma"), fit["free"].copy()
+    free[fit["parameter"].values == "p1"] = False
+    lower = fit["lower"].copy(data=np.where(fit["parameter"].values == "gamma", fit["value"], fit["lower"]))
+    tangent["tangent/calibration"].dataset = fit.assign(at_bound=at_bound, free=free, lower=lower)
+    said = " ".join(fit_sentences(tangent, "tangent", symbols))
+    assert "The search ended with γ at its lower bound (1.60)." in said
+    assert re.search(r"p₁ = [\d.]+ mmHg \(held\)", said)
+    assert "All 4 starts" in " ".join(fit_sentences(tree, "linear", {}))
+
+
+def test_the_records_are_tidy_and_whole(tree, folder):
+    starts = pd.read_csv(folder / "tables" / "EveryStart.csv")
+    assert starts.groupby("wall")["start"].count().tolist() == [4, 4]
+    outlets = pd.read_csv(folder / "tables" / "Outlets.csv")
+    linear = outlets[outlets["wall"] == "linear"]
+    np.testing.assert_array_equal(linear["R1 [mmHg s/ml]"], data_of(tree, "linear/calibration")["R1"])
+    assert linear["flow fraction [1]"].sum() == pytest.approx(1.0)
+    waves = pd.read_csv(folder / "tables" / "Waveforms.csv")
+    measured = waves[waves["source"] == "measured"]
+    np.testing.assert_allclose(measured["pressure [mmHg]"], data_of(tree, "recording")["pressure"])
+    np.testing.assert_allclose(measured["time [s]"], data_of(tree, "recording")["time"], atol=1e-12)
+
+
+def test_an_animal_without_a_model_is_reported_and_called_synthetic_only_where_its_tree_says_so(page, tmp_path):
+    assert "Synthetic data." in page
+    (lone,) = made_trees({"sham": 1}, walls=())
+    lone.attrs |= {"synthetic": 0, "animal": "not_synthetic_<script>alert(1)</script>"}
+    text = write_report([lone], tmp_path / "lone", pdf=False).read_text(encoding="utf-8")
+    assert "Synthetic data." not in text
+    assert "<script>" not in text
+    assert 'id="models"' not in text
+    assert 'id="figure-hemoData"' in text
