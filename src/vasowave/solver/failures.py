@@ -42,6 +42,15 @@ def no_balance(grid: Grid, state: State, vessel: int, time: float) -> Lost:
     return Lost(f"vessel '{name}', t = {time:.4g} s: no pressure balances the flows at its end{advice}{speed}")
 
 
+def runaway(where: str, first: int, steps: int) -> Lost:
+    """Return the error for a vessel (`where`) whose waves grow faster the smaller the steps are."""
+    return Lost(
+        f"{where}the wave speed grows without end as steps grow smaller (from {first} to {steps} a cycle): the wall is "
+        "driven against its largest area, or a wave breaks; raise gamma (or p1), lower the peak of the "
+        "flow, or make it rise less suddenly"
+    )
+
+
 def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, most: int) -> NumericalError:
     """Return the error for a model whose vessels ask for more than `most` steps a cycle (`demand`, one per vessel)."""
     network, model = grid.model.network, grid.model
