@@ -20,7 +20,6 @@ from scipy.optimize import linear_sum_assignment
 
 sys.path.insert(0, os.path.dirname(__file__))
 from unlike import KINDS, UNSEEN, make
-
 from vasowave.errors import VasowaveError, VasowaveWarning
 from vasowave.imaging import Options, extract
 
@@ -42,6 +41,12 @@ class Outcome:
     named: tuple = ()
     sure: tuple = ()  # |radius error| over 2 SD
     cost: float = 0.0
+
+    @property
+    def alarms(self):
+        """Whether each vessel that is well measured is named by a warning."""
+        rows = zip(self.named, self.length, self.radius, strict=True)
+        return [flag for flag, length, radius in rows if abs(length) <= LENGTH and abs(radius) <= RADIUS]
 
 
 def pairing(made, tree):
@@ -80,7 +85,7 @@ def outcome(name, seed, mode):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VasowaveWarning)
         try:
-            found = extract(made.volume, Options((made.root + [0.02, 0, 0]).tolist(), outlets))
+            found = extract(made.volume, Options((made.root + np.array([0.02, 0, 0])).tolist(), outlets))
         except VasowaveError as error:
             return Outcome(name, seed, "refused", str(error))
     return judged(name, seed, made, found, time.process_time() - begin)
@@ -119,8 +124,13 @@ def table(results):
             spread([one.radius for one in good]),
             share([value for one in good for value in one.sure if np.isfinite(value)], lambda value: value <= 1),
             share(
-                [flag for one in good for flag, x, y in zip(one.named, one.length, one.radius, strict=True)
-                 if abs(x) <= LENGTH and abs(y) <= RADIUS], bool,
+                [
+                    flag
+                    for one in good
+                    for flag, x, y in zip(one.named, one.length, one.radius, strict=True)
+                    if abs(x) <= LENGTH and abs(y) <= RADIUS
+                ],
+                bool,
             ),  # fmt: skip
             f"{np.mean([one.cost for one in runs]):.1f}",
         ]
