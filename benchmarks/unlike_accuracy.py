@@ -131,7 +131,7 @@ def table(results):
                     if abs(x) <= LENGTH and abs(y) <= RADIUS
                 ],
                 bool,
-            ),  # fmt: skip
+            ),
             f"{np.mean([one.cost for one in runs]):.1f}",
         ]
         print(f"| {kind} | " + " | ".join(columns) + " |", flush=True)
