@@ -22,7 +22,7 @@ def left_law(grid: Grid, state: State, slot: int, area: float, time: float) -> L
     if share >= high:
         reason = (
             f"the wall reaches its largest area, {high:.3g} times the undeformed one; it cannot hold the flow that "
-            "enters: raise gamma, lower the resistance, or check the units of the flow"
+            "enters: stiffen it, lower the resistance, or check the units of the flow"
         )
     elif share <= low:
         reason = (
@@ -46,8 +46,8 @@ def runaway(where: str, first: int, steps: int) -> Lost:
     """Return the error for a vessel (`where`) whose waves grow faster the smaller the steps are."""
     return Lost(
         f"{where}the wave speed grows without end as steps grow smaller (from {first} to {steps} a cycle): the wall is "
-        "driven against its largest area, or a wave breaks; raise gamma (or p1), lower the peak of the "
-        "flow, or make it rise less suddenly"
+        "driven against its largest area, or a wave breaks; stiffen the wall, or lower the peak of the "
+        "flow or the suddenness of its rise"
     )
 
 
