@@ -98,7 +98,7 @@ def judged(name, seed, made, found, cost):
     if order is None:
         silent = "" if doubted else "topology"
         return Outcome(name, seed, "wrong", silent, len(found.network), cost=cost)
-    named = {row for doubt in found.doubts for row in doubt.vessels}
+    named = {int(name) - 1 for doubt in found.doubts for name in doubt.vessels}
     length = found.network.length[order] / made.length - 1
     radius = found.network.radius[order] / made.radius - 1
     bad = (np.abs(length) > LENGTH) | (np.abs(radius) > RADIUS)

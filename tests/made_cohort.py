@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 
 import made_fit
-from vasowave.animal import Animal, Settings
+from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.pipeline import tree_of
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.datasets.raw import synthetic_raw_recording

@@ -9,8 +9,10 @@ import pytest
 
 from made_fit import PARAMETERS, made_fit, made_recording
 from vasowave.analysis import compliance
-from vasowave.animal import QUANTITIES, Animal, Settings, analyze, read_tree, write_tree
-from vasowave.animal.quantities import derived, errors_of, model_of, quantities_of
+from vasowave.animal.animal import Animal, Settings
+from vasowave.animal.files import read_tree, write_tree
+from vasowave.animal.pipeline import analyze
+from vasowave.animal.quantities import QUANTITIES, derived, errors_of, model_of, quantities_of
 from vasowave.animal.signals import flow_noise
 from vasowave.datasets import control_network
 from vasowave.datasets.raw import synthetic_raw_recording

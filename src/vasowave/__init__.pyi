@@ -4,9 +4,9 @@ from vasowave import walls as walls
 from vasowave.analysis import compliance as compliance
 from vasowave.analysis import impedance as impedance
 from vasowave.analysis import wave_intensity as wave_intensity
-from vasowave.animal import Animal as Animal
-from vasowave.animal import Settings as Settings
-from vasowave.animal import analyze as analyze
+from vasowave.animal.animal import Animal as Animal
+from vasowave.animal.animal import Settings as Settings
+from vasowave.animal.pipeline import analyze as analyze
 from vasowave.blood import Blood as Blood
 from vasowave.blood import BoundaryLayer as BoundaryLayer
 from vasowave.blood import Poiseuille as Poiseuille

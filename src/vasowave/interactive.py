@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ParamSpec
 import xarray as xr
 
 from vasowave import calibration
-from vasowave.animal import Animal, Settings
+from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.pipeline import tree_of
 
 if TYPE_CHECKING:

@@ -123,7 +123,7 @@ def test_a_mask_of_an_anisotropic_image_goes_to_the_cubes_and_back(tmp_path):
     lumen = segment(volume, 56)
     write_mask(lumen, image, tmp_path / "m.nii.gz")
     labels = read_labels(tmp_path / "m.nii.gz", image)
-    back = on_grid_of(labels, volume)
+    back = on_grid_of(labels, image, volume)
     assert back.shape == volume.grey.shape
     assert (back > 0).sum() == pytest.approx(lumen.mask.sum(), rel=0.1)
 

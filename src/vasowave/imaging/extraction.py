@@ -14,7 +14,7 @@ from vasowave.imaging.given import Given, given
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.measure.cannula import scale_of, without_cannula
 from vasowave.imaging.measure.measurement import Measurement, measured_in
-from vasowave.imaging.measure.spread import radius_spread
+from vasowave.imaging.measure.spread import with_spread
 from vasowave.imaging.options import Options
 from vasowave.imaging.places import written
 from vasowave.imaging.read.files import read_volume
@@ -24,6 +24,7 @@ from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.imaging.witness.loops import loop_count, loop_places
+from vasowave.imaging.witness.witness import doubts_about
 from vasowave.network import Network
 
 
@@ -96,7 +97,7 @@ def extract(image: Volume | str | Path, options: Options, progress: Callable[[st
     -----
     VasowaveWarning
         The cannula contradicts the file's voxel size by more than 1 %; at another threshold vessels are not in the
-        lumen; the lumen closes loops; a vessel wider than the root.
+        lumen; the lumen closes loops; a vessel wider than the root; every doubt of the witness.
     """
     say = progress or (lambda stage: None)
     notes: tuple[str, ...] = ()
@@ -126,12 +127,18 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     check_root(measured.network, scale, options.cannula / 2)
     say("uncertainty")
     inside = deepest_near(lumen, root)  # a place near the wall is outside the lumen at a higher threshold
-    spread = radius_spread(measured, said.volume, inside, options.threshold, said.segmenter)
+    measured = with_spread(measured, said.volume, inside, options.threshold, said.segmenter)
     factor = scale if options.scale == "cannula" else 1.0
-    whole = scaled(replace(measured, radius_sd=spread), factor)
+    say("witness")
+    all_ends = said.outlets is None and not said.edits
+    doubts = doubts_about(measured, lumen, root, all_ends)
+    whole = scaled(measured, factor)
     kept = wanted_part(whole, options.generations, options.vessels, options.min_radius)
     path = None if isinstance(source, Volume) else Path(source)
-    return Extraction(kept, scale, factor, lumen, image, path, root, options)
+    doubts = tuple(one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
+    for doubt in doubts:
+        warnings.warn(doubt.text, VasowaveWarning, stacklevel=2)
+    return Extraction(kept, scale, factor, lumen, image, path, root, options, doubts)
 
 
 def _lumen(said: Given, options: Options) -> Segmentation:

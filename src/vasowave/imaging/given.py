@@ -51,7 +51,7 @@ def given(image: Volume, options: Options) -> Given:
     """
     edits = read_edits(options.edits) if options.edits else ()
     volume = isotropic(image)
-    labels = on_grid_of(read_labels(options.mask, image, options.voxel), volume) if options.mask else None
+    labels = on_grid_of(read_labels(options.mask, image, options.voxel), image, volume) if options.mask else None
     found = marks(labels, volume) if labels is not None else {}
     painted: Any = [place for label, place in found.items() if label > ROOT]
     outlets: Any = options.outlets if options.outlets is not None else painted or None
@@ -66,7 +66,7 @@ def _segmenter(options: Options, image: Volume, volume: Volume, labels: np.ndarr
     if isinstance(options.region, tuple):
         region = box_region(volume, *(np.asarray(corner, dtype=float) for corner in options.region))
     elif options.region is not None:
-        region = on_grid_of(read_labels(options.region, image, options.voxel), volume) > 0
+        region = on_grid_of(read_labels(options.region, image, options.voxel), image, volume) > 0
     if labels is not None:
         return EditedMask((labels > 0) if region is None else (labels > 0) & region, volume, options.threshold)
     found = _METHODS[options.method]

@@ -45,7 +45,7 @@ class Options:
     scale : "file" or "cannula"
         Whether lengths follow the file's voxel size or the cannula's known diameter.
     loops : "open" or "refuse"
-        What becomes of a lumen that closes loops: a tree that opens them, with a warning, or an error; both say where.
+        What becomes of a lumen that closes loops: an error, or a tree that cuts them, with a warning; both say where.
     generations, vessels, min_radius : optional
         At most one: the part of the tree to keep, see `revise.parts`.
     """
@@ -67,8 +67,8 @@ class Options:
     cannula: Annotated[float, Setting("Inner diameter of the cannula, cm (PE-90: 0.086); 0: none.")] = 0.086
     scale: Annotated[Literal["file", "cannula"], Setting("Lengths follow the 'file' or the 'cannula'.")] = "file"
     loops: Annotated[
-        Literal["open", "refuse"], Setting("'open' loops of the lumen with a warning, or 'refuse' them.")
-    ] = "open"
+        Literal["open", "refuse"], Setting("'refuse' a lumen that closes loops, or 'open' them with a warning.")
+    ] = "refuse"
     generations: Annotated[int | None, Setting("Keep the first so many generations.")] = None
     vessels: Annotated[int | None, Setting("Keep the largest so many vessels.")] = None
     min_radius: Annotated[float | None, Setting("Keep the vessels above this radius, cm.")] = None

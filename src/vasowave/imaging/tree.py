@@ -40,6 +40,11 @@ class Line:
         """Sum of the distances of successive points, cm (eq. 1)."""
         return float(self.run[-1])
 
+    @property
+    def tortuosity(self) -> float:
+        """Length over the distance of the ends; 1 for a straight line."""
+        return self.length / max(float(np.linalg.norm(self.points[-1] - self.points[0])), 1e-12)
+
     @cached_property
     def typical_radius(self) -> float:
         """Median inscribed radius without the first third, which is often wider, cm."""

@@ -4,6 +4,7 @@ import csv
 import hashlib
 import io
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,7 @@ from vasowave.imaging.lumen.surface import smooth_surface, write_mask
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.read.volume import isotropic
+from vasowave.imaging.witness.doubts import Doubt
 from vasowave.network import Network
 from vasowave.provenance import provenance
 from vasowave.report.review import render, settings_rows
@@ -35,6 +37,7 @@ FIGURES = "figures"
 SETTINGS = "extraction.json"
 MARKS = {PAGE: b'name="generator" content="vasowave'}
 _TAPER = ("taper [cm/cm]", "taper_se [cm/cm]", "radius_proximal [cm]", "radius_distal [cm]")
+_SHAPE = ("tortuosity", "length_sd [cm]", "contrast", "aspect")
 _ENDS = tuple(f"{axis}_{end} [cm]" for end in ("proximal", "distal") for axis in "xyz")
 
 
@@ -61,7 +64,7 @@ def write_extraction(found: Extraction, folder: Path) -> Path:
     drawings = {name: _svg(figure) for name, figure in figures.items()}
     page = render(found, drawings, origin)
     with write_folder(folder) as fresh:
-        write_network_files(found.measured, fresh)
+        write_network_files(found.measured, fresh, found.doubts)
         surface = smooth_surface(found.lumen)
         write_mask(found.lumen, found.image, fresh / "mask.nrrd")
         write_surface_vtp(surface, fresh / "surface.vtp")
@@ -71,7 +74,12 @@ def write_extraction(found: Extraction, folder: Path) -> Path:
             (fresh / FIGURES / f"{name}.svg").write_text(drawings[name], encoding="utf-8")
             with style():
                 figure.savefig(fresh / FIGURES / f"{name}.png", metadata={"Software": None})
-        stored = {"settings": dict(settings_rows(found)), "notes": found.notes, "provenance": origin}
+        stored = {
+            "settings": dict(settings_rows(found)),
+            "notes": found.notes,
+            "doubts": _told(found),
+            "provenance": origin,
+        }
         (fresh / SETTINGS).write_text(json.dumps(stored, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         (fresh / PAGE).write_text(page, encoding="utf-8")
     return folder / PAGE
@@ -104,19 +112,22 @@ def vessel_rows(measured: Measurement) -> tuple[tuple[str, ...], list[tuple[Any,
     for level, members in enumerate(network.generations, 1):
         generation[members] = level
     free, slopes = free_length(tree), taper(tree)
+    unknown = np.full(len(network), np.nan)
+    contrast, aspect = (unknown, unknown) if measured.grey is None else (measured.grey.contrast, measured.grey.aspect)
     tapers = np.column_stack([slopes.slope, slopes.slope_se, slopes.proximal, slopes.distal])
-    header = ("name", "generation", "flow_fraction", "free_length [cm]", *_TAPER, *_ENDS)
+    header = ("name", "generation", "flow_fraction", "free_length [cm]", *_SHAPE, *_TAPER, *_ENDS)
     rows: list[tuple[Any, ...]] = []
     for row, name in enumerate(network.name):
         ends = tree.lines[row].points[[0, -1], ::-1].ravel().tolist()
-        numbers = [network.flow_fraction[row], free[row], *tapers[row], *ends]
+        shape = (tree.lines[row].tortuosity, measured.length_sd[row], contrast[row], aspect[row])
+        numbers = [network.flow_fraction[row], free[row], *shape, *tapers[row], *ends]
         rows.append((name, int(generation[row]), *map(float, numbers)))
     return header, rows
 
 
-def write_network_files(measured: Measurement, folder: Path) -> None:
+def write_network_files(measured: Measurement, folder: Path, doubts: Sequence[Doubt] = ()) -> None:
     """Write the tables and centerlines of `measured` into `folder`."""
-    write_network_table(measured, folder / "network.csv")
+    write_network_table(measured, folder / "network.csv", doubts)
     write_points(measured.tree, measured.network.name, folder / "centerlines.csv")
     header, rows = vessel_rows(measured)
     with (folder / "vessels.csv").open("w", newline="", encoding="utf-8") as file:
@@ -134,6 +145,14 @@ def network_figure(network: Network) -> "Figure":
     graph = new_figure(min(60.0, max(12.0, 2.6 * len(network.generations))), height)
     plot_network(graph.subplots(), network)
     return graph
+
+
+def _told(found: Extraction) -> list[dict[str, Any]]:
+    """Return the doubts as they are stored; places are x, y, z in cm, in the image's coordinates."""
+    return [
+        {"about": one.about, "text": one.text, "vessels": one.vessels, "places [cm]": one.places[:, ::-1].tolist()}
+        for one in found.doubts
+    ]
 
 
 def _provenance(found: Extraction) -> dict[str, str]:

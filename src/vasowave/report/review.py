@@ -50,6 +50,7 @@ def render(found: Extraction, drawings: dict[str, str], origin: dict[str, str]) 
         f"{', applied' if found.options.scale == 'cannula' else ''}.",
         notes=found.notes,
         actions=("remove", "cut", "merge", "root"),
+        proposals=_proposals(found),
         figures=[
             {
                 "name": name,
@@ -60,13 +61,30 @@ def render(found: Extraction, drawings: dict[str, str], origin: dict[str, str]) 
             for name, drawing in drawings.items()
         ],
         table_caption="Radius: densitometric, or inscribed where the vessel is too short. SD: over thresholds of 0.8, "
-        "1 and 1.2 times the chosen one. Taper: fall of the radius per length, with its standard error.",
+        "1 and 1.2 times the chosen one, and of the grey levels. Doubted: what a warning above questions. Aspect: "
+        "small over large half axis of the section. Taper: fall of the radius per length, with its standard error.",
         table=_page_table(found),
         settings=settings_rows(found),
         provenance=origin,
         tree=_tree_data(found),
         script=source,
     )
+
+
+def _proposals(found: Extraction) -> list[str]:
+    """Return edits that would remove the terminal vessels which the second witness does not see, each a comment."""
+    ends = {found.network.name[row] for row in found.tree.terminals}
+    doubted = [
+        (name, place)
+        for doubt in found.doubts
+        if doubt.about == "topology" and len(doubt.places) == len(doubt.vessels)
+        for name, place in zip(doubt.vessels, doubt.places, strict=True)
+        if name in ends
+    ]
+    return [
+        f"# remove {written(place).replace(',', ' ')}   vessel {name}: not in the second tree"
+        for name, place in doubted
+    ]
 
 
 def _number(value: float, digits: int = 3) -> str:
@@ -76,14 +94,17 @@ def _number(value: float, digits: int = 3) -> str:
 def _page_table(found: Extraction) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     network, one = found.network, found.measured
     slopes = taper(one.tree)
+    aspect = np.full(len(network), np.nan) if one.grey is None else one.grey.aspect
     header = ("vessel", "parent", "length [cm]", "radius [cm]", "SD [cm]", "inscribed [cm]", "densitometric [cm]",
-              "reliable", "taper [cm/cm]", "±", "flow [%]")  # fmt: skip
+              "reliable", "doubted", "tortuosity", "aspect", "taper [cm/cm]", "±", "flow [%]")  # fmt: skip
     rows = []
     for row, name in enumerate(network.name):
         parent = network.name[network.parent[row]] if network.parent[row] >= 0 else "–"
         sizes = (network.length, network.radius, one.radius_sd, one.inscribed, one.densitometric)
         rows.append(
             (name, parent, *(_number(values[row]) for values in sizes), "yes" if one.reliable[row] else "no",
+             ", ".join(sorted({doubt.about for doubt in found.doubts if name in doubt.vessels})) or "–",
+             _number(one.tree.lines[row].tortuosity, 4), _number(aspect[row]),
              *(_number(value, 2) for value in (slopes.slope[row], slopes.slope_se[row])),
              _number(100 * network.flow_fraction[row]))
         )  # fmt: skip
@@ -97,10 +118,17 @@ def _tree_data(found: Extraction) -> str:
         few = np.unique(np.linspace(0, len(line) - 1, min(len(line), _MOST_POINTS)).round().astype(int))
         points = np.round(np.column_stack([line.points[few, ::-1], line.radius[few]]), 5).tolist()
         sizes = {"radius": _number(network.radius[row]), "length": _number(network.length[row])}
+        sizes["doubts"] = "; ".join(doubt.text for doubt in found.doubts if network.name[row] in doubt.vessels)
         vessels.append({"name": network.name[row], "terminal": row in terminals, "points": points, **sizes})
     # A name may hold "</script>".
     root = np.round(found.factor * found.root[::-1], 5).tolist()
-    return json.dumps({"factor": found.factor, "root": root, "vessels": vessels}).replace("<", "\\u003c")
+    places = [
+        np.round(found.factor * one.places[:, ::-1], 5).tolist() for one in found.doubts if one.about == "topology"
+    ]
+    marks = [place for own in places for place in own]
+    return json.dumps({"factor": found.factor, "root": root, "vessels": vessels, "doubts": marks}).replace(
+        "<", "\\u003c"
+    )
 
 
 def settings_rows(found: Extraction) -> list[tuple[str, str]]:

@@ -4,7 +4,7 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from vasowave.animal import Animal, Settings
+from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import VasowaveError
 from vasowave.nominal import Nominal, estimate_nominal, oddities

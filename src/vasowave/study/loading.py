@@ -8,9 +8,9 @@ from typing import Any
 
 import xarray as xr
 
-from vasowave.animal import Animal, Settings, analyze
+from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import to_bytes
-from vasowave.animal.pipeline import Progress
+from vasowave.animal.pipeline import Progress, analyze
 from vasowave.errors import VasowaveWarning
 from vasowave.network import read_network
 from vasowave.provenance import sha256

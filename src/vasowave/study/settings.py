@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from annotated_types import MinLen
 from pydantic import BaseModel, ConfigDict, Field, create_model, field_validator, model_validator
 
-from vasowave.animal import Settings
+from vasowave.animal.animal import Settings
 from vasowave.blood import FRICTIONS, Blood
 from vasowave.calibration import Search
 from vasowave.calibration.calibrate import NUMERICS

@@ -1,27 +1,32 @@
 """Tables of a network: ours, one row a vessel and one a point; and the two of the paper."""
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.tree import Tree
+from vasowave.imaging.witness.doubts import Doubt
 from vasowave.network import Network
 
 
-def write_network_table(measured: Measurement, path: str | Path) -> None:
-    """Write one row a vessel: sizes, both radii, their spread, whether reliable; `read_network` reads it."""
+def write_network_table(measured: Measurement, path: str | Path, doubts: Sequence[Doubt] = ()) -> None:
+    """Write one row a vessel: sizes, both radii, their spread, whether reliable or doubted; `read_network` reads it."""
     network = measured.network
+    doubted = {name: sorted({one.about for one in doubts if name in one.vessels}) for name in network.name}
     names = [network.name[p] if p >= 0 else "" for p in network.parent]
     columns = (network.length, network.radius, measured.radius_sd, measured.inscribed, measured.densitometric)
     heads = ("length", "radius", "radius_sd", "radius_inscribed", "radius_densitometric")
     with Path(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["name", "parent", *(f"{head} [cm]" for head in heads), "radius_reliable"])
+        writer.writerow(["name", "parent", *(f"{head} [cm]" for head in heads), "radius_reliable", "doubts"])
         for row, name in enumerate(network.name):
             cells = [repr(float(column[row])) if np.isfinite(column[row]) else "" for column in columns]
-            writer.writerow([name, names[row], *cells, "yes" if measured.reliable[row] else "no"])
+            writer.writerow(
+                [name, names[row], *cells, "yes" if measured.reliable[row] else "no", "; ".join(doubted[name])]
+            )
 
 
 def write_points(tree: Tree, names: tuple[str, ...], path: str | Path) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 from scipy import ndimage
 
 from vasowave.errors import InputError
+from vasowave.imaging.lumen.background import background_level
 from vasowave.imaging.lumen.segmentation import Segmentation, connected_lumen, segment, smoothed
 from vasowave.imaging.read.volume import Volume
 
@@ -31,7 +32,7 @@ def level_set(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None =
     box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
     before = np.zeros(high - low, dtype=bool)
     before[tuple(slice(a, a + n) for a, n in zip(start.corner - low, start.mask.shape, strict=True))] = start.mask
-    contrast = threshold - float(np.median(volume.grey[::4, ::4, ::4]))
+    contrast = threshold - background_level(volume)
     phi = _evolved(_signed_distance(before), np.clip((grey[box] - threshold) / contrast, -1, 1))
     if not (phi < 0).any():
         raise InputError("the active contour shrank to nothing; lower the threshold or use the method 'threshold'")

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from vasowave.errors import InputError
+from vasowave.imaging.lumen.background import background_level
 from vasowave.imaging.lumen.segmentation import Segmentation, Segmenter, connected_lumen, segment, smoothed
 from vasowave.imaging.read.labels import in_mm
 from vasowave.imaging.read.volume import Volume
@@ -44,7 +45,7 @@ class Within:
 
     def __call__(self, volume: Volume, threshold: float, seed: np.ndarray | None) -> Segmentation:
         """Return the lumen inside the region, see `segment`; `volume` is `grid` or a part of it."""
-        background = np.float32(np.median(volume.grey[::4, ::4, ::4]))
+        background = np.float32(background_level(volume))
         inside = _part(self.region, self.grid, volume)
         seen = Volume(np.where(inside, volume.grey, background), volume.spacing, volume.origin)
         return self.segmenter(seen, threshold, seed)
@@ -70,7 +71,7 @@ class EditedMask:
         added, removed = mask & ~bright, bright & ~mask
         near = ndimage.binary_dilation(mask, iterations=2)
         # Half the contrast on either side: there the surface runs midway between voxels.
-        half = 0.5 * abs(threshold - float(np.median(volume.grey[::4, ::4, ::4])))
+        half = 0.5 * abs(threshold - background_level(volume))
         grey = np.where(added, threshold + half, np.where(removed, threshold - half, grey))
         return connected_lumen(volume, grey, near & (grey > threshold), threshold, noise, seed)
 

@@ -10,6 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging.lumen.background import background_level, noise_level
 from vasowave.imaging.places import written
 from vasowave.imaging.read.volume import Volume
 
@@ -55,15 +56,6 @@ class Segmentation:
         return self.noise / (self.threshold - self.background)
 
 
-def noise_level(volume: Volume) -> float:
-    """Return the standard deviation of the noise, grey levels: the robust spread of the whole volume.
-
-    Vessels are a few voxels in a thousand, so the median absolute deviation sees the background alone.
-    """
-    sample = volume.grey[::4, ::4, ::4]
-    return float(1.4826 * np.median(np.abs(sample - np.median(sample))))
-
-
 def segment(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None = None) -> Segmentation:
     """Return the vessel tree of `volume` brighter than `threshold`.
 
@@ -102,14 +94,14 @@ def smoothed(volume: Volume, threshold: float) -> tuple[np.ndarray, float]:
     smoothing the surface needs.
     """
     if not np.allclose(volume.spacing, volume.spacing[0], rtol=2e-3):
-        raise InputError(f"segment: spacing {volume.spacing} cm is not cubic; call isotropic(volume) first")
+        raise InputError(f"segment: spacing {volume.spacing} cm is not cubic; resample it first (`isotropic`)")
     noise = noise_level(volume)
     width = float(np.clip(0.5 + 1.1 * noise / _contrast(volume, threshold), 0.5, 1.3))
     return ndimage.gaussian_filter(np.asarray(volume.grey), width, truncate=3.0), noise
 
 
 def _contrast(volume: Volume, threshold: float) -> float:
-    return max(threshold - float(np.median(volume.grey[::4, ::4, ::4])), 1e-9)
+    return max(threshold - background_level(volume), 1e-9)
 
 
 def connected_lumen(

@@ -31,6 +31,8 @@ class Measurement:
         `Densitometry`; NaN if it was not measured at all three.
     reliable : bool array, shape (vessel,)
         Whether the vessel's free length is at least two radii and its radius densitometric.
+    length_sd : float array, shape (vessel,)
+        SD of `network.length` over the same axes fitted at the three thresholds, cm; NaN likewise.
     grey : Densitometry, optional
         What else the grey levels say; None without an image.
     """
@@ -41,6 +43,7 @@ class Measurement:
     densitometric: np.ndarray
     radius_sd: np.ndarray
     reliable: np.ndarray
+    length_sd: np.ndarray
     grey: Densitometry | None = None
 
 
@@ -52,7 +55,8 @@ def measured_in(tree: Tree, volume: Volume) -> Measurement:
     radius = np.where(np.isfinite(dense), dense, first.radius)
     reliable = np.isfinite(dense) & (free_length(tree) >= RELIABLE * radius)
     network = Network(first.name, first.parent, first.length, radius)
-    return Measurement(network, tree, first.radius, dense, np.full(len(tree), np.nan), reliable, grey)
+    unknown = np.full(len(tree), np.nan)
+    return Measurement(network, tree, first.radius, dense, unknown, reliable, unknown, grey)
 
 
 def measured_alone(tree: Tree) -> Measurement:
@@ -60,4 +64,4 @@ def measured_alone(tree: Tree) -> Measurement:
     network = network_of(tree)
     unknown = np.full(len(network), np.nan)
     reliable = free_length(tree) >= RELIABLE * network.radius
-    return Measurement(network, tree, network.radius, unknown, unknown, reliable)
+    return Measurement(network, tree, network.radius, unknown, unknown, reliable, unknown)

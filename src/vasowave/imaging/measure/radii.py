@@ -15,6 +15,10 @@ MODEL = 0.006
 """Relative standard deviation of a radius for what no repetition shows: background, axis, sampling."""
 
 
+WIDER = 1.25
+"""A section that is not round reaches so much farther than its inscribed ball."""
+
+
 @dataclass(frozen=True, eq=False)
 class Densitometry:
     """What the grey levels say of every vessel; NaN for vessels without a free stretch; shape (vessel,).
@@ -90,7 +94,7 @@ def densitometric_radius(one: Profile, contrast: float) -> float:
 def section_radii(line: Line, volume: Volume) -> np.ndarray:
     """Return the radius of the circle of each section's area along `line`, cm; the contrast is that of all of it."""
     rows = np.arange(len(line))
-    one = profile(line, rows, float(np.median(line.radius)), volume)
+    one = profile(line, rows, WIDER * float(np.median(line.radius)), volume)
     if one is None or len(one.signal) != len(rows):
         return line.radius
     return np.asarray(np.sqrt(one.signal / (np.pi * max(float(np.median(one.plateau)), 1e-9))))

@@ -52,11 +52,12 @@ def read_labels(path: str | Path, image: Volume, spacing: float | None = None) -
     return labels
 
 
-def on_grid_of(labels: np.ndarray, volume: Volume) -> np.ndarray:
-    """Return `labels` on the grid of the resampled `volume` that spans the same space, by the nearest voxel."""
-    for axis, (old, new) in enumerate(zip(labels.shape, volume.grey.shape, strict=True)):
-        if old != new:
-            labels = np.take(labels, np.round(np.linspace(0, old - 1, new)).astype(int), axis=axis)
+def on_grid_of(labels: np.ndarray, image: Volume, volume: Volume) -> np.ndarray:
+    """Return `labels`, on the grid of `image`, at the voxels of the resampled `volume`, by the nearest voxel."""
+    for axis, count in enumerate(volume.grey.shape):
+        at = volume.origin[axis] + np.arange(count) * volume.spacing[axis]
+        nearest = np.round((at - image.origin[axis]) / image.spacing[axis]).astype(int)
+        labels = np.take(labels, np.clip(nearest, 0, labels.shape[axis] - 1), axis=axis)
     return labels
 
 

@@ -46,13 +46,16 @@ class Volume:
 
 
 def isotropic(volume: Volume) -> Volume:
-    """Return `volume` resampled linearly to cubes of its smallest spacing; unchanged if it is cubic within 0.1 %."""
-    from scipy.ndimage import zoom
+    """Return `volume` resampled linearly to cubes of exactly its smallest spacing; unchanged if cubic within 0.1 %.
 
-    smallest = volume.spacing.min()
+    The first voxel stays where it is; less than one voxel is lost at the far end of an axis.
+    """
+    from scipy.ndimage import affine_transform
+
+    smallest = float(volume.spacing.min())
     if np.allclose(volume.spacing, smallest, rtol=1e-3):
         return volume
-    counts = np.array(volume.grey.shape)
-    finer = np.maximum(np.round((counts - 1) * volume.spacing / smallest).astype(int) + 1, 3)
-    grey = zoom(volume.grey, finer / counts, order=1, grid_mode=False)
-    return Volume(grey, (counts - 1) * volume.spacing / (np.array(grey.shape) - 1), volume.origin)
+    step = smallest / volume.spacing
+    counts = np.floor((np.array(volume.grey.shape) - 1) / step + 1e-6).astype(int) + 1
+    grey = affine_transform(volume.grey, step, output_shape=tuple(counts), order=1, mode="nearest")
+    return Volume(grey, np.full(3, smallest), volume.origin)

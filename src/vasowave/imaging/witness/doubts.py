@@ -16,13 +16,13 @@ class Doubt:
         What may be wrong.
     text : str
         What was seen and what to do.
-    vessels : tuple of int
-        Rows of the vessels that may be wrong.
+    vessels : tuple of str
+        Names of the vessels that may be wrong.
     places : float array, shape (place, 3)
         Where, z, y, x, cm; may be empty.
     """
 
     about: Literal["topology", "length", "radius"]
     text: str
-    vessels: tuple[int, ...] = ()
+    vessels: tuple[str, ...] = ()
     places: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))

@@ -28,9 +28,10 @@
     return [canvas.clientWidth / 2 + unit() * x, canvas.clientHeight / 2 + unit() * y, z];
   }
 
-  function shade(depth, strong) {
+  function shade(depth, strong, doubted) {
     const far = Math.min(1, Math.max(0, depth / size + 0.5));
     const mix = (near, away) => Math.round(near + (away - near) * 0.75 * far);
+    if (doubted && !strong) return `rgb(${mix(217, 245)},${mix(95, 205)},${mix(2, 170)})`;
     return strong ? "rgb(214,37,155)" : `rgb(${mix(0, 205)},${mix(92, 225)},${mix(112, 230)})`;
   }
 
@@ -50,7 +51,7 @@
     });
     pieces.sort((a, b) => b[0] - a[0]);
     for (const [depth, a, b, width, vessel] of pieces) {
-      pen.strokeStyle = shade(depth, vessel === (chosen && chosen.vessel));
+      pen.strokeStyle = shade(depth, vessel === (chosen && chosen.vessel), vessel.doubts);
       pen.lineWidth = width;
       pen.beginPath();
       pen.moveTo(a[0], a[1]);
@@ -68,6 +69,7 @@
     pen.setLineDash([]);
     spot(outside, "#d6259b", 5);
     data.vessels.filter((v) => v.terminal).forEach((v) => spot(seen(v.points[v.points.length - 1]), "#b26a00", 3));
+    data.doubts.forEach((p) => cross(seen(p)));
     if (chosen) spot(seen(chosen.point), "#000000", 5);
     pen.fillStyle = "#37474f";
     pen.font = "12px sans-serif";
@@ -81,6 +83,17 @@
     pen.beginPath();
     pen.arc(at[0], at[1], radius, 0, 7);
     pen.fill();
+  }
+
+  function cross(at) {
+    pen.strokeStyle = "#000000";
+    pen.lineWidth = 2;
+    pen.beginPath();
+    for (const side of [-1, 1]) {
+      pen.moveTo(at[0] - 6, at[1] - 6 * side);
+      pen.lineTo(at[0] + 6, at[1] + 6 * side);
+    }
+    pen.stroke();
   }
 
   function nearest(x, y) {
@@ -102,7 +115,8 @@
     const v = chosen && chosen.vessel;
     said.textContent = !chosen ? "Nothing there." :
       `Vessel ${v.name}: radius ${v.radius} cm, length ${v.length} cm. ` +
-      `${chosen.end ? "Its outlet" : "Place on its axis"} (x,y,z, cm): ${place(chosen.point, ",")}`;
+      `${chosen.end ? "Its outlet" : "Place on its axis"} (x,y,z, cm): ${place(chosen.point, ",")}` +
+      (v.doubts ? `. Doubted: ${v.doubts}` : "");
     document.querySelectorAll("button[data-edit]").forEach((button) => { button.disabled = !chosen; });
     draw();
   }

@@ -1,0 +1,43 @@
+"""What lies around the vessels: its grey level and its noise, without what a mask or a reconstruction filled in."""
+
+import numpy as np
+
+from vasowave.imaging.read.volume import Volume
+
+LAG = 3
+"""Noise is the difference of voxels so far apart: neighbors share their noise, distant ones differ by cupping."""
+EVERY = 4
+"""One voxel in so many along each axis is looked at."""
+
+
+def background_level(volume: Volume) -> float:
+    """Return the median grey level: vessels are a few voxels in a hundred.
+
+    Voxels equal to all their neighbors were filled in, as the frame of a masked image, and do not count.
+    """
+    grey, real = _sample(volume, 0)
+    return float(np.median(grey[real] if real.any() else grey))
+
+
+def noise_level(volume: Volume) -> float:
+    """Return the standard deviation of the noise, grey levels, from the median of differences."""
+    (near, one), (far, other) = _sample(volume, 0), _sample(volume, LAG)
+    real = one & other
+    difference = (far - near)[real] if real.any() else far - near
+    return float(1.4826 * np.median(np.abs(difference)) / np.sqrt(2))
+
+
+def _sample(volume: Volume, shift: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return every so many-th voxel, `shift` farther along the last axis, and whether it differs from its neighbors."""
+    grey = volume.grey
+    rows = [np.arange(0, count, EVERY) for count in grey.shape]
+    columns = np.minimum(rows[2] + shift, grey.shape[2] - 1)
+    here = grey[np.ix_(rows[0], rows[1], columns)]
+    real = np.zeros(here.shape, dtype=bool)
+    for axis, along in enumerate((rows[0], rows[1], columns)):
+        places = [rows[0], rows[1], columns]
+        for step in (-1, 1):
+            places[axis] = np.clip(along + step, 0, grey.shape[axis] - 1)
+            inside = (along + step == places[axis]).reshape([-1 if k == axis else 1 for k in range(3)])
+            real |= (grey[np.ix_(*places)] != here) & inside
+    return here, real

@@ -1,0 +1,74 @@
+"""No answer without its witness: everything that contradicts a measured tree, or that it does not settle, by vessel."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.lumen.surface import surface_points
+from vasowave.imaging.measure.measurement import Measurement
+from vasowave.imaging.witness.doubts import Doubt
+from vasowave.imaging.witness.misfit import surface_misfit
+from vasowave.imaging.witness.skeleton import skeleton_branches
+from vasowave.imaging.witness.topology import topology_doubts
+
+LENGTH, RADIUS = 0.10, 0.05
+"""A vessel is named if three SD of its length or two of its radius exceed this share."""
+UNEVEN = 0.06
+"""A lumen whose surface lies so far from a round tube (`surface_misfit`) is named; round ones show 0.01 to 0.04."""
+FILLED = 0.7
+"""A vessel with less than this share of the root's contrast is partly filled."""
+
+
+def doubts_about(measured: Measurement, lumen: Segmentation, root: np.ndarray, all_ends: bool) -> tuple[Doubt, ...]:
+    """Return what speaks against `measured`.
+
+    Parameters
+    ----------
+    measured : Measurement
+    lumen : Segmentation
+    root : float array, shape (3,)
+        Where the blood enters, z, y, x, cm.
+    all_ends : bool
+        Whether the tree should have every end of the lumen, see `topology_doubts`.
+    """
+    surface = surface_points(lumen)
+    skeleton = skeleton_branches(lumen, root, surface)
+    found = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends)
+    misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
+    return (*found, *_unsettled(measured), *_uneven(measured, misfit))
+
+
+def _unsettled(measured: Measurement) -> list[Doubt]:
+    """Return which lengths and radii the image does not settle."""
+    network = measured.network
+    lengths = ~(3 * measured.length_sd <= LENGTH * network.length)
+    radii = ~(2 * measured.radius_sd <= RADIUS * network.radius)
+    texts = (
+        ("length", lengths, f"the length is uncertain by more than {LENGTH:.0%} (3 SD): look at the junctions"),
+        ("radius", radii & measured.reliable, f"the radius is uncertain by more than {RADIUS:.0%} (2 SD)"),
+        ("radius", ~measured.reliable, "too short between junctions, sisters and ends: the radius is not reliable"),
+    )
+    return [_doubt(measured, about, rows, text) for about, rows, text in texts if rows.any()]
+
+
+def _uneven(measured: Measurement, misfit: np.ndarray) -> list[Doubt]:
+    """Return which vessels are no evenly filled round tubes."""
+    found = []
+    uneven = np.nan_to_num(misfit) > UNEVEN
+    if uneven.any():
+        text = "the surface is not that of a round tube: not round, touched by another vessel, or badly segmented"
+        found.append(_doubt(measured, "length", uneven, text))
+    if measured.grey is not None:
+        contrast = measured.grey.contrast
+        dim = np.nan_to_num(contrast / contrast[measured.network.root], nan=1.0) < FILLED
+        if dim.any():
+            text = f"less than {FILLED:.0%} of the root's contrast: partly filled, and what lies beyond may be missing"
+            found.append(_doubt(measured, "radius", dim, text))
+    return found
+
+
+def _doubt(measured: Measurement, about: str, rows: Sequence[bool] | np.ndarray, text: str) -> Doubt:
+    names = tuple(measured.network.name[row] for row in np.flatnonzero(rows))
+    places = [line.points[len(line) // 2] for line, taken in zip(measured.tree.lines, rows, strict=True) if taken]
+    return Doubt(about, f"vessel(s) {', '.join(names)}: {text}", names, np.array(places))  # type: ignore[arg-type]
