@@ -143,7 +143,7 @@ def calibrate(
     spread = spread_of(space, jacobian, residual)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
     starts = _starts_table(space, found, len(residual))
-    notes = [*compared.notes, *oddities(nominal), *sentences(table, correlation, starts)]
+    notes = [*compared.notes, *oddities(nominal), *sentences(table, correlation, starts, spread)]
     if stopped:
         notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")
     run = objective.run(best.x)

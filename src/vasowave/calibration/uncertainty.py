@@ -7,14 +7,16 @@ import numpy as np
 import pandas as pd
 
 from vasowave.calibration.parameters import Space
-from vasowave.noise.spectrum import least_squares_covariance, noise_spectrum
+from vasowave.noise.spectrum import FEWEST_DEGREES, is_limited, least_squares_covariance, noise_spectrum
 
 LEVEL = 0.95
 """Level of the intervals, symmetric in the logarithm of a parameter."""
 
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 _NEAR_BOUND = 1e-3  # in the logarithm
-UNDETERMINED = 0.5  # a parameter whose standard error exceeds half its value is not determined
+WIDEST = 4.0
+"""A parameter is determined if the ends of its 95 % interval differ by at most this factor."""
+
 _INSEPARABLE = 0.95  # correlation above which two parameters are named together
 
 
@@ -36,18 +38,23 @@ class Spread:
         Of each variance.
     independent : array, shape (free,)
         Standard errors if every sample had independent noise.
+    limited : bool
+        Whether the limit of what noise a fit may hide binds; see `noise.spectrum`.
     """
 
     covariance: np.ndarray
     degrees_of_freedom: np.ndarray
     independent: np.ndarray
+    limited: bool
 
 
 def spread_of(space: Space, jacobian: np.ndarray, residual: np.ndarray) -> Spread:
     """Return the spread of least-squares estimates under the one noise spectrum that is fitted to their residual."""
     low, high = space.log_bounds
-    matrix, degrees = least_squares_covariance(residual, jacobian, noise_spectrum(residual, jacobian), high - low)
-    return Spread(matrix, degrees, np.sqrt(np.diag(covariance(jacobian, residual))))
+    spectrum = noise_spectrum(residual, jacobian)
+    matrix, degrees = least_squares_covariance(residual, jacobian, spectrum, high - low)
+    independent = np.sqrt(np.diag(covariance(jacobian, residual)))
+    return Spread(matrix, degrees, independent, is_limited(residual, spectrum))
 
 
 def parameter_table(space: Space, x: np.ndarray, spread: Spread) -> pd.DataFrame:
@@ -77,7 +84,7 @@ def parameter_table(space: Space, x: np.ndarray, spread: Spread) -> pd.DataFrame
             "interval_high": values * np.exp(reach),
             "at_bound": at_bound,
             "free": space.free,
-            "determined": space.free & ~at_bound & (correlated < UNDETERMINED),
+            "determined": space.free & ~at_bound & (2 * reach <= np.log(WIDEST)),
         },
         index=pd.Index(space.names, name="parameter"),
     )
@@ -91,29 +98,75 @@ def correlations(space: Space, spread: Spread) -> pd.DataFrame:
     return pd.DataFrame(matrix, index=list(space.free_names), columns=list(space.free_names))
 
 
-def sentences(table: pd.DataFrame, correlation: pd.DataFrame, starts: pd.DataFrame) -> list[str]:
+def sentences(table: pd.DataFrame, correlation: pd.DataFrame, starts: pd.DataFrame, spread: Spread) -> list[str]:
     """Say in words what a reader of the optimum must know."""
-    found = []
+    return [
+        *_at_bounds(table),
+        *_undetermined(table),
+        *_inseparable(correlation),
+        *_assumed(table, spread),
+        *_disagreeing(starts),
+    ]
+
+
+def _at_bounds(table: pd.DataFrame) -> list[str]:
+    said = []
     for name, row in table[table["at_bound"]].iterrows():
-        end = "lower" if abs(np.log(row["value"] / row["lower"])) < _NEAR_BOUND else "upper"
-        found.append(f"{name} = {row['value']:.4g} lies at its {end} bound: the data ask for more; widen the bound.")
-    loose = table.index[table["free"] & ~table["determined"] & ~table["at_bound"]]
-    for name in loose:
-        share = table["standard_error_correlated"][name] / table["value"][name]
-        found.append(f"The data do not determine {name}: its standard error is {100 * share:.0f} % of its value.")
-    names: Sequence[str] = list(correlation.index)
-    for i, first in enumerate(names):
-        for second in names[i + 1 :]:
-            r = float(correlation[second][first])
-            if abs(r) > _INSEPARABLE:
-                other = "ratio" if r > 0 else "product"
-                found.append(
-                    f"{first} and {second} can hardly be told apart (correlation {r:.3f}); trust their {other} only."
-                )
-    agree = int(starts["agrees"].sum())
-    if agree < len(starts):
-        found.append(
-            f"{agree} of {len(starts)} starts ended at the best optimum; the others found worse ones or failed "
-            "(see the table of starts)."
+        low = abs(np.log(row["value"] / row["lower"])) < _NEAR_BOUND
+        end, further = ("lower", "smaller") if low else ("upper", "larger")
+        said.append(
+            f"{name} = {row['value']:.4g} lies at its {end} bound: the best fit would be at a {further} value, so this "
+            "is the bound's number and not the data's, and the intervals of the others hold for it as it stands."
         )
-    return found
+    held = table[~table["free"]]
+    if len(held):
+        values = ", ".join(f"{name} = {row['value']:.4g}" for name, row in held.iterrows())
+        said.append(f"Held, not fitted: {values}.")
+    return said
+
+
+def _undetermined(table: pd.DataFrame) -> list[str]:
+    loose = table[table["free"] & ~table["determined"] & ~table["at_bound"]]
+    return [
+        f"The data do not determine {name}: its 95 % interval reaches from {row['interval_low']:.3g} to "
+        f"{row['interval_high']:.3g}."
+        for name, row in loose.iterrows()
+    ]
+
+
+def _inseparable(correlation: pd.DataFrame) -> list[str]:
+    names: Sequence[str] = list(correlation.index)
+    pairs = [(one, other) for i, one in enumerate(names) for other in names[i + 1 :]]
+    return [
+        f"{one} and {other} can hardly be told apart (correlation {correlation[other][one]:.3f}): a change of one is "
+        "made up for by the other, and neither means much without it."
+        for one, other in pairs
+        if abs(float(correlation[other][one])) > _INSEPARABLE
+    ]
+
+
+def _assumed(table: pd.DataFrame, spread: Spread) -> list[str]:
+    """Name the constants of `noise.spectrum` that decide the width of the intervals."""
+    fewest = [str(name) for name, row in table.iterrows() if row["degrees_of_freedom"] == FEWEST_DEGREES]
+    said = []
+    if fewest:
+        said.append(
+            f"One residual tells little about its own noise: the intervals of {', '.join(fewest)} are those of the "
+            f"fewest degrees of freedom that are allowed ({FEWEST_DEGREES:g}), a choice and not a finding."
+        )
+    if spread.limited:
+        said.append(
+            "The intervals assume that the noise which the fit hides is at most four times as strong as what the "
+            "residual shows."
+        )
+    return said
+
+
+def _disagreeing(starts: pd.DataFrame) -> list[str]:
+    agree = int(starts["agrees"].sum())
+    if agree == len(starts):
+        return []
+    return [
+        f"{agree} of {len(starts)} starts ended at the best optimum; the others found worse ones or failed (see the "
+        "table of starts)."
+    ]

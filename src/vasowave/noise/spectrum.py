@@ -20,8 +20,8 @@ _LOG_BOUNDS = np.log([(1e-9, 1e4), (0.5, 30.0), (0.5, 8.0)])
 _CORNERS = (3.0, 8.0)  # starts of the corner harmonic
 _STEP = 1e-2  # of the finite differences, in logarithms
 _FLATTEST = 1e-2  # curvature below which a hyperparameter counts as known to its bounds only
-_HIDDEN = 4.0  # noise that a fit hides is at most this times as strong as at the harmonic where most is seen
-_FEWEST = 2.0  # degrees of freedom; with fewer an interval would be as good as infinite
+MOST_HIDDEN = 4.0  # noise that a fit hides is at most this times as strong as at the harmonic where most is seen
+FEWEST_DEGREES = 2.0  # degrees of freedom; with fewer an interval would be as good as infinite
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,7 @@ def least_squares_covariance(
     endless error over the others.
     """
     k = harmonics(len(residual))
-    variance = np.minimum(spectrum.variance(k), _HIDDEN * _largest_seen(residual))
+    variance = np.minimum(spectrum.variance(k), MOST_HIDDEN * _largest_seen(residual))
     inverse = _inverse(fourier(jacobian), variance, ranges)
     matrix = (inverse * variance) @ inverse.T
     slopes = []
@@ -94,7 +94,12 @@ def least_squares_covariance(
     uncertain = np.einsum("ip,ij,jp->p", gradient, spectrum.covariance, gradient)
     with np.errstate(divide="ignore", invalid="ignore"):
         freedom = 2 * np.diag(matrix) ** 2 / uncertain
-    return matrix, np.where(np.isfinite(freedom), np.maximum(freedom, _FEWEST), np.inf)
+    return matrix, np.where(np.isfinite(freedom), np.maximum(freedom, FEWEST_DEGREES), np.inf)
+
+
+def is_limited(residual: np.ndarray, spectrum: NoiseSpectrum) -> bool:
+    """Whether the spectrum, extrapolated below what a residual shows, passes the limit of hidden noise."""
+    return bool(spectrum.variance(np.zeros(1))[0] > MOST_HIDDEN * _largest_seen(residual))
 
 
 def _inverse(J: np.ndarray, variance: np.ndarray, ranges: np.ndarray | None) -> np.ndarray:

@@ -14,7 +14,10 @@ from vasowave.report.tables.cells import mean_sd, span, symbols, who, with_unit
 from vasowave.report.wording import Row, column_label, number
 
 _DERIVED = ("wave_speed", "R_T", "C_T", "C_p_over_C_T", "tau", "I_R", "a", "S", "RMSE")
-MARKS = "† at a bound of its search; ‡ not determined by the data (standard error above half of the value)."
+MARKS = (
+    "† at a bound of its search; ‡ not determined by the data (the ends of its 95 % interval differ by more than a "
+    "factor of 4)."
+)
 
 
 def bounds(cohort: Cohort) -> Table:

@@ -1,0 +1,67 @@
+"""What is said of an optimum, from tables made by hand."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from vasowave.blood import Blood
+from vasowave.calibration.parameters import parameter_space
+from vasowave.calibration.uncertainty import Spread, parameter_table, sentences
+from vasowave.datasets import control_network, virtual_mouse
+from vasowave.nominal import estimate_nominal
+
+AGREE = pd.DataFrame({"agrees": [True, True]})
+NONE = pd.DataFrame()
+
+
+@pytest.fixture(scope="module")
+def space():
+    network = control_network()
+    return parameter_space("linear", network, estimate_nominal(network, virtual_mouse()), Blood(), {}, {}, False)
+
+
+def spread(errors, degrees=1e6, limited=False):
+    return Spread(np.diag(np.square(errors)), np.full(4, float(degrees)), np.array(errors), limited)
+
+
+def said(space, x, one, correlation=NONE, starts=AGREE):
+    return sentences(parameter_table(space, x, one), correlation, starts, one)
+
+
+def test_a_parameter_is_determined_if_the_ends_of_its_interval_differ_by_at_most_a_factor_of_four(space):
+    x = np.log(space.nominal)
+    edge = np.log(4.0) / 2 / 1.959964
+    one = spread([0.99 * edge, 1.01 * edge, 0.1, 0.1])
+    table = parameter_table(space, x, one)
+    assert table["determined"].tolist() == [True, False, True, True]
+    assert said(space, x, one) == ["The data do not determine r1: its 95 % interval reaches from 0.496 to 2.01."]
+
+
+def test_few_degrees_of_freedom_undo_a_determination_that_the_standard_error_alone_would_allow(space):
+    one = spread([0.3, 0.01, 0.01, 0.01], degrees=2)
+    assert not parameter_table(space, np.log(space.nominal), one)["determined"]["beta"]
+    assert any(
+        "fewest degrees of freedom that are allowed (2)" in line for line in said(space, np.log(space.nominal), one)
+    )
+
+
+@pytest.mark.parametrize(("end", "further"), [("lower", "smaller"), ("upper", "larger")])
+def test_a_parameter_at_its_bound_is_said_to_want_beyond_that_bound(space, end, further):
+    x = np.log(space.nominal)
+    x[1] = np.log(getattr(space, end)[1])
+    (line,) = said(space, x, spread([0.01] * 4))
+    assert line.startswith("r1 = ")
+    assert f"{end} bound: the best fit would be at a {further} value" in line
+
+
+def test_a_limit_that_binds_and_parameters_that_cannot_be_told_apart_are_named(space):
+    names = list(space.names)
+    correlation = pd.DataFrame(np.eye(4), index=names, columns=names)
+    correlation.loc["beta", "r1"] = correlation.loc["r1", "beta"] = -0.97
+    lines = said(space, np.log(space.nominal), spread([0.01] * 4, limited=True), correlation)
+    assert any("beta and r1 can hardly be told apart (correlation -0.970)" in line for line in lines)
+    assert any("at most four times as strong" in line for line in lines)
+
+
+def test_of_a_clean_optimum_nothing_is_said(space):
+    assert said(space, np.log(space.nominal), spread([0.01] * 4)) == []
