@@ -14,14 +14,15 @@ from vasowave.textfile import read_start, regular_file
 
 _SAVE_AGAIN = "in MATLAB, load it and write it again with: save('NAME.mat', '-v7')"
 _MEMORY = 1 << 30
-_SECONDS = 15.0
-"""What reading may take, beside what grows with the file: bytes and s."""
+_SECONDS = 15
+"""What reading may take beside what grows with the file: bytes, and s of the processor; a busy machine waits longer."""
 
 _TRIAL = """
 import sys
 try:
     import resource
     resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[2]),) * 2)
+    resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[3]),) * 2)
 except (ImportError, ValueError, OSError):
     pass
 from scipy.io import loadmat
@@ -58,11 +59,11 @@ def _try_in_another_process(path: Path) -> None:
     a compressed variable of a few kilobytes can inflate to any size.
     """
     size = path.stat().st_size
-    command = [sys.executable, "-W", "ignore", "-c", _TRIAL, str(path), str(_MEMORY + 4 * size)]
+    seconds = int(_SECONDS + size / 2e7)
+    command = [sys.executable, "-W", "ignore", "-c", _TRIAL, str(path), str(_MEMORY + 4 * size), str(seconds)]
     alone = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    seconds = _SECONDS + size / 2e7
     try:
-        trial = subprocess.run(command, capture_output=True, timeout=seconds, check=False, env=os.environ | alone)
+        trial = subprocess.run(command, capture_output=True, timeout=8 * seconds, check=False, env=os.environ | alone)
     except subprocess.TimeoutExpired:
         raise InputError(f"{path}: reading did not end; the file is damaged; {_SAVE_AGAIN}") from None
     if trial.returncode != 0:
