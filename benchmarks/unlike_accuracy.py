@@ -42,6 +42,12 @@ class Outcome:
     sure: tuple = ()  # |radius error| over 2 SD
     cost: float = 0.0
 
+    @property
+    def alarms(self):
+        """Whether each vessel that is well measured is named by a warning."""
+        rows = zip(self.named, self.length, self.radius, strict=True)
+        return [flag for flag, length, radius in rows if abs(length) <= LENGTH and abs(radius) <= RADIUS]
+
 
 def pairing(made, tree):
     """Return the found row of every true vessel, or None where the topology is another: known by the ends beyond."""
@@ -79,7 +85,7 @@ def outcome(name, seed, mode):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VasowaveWarning)
         try:
-            found = extract(made.volume, Options((made.root + np.array([0.02, 0.0, 0.0])).tolist(), outlets))
+            found = extract(made.volume, Options((made.root + np.array([0.02, 0, 0])).tolist(), outlets))
         except VasowaveError as error:
             return Outcome(name, seed, "refused", str(error))
     return judged(name, seed, made, found, time.process_time() - begin)
@@ -125,7 +131,7 @@ def table(results):
                     if abs(x) <= LENGTH and abs(y) <= RADIUS
                 ],
                 bool,
-            ),  # fmt: skip
+            ),
             f"{np.mean([one.cost for one in runs]):.1f}",
         ]
         print(f"| {kind} | " + " | ".join(columns) + " |", flush=True)
