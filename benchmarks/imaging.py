@@ -27,7 +27,7 @@ from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.matching import match
 from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
 from vasowave.imaging.measure.measurement import RELIABLE
-from vasowave.imaging.measure.radii import densitometric_radii, lumen_grey
+from vasowave.imaging.measure.radii import densitometry
 from vasowave.imaging.measure.sizes import network_of
 
 EDGE = 2.2
@@ -58,13 +58,13 @@ def render_noise(voxels, rng):
 def measure(network, embedding, volume, lumen, guided):
     """Return errors as a dict, or None where the topology is wrong."""
     outlets = np.array([embedding.lines[t][-1] for t in network.terminals]) if guided else None
-    tree, cannula = without_cannula(tree_of(lumen, embedding.cannula[0], outlets))
+    tree, cannula = without_cannula(tree_of(lumen, embedding.cannula[0], outlets), volume)
     found = network_of(tree)
     pairs = match(network, found)
     if not len(found) == len(network) == len(pairs):
         return None
     order = [pairs[row] for row in range(len(network))]
-    dense = densitometric_radii(tree, volume, found.radius)
+    dense = densitometry(tree, volume, found.radius).radius
     free = (free_length(tree) >= RELIABLE * found.radius)[order]
     change = found.length[order] - network.length
     return {
@@ -72,7 +72,7 @@ def measure(network, embedding, volume, lumen, guided):
         "length missed": (np.abs(change) > 0.05 * network.length) & (np.abs(change) > 0.006),
         "inscribed": (found.radius[order] / network.radius - 1)[free],
         "densitometric": (dense[order] / network.radius - 1)[free & np.isfinite(dense[order])],
-        "scale": np.array([cannula_radius(cannula, volume, lumen_grey(tree, volume)) / PE90_RADIUS - 1]),
+        "scale": np.array([cannula_radius(cannula, volume) / PE90_RADIUS - 1]),
     }
 
 

@@ -27,7 +27,7 @@ from vasowave.nominal import windkessels
 from vasowave.recording import Inflow
 from vasowave.solver import Numerics
 from vasowave.solver.run import run_to_periodic
-from vasowave.walls import LinearWall, TangentWall
+from vasowave.walls import LinearWall, TangentWall, wave_speed_at_rest
 
 WRONG = 0.02  # of the largest pressure
 
@@ -74,7 +74,7 @@ def drawn(kind: Kind, rng: np.random.Generator) -> tuple[Model, Inflow]:
         wall = TangentWall(p1, np.pi * strain / np.arctan(mean / p1))
     friction = [BoundaryLayer(), Poiseuille(), PowerLaw(9.0)][rng.integers(3)]
     blood = Blood(friction=friction)
-    c0 = float(np.sqrt(wall.wave_speed_squared_at_rest(blood.inertia, *wall)))
+    c0 = float(wave_speed_at_rest(wall, blood.inertia))
     phase = (np.arange(256) / 256 - 0.05) / draw("ejection")
     shape = np.where((phase > 0) & (phase < 1), np.sin(np.pi * np.clip(phase, 0, 1)) ** 2 * (1.35 - 0.7 * phase), 0)
     flow = draw("peak") * c0 * network.area0[network.root] * shape / shape.max()

@@ -16,8 +16,8 @@ SPACING = 0.0085
 """Voxel size, cm."""
 CANNULA = 0.043 / SPACING
 """Inner radius of PE-90 tubing, voxels."""
-BACKGROUND, CONTRAST, PSF = 12.0, 88.0, 0.8
-"""Grey levels; standard deviation of the point-spread function, voxels."""
+BACKGROUND, CONTRAST, PSF, THINNEST = 12.0, 88.0, 0.8, 1.9
+"""Grey levels; standard deviation of the point-spread function and least radius, voxels."""
 
 
 @dataclass(frozen=True)
@@ -242,8 +242,7 @@ def _fork(vessels, row, kind, rng):
     before /= np.linalg.norm(before)
     share = rng.uniform(0.35, 0.65)
     radii = parent.radius[-1] * np.array([share, 1 - share]) ** (1 / 2.7)
-    if radii.min() < 1.9:
-        radii = np.maximum(radii, 1.9)
+    radii = np.maximum(radii, THINNEST / (1 - kind.taper))
     for _ in range(40):
         aside = np.cross(before, rng.normal(size=3))
         aside /= np.linalg.norm(aside)
@@ -379,7 +378,7 @@ def _add(distance, contrast, vessel, levels, kind, is_end):
         value = rho - _outline(np.arctan2(y, x), radius[near], vessel, kind)
         if is_end and rows[-1] == len(axis) - 1:
             value = np.maximum(value, (voxels - axis[-1]) @ tangent[-1])
-        if vessel.parent == -9 or (vessel.parent == -2 and rows[0] == 0):
+        if rows[0] == 0 and vessel.parent < 0:
             value = np.maximum(value, -(voxels - axis[0]) @ tangent[0])
         value = value.reshape(distance[box].shape)
         nearer = value < distance[box]

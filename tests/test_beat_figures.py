@@ -8,8 +8,8 @@ import xarray as xr
 from vasowave.animal.beats import beats_dataset
 from vasowave.animal.datasets import recording_dataset
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
-from vasowave.errors import InputError
-from vasowave.figures.beats import plot_detected_beats, plot_ensemble
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.figures.beats import plot_baseline, plot_detected_beats, plot_ensemble
 from vasowave.recording import Recording, average_beats
 
 mpl.use("Agg")
@@ -54,6 +54,23 @@ def test_the_band_is_one_standard_deviation_wide(ax, made):
     at_start = edges[np.isclose(edges[:, 0], 0.0), 1]
     assert np.ptp(at_start) == pytest.approx(2 * float(made["recording"]["flow_sd"][0]))
     np.testing.assert_allclose(ax.lines[0].get_ydata(), made["recording"]["flow"])
+
+
+def test_the_drift_is_drawn_through_the_levels_with_its_size(ax):
+    raw = synthetic_raw_recording(CYCLE, np.random.default_rng(2), baseline=lambda t: -0.3 * t, duration=12.0).raw
+    with pytest.warns(VasowaveWarning, match="drifts by"):
+        average = average_beats(raw)
+    found = average.baseline
+    beats = beats_dataset(average, raw).assign(level=("beat", found.level), drift=("beat", found.trend))
+    with pytest.raises(InputError, match="levels of the beats are not known"):
+        plot_baseline(ax, beats.drop_vars("drift"))
+    beats.attrs |= {"drift_size": found.size, "drift_error": found.error, "drift_removed": int(found.removed)}
+    assert plot_baseline(ax, beats) is ax
+    said = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert any(one.startswith("drift -3.") and one.endswith("mmHg, removed") for one in said)
+    line = ax.lines[-1].get_ydata()
+    assert line[-1] - line[0] == pytest.approx(-3.6, abs=0.25)
+    assert abs(np.median(found.level - line)) < 0.2
 
 
 def test_a_signal_that_is_not_there_is_refused(ax, made):

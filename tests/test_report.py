@@ -176,7 +176,7 @@ def test_a_report_that_fails_midway_leaves_the_earlier_one_as_it_was(trees, fold
 
     monkeypatch.setattr("vasowave.report.write.write_tables", full)
     monkeypatch.setattr("vasowave.report.write.write_figures", lambda *arguments: None)
-    with pytest.raises(InputError, match="No space left"):
+    with pytest.raises(InputError, match="no space left"):
         write_report(trees[:1], folder, pdf=False)
     assert {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()} == before
 

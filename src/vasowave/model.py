@@ -30,6 +30,14 @@ class Model:
     ------
     InputError
         A parameter that is not a positive finite number or has the wrong shape; the vessel is named.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network = vw.control_network()
+    >>> beds = vw.estimate_nominal(network, vw.virtual_mouse()).outlets
+    >>> vw.Model(network, vw.LinearWall(beta=60.0), beds)
+    Model(LinearWall(beta 60), Windkessel, Network(21 vessels, ...))
     """
 
     network: Network

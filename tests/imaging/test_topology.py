@@ -13,7 +13,8 @@ from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.matching import match
 from vasowave.imaging.measure.cannula import without_cannula
-from vasowave.imaging.measure.radii import densitometric_radii, densitometric_radius
+from vasowave.imaging.measure.profiles import profile
+from vasowave.imaging.measure.radii import densitometric_radius, densitometry
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.tree import Line, Tree
 from vasowave.network import Network
@@ -38,7 +39,7 @@ def stub():
 def found_at(stub, threshold, outlets=None):
     _, embedding, volume = stub
     lumen = segment(volume, threshold, embedding.cannula[0] + [2 * SPACING, 0, 0])
-    tree = without_cannula(tree_of(lumen, embedding.cannula[0], outlets))[0]
+    tree = without_cannula(tree_of(lumen, embedding.cannula[0], outlets), volume)[0]
     return tree, network_of(tree)
 
 
@@ -57,7 +58,7 @@ def test_a_threshold_changed_by_a_fifth_changes_radii_smoothly_and_the_topology_
         assert len(found) == len(network) == len(pairs)
         order = [pairs[row] for row in range(4)]  # vessel 5 has no free stretch to measure
         inscribed.append(found.radius[order])
-        densitometric.append(densitometric_radii(tree, volume, found.radius)[order])
+        densitometric.append(densitometry(tree, volume, found.radius).radius[order])
     change = np.diff(inscribed, axis=0) / SPACING
     # Blur and smoothing spread the wall over two voxels: 10 % of the threshold moves it by some hundredths of one.
     assert (change < 0.02).all()
@@ -134,7 +135,7 @@ def test_an_axis_that_follows_voxels_is_moved_to_the_middle_of_the_tube():
 def test_the_densitometric_radius_is_that_of_the_tube_in_noise(radius):
     volume, line, _ = oblique_tube(radius, 0.01, np.random.default_rng(1), noise=6)
     points = Line(line, np.full(len(line), radius))
-    measured = densitometric_radius(points, np.arange(8, 52, 4), radius, volume, 100.0)
+    measured = densitometric_radius(profile(points, np.arange(8, 52, 4), radius, volume), 88.0)
     # A blurred circle of the normal integral has the area π(r² + σ²), σ = 0.8 voxel.
     assert measured == pytest.approx(np.hypot(radius, 0.008), rel=0.02)
 

@@ -5,6 +5,7 @@ import pytest
 
 from vasowave.imaging import Volume
 from vasowave.imaging.axes.tubes import fitted
+from vasowave.imaging.measure.profiles import profile
 from vasowave.imaging.measure.radii import densitometric_radius
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.sections import across, tangents
@@ -133,7 +134,7 @@ def test_a_vessel_that_runs_beside_another_has_its_own_densitometric_radius():
         return Line(np.column_stack([run, np.full(len(run), at[0]), np.full(len(run), at[1])]), np.full(len(run), 0.03))
 
     sections = np.arange(5, 33)
-    alone = densitometric_radius(line((0.20, 0.24)), sections, radius, volume, 100.0)
-    aware = densitometric_radius(line((0.20, 0.24)), sections, radius, volume, 100.0, [line((0.27, 0.26))])
+    alone = densitometric_radius(profile(line((0.20, 0.24)), sections, radius, volume), 88.0)
+    aware = densitometric_radius(profile(line((0.20, 0.24)), sections, radius, volume, [line((0.27, 0.26))]), 88.0)
     assert aware == pytest.approx(radius, rel=0.015)
     assert alone > 1.03 * radius  # what the neighbor adds where it is not told

@@ -41,6 +41,12 @@ class Animal:
     ------
     InputError
         A name or group without a letter.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Animal("mouse 6", "CTL", vw.control_network(), vw.virtual_mouse(), synthetic=True).name
+    'mouse 6'
     """
 
     name: str
@@ -104,6 +110,12 @@ class Settings(Search):
     ------
     InputError
         An unknown law or parameter, the same law twice, or a value outside its limits.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Settings(walls=("linear", "power"), starts=8).starts
+    8
     """
 
     walls: Annotated[tuple[Annotated[str, Check(_wall, _wall_schema)], ...], Check(_each_once)] = ("linear", "tangent")

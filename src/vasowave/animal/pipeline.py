@@ -57,6 +57,17 @@ def analyze(animal: Animal, settings: Settings | None = None, progress: Progress
         A recording without nominal parameters, or bounds that exclude them.
     NumericalError
         No start of a calibration could be simulated.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> quick = vw.Settings(walls=("linear",), starts=1)
+    >>> mouse = vw.Animal("mouse 6", "CTL", vw.control_network(), vw.virtual_mouse(), synthetic=True)
+    >>> tree = vw.analyze(mouse, quick)
+    >>> [name for name in tree.children if name not in ("beats", "selection")]
+    ['network', 'recording', 'nominal', 'measured', 'linear']
+    >>> tree["linear/quantities"]["R_T"].attrs["units"]
+    'mmHg s/ml'
     """
     settings = settings or Settings()
     with _collected() as warned:

@@ -70,6 +70,10 @@ class Objective:
         self.last, self._at = run, x.copy()
         return _residuals(run, self.recording)
 
+    def reached(self, start: np.ndarray) -> np.ndarray:
+        """Return the logarithms that were simulated last, or `start` where none were."""
+        return start if self._at is None else self._at
+
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Derivative of the residuals by the logarithms, shape (N, free), from one ensemble of simulations."""
         if self._at is None or not np.array_equal(self._at, x):
@@ -82,10 +86,22 @@ class Objective:
         step = min(max(_STEP * self.numerics.tolerance, _STEPS[0]), _STEPS[1])
         columns = self._columns(x, step, base, numerics)
         for i, column in enumerate(columns):
-            if column is None:  # over the edge of what can be simulated: look to the other side
-                back = self._columns(x, -step, base, numerics, only=i)[0]
-                columns[i] = here if back is None else 2 * here - back
+            if column is None:
+                columns[i] = self._beyond_the_edge(x, i, step, base, numerics, here)
         return np.stack([(column - here) / step for column in columns if column is not None], axis=1)
+
+    def _beyond_the_edge(
+        self, x: np.ndarray, i: int, step: float, base: Run, numerics: Numerics, here: np.ndarray
+    ) -> np.ndarray:
+        """Residuals a whole step ahead, from the other side or from shorter steps: ahead, nothing can be simulated."""
+        for part in (-1.0, 0.1, -0.1):
+            found = self._columns(x, part * step, base, numerics, only=i)[0]
+            if found is not None:
+                return here + (found - here) / part
+        raise NumericalError(
+            f"the derivative by '{self.space.free_names[i]}' cannot be found: beside its present value no "
+            "model can be simulated; fix this parameter, or draw its bounds closer"
+        )
 
     def _columns(
         self, x: np.ndarray, step: float, base: Run, numerics: Numerics, only: int | None = None

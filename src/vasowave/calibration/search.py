@@ -46,7 +46,11 @@ def search(objective: Objective, start: np.ndarray, method: str, tolerance: floa
     except NumericalError as error:
         return Found(start, np.inf, objective.simulations, False, f"the start cannot be simulated: {error}")
     solve = _least_squares if method == "least-squares" else _sqp
-    x, S, converged, message = solve(objective, start, tolerance)
+    try:
+        x, S, converged, message = solve(objective, start, tolerance)
+    except NumericalError as error:  # no derivative: the search cannot go on from where it is
+        x = objective.reached(start)
+        S, converged, message = float(np.sum(objective.residuals(x) ** 2)), False, str(error)
     return Found(x, S, objective.simulations, converged, message)
 
 

@@ -20,7 +20,14 @@ _TABLES = (
 
 @cache
 def control_network() -> Network:
-    """Return the 21-vessel network of the control mouse (Table 2 of the paper)."""
+    """Return the 21-vessel network of the control mouse (Table 2 of the paper).
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.control_network()
+    Network(21 vessels, 11 terminals, root '1' r0 0.047 cm, total length 4.5... cm)
+    """
     return _network("network_control")
 
 

@@ -45,6 +45,12 @@ def virtual_mouse(noise: float = 0.15, seed: int = 6) -> Recording:
         twenty beats.
     seed : int
         Of the noise.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.virtual_mouse()
+    Recording(mPAP ... mmHg, CO 0.180 ml/s, HR 533/min, 512 pressure and 512 flow samples, virtual mouse, synthetic)
     """
     network = control_network()
     outlets = windkessels(network, TRUTH["R_T"], TRUTH["tau"], TRUTH["a"])

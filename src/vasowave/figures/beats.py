@@ -53,6 +53,37 @@ def plot_detected_beats(ax: "Axes", beats: "xr.Dataset", signal: str = "pressure
     return label_axes(ax, "time [s]", _LABELS[signal])
 
 
+def plot_baseline(ax: "Axes", beats: "xr.Dataset") -> "Axes":
+    """Draw the diastolic level of every beat over the whole recording, its drift, and the drift's size.
+
+    Parameters
+    ----------
+    ax : matplotlib Axes
+    beats : Dataset
+        ``onset, length, kept, level, drift`` by beat; attributes ``drift_size``, ``drift_error`` (mmHg) and
+        ``drift_removed``.
+
+    Raises
+    ------
+    InputError
+        If the levels are not known: the cycle came averaged, or its results are of an older version.
+    """
+    if not {"level", "drift"} <= set(beats.data_vars):
+        raise InputError("the diastolic levels of the beats are not known; average the beats again")
+    middle = beats["onset"].values + 0.5 * beats["length"].values
+    level, drift, kept = beats["level"].values, beats["drift"].values, beats["kept"].values == 1
+    ax.plot(middle[~kept], level[~kept], ".", color="0.6", ms=2, label="diastolic level")
+    ax.plot(middle[kept], level[kept], ".", color=_KEPT, ms=4, label="averaged")
+    size, error = beats.attrs["drift_size"], beats.attrs["drift_error"]
+    done = "removed" if beats.attrs["drift_removed"] else "left in"
+    # The drift is relative to its zero; breaths and scatter set aside, it runs through the levels' middle.
+    line = drift + float(np.median(level - drift))
+    ax.plot(middle, line, color=_REJECTED, lw=1.2, label=f"drift {size:+.1f} ± {error:.1g} mmHg, {done}")
+    ax.set_xlim(0.0, float(middle[-1]))
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.0)
+    return label_axes(ax, "time [s]", "diastolic level [mmHg]")
+
+
 def plot_ensemble(ax: "Axes", tree: "xr.DataTree", signal: str = "pressure") -> "Axes":
     """Draw the averaged cycle of pressure or flow with a band of one standard deviation of the beats.
 

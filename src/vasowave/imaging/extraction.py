@@ -122,7 +122,7 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     tree, cannula = _tree(lumen, root, said, options)
     say("radii")
     measured = measured_in(tree, said.volume)
-    scale = 1.0 if cannula is None else scale_of(cannula, said.volume, tree, options.cannula / 2)
+    scale = 1.0 if cannula is None else scale_of(cannula, said.volume, options.cannula / 2)
     check_root(measured.network, scale, options.cannula / 2)
     say("uncertainty")
     inside = deepest_near(lumen, root)  # a place near the wall is outside the lumen at a higher threshold
@@ -147,7 +147,7 @@ def _tree(lumen: Segmentation, root: np.ndarray, said: Given, options: Options) 
     """Return the tree without its cannula and after the edits, and the cannula's line if there is one."""
     tree = tree_of(lumen, root, said.outlets)
     _tell_loops(lumen, tree, options.loops)
-    tree, cannula = without_cannula(tree) if options.cannula else (tree, None)
+    tree, cannula = without_cannula(tree, said.volume) if options.cannula else (tree, None)
     return edited(tree, said.edits), cannula
 
 

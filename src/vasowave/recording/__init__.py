@@ -2,6 +2,7 @@
 
 from vasowave.recording.baseline import Baseline, Step
 from vasowave.recording.beats import Beats, find_beats
+from vasowave.recording.catheter import Catheter, correct_catheter, suspect_catheter
 from vasowave.recording.cycle import INDEX_UNITS, Inflow, Recording, resample, samples_needed
 from vasowave.recording.describe import FileDescription, describe_recording
 from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats
@@ -15,6 +16,7 @@ __all__ = [
     "Baseline",
     "Beat",
     "Beats",
+    "Catheter",
     "EnsembleAverage",
     "FileDescription",
     "HarmonicErrors",
@@ -23,6 +25,7 @@ __all__ = [
     "Recording",
     "Step",
     "average_beats",
+    "correct_catheter",
     "describe_recording",
     "find_beats",
     "harmonic_errors",
@@ -30,4 +33,5 @@ __all__ = [
     "read_recording",
     "resample",
     "samples_needed",
+    "suspect_catheter",
 ]

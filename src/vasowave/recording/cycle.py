@@ -22,6 +22,15 @@ class Inflow:
         Evenly spaced over one period, the first sample at t = 0, not repeated at the end; ml/s.
     period : float
         Period T, s.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> t = np.arange(64) / 64
+    >>> flow = 0.4 * np.exp(-0.5 * ((t - 0.3) / 0.1) ** 2)
+    >>> round(float(vw.Inflow(flow, period=0.11).flow.mean()), 3)  # ml/s
+    0.1
     """
 
     flow: np.ndarray
@@ -58,6 +67,15 @@ class Recording:
     ------
     InputError
         Too few samples, a value that is not finite, a period that is not positive.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> t = np.arange(64) / 64
+    >>> flow = 0.4 * np.exp(-0.5 * ((t - 0.3) / 0.1) ** 2)
+    >>> vw.Recording(10 + 20 * flow, flow, period=0.11).indices()["HR"]  # beats/min
+    545.45...
     """
 
     pressure: np.ndarray

@@ -88,6 +88,18 @@ def describe_recording(path: str | Path, progress: Progress | None = None) -> Fi
     ------
     InputError
         A file that cannot be read, with the place and the cure.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> from pathlib import Path
+    >>> t = np.arange(0, 4.0, 1e-3)
+    >>> beat = np.exp(-0.5 * (((t / 0.11) % 1 - 0.3) / 0.1) ** 2)
+    >>> rows = (f"{a:.3f}\\t{8 + 20 * b:.3f}\\t{0.4 * b:.4f}" for a, b in zip(t, beat))
+    >>> _ = Path("mouse.txt").write_text("\\n".join(["time [s]\\tpressure [mmHg]\\tflow [ml/s]", *rows]))
+    >>> vw.describe_recording("mouse.txt").kind
+    'raw'
     """
     kind = file_kind(path)
     if kind == "mat" and not is_labchart_mat(path):

@@ -1,21 +1,27 @@
 """From the beats of a continuous recording to one averaged cycle, with the scatter of the beats around it."""
 
 import warnings
-from collections import Counter
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from vasowave.errors import InputError, NumericalError, VasowaveWarning
+from vasowave.errors import InputError, VasowaveWarning
 from vasowave.recording.baseline import Baseline, describe, find_baseline
 from vasowave.recording.beats import HEART_RATES, find_beats
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
 from vasowave.recording.plateaus import describe_plateaus, find_plateaus
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
 from vasowave.recording.raw import RawRecording
-from vasowave.recording.rejection import mark_inspiration, mark_steps, misshapen_beats
+from vasowave.recording.rejection import (
+    choose_run,
+    lost_in_run,
+    mark_inspiration,
+    mark_steps,
+    misshapen_beats,
+    summarize,
+)
 from vasowave.recording.waveform import advance, close_cycle, cut_beats, foot_delay, harmonic_error, low_pass
 from vasowave.settings import Range
 
@@ -63,6 +69,16 @@ class EnsembleAverage:
     pressure_harmonic_error, flow_harmonic_error : float array, shape (harmonic,)
         Standard error of the amplitude of every harmonic of the cycle, the mean first: the scatter of the averaged
         beats divided by the root of their number, mmHg and ml/s.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> from vasowave.datasets.raw import synthetic_raw_recording
+    >>> raw = synthetic_raw_recording(vw.virtual_mouse(), np.random.default_rng(1), duration=6.0).raw
+    >>> average = vw.average_beats(raw, 10)
+    >>> sum(beat.averaged for beat in average.beats)
+    10
     """
 
     recording: Recording
@@ -146,6 +162,15 @@ def average_beats(
     VasowaveWarning
         If the baseline moved by 0.3 mmHg or more, more than half of the beats in the averaged run were rejected, the
         ECG does not beat, or a value looks like a slip.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> from vasowave.datasets.raw import synthetic_raw_recording
+    >>> raw = synthetic_raw_recording(vw.virtual_mouse(), np.random.default_rng(1), duration=6.0).raw
+    >>> vw.average_beats(raw, 10).recording
+    Recording(mPAP ... mmHg, CO ... ml/s, HR 53... ...)
     """
     _check_arguments(raw, beats, samples, harmonics, drift, zero_time)
     found = find_beats(raw, fiducial, heart_rates)
@@ -163,7 +188,7 @@ def average_beats(
         mark_inspiration(reasons, levelled, flow)
     if drift == "remove" and baseline.sure and not baseline.own:
         pressure, baseline = levelled, replace(baseline, removed=True)
-    used, run = _choose(reasons, beats, raw.source)
+    used, run = choose_run(reasons, beats, raw.source)
     period = float(np.mean((ends - starts)[used]))
     cycles, notes = _mean_cycles({"pressure": pressure[used], "flow": flow[used]}, harmonics)
     check_pressure(cycles[0], raw.source)
@@ -175,21 +200,12 @@ def average_beats(
         notes.append(f"the flow was advanced by the estimated p-q delay of {1e3 * delay:.2f} ms")
     plateaus = describe_plateaus(find_plateaus(raw.pressure, raw.sampling_rate))
     said = describe(baseline, starts[used[0]], ends[used[-1]], zero_time)
-    warned = [
-        *found.notes,
-        *plateaus[1],
-        *(said if baseline.alarming else []),
-        *odd_values(cycles[0], cycles[1], period),
-    ]
-    lost = sum(bool(reasons[i]) for i in range(run.start, run.stop))
-    if lost > beats:
-        warned.append(
-            f"{lost} of the {run.stop - run.start} beats between the first and the last averaged were rejected"
-        )
+    warned = [*found.notes, *plateaus[1], *(said if baseline.alarming else [])]
+    warned += odd_values(cycles[0], cycles[1], period) + lost_in_run(reasons, run, beats)
     for message in warned:
         warnings.warn(f"{raw.source}: {message}", VasowaveWarning, stacklevel=2)
     notes += plateaus[0] + ([] if baseline.alarming else said)
-    summary = _summary(found.fiducial, reasons, beats, starts[used[0]], ends[used[-1]])
+    summary = summarize(found.fiducial, reasons, beats, starts[used[0]], ends[used[-1]])
     return EnsembleAverage(
         Recording(cycles[0], cycles[1], period, raw.source, (*raw.notes, summary, *notes, *warned)),
         deviations[0],
@@ -228,28 +244,3 @@ def _mean_cycles(cuts: dict[str, np.ndarray], harmonics: int | None) -> tuple[li
 
 def _listed(starts: np.ndarray, ends: np.ndarray, used: set[int], reasons: list[str]) -> tuple[Beat, ...]:
     return tuple(Beat(float(starts[i]), float(ends[i]), i in used, reason) for i, reason in enumerate(reasons))
-
-
-def _choose(reasons: list[str], beats: int, source: str) -> tuple[np.ndarray, range]:
-    """Return the indices of the beats to average, and the run of beats they come from."""
-    good = np.array([i for i, reason in enumerate(reasons) if not reason], dtype=int)
-    if len(good) < beats:
-        kinds = Counter(reason.split(" ")[0].strip(":") for reason in reasons if reason)
-        counted = ", ".join(f"{count} for {kind}" for kind, count in kinds.most_common())
-        raise NumericalError(
-            f"{source}: {len(good)} good beats of {len(reasons)}, {beats} wanted (rejected: {counted}); look at the "
-            "beats, choose another stretch, relax the rules or average fewer"
-        )
-    first = int(np.argmin(good[beats - 1 :] - good[: len(good) - beats + 1]))
-    used = good[first : first + beats]
-    return used, range(int(used[0]), int(used[-1]) + 1)
-
-
-def _summary(fiducial: str, reasons: list[str], beats: int, start: float, end: float) -> str:
-    kinds = Counter(reason.split(" ")[0].strip(":") for reason in reasons if reason)
-    lost = ", ".join(f"{count} for {kind}" for kind, count in kinds.most_common()) or "none"
-    by = "R wave" if fiducial == "ecg" else "foot of the pressure"
-    return (
-        f"mean of {beats} beats from {start:.3f} to {end:.3f} s, aligned by the {by}; "
-        f"{len(reasons)} beats found, rejected: {lost}"
-    )

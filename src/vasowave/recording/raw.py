@@ -36,6 +36,15 @@ class RawRecording:
     ------
     InputError
         Signals of different length, a gap, less than a second, a rate below 250 samples/s.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> from vasowave.datasets.raw import synthetic_raw_recording
+    >>> raw = synthetic_raw_recording(vw.virtual_mouse(), np.random.default_rng(1), duration=6.0).raw
+    >>> raw.duration, raw.ecg is not None
+    (6.0, True)
     """
 
     pressure: np.ndarray

@@ -50,6 +50,16 @@ def read_recording(
     -----
     VasowaveWarning
         If a value is possible, yet more likely a slip (for example 10 ml/s in an animal of 500 beats/min).
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> from pathlib import Path
+    >>> mouse = vw.virtual_mouse()
+    >>> rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
+    >>> _ = Path("cycle.csv").write_text("\\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows]))
+    >>> vw.read_recording("cycle.csv")
+    Recording(mPAP ... mmHg, CO 0.180 ml/s, HR 533/min, 512 pressure and 512 flow samples, cycle.csv)
     """
     if len(paths) not in (1, 2):
         raise InputError(f"{len(paths)} files given; a recording is one table, or one file of pressure and one of flow")

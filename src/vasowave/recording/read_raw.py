@@ -69,6 +69,18 @@ def read_raw_recording(
     -----
     VasowaveWarning
         If the file looks cut off.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> from pathlib import Path
+    >>> t = np.arange(0, 4.0, 1e-3)
+    >>> beat = np.exp(-0.5 * (((t / 0.11) % 1 - 0.3) / 0.1) ** 2)
+    >>> rows = (f"{a:.3f}\\t{8 + 20 * b:.3f}\\t{0.4 * b:.4f}" for a, b in zip(t, beat))
+    >>> _ = Path("mouse.txt").write_text("\\n".join(["time [s]\\tpressure [mmHg]\\tflow [ml/s]", *rows]))
+    >>> vw.read_raw_recording("mouse.txt").sampling_rate
+    1000.0
     """
     blocks = read_blocks(path, sampling_rate, progress)
     number, notes = _choose(path, blocks, block)

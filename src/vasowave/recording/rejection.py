@@ -1,6 +1,10 @@
 """Which beats may not be averaged, and why: by their length, their shape, and the breath they fall into."""
 
+from collections import Counter
+
 import numpy as np
+
+from vasowave.errors import NumericalError
 
 _BREATHS = 31
 """Beats over which the end-expiratory level is followed: three breaths or more."""
@@ -49,6 +53,40 @@ def mark_inspiration(reasons: list[str], pressure: np.ndarray, flow: np.ndarray)
         off, limit = _off_level(beats.mean(axis=1))
         for i in np.flatnonzero(np.abs(off) > limit):
             reasons[i] = reasons[i] or f"ventilation: mean {name} {off[i]:+.3g} {unit} from end-expiration"
+
+
+def choose_run(reasons: list[str], beats: int, source: str) -> tuple[np.ndarray, range]:
+    """Return the indices of the beats to average, and the run of beats they come from."""
+    good = np.array([i for i, reason in enumerate(reasons) if not reason], dtype=int)
+    if len(good) < beats:
+        kinds = Counter(reason.split(" ")[0].strip(":") for reason in reasons if reason)
+        counted = ", ".join(f"{count} for {kind}" for kind, count in kinds.most_common())
+        raise NumericalError(
+            f"{source}: {len(good)} good beats of {len(reasons)}, {beats} wanted (rejected: {counted}); look at the "
+            "beats, choose another stretch, relax the rules or average fewer"
+        )
+    first = int(np.argmin(good[beats - 1 :] - good[: len(good) - beats + 1]))
+    used = good[first : first + beats]
+    return used, range(int(used[0]), int(used[-1]) + 1)
+
+
+def summarize(fiducial: str, reasons: list[str], beats: int, start: float, end: float) -> str:
+    """Return the sentence on which beats were averaged and how many were rejected for what."""
+    kinds = Counter(reason.split(" ")[0].strip(":") for reason in reasons if reason)
+    lost = ", ".join(f"{count} for {kind}" for kind, count in kinds.most_common()) or "none"
+    by = "R wave" if fiducial == "ecg" else "foot of the pressure"
+    return (
+        f"mean of {beats} beats from {start:.3f} to {end:.3f} s, aligned by the {by}; "
+        f"{len(reasons)} beats found, rejected: {lost}"
+    )
+
+
+def lost_in_run(reasons: list[str], run: range, beats: int) -> list[str]:
+    """Return a sentence if more beats of the averaged run were rejected than averaged."""
+    lost = sum(bool(reasons[i]) for i in run)
+    if lost <= beats:
+        return []
+    return [f"{lost} of the {len(run)} beats between the first and the last averaged were rejected"]
 
 
 def _correlation(beats: np.ndarray, median: np.ndarray) -> np.ndarray:

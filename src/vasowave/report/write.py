@@ -8,12 +8,12 @@ import xarray as xr
 from vasowave.cohort.cohort import gathered
 from vasowave.errors import InputError
 from vasowave.figures.style import style
+from vasowave.files import write_folder
 from vasowave.report.blocks import Report
 from vasowave.report.contents import report_of
 from vasowave.report.files import write_figures, write_tables
 from vasowave.report.html import page
 from vasowave.report.pdf import write_pdf
-from vasowave.report.place import placing
 
 PAGE, PDF, FIGURES, TABLES = "report.html", "report.pdf", "figures", "tables"
 _MARK = 'name="generator" content="vasowave'
@@ -57,6 +57,14 @@ def write_report(
     -----
     VasowaveWarning
         The library that makes the PDF is not installed.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> quick = vw.Settings(walls=("linear",), starts=1)
+    >>> mouse = vw.Animal("mouse 6", "CTL", vw.control_network(), vw.virtual_mouse(), synthetic=True)
+    >>> vw.write_report([vw.analyze(mouse, quick)], "my-report", pdf=False).name
+    'report.html'
     """
     folder = Path(folder).resolve()
     _check_free(folder)
@@ -72,7 +80,7 @@ def write_report(
 
 
 def _place(report: Report, folder: Path, pdf: bool) -> None:
-    with placing(folder) as fresh:
+    with write_folder(folder) as fresh:
         write_figures(report.drawings(), fresh / FIGURES)
         write_tables(report.tables(), report.records, fresh / TABLES)
         if pdf:

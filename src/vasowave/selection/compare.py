@@ -1,6 +1,5 @@
 """Which wall law the residuals prefer, by AICc and BIC under every noise model: the paper's table AICcBIC."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Literal, NamedTuple
 
@@ -11,9 +10,9 @@ from vasowave.calibration.generalized import reoptimize
 from vasowave.calibration.result import Fit
 from vasowave.errors import InputError
 from vasowave.noise.fitting import NOISE, Sharing, fit_noise
-from vasowave.noise.models import CirculantNoise, Noise
+from vasowave.noise.models import Noise
 from vasowave.recording import resample, samples_needed
-from vasowave.selection.criteria import UNDECIDED, aicc, bic, verdicts
+from vasowave.selection.table import dataset, noise_bic, preferred, scored
 from vasowave.solver.simulate import Numerics
 
 Optima = Literal["OLS", "GLS"]
@@ -22,25 +21,6 @@ Refit = Callable[[Noise], tuple[dict[str, np.ndarray], bool]]
 
 _MOST_WORSE = 2.0  # root-mean-square residual over that of least squares
 _FEWEST = 16  # samples of a residual from which a covariance can be estimated
-_TEXT = ("covariance", "wall", "sharing", "optimum", "AICc_verdict", "BIC_verdict", "hyperparameters")
-_MEANINGS = {
-    "loglik": "log-likelihood (eq. 23)",
-    "D": "fitted parameters",
-    "N": "pressure samples",
-    "AICc": "corrected Akaike information criterion (eq. 21)",
-    "BIC": "Bayesian information criterion (eq. 22)",
-    "AICc_difference": "AICc minus the least of the wall laws under the same covariance",
-    "BIC_difference": "BIC minus the least of the wall laws under the same covariance",
-    "AICc_verdict": f"what AICc says; a difference below {UNDECIDED:g} is undecided",
-    "BIC_verdict": f"what BIC says; a difference below {UNDECIDED:g} is undecided",
-    "lambda": "weight of the regularization",
-    "discarded": "1 where the covariance needs too large a weight of the regularization, or explains the data away",
-    "covariance": "noise model",
-    "wall": "wall law",
-    "sharing": "one covariance of all wall laws from their joint likelihood, or the average of separate ones",
-    "optimum": "parameters of ordinary (OLS) or generalized (GLS) least squares",
-    "hyperparameters": "hyperparameters of the noise model, JSON",
-}
 
 
 class Comparing(NamedTuple):
@@ -189,16 +169,16 @@ def compare_residuals(
                     "optimum": optimum,
                     "discarded": noise.weight > how.largest_weight or not useful,
                 }
-                blocks.append([label | row for row in _rows(at, n_parameters, noise)])
+                blocks.append([label | row for row in scored(at, n_parameters, noise)])
                 if progress is not None:
                     progress(len(blocks), count, f"{covariance}, {sharing}, {optimum}")
-    blocks.sort(key=lambda rows: (rows[0]["discarded"], _noise_bic(rows)))
-    return _dataset([row for rows in blocks for row in rows]).assign_attrs(
+    blocks.sort(key=lambda rows: (rows[0]["discarded"], noise_bic(rows)))
+    return dataset([row for rows in blocks for row in rows]).assign_attrs(
         norm=f"{how.norm}-norm",
         largest_condition=1e4,
         largest_lambda=how.largest_weight,
         seed=how.seed,
-        preferred_covariance=_preferred(blocks),
+        preferred_covariance=preferred(blocks),
     )
 
 
@@ -240,38 +220,3 @@ def _series(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int]
         if not np.all(np.isfinite(r)) or not np.any(r):
             raise InputError(f"residuals of '{key}' are all zero or not finite; a covariance cannot be estimated")
     return np.stack(list(residuals.values()))
-
-
-def _rows(residuals: Mapping[str, np.ndarray], n_parameters: Mapping[str, int], noise: Noise) -> list[dict]:
-    """Return one row for every wall law, the best first."""
-    rows: dict[str, dict] = {}
-    for wall, one in residuals.items():
-        D, N, likelihood = n_parameters[wall], len(one), noise.log_likelihood(one)
-        scores = {"AICc": aicc(likelihood, D, N), "BIC": bic(likelihood, D, N)}
-        rows[wall] = {"wall": wall, "loglik": likelihood, "D": D, "N": N, **scores}
-    for criterion in ("AICc", "BIC"):
-        for wall, difference, verdict in verdicts({wall: row[criterion] for wall, row in rows.items()}):
-            rows[wall] |= {f"{criterion}_difference": difference, f"{criterion}_verdict": verdict}
-    weight = np.nan if isinstance(noise, CirculantNoise) else noise.weight
-    noted = {"lambda": weight, "hyperparameters": json.dumps(noise.hyperparameters)}
-    return [row | noted for row in sorted(rows.values(), key=lambda row: row["AICc"])]
-
-
-def _noise_bic(rows: list[dict]) -> float:
-    """BIC of a noise model: minus twice its log-likelihood of all residuals, plus its hyperparameters' price."""
-    count = len(json.loads(rows[0]["hyperparameters"])) - (2 if rows[0]["covariance"] == "ARMA" else 0)
-    return sum(-2 * row["loglik"] for row in rows) + count * np.log(sum(row["N"] for row in rows))
-
-
-def _preferred(blocks: list[list[dict]]) -> str:
-    kept = [rows for rows in blocks if rows[0]["sharing"] == "joint" and not rows[0]["discarded"]]
-    return str(kept[0][0]["covariance"]) if kept else ""
-
-
-def _dataset(rows: list[dict]) -> xr.Dataset:
-    variables = {}
-    for name, meaning in _MEANINGS.items():
-        values = np.array([row[name] for row in rows], dtype=object if name in _TEXT else float)
-        attributes = {"long_name": meaning} | ({} if name in _TEXT else {"units": "1"})
-        variables[name] = ("candidate", values, attributes)
-    return xr.Dataset(variables)

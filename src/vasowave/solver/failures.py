@@ -22,7 +22,7 @@ def left_law(grid: Grid, state: State, slot: int, area: float, time: float) -> L
     if share >= high:
         reason = (
             f"the wall reaches its largest area, {high:.3g} times the undeformed one; it cannot hold the flow that "
-            "enters: raise gamma, lower the resistance, or check the units of the flow"
+            "enters: stiffen it, lower the resistance, or check the units of the flow"
         )
     elif share <= low:
         reason = (
@@ -40,6 +40,15 @@ def no_balance(grid: Grid, state: State, vessel: int, time: float) -> Lost:
     speed = _speed(grid, state, vessel)
     advice = "" if speed else "; the wall is too soft, or an outlet too narrow, for the flow that arrives there"
     return Lost(f"vessel '{name}', t = {time:.4g} s: no pressure balances the flows at its end{advice}{speed}")
+
+
+def runaway(where: str, first: int, steps: int) -> Lost:
+    """Return the error for a vessel (`where`) whose waves grow faster the smaller the steps are."""
+    return Lost(
+        f"{where}the wave speed grows without end as steps grow smaller (from {first} to {steps} a cycle): the wall is "
+        "driven against its largest area, or a wave breaks; stiffen the wall, or lower the peak of the "
+        "flow or the suddenness of its rise"
+    )
 
 
 def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, most: int) -> NumericalError:

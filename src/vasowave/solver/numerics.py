@@ -37,6 +37,12 @@ class Numerics:
         A model that asks for more steps a cycle is an error, which says which vessel asks for them.
     every_cell : bool
         Return every cell instead of inlet, middle and outlet of each vessel.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Numerics(accuracy=0.02).cell_size  # mmHg asked for; cells and steps follow
+    0.1
     """
 
     accuracy: Positive | None = None

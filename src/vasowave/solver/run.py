@@ -9,7 +9,7 @@ from vasowave.errors import NumericalError
 from vasowave.linear import linear_solution
 from vasowave.model import Model
 from vasowave.recording import Inflow
-from vasowave.solver.failures import Lost, not_periodic
+from vasowave.solver.failures import Lost, not_periodic, runaway
 from vasowave.solver.grid import cell_counts, make_grid
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import Convergence, fixed_point
@@ -19,7 +19,7 @@ from vasowave.solver.state import Scale, State
 from vasowave.solver.stepper import Stepper, TooFast
 from vasowave.solver.validity import require_subcritical
 
-_ATTEMPTS = 8  # of finding a step that is small enough
+_GROWTH = 8  # a model whose steps grow by more than this, and beyond those allowed, has no finite wave speed
 
 
 def run_to_periodic(
@@ -91,13 +91,15 @@ def _finished(stepper: Stepper, end: State, convergence: Convergence, numerics: 
 
 def _with_stable_step(attempt: Callable[[int], Run], steps: int, numerics: Numerics) -> Run:
     """Run with more steps as long as the Courant number passes 1, unless the caller fixed their number."""
-    for _ in range(_ATTEMPTS):
+    first = steps
+    while True:
         try:
             return attempt(steps)
         except TooFast as signal:
             if numerics.steps_per_cycle is not None:
                 raise NumericalError(str(signal)) from None
             last = signal
-            factor = max(1.15, min(2.0, last.courant / AIM)) if math.isfinite(last.courant) else 2.0
-            steps = math.ceil(steps * factor / numerics.samples) * numerics.samples
-    raise NumericalError(f"{last}; {_ATTEMPTS} smaller steps were tried: check the wall parameters")
+        factor = max(1.15, min(2.0, last.courant / AIM))
+        steps = math.ceil(steps * factor / numerics.samples) * numerics.samples
+        if steps > max(numerics.most_steps, _GROWTH * first):
+            raise runaway(last.where, first, steps)

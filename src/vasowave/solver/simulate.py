@@ -59,6 +59,15 @@ def simulate(
         Unstable, outside the wall law, faster than its waves, not periodic, in need of more steps than allowed, or not
         as accurate as asked; with vessel, time and what to change. In an ensemble only
         if every member fails.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network, mouse = vw.control_network(), vw.virtual_mouse()
+    >>> nominal = vw.estimate_nominal(network, mouse)
+    >>> waves = vw.simulate(vw.Model(network, nominal.wall(vw.LinearWall), nominal.outlets), mouse)
+    >>> waves.pressure.dims, waves.pressure.attrs["units"]
+    (('time', 'vessel', 'station'), 'mmHg')
     """
     flow = inflow.inflow if isinstance(inflow, Recording) else inflow
     numerics = numerics or Numerics()

@@ -20,9 +20,9 @@ from vasowave.solver.state import State
 class TooFast(Exception):  # noqa: N818  a signal between functions of this file, not an error
     """The Courant number passed 1: the step must be smaller."""
 
-    def __init__(self, courant: float, message: str) -> None:
-        super().__init__(message)
-        self.courant = courant
+    def __init__(self, courant: float, where: str, advice: str) -> None:
+        super().__init__(where + advice)
+        self.courant, self.where = courant, where
 
 
 class Stepper:
@@ -79,7 +79,7 @@ class Stepper:
             needed = math.ceil(self.steps * courant / AIM / self.stations.shape[1]) * self.stations.shape[1]
             raise TooFast(
                 courant,
-                f"vessel '{name}' ({network.length[vessel]:.4g} cm), t = {time:.4g} s: "
+                f"vessel '{name}' ({network.length[vessel]:.4g} cm), t = {time:.4g} s: ",
                 f"Courant number {courant:.2f} at |u| + c = {speed:.0f} cm/s; raise steps_per_cycle "
                 f"from {self.steps} to {needed}",
             )

@@ -70,6 +70,19 @@ def read_study(path: Path) -> Study:
     ------
     InputError
         Everything that is wrong in them, at once, with file, line and column.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> from pathlib import Path
+    >>> mouse = vw.virtual_mouse()
+    >>> rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
+    >>> _ = Path("cycle.csv").write_text("\\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows]))
+    >>> vw.write_network(vw.control_network(), "lung.csv")
+    >>> _ = Path("animals.csv").write_text("animal,group,network,recording\\nmouse 6,CTL,lung.csv,cycle.csv\\n")
+    >>> _ = Path("study.yaml").write_text("groups: [CTL]\\ncalibration: {walls: [linear], starts: 1}\\n")
+    >>> [row.animal for row in vw.read_study("study.yaml").animals]
+    ['mouse 6']
     """
     study, problems = inspect_study(path)
     refuse(problems)

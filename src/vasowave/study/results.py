@@ -158,6 +158,23 @@ def read_results(folder: Path) -> Results:
     ------
     InputError
         There are none, they are of an earlier version, or the index is damaged.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> from pathlib import Path
+    >>> mouse = vw.virtual_mouse()
+    >>> rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
+    >>> _ = Path("cycle.csv").write_text("\\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows]))
+    >>> vw.write_network(vw.control_network(), "lung.csv")
+    >>> _ = Path("animals.csv").write_text("animal,group,network,recording\\nmouse 6,CTL,lung.csv,cycle.csv\\n")
+    >>> _ = Path("study.yaml").write_text("groups: [CTL]\\ncalibration: {walls: [linear], starts: 1}\\n")
+    >>> with ThreadPoolExecutor(1) as here:
+    ...     _ = vw.run_study(vw.read_study("study.yaml"), executor=here)
+    >>> results = vw.read_results(Path())
+    >>> float(results["mouse 6"]["linear/calibration"]["RMSE"]) < 0.5  # mmHg
+    True
     """
     folder = Path(folder)
     where = next((one for one in (folder / "results", folder) if (one / INDEX).is_file()), None)

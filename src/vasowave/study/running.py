@@ -79,6 +79,22 @@ def run_study(
     ------
     InputError
         Another run is going on in this study; a disk is full; the scheduler does not answer; every animal failed.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> from pathlib import Path
+    >>> mouse = vw.virtual_mouse()
+    >>> rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
+    >>> _ = Path("cycle.csv").write_text("\\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows]))
+    >>> vw.write_network(vw.control_network(), "lung.csv")
+    >>> _ = Path("animals.csv").write_text("animal,group,network,recording\\nmouse 6,CTL,lung.csv,cycle.csv\\n")
+    >>> _ = Path("study.yaml").write_text("groups: [CTL]\\ncalibration: {walls: [linear], starts: 1}\\n")
+    >>> with ThreadPoolExecutor(1) as here:
+    ...     done = vw.run_study(vw.read_study("study.yaml"), executor=here)
+    >>> done.computed
+    ('mouse 6',)
     """
     say = progress or (lambda step: None)
     with locked(made_inside(study.folder, RESULTS) / _LOCK):

@@ -5,53 +5,74 @@ import warnings
 import numpy as np
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.measure.radii import densitometric_radius, lumen_grey
+from vasowave.imaging.measure.contrast import BLUR, own_contrast
+from vasowave.imaging.measure.profiles import profile
+from vasowave.imaging.measure.radii import densitometric_radius, section_radii
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line, Tree
 
+STEP = 0.03
+"""The radius changes at the tip by at least this share."""
+MARGIN = 4
+"""Fewest points on either side of the tip."""
 _ELSE = "or the root is not at the cannula's outer end"
 
 
-def cannula_tip(line: Line) -> int:
-    """Return the point at which the cannula ends in the root's `line`: the change point of r(s).
+def cannula_tip(line: Line, radius: np.ndarray) -> int:
+    """Return the point at which the cannula ends in the root's `line`: the change point of `radius`.
 
-    Two constant radii are fitted by least squares to the points outside both ends' inscribed balls.
+    A constant (tubing) before the tip and a straight line (a vessel that narrows) from there on are fitted by least
+    squares to the points outside both ends' inscribed balls.
+
+    Parameters
+    ----------
+    line : Line
+    radius : float array, shape (point,)
+        Radius of the circle of each section's area, cm.
 
     Raises
     ------
     InputError
-        A line too short, or one whose two radii differ by less than 3 %: no cannula can be told from the vessel.
+        A line too short, or one whose radius steps by less than 3 %: no cannula can be told from the vessel.
     """
     run, typical = line.run, np.median(line.radius)
     inner = np.flatnonzero((run > 1.2 * typical) & (run < run[-1] - 1.2 * typical))
-    if len(inner) < 12:
+    if len(inner) < 3 * MARGIN:
         raise InputError(
             "the root vessel is too short to show where the cannula ends; give the outlets, if false branches cut it, "
-            f"or the tip instead; {_ELSE}"
+            f"or the tip and no cannula instead; {_ELSE}"
         )
-    radius, margin = line.radius[inner], 4
-    cost = [radius[:k].var() * k + radius[k:].var() * (len(radius) - k) for k in range(margin, len(radius) - margin)]
-    best = margin + int(np.argmin(cost))
-    near, far = radius[:best].mean(), radius[best:].mean()
-    if abs(far - near) < 0.03 * near:
+    values, along = radius[inner], run[inner]
+    fits = [_fit(values, along, tip) for tip in range(MARGIN, len(values) - MARGIN)]
+    best = int(np.argmin([cost for cost, _, _ in fits]))
+    _, near, far = fits[best]
+    if abs(far - near) < STEP * near:
         raise InputError(
-            f"no cannula found: the root's radius changes only from {near:.4g} to {far:.4g} cm; give the tip "
-            f"instead; {_ELSE}"
+            f"no cannula found: where the root's radius changes most it steps only from {near:.4g} to {far:.4g} cm; "
+            f"give the tip and no cannula instead; {_ELSE}"
         )
-    return int(inner[best])
+    return int(inner[MARGIN + best])
 
 
-def without_cannula(tree: Tree) -> tuple[Tree, Line]:
+def _fit(radius: np.ndarray, run: np.ndarray, tip: int) -> tuple[float, float, float]:
+    """Return the squared misfit of a constant before `tip` and a line after it, and both radii at the tip."""
+    slope, start = np.polyfit(run[tip:] - run[tip], radius[tip:], 1)
+    rest = radius[tip:] - start - slope * (run[tip:] - run[tip])
+    near = float(radius[:tip].mean())
+    return float(((radius[:tip] - near) ** 2).sum() + (rest**2).sum()), near, float(start)
+
+
+def without_cannula(tree: Tree, volume: Volume) -> tuple[Tree, Line]:
     """Return `tree` with its root cut at the cannula's tip, and the cannula's line from its outer end to the tip."""
     line = tree.lines[tree.root]
-    tip = cannula_tip(line)
+    tip = cannula_tip(line, section_radii(line, volume))
     lines = list(tree.lines)
     lines[tree.root] = line[tip:]
     return tree.with_lines(lines), line[: tip + 1]
 
 
-def cannula_radius(line: Line, volume: Volume, lumen: float) -> float:
-    """Return the densitometric radius of the cannula's `line`, cm, the estimator of the vessels' radii.
+def cannula_radius(line: Line, volume: Volume) -> float:
+    """Return the densitometric radius of the cannula's `line`, cm, by the contrast of its own middle.
 
     Raises
     ------
@@ -60,12 +81,14 @@ def cannula_radius(line: Line, volume: Volume, lumen: float) -> float:
     """
     run, typical = line.run, float(np.median(line.radius))
     free = np.flatnonzero((run > 1.2 * typical) & (run < run[-1] - 0.5 * typical))
-    if len(free) == 0:
+    one = profile(line, free, typical, volume)
+    if one is None:
         raise InputError(f"the cannula shows only {run[-1]:.3g} cm, too little to measure its radius; {_ELSE}")
-    return densitometric_radius(line, free, typical, volume, lumen)
+    contrast, _ = own_contrast(one, BLUR * float(volume.spacing[0]))
+    return densitometric_radius(one, contrast)
 
 
-def scale_of(cannula: Line, volume: Volume, tree: Tree, known: float) -> float:
+def scale_of(cannula: Line, volume: Volume, known: float) -> float:
     """Return the known over the measured radius of the `cannula`.
 
     Warns
@@ -73,7 +96,7 @@ def scale_of(cannula: Line, volume: Volume, tree: Tree, known: float) -> float:
     VasowaveWarning
         They differ by more than 1 %.
     """
-    measured = cannula_radius(cannula, volume, lumen_grey(tree, volume))
+    measured = cannula_radius(cannula, volume)
     scale = known / measured
     if abs(scale - 1) > 0.01:
         warnings.warn(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vasowave.imaging.axes.stretches import free_length
-from vasowave.imaging.measure.radii import densitometric_radii
+from vasowave.imaging.measure.radii import Densitometry, densitometry
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Tree
@@ -27,10 +27,12 @@ class Measurement:
     inscribed, densitometric : float array, shape (vessel,)
         Radii by the two estimators, cm; NaN where not measured.
     radius_sd : float array, shape (vessel,)
-        SD of `network.radius` over three thresholds, each vessel by its own estimator, cm; NaN if it was not
-        measured at all three.
+        SD of `network.radius`, cm: of three thresholds, each vessel by its own estimator, and of the grey levels, see
+        `Densitometry`; NaN if it was not measured at all three.
     reliable : bool array, shape (vessel,)
         Whether the vessel's free length is at least two radii and its radius densitometric.
+    grey : Densitometry, optional
+        What else the grey levels say; None without an image.
     """
 
     network: Network
@@ -39,16 +41,18 @@ class Measurement:
     densitometric: np.ndarray
     radius_sd: np.ndarray
     reliable: np.ndarray
+    grey: Densitometry | None = None
 
 
 def measured_in(tree: Tree, volume: Volume) -> Measurement:
     """Return lengths and radii of `tree` in `volume`; the spread of the radii is not known yet (NaN)."""
     first = network_of(tree)
-    dense = densitometric_radii(tree, volume, first.radius)
+    grey = densitometry(tree, volume, first.radius)
+    dense = grey.radius
     radius = np.where(np.isfinite(dense), dense, first.radius)
     reliable = np.isfinite(dense) & (free_length(tree) >= RELIABLE * radius)
     network = Network(first.name, first.parent, first.length, radius)
-    return Measurement(network, tree, first.radius, dense, np.full(len(tree), np.nan), reliable)
+    return Measurement(network, tree, first.radius, dense, np.full(len(tree), np.nan), reliable, grey)
 
 
 def measured_alone(tree: Tree) -> Measurement:

@@ -1,32 +1,57 @@
 """The densitometric radius: the grey level integrated over the cross-section, which hardly knows the threshold."""
 
-from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 from scipy.stats import trim_mean
 
 from vasowave.imaging.axes.stretches import clear_stretches
+from vasowave.imaging.measure.contrast import blur_of, contrasts
+from vasowave.imaging.measure.profiles import Profile, profile
 from vasowave.imaging.read.volume import Volume
-from vasowave.imaging.sections import STEP, across, disc, sampled, tangents
 from vasowave.imaging.tree import Line, Tree
 
-DISC, RING = 2.0, 7.0
-"""A section is integrated up to DISC voxels beyond the radius, its background taken from there to RING voxels."""
-CLEARANCE, DIRECTIONS, SEEN = 1.0, 32, 0.3
-"""Directions (of so many) in which a section comes within CLEARANCE voxels of another vessel are not measured; sections
-of which less than SEEN is left are not used."""
-
-BLURRED = 4.0
-"""Blur does not reach farther into a vessel, voxels."""
+MODEL = 0.006
+"""Relative standard deviation of a radius for what no repetition shows: background, axis, sampling."""
 
 
-def densitometric_radii(tree: Tree, volume: Volume, inscribed: np.ndarray) -> np.ndarray:
-    """Return a radius per vessel, cm, shape (vessel,); NaN for vessels without a free stretch.
+@dataclass(frozen=True, eq=False)
+class Densitometry:
+    """What the grey levels say of every vessel; NaN for vessels without a free stretch; shape (vessel,).
 
-    The area of a section is ∫(g - background)/(lumen - background) dA, the background being that of a ring around
-    it and the lumen's grey level that in the middle of the vessels wider than 4 voxels.
-    Blur conserves this integral, so neither blur nor threshold changes it.
+    Attributes
+    ----------
+    radius, sd : float array
+        Radius of the circle of the section's area, cm, and its standard deviation: sections that differ, the error of
+        the contrast, `MODEL`.
+    contrast : float array
+        Grey level of the lumen above the background.
+    own : float array
+        The same as the vessel's own middle shows it, over that of the tree along the way: below 1 where partly filled.
+    aspect : float array
+        Small over large half axis of the section.
+    """
+
+    radius: np.ndarray
+    sd: np.ndarray
+    contrast: np.ndarray
+    own: np.ndarray
+    aspect: np.ndarray
+
+    def of(self, rows: np.ndarray) -> "Densitometry":
+        """Return the vessels `rows`."""
+        return Densitometry(*(getattr(self, entry.name)[rows] for entry in fields(self)))
+
+    def times(self, factor: float) -> "Densitometry":
+        """Return the same with every length times `factor`."""
+        return replace(self, radius=self.radius * factor, sd=self.sd * factor)
+
+
+def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray) -> Densitometry:
+    """Return the radius of every vessel from the area of its sections, ∫(g - background) dA / contrast.
+
+    Blur conserves this integral, so neither blur nor threshold changes it. The contrast is each vessel's, see
+    `contrasts`.
 
     Parameters
     ----------
@@ -35,77 +60,58 @@ def densitometric_radii(tree: Tree, volume: Volume, inscribed: np.ndarray) -> np
     inscribed : float array, shape (vessel,)
         First estimate of the radii, cm.
     """
-    lumen = lumen_grey(tree, volume)
-    found = np.full(len(tree), np.nan)
-    for row, (line, (begin, end)) in enumerate(zip(tree.lines, clear_stretches(tree), strict=True)):
-        tail = 1.3 * inscribed[row] if row in tree.terminals else 1.5 * line.radius[-1]
-        first = max(begin, 1.5 * line.radius[0] + 0.5 * inscribed[row])
-        free = np.flatnonzero((line.run > first) & (line.run < min(end, line.length - tail)))
-        others = [other for k, other in enumerate(tree.lines) if k != row]
-        found[row] = densitometric_radius(line, free, inscribed[row], volume, lumen, others)
-    return found
+    stretches = clear_stretches(tree)
+    profiles = [_profile(tree, row, stretches[row], inscribed[row], volume) for row in range(len(tree))]
+    blur = blur_of(profiles, inscribed, float(volume.spacing[0]))
+    contrast, error = contrasts(profiles, _ways(tree), blur)
+    columns = [_measured(*each, blur) for each in zip(profiles, contrast, error, strict=True)]
+    radius, sd, own, aspect = np.array(columns).T
+    return Densitometry(radius, sd, contrast, own, aspect)
 
 
-def densitometric_radius(
-    line: Line,
-    sections: np.ndarray,
-    inscribed: float,
-    volume: Volume,
-    lumen: float,
-    others: Sequence[Line] = (),
-) -> float:
-    """Return the radius from the mean area of `sections` (points of `line`), cm; NaN without sections.
+def _profile(tree: Tree, row: int, stretch: tuple[float, float], inscribed: float, volume: Volume) -> Profile | None:
+    """Return the profile of a vessel over its clear stretch."""
+    line, (begin, end) = tree.lines[row], stretch
+    tail = 1.3 * inscribed if row in tree.terminals else 1.5 * line.radius[-1]
+    first = max(begin, 1.5 * line.radius[0] + 0.5 * inscribed)
+    free = np.flatnonzero((line.run > first) & (line.run < min(end, line.length - tail)))
+    others = [other for k, other in enumerate(tree.lines) if k != row]
+    return profile(line, free, inscribed, volume, others)
 
-    Directions in which one of the `others` comes into a section are left out together with
-    their opposites. The mean is that of the middle half: neighbors disturb some sections, noise all.
+
+def densitometric_radius(one: Profile, contrast: float) -> float:
+    """Return the radius of the circle of the sections' mean area, cm, for a lumen of `contrast` to its background.
+
+    The mean is that of the middle half: neighbors disturb some sections, noise all.
     """
-    if len(sections) == 0:
-        return np.nan
-    spacing = volume.spacing[0]
-    inner, outer = inscribed + DISC * spacing, inscribed + RING * spacing
-    u, v = across(tangents(line.points, 4)[sections])
-    grid = disc(outer, STEP * spacing)
-    places = line.points[sections, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
-    grey = sampled(volume.grey, places, volume.origin, spacing)
-    foreign = _within(places, others, CLEARANCE * spacing)
-    within = np.hypot(*grid.T) <= inner
-    direction = (
-        np.floor(np.arctan2(grid[:, 1], grid[:, 0]) / (2 * np.pi) * DIRECTIONS + 0.5) % (DIRECTIONS // 2)
-    ).astype(int)
-    areas = []
-    for levels, taken in zip(grey, foreign, strict=True):
-        ring = levels[~within & ~taken]
-        kept = within & ~np.isin(direction, direction[within & taken])
-        if kept.sum() < SEEN * within.sum() or len(ring) == 0:
-            continue
-        background = np.median(ring)
-        areas.append(
-            max((levels[kept] - background).mean() / (lumen - background), 0.0) * within.sum() * (STEP * spacing) ** 2
-        )
-    return float(np.sqrt(trim_mean(areas, 0.25) / np.pi)) if areas else np.nan
+    return float(np.sqrt(max(trim_mean(one.signal, 0.25), 0.0) / (np.pi * contrast)))
 
 
-def _within(places: np.ndarray, others: Sequence[Line], margin: float) -> np.ndarray:
-    """Return which of `places` lie inside the tubes of `others` or nearer to them than `margin`."""
-    inside = np.zeros(places.shape[:-1], dtype=bool)
-    low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
-    for line in others:
-        reach = line.radius.max() + margin
-        if ((line.points > low - reach) & (line.points < high + reach)).all(axis=1).any():
-            distance, nearest = cKDTree(line.points).query(places, distance_upper_bound=reach)
-            inside |= distance < np.append(line.radius, 0.0)[nearest] + margin
-    return inside
+def section_radii(line: Line, volume: Volume) -> np.ndarray:
+    """Return the radius of the circle of each section's area along `line`, cm; the contrast is that of all of it."""
+    rows = np.arange(len(line))
+    one = profile(line, rows, float(np.median(line.radius)), volume)
+    if one is None or len(one.signal) != len(rows):
+        return line.radius
+    return np.asarray(np.sqrt(one.signal / (np.pi * max(float(np.median(one.plateau)), 1e-9))))
 
 
-def lumen_grey(tree: Tree, volume: Volume) -> float:
-    """Return the grey level of the lumen: the median in the middle of the wide vessels, which blur does not reach."""
-    spacing = volume.spacing[0]
-    wide = min(BLURRED * spacing, np.quantile(tree.line.radius, 0.8))
-    levels = []
-    for line in tree.lines:
-        deep = line.radius > wide
-        u, v = across(tangents(line.points)[deep])
-        grid = disc(max(float(np.median(line.radius[deep])) - BLURRED * spacing, 0.0) if deep.any() else 0.0, spacing)
-        places = line.points[deep, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
-        levels.append(sampled(volume.grey, places, volume.origin, spacing).ravel())
-    return float(np.median(np.concatenate(levels)))
+def _measured(one: Profile | None, contrast: float, error: float, blur: float) -> tuple[float, float, float, float]:
+    """Return radius, its standard deviation, the vessel's own plateau over `contrast`, and its aspect."""
+    if one is None or not contrast > 0:
+        return (np.nan,) * 4
+    radius = densitometric_radius(one, contrast)
+    differ = float(np.std(one.signal)) / np.sqrt(max(len(one.signal) / 3, 1)) / max(float(np.mean(one.signal)), 1e-12)
+    relative = np.sqrt(0.25 * (differ**2 + (error / contrast) ** 2) + MODEL**2)
+    left = 1 - np.exp(-(radius**2) / (2 * blur**2))
+    large, small = one.spread - blur**2
+    aspect = float(np.sqrt(np.clip(small / large, 0, 1))) if large > 0 else np.nan
+    return radius, radius * float(relative), float(np.mean(one.plateau)) / (contrast * max(left, 0.05)), aspect
+
+
+def _ways(tree: Tree) -> np.ndarray:
+    """Return the distance from the root of each vessel's middle."""
+    begin = np.zeros(len(tree))
+    for row, parent in enumerate(tree.parent):
+        begin[row] = begin[parent] + tree.lines[parent].length if parent >= 0 else 0.0
+    return begin + np.array([line.length / 2 for line in tree.lines])

@@ -9,7 +9,7 @@ from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.axes.vessels import in_another_lumen
 from vasowave.imaging.lumen.segmentation import Segmentation, Segmenter
 from vasowave.imaging.measure.measurement import Measurement
-from vasowave.imaging.measure.radii import densitometric_radii
+from vasowave.imaging.measure.radii import densitometry
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Tree
@@ -58,7 +58,8 @@ def radius_spread(
         except InputError as error:
             _warn(f"at threshold {level:g} no tree, so radius_sd is unknown: {error}")
             found.append(np.full(len(radius), np.nan))
-    return np.asarray(np.std(found, axis=0, ddof=1))
+    grey = np.zeros(len(radius)) if measured.grey is None else np.nan_to_num(measured.grey.sd)
+    return np.asarray(np.hypot(np.std(found, axis=0, ddof=1), grey))
 
 
 def _radii_in(lumen: Segmentation, tree: Tree, volume: Volume, dense: np.ndarray) -> np.ndarray:
@@ -68,7 +69,7 @@ def _radii_in(lumen: Segmentation, tree: Tree, volume: Volume, dense: np.ndarray
         _warn(f"at threshold {lumen.threshold:g} the lumen does not hold vessel(s) {names}: radius_sd is unknown there")
     again = in_another_lumen(tree, lumen)
     inscribed = network_of(again).radius
-    radius = np.where(dense, densitometric_radii(again, volume, inscribed), inscribed)
+    radius = np.where(dense, densitometry(again, volume, inscribed).radius, inscribed)
     return np.where(lost, np.nan, radius)
 
 

@@ -121,6 +121,7 @@ def part_of(measured: Measurement, rows: Sequence[int] | np.ndarray) -> Measurem
         densitometric=measured.densitometric[rows],
         radius_sd=measured.radius_sd[rows],
         reliable=measured.reliable[rows],
+        grey=None if measured.grey is None else measured.grey.of(rows),
     )
 
 
@@ -134,6 +135,7 @@ def scaled(measured: Measurement, factor: float) -> Measurement:
         inscribed=measured.inscribed * factor,
         densitometric=measured.densitometric * factor,
         radius_sd=measured.radius_sd * factor,
+        grey=None if measured.grey is None else measured.grey.times(factor),
     )
 
 

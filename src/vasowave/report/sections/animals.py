@@ -18,9 +18,9 @@ def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
     colors = {group: look.color for group, look in group_looks(cohort.groups).items()}
     folds = []
     for place, tree in enumerate(cohort.trees, start=1):
-        details = _search(tree, written)
-        blocks = _remarks(tree) + _sentences(tree, written) + _animal(tree, place, colors[group_of(tree)], written)
-        blocks += [Fold("Search, correlations, numerics", details, printed=False)] if details else []
+        details = _sentences(tree, written) + _search(tree, written)
+        blocks = _remarks(tree) + _animal(tree, place, colors[group_of(tree)], written)
+        blocks += [Fold("The fits in words; search, correlations, numerics", details, printed=False)] if details else []
         folds.append(Fold(_title(tree), blocks))
     return Section("animals", "Every animal", folds)
 

@@ -1,0 +1,112 @@
+"""Cross-sections of a vessel summed up: how much contrast agent, how bright in the middle, how round, how sharp."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from vasowave.imaging.read.volume import Volume
+from vasowave.imaging.sections import STEP, across, disc, sampled, tangents
+from vasowave.imaging.tree import Line
+
+DISC, RING = 2.0, 7.0
+"""A section is integrated up to DISC voxels beyond the radius, its background taken from there to RING voxels."""
+CLEARANCE, DIRECTIONS, SEEN = 1.0, 32, 0.3
+"""Directions (of so many) in which a section comes within CLEARANCE voxels of another vessel are not measured; sections
+of which less than SEEN is left are not used."""
+CORE = 0.6, 2.5
+"""The middle of a section: within the radius less the second number, at least the first, voxels."""
+BIN = 0.5
+"""Width of the bins of distance from the axis in which the wall's slope is looked for, voxels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """Sections of one vessel; grey levels are those above each section's own background.
+
+    Attributes
+    ----------
+    signal : float array, shape (section,)
+        Integral of the grey level over the section, grey levels · cm². Blur and threshold do not change it.
+    plateau : float array, shape (section,)
+        Mean grey level in the middle.
+    spread : float array, shape (2,)
+        Mean square distances from the middle along the section's two main axes, weighted by grey level, cm²; NaN if no
+        section is free of other vessels.
+    slope : float
+        Steepest fall of the grey level with the distance from the axis, grey levels per cm.
+    """
+
+    signal: np.ndarray
+    plateau: np.ndarray
+    spread: np.ndarray
+    slope: float
+
+
+def profile(
+    line: Line, sections: np.ndarray, radius: float, volume: Volume, others: Sequence[Line] = ()
+) -> Profile | None:
+    """Return what the `sections` (points of `line`) of a vessel of about `radius` (cm) show; None without sections.
+
+    Directions in which one of the `others` comes into a section are left out together with their opposites.
+    """
+    if len(sections) == 0:
+        return None
+    spacing = volume.spacing[0]
+    inner, outer = radius + DISC * spacing, radius + RING * spacing
+    u, v = across(tangents(line.points, 4)[sections])
+    grid = disc(outer, STEP * spacing)
+    places = line.points[sections, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
+    grey = sampled(volume.grey, places, volume.origin, spacing)
+    rho = np.hypot(*grid.T)
+    within, core = rho <= inner, rho <= max(CORE[0] * spacing, radius - CORE[1] * spacing)
+    kept, ring = _seen(grid, within, _within(places, others, CLEARANCE * spacing))
+    good = (kept.sum(axis=1) >= SEEN * within.sum()) & ring.any(axis=1)
+    if not good.any():
+        return None
+    background = np.array([np.median(levels[own]) for levels, own in zip(grey[good], ring[good], strict=True)])
+    above, kept = grey[good] - background[:, None], kept[good]
+    area = within.sum() * (STEP * spacing) ** 2
+    signal = np.maximum((above * kept).sum(axis=1) / kept.sum(axis=1) * area, 0.0)
+    whole = above[kept[:, within].all(axis=1)]
+    spread = _spread(whole[:, within].mean(axis=0), grid[within]) if len(whole) else np.full(2, np.nan)
+    return Profile(signal, above[:, core].mean(axis=1), spread, _slope(above, kept, rho, BIN * spacing))
+
+
+def _seen(grid: np.ndarray, within: np.ndarray, foreign: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which samples count for each section, and which for its background, without `foreign` ones."""
+    angle = np.arctan2(grid[:, 1], grid[:, 0]) / (2 * np.pi)
+    direction = (np.floor(angle * DIRECTIONS + 0.5) % (DIRECTIONS // 2)).astype(int)
+    lost = np.zeros((len(foreign), DIRECTIONS // 2), dtype=bool)
+    section, sample = np.nonzero(foreign & within)
+    lost[section, direction[sample]] = True
+    return within & ~lost[:, direction], ~within & ~foreign
+
+
+def _spread(weight: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    """Return the mean square distances of `grid` from its middle along the main axes, the larger first."""
+    weight = np.maximum(weight, 0.0) / max(float(np.maximum(weight, 0.0).sum()), 1e-12)
+    away = grid - weight @ grid
+    return np.linalg.eigvalsh((away * weight[:, None]).T @ away)[::-1]
+
+
+def _slope(above: np.ndarray, kept: np.ndarray, rho: np.ndarray, width: float) -> float:
+    """Return the steepest fall of the mean grey level from bin to bin of `width`, grey levels per cm."""
+    bins = (rho / width).astype(int)
+    total = np.bincount(np.broadcast_to(bins, above.shape)[kept], above[kept])
+    count = np.bincount(np.broadcast_to(bins, above.shape)[kept])
+    mean = total / np.maximum(count, 1)
+    return float(np.max(mean[:-2] - mean[2:], initial=0.0) / (2 * width))
+
+
+def _within(places: np.ndarray, others: Sequence[Line], margin: float) -> np.ndarray:
+    """Return which of `places` lie inside the tubes of `others` or nearer to them than `margin`."""
+    inside = np.zeros(places.shape[:-1], dtype=bool)
+    low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
+    for line in others:
+        reach = line.radius.max() + margin
+        if ((line.points > low - reach) & (line.points < high + reach)).all(axis=1).any():
+            distance, nearest = cKDTree(line.points).query(places, distance_upper_bound=reach)
+            inside |= distance < np.append(line.radius, 0.0)[nearest] + margin
+    return inside

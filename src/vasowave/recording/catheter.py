@@ -1,0 +1,126 @@
+"""Fluid-filled catheters: a damped spring that lets some harmonics through too large, too small, and too late.
+
+Pressure at the transducer over pressure at the tip is 1 / (1 - (f/f_n)² + 2 i ζ f/f_n), with the natural frequency f_n
+and the damping ratio ζ (Gardner, Anesthesiology 1981;54:227). The flow is measured by another instrument. At high
+frequencies an artery's impedance tends to its characteristic one, a real constant, so that what the ratio of pressure
+to flow does there as this response does, with a delay between the instruments, is suspected to be the catheter's.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.recording.cycle import Recording
+from vasowave.recording.harmonics import harmonic_errors
+
+_FIRST = 3
+"""Below this harmonic reflections rule the impedance."""
+
+_FEWEST = 6
+"""Harmonics needed: a constant, a delay and a response have four unknowns, each harmonic tells two."""
+
+_BETTER = 0.25
+"""A response is suspected if it leaves less than this fraction of the misfit of a constant with a delay,"""
+
+_RINGS = 0.5
+"""rings,"""
+
+_INSIDE = 0.7
+"""and does so below this fraction of the highest frequency seen, so that both sides of the peak are."""
+
+_STRONG = 0.005
+"""Harmonics below this fraction of the first are too much at the mercy of errors."""
+
+_DELAY = 0.008
+"""Largest delay between pressure and flow that is looked for, s."""
+
+_LARGEST = 20.0
+"""No harmonic is raised or lowered by more than this factor."""
+
+
+class Catheter(NamedTuple):
+    """Natural frequency, Hz, and damping ratio of a catheter with its transducer."""
+
+    natural_frequency: float
+    damping: float
+
+    def response(self, frequency: np.ndarray) -> np.ndarray:
+        """Return recorded over true pressure at frequencies in Hz, complex."""
+        ratio = np.asarray(frequency) / self.natural_frequency
+        return 1.0 / (1.0 - ratio**2 + 2j * self.damping * ratio)
+
+
+def suspect_catheter(recording: Recording) -> Catheter | None:
+    """Return natural frequency and damping if the cycle looks as if its catheter rang, None if not.
+
+    A constant impedance with a delay, and that times a catheter's response, are fitted to pressure over flow from
+    harmonic 3 to the last strong one. None also where too few harmonics are strong. What it returns is a suspicion:
+    strong reflections and a slow flow probe can look alike; a flush test cannot be replaced. A damped catheter is not
+    recognized: it looks like the reflections of an artery.
+    """
+    last = min(_last_strong(recording, signal) for signal in ("pressure", "flow"))
+    if last - _FIRST + 1 < _FEWEST:
+        return None
+    harmonics = np.arange(_FIRST, last + 1)
+    frequency = harmonics / recording.period
+    pressure, flow = (np.fft.rfft(values)[harmonics] / len(values) for values in (recording.pressure, recording.flow))
+    natural, damping = (
+        one.ravel()
+        for one in np.meshgrid(np.geomspace(0.5 * frequency[0], 1.2 * frequency[-1], 60), np.geomspace(0.05, 2.0, 30))
+    )
+    responses = Catheter(natural[:, None], damping[:, None]).response(frequency)  # type: ignore[arg-type]
+    misfits = _misfit(pressure / flow, frequency, np.vstack([np.ones(len(frequency)), responses]))
+    best = int(np.argmin(misfits[1:]))
+    found = Catheter(float(natural[best]), float(damping[best]))
+    inside = found.natural_frequency < _INSIDE * frequency[-1]
+    return found if inside and found.damping < _RINGS and misfits[1 + best] < _BETTER * misfits[0] else None
+
+
+def _last_strong(recording: Recording, signal: str) -> int:
+    """Return the last harmonic that is as large as the model of a constant impedance may be asked to explain."""
+    errors = harmonic_errors(recording, signal)
+    strong = np.flatnonzero(errors.modulus[: errors.with_signal + 1] >= _STRONG * errors.modulus[1])
+    return int(strong[-1]) if len(strong) else 0
+
+
+def _misfit(impedance: np.ndarray, frequency: np.ndarray, responses: np.ndarray) -> np.ndarray:
+    """Return the mean square of what a constant with the best delay leaves of log impedance over each response."""
+    ratios = impedance / responses
+    delays = np.linspace(-_DELAY, _DELAY, 65)
+    turns = np.exp(2j * np.pi * delays[:, None] * frequency)
+    angles = np.angle(ratios[:, None, :] * turns)
+    return np.var(np.log(np.abs(ratios)), axis=1) + np.mean(angles**2, axis=2).min(axis=1)
+
+
+def correct_catheter(recording: Recording, catheter: Catheter) -> Recording:
+    """Return the recording with the catheter's response removed from the harmonics of the pressure that carry signal.
+
+    Parameters
+    ----------
+    recording : Recording
+    catheter : Catheter
+        By a flush test, or as suspected; nothing is corrected unless it is asked for.
+
+    Raises
+    ------
+    InputError
+        A frequency or damping that is not positive, or a response that would change a harmonic twentyfold.
+    """
+    if not (catheter.natural_frequency > 0 and catheter.damping > 0):
+        raise InputError(f"{catheter}: natural frequency and damping must be positive")
+    last = harmonic_errors(recording, "pressure").with_signal
+    response = catheter.response(np.arange(last + 1) / recording.period)
+    if np.abs(response).max() > _LARGEST or np.abs(response).min() < 1.0 / _LARGEST:
+        raise InputError(
+            f"{recording.source}: {catheter} lets harmonics up to {last} through {np.abs(response).min():.2g} to "
+            f"{np.abs(response).max():.2g} times; what is lost cannot be recovered. Average fewer harmonics"
+        )
+    spectrum = np.fft.rfft(recording.pressure)
+    spectrum[: last + 1] /= response
+    note = (
+        f"the pressure was corrected for a catheter of {catheter.natural_frequency:.3g} Hz and damping "
+        f"{catheter.damping:.2g}, up to harmonic {last}"
+    )
+    corrected = np.fft.irfft(spectrum, len(recording.pressure))
+    return Recording(corrected, recording.flow, recording.period, recording.source, (*recording.notes, note))
