@@ -1,0 +1,79 @@
+"""The stored form of a study: one file an animal and an index that says what each must be."""
+
+import json
+
+import pytest
+import xarray as xr
+
+from vasowave.animal.files import KIND, to_bytes
+from vasowave.errors import InputError
+from vasowave.study.results import INDEX, read_results, write_results
+from vasowave.study.settings import StudyFile
+from vasowave.study.store import Store
+
+NAMES = ["CTL 1", "Å é", "x" * 300, "A"]
+
+
+@pytest.fixture
+def stored(tmp_path):
+    """Return a folder with the results of a few animals, each a tree of one number."""
+    folder = tmp_path / "results"
+    store = Store(folder)
+    pieces = {}
+    for number, name in enumerate(NAMES):
+        tree = xr.DataTree(xr.Dataset({"x": float(number)}, attrs={"title": KIND, "animal": name}))
+        pieces[name, "CTL"] = store.keep(f"key{number}", to_bytes(tree))
+    write_results(folder, pieces, {"CTL 9": "why"}, StudyFile())
+    return folder
+
+
+def test_every_animal_comes_back_by_its_name_whatever_the_name(stored):
+    results = read_results(stored)
+    assert list(results) == NAMES
+    assert [float(results[name]["x"]) for name in NAMES] == [0, 1, 2, 3]
+    assert [results[name].attrs["animal"] for name in NAMES] == NAMES
+    assert results.failures == {"CTL 9": "why"}
+    assert len(list((stored / "animals").iterdir())) == len(NAMES)
+
+
+def test_a_file_that_changed_or_is_gone_is_refused_and_the_others_are_read(stored):
+    results = read_results(stored)
+    first, second = (stored / one.file for one in results.animals[:2])
+    first.write_bytes(first.read_bytes()[:-1] + b"x")
+    second.unlink()
+    with pytest.raises(InputError, match="damaged or changed"):
+        results[NAMES[0]]
+    with pytest.raises(InputError, match="there is no such file"):
+        results[NAMES[1]]
+    assert float(results["A"]["x"]) == 3
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: text[:-20], "damaged"),
+        (lambda text: text.replace("CTL 9", "CTL 8"), "does not match its SHA-256"),
+        (lambda text: text.replace("vasowave study 2", "vasowave study 3"), "of another version"),
+        (lambda text: json.dumps([]), "damaged"),
+    ],
+)
+def test_an_index_that_is_not_as_it_was_written_is_refused(stored, change, words):
+    index = stored / INDEX
+    index.write_text(change(index.read_text(encoding="utf-8")), encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        read_results(stored)
+
+
+def test_results_of_the_version_before_are_refused_with_what_to_do(tmp_path):
+    (tmp_path / "results.nc").write_bytes(b"")
+    with pytest.raises(
+        InputError, match=r"results\.nc: of an earlier version of vasowave.*run the study or the fit again"
+    ):
+        read_results(tmp_path)
+
+
+def test_files_of_animals_that_are_no_longer_there_go(stored):
+    one = {("A", "CTL"): Store(stored).find("key3")}
+    write_results(stored, one, {}, StudyFile())
+    assert [path.name[:2] for path in (stored / "animals").iterdir()] == ["A-"]
+    assert list(read_results(stored)) == ["A"]
