@@ -15,6 +15,7 @@ from vasowave.nominal import estimate_nominal
 from vasowave.outlets import Windkessel
 from vasowave.recording import Inflow, Recording, read_recording, resample
 from vasowave.solver import Numerics, simulate
+from vasowave.solver.practice import PAPER
 from vasowave.units import MMHG
 from vasowave.walls import LinearWall
 
@@ -76,12 +77,9 @@ def test_the_papers_practice_gives_the_papers_optimum(shared):
     flow = np.loadtxt(folder / "qC6_8192.dat")[:-1]
     # That program's sample k stands at (k + 1) T/1024 and was compared with line k of the file.
     recording = Recording(np.roll(pressure, 1), resample(flow, 1024), 0.11)
-    control = control_network()
-    length = np.floor(np.round(control.length / 0.025, 6)) * 0.025
-    network = Network(control.name, control.parent, length, control.radius)
-    blood = Blood(1.055 * MMHG / 1332.22, 0.049 / 1.055, BoundaryLayer(0.07))
-    numerics = Numerics(cycles_from_rest=8, cell_size=0.025)
+    numerics, blood = PAPER
     search = Search(starts=1, paper_bounds=True)
+    network = PAPER.network(control_network())
     fit = calibrate(network, recording, "linear", blood=blood, search=search, numerics=numerics)
     assert fit.parameters["value"]["beta"] == pytest.approx(52.1, rel=0.01)
     assert fit.total_resistance == pytest.approx(65.6, rel=0.01)

@@ -1,0 +1,31 @@
+"""The practice of the paper's own program, as values, to reproduce its tables (`docs/deviations.md`)."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.blood import Blood, BoundaryLayer
+from vasowave.network import Network
+from vasowave.solver.numerics import Numerics
+from vasowave.units import MMHG
+
+
+class Practice(NamedTuple):
+    """How a group of authors computes: its numerics, its blood, and the lengths that its grid allows."""
+
+    numerics: Numerics
+    blood: Blood
+
+    def network(self, network: Network) -> Network:
+        """Return the network with every vessel rounded down to whole cells, and one cell at least."""
+        cell = self.numerics.cell_size
+        whole = np.maximum(1.0, np.floor(np.round(network.length / cell, 6)))
+        return replace(network, length=whole * cell)
+
+
+PAPER = Practice(
+    Numerics(cycles_from_rest=8, cell_size=0.025),
+    Blood(1.055 * MMHG / 1332.22, 0.049 / 1.055, BoundaryLayer(reference_radius=0.07)),
+)
+"""Eight cycles from rest, cells of 0.025 cm, friction as at 0.07 cm everywhere, and that program's constants."""
