@@ -7,6 +7,7 @@ import numpy as np
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.measurement import Measurement
+from vasowave.imaging.witness.crossings import crossing_doubts
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.imaging.witness.misfit import surface_misfit
 from vasowave.imaging.witness.skeleton import skeleton_branches
@@ -36,6 +37,7 @@ def doubts_about(measured: Measurement, lumen: Segmentation, root: np.ndarray, a
     skeleton = skeleton_branches(lumen, root, surface)
     found = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends)
     misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
+    found += crossing_doubts(measured.tree)
     return (*found, *_cut(measured, lumen), *_unsettled(measured), *_uneven(measured, misfit))
 
 
