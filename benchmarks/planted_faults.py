@@ -33,6 +33,7 @@ class Fault(NamedTuple):
 CELLS, NODES, CYCLE = "solver/cells.py", "solver/nodes.py", "solver/cycle.py"
 LAWS, TRIGONOMETRY = "solver/laws.py", "solver/trigonometry.py"
 TUBES = "imaging/axes/tubes.py"
+STIFFNESS = "imaging/axes/stiffness.py"
 FAULTS = [
     Fault(
         "friction halved",
@@ -86,8 +87,18 @@ FAULTS = [
     Fault("capacitor not charged between steps", LAWS, (("R1[j] + outlet.gain_half[j]", "R1[j]"),)),
     Fault("tangent wall of constant slope", "walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),
     Fault("tubes' free ends slide along their axes", TUBES, ((" + held.T @ held", ""),)),
-    Fault("tubes may bend as they like", TUBES, (("SWELLING, TAPER = 16.0", "SWELLING, TAPER = 0.01"),)),
-    Fault("tubes begin soft", TUBES, (("STIFF = 64.0", "STIFF = 1.0"),)),
+    Fault("tubes are as stiff with a wall as without", STIFFNESS, (("FREE, HIDDEN = 0.1", "FREE, HIDDEN = 64.0"),)),
+    Fault(
+        "a thin vessel's own contrast is believed", "imaging/measure/contrast.py", (("UNSURE = 1.0", "UNSURE = 0.0"),)
+    ),
+    Fault(
+        "every vessel has the contrast of the tree", "imaging/measure/contrast.py", (("prior = 1 /", "prior = 1e9 /"),)
+    ),
+    Fault(
+        "a frame of zeros is background", "imaging/lumen/background.py", (("(grey[np.ix_(*places)] != here)", "True"),)
+    ),
+    Fault("resampled cubes drift", "imaging/read/volume.py", (("step = smallest", "step = 1.002 * smallest"),)),
+    Fault("the second witness overlooks ends", "imaging/witness/topology.py", (("if spare and all_ends", "if False"),)),
     Fault("tubes follow every bump", TUBES, (("OUTLIER, SHAPE = 0.5", "OUTLIER, SHAPE = 500.0"),)),
     Fault(
         "tubes' sections count their neighbors",

@@ -154,7 +154,7 @@ def main():
     kinds = [word for word in words if word in KINDS | UNSEEN] or list(KINDS | UNSEEN)
     results = []
     with ProcessPoolExecutor(2) as pool:
-        jobs = [pool.submit(outcome, kind, seed, mode) for kind in kinds for seed in range(first, first + count)]
+        jobs = [pool.submit(outcome, kind, seed, mode) for seed in range(first, first + count) for kind in kinds]
         try:
             for job in as_completed(jobs):
                 one = job.result()

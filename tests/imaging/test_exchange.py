@@ -12,7 +12,8 @@ from vasowave.datasets.phantom import embed
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.exchange.centerlines import read_centerlines, write_centerlines
 from vasowave.imaging.exchange.merging import merged
-from vasowave.imaging.exchange.polydata import PolyLines, read_polydata, write_vtp
+from vasowave.imaging.exchange.polydata import read_polydata, write_vtp
+from vasowave.imaging.exchange.polylines import PolyLines
 from vasowave.imaging.exchange.tables import write_author_tables
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.tree import Line, Tree
@@ -167,6 +168,13 @@ def test_every_encoding_of_a_vtp_reads_the_same(tmp_path):
     files["legacy"] = legacy % (b"ASCII", b"0 1 2 3 4 5 6 7 8", b"3 0 1 2", b"0.5 0.25 0.125")
     packed = [points.astype(">f8"), np.array([3, 0, 1, 2]).astype(">i4"), radius.astype(">f4")]
     files["legacy binary"] = legacy % (b"BINARY", *(values.tobytes() for values in packed))
+    newer = b"# vtk DataFile Version 5.1\nlines\n%s\nDATASET POLYDATA\nPOINTS 3 double\n%s\nLINES 2 3\n" + (
+        b"OFFSETS vtktypeint64\n%s\nCONNECTIVITY vtktypeint64\n%s\nPOINT_DATA 3\nSCALARS Radius float\n"
+        b"LOOKUP_TABLE default\n%s\n"
+    )
+    files["legacy 5.1"] = newer % (b"ASCII", b"0 1 2 3 4 5 6 7 8", b"0 3", b"0 1 2", b"0.5 0.25 0.125")
+    packed[1:2] = [np.array([0, 3]).astype(">i8"), np.arange(3).astype(">i8")]
+    files["legacy 5.1 binary"] = newer % (b"BINARY", *(values.tobytes() for values in packed))
     for name, content in files.items():
         path = tmp_path / ("lines.vtk" if "legacy" in name else "lines.vtp")
         path.write_bytes(content)

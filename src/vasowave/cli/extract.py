@@ -45,7 +45,7 @@ def extract(
     "Then: vasowave fit lung/network.csv recording.csv"
 )
 def centerlines(
-    lines: Annotated[Path, typer.Argument(help="Centerlines of VMTK or Slicer (.vtp, .vtk, .dat, .csv), or .swc.")],
+    lines: Annotated[Path, typer.Argument(help="Centerlines: .vtp, .vtk, .dat, .csv, .swc or .mrk.json.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the network.")],
     unit: Annotated[str, typer.Option(help="Unit of length in the file: mm, cm, um, or its size in cm: 0.00427.")],
     cut: Annotated[str, typer.Option(help="Lines part at a 'tube' of half the radius or where 'identical'.")] = "tube",

@@ -167,10 +167,13 @@ def _tell_loops(lumen: Segmentation, tree: Tree, what: str) -> None:
     where = f"probably at (x,y,z, cm) {places or 'unknown'}: vessels touch there"
     if what == "refuse":
         raise InputError(
-            f"the lumen closes {count} loop(s), {where}; raise the threshold, cut them in the mask, or open them"
+            f"the lumen closes {count} loop(s), {where}. A tree cannot hold them, and where one is cut decides which "
+            "vessels there are: give the outlets and raise the threshold, cut them in the mask, or accept any cut "
+            "(loops 'open')"
         )
     warnings.warn(
-        f"the lumen closes {count} loop(s), which the tree opens, {where}; raise the threshold or give the outlets",
+        f"the lumen closes {count} loop(s), {where}. The tree cuts each somewhere: vessels, lengths and flows on it "
+        "may be far off; raise the threshold or give the outlets",
         VasowaveWarning,
         stacklevel=2,
     )

@@ -7,9 +7,12 @@ import numpy as np
 
 from vasowave.columns import read_columns
 from vasowave.errors import InputError
-from vasowave.imaging.axes.skeleton import cut_at_junctions
+from vasowave.imaging.axes.skeleton import Skeleton, cut_at_junctions
+from vasowave.imaging.exchange.graph import rooted
+from vasowave.imaging.exchange.markups import read_markups
 from vasowave.imaging.exchange.merging import merged
-from vasowave.imaging.exchange.polydata import PolyLines, read_polydata, write_vtp
+from vasowave.imaging.exchange.polydata import read_polydata, write_vtp
+from vasowave.imaging.exchange.polylines import PolyLines
 from vasowave.imaging.exchange.swc import LEAST, read_swc, require_radii
 from vasowave.imaging.tree import Line, Tree
 
@@ -30,8 +33,9 @@ def read_centerlines(
     Parameters
     ----------
     path : path
-        .vtp or .vtk (VMTK, Slicer: one line from the root to each terminal), .dat or .csv (the same points as a flat
-        table x, y, z, radius), or .swc.
+        .vtp or .vtk (VMTK, Slicer: one line from the root to each terminal, also as vmtkbranchextractor cuts them;
+        SimVascular: pairs of points), .dat or .csv (the same points as a flat table x, y, z, radius), .swc, or Slicer's
+        curves (.mrk.json).
     unit : float
         Unit of length of the file, cm: 0.1 for mm, 1e-4 for µm, the voxel size for voxels. Not used for table
         columns whose header names a unit.
@@ -48,32 +52,55 @@ def read_centerlines(
     Warns
     -----
     VasowaveWarning
-        Loops, which are opened.
+        Loops, which are opened; separate trees, of which the largest is taken; a root that had to be found.
     """
     path = Path(path)
     if not (np.isfinite(unit) and unit > 0):
         raise InputError(f"unit {unit} cm: give the file's unit of length as a positive number of cm (mm: 0.1)")
-    if path.suffix.lower() == ".swc":
-        skeleton = read_swc(path, unit)
-    else:
-        lines = _lines_of_polydata(path, unit) if path.suffix.lower() in (".vtp", ".vtk") else _flat(path, unit)
-        for line in lines:
-            require_radii(path, line)
-        skeleton = merged(lines, cut)
     try:
-        return cut_at_junctions(skeleton, collapse)
+        return cut_at_junctions(_skeleton(path, unit, cut), collapse)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def _lines_of_polydata(path: Path, unit: float) -> list[Line]:
+def _skeleton(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleton:
+    kind = path.suffix.lower()
+    if kind == ".swc":
+        return read_swc(path, unit)
+    if kind == ".json":
+        return read_markups(path, unit)
+    if kind not in (".vtp", ".vtk"):
+        return _merged(path, _flat(path, unit), cut)
     data = read_polydata(path)
+    points = _points(path, data, unit)
+    if all(len(line) == 2 for line in data.lines):  # SimVascular: one line for each pair of neighbors
+        require_radii(path, points)
+        return rooted(points, np.array(data.lines))
+    return _merged(path, [points[line] for line in _whole_lines(data)], cut)
+
+
+def _merged(path: Path, lines: list[Line], cut: Literal["tube", "identical"]) -> Skeleton:
+    for line in lines:
+        require_radii(path, line)
+    return merged(lines, cut)
+
+
+def _whole_lines(data: PolyLines) -> list[np.ndarray]:
+    """Return the lines from the root to the terminals; those that vmtkbranchextractor has cut are joined again."""
+    if not {"CenterlineIds", "TractIds"} <= set(data.cells):
+        return list(data.lines)
+    order = np.lexsort([data.cells["TractIds"], data.cells["CenterlineIds"]])
+    ids = data.cells["CenterlineIds"][order]
+    parts = np.split(order, 1 + np.flatnonzero(np.diff(ids)))
+    return [np.concatenate([data.lines[row] for row in rows]) for rows in parts]
+
+
+def _points(path: Path, data: PolyLines, unit: float) -> Line:
     name = next((name for name in RADIUS_NAMES if name in data.fields), None)
     if name is None:
         there = ", ".join(sorted(data.fields)) or "none"
         raise InputError(f"{path}: no array {' or '.join(RADIUS_NAMES)} at the points; there are: {there}")
-    points = Line(unit * data.points[:, ::-1], unit * data.fields[name])
-    return [points[line] for line in data.lines]
+    return Line(unit * data.points[:, ::-1], unit * data.fields[name])
 
 
 def _flat(path: Path, unit: float) -> list[Line]:

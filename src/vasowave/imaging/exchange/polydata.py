@@ -2,10 +2,8 @@
 
 import base64
 import lzma
-import re
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -13,50 +11,18 @@ from xml.etree import ElementTree
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.imaging.exchange.legacy_vtk import parse_legacy
+from vasowave.imaging.exchange.lz4 import lz4_block
+from vasowave.imaging.exchange.polylines import PolyLines
 
 _TYPES = {
     "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4",
     "Int64": "i8", "UInt64": "u8", "Float32": "f4", "Float64": "f8",
 }  # fmt: skip
-_LEGACY = {
-    "char": "i1", "unsigned_char": "u1", "short": "i2", "unsigned_short": "u2", "int": "i4", "unsigned_int": "u4",
-    "long": "i8", "vtktypeint64": "i8", "vtkIdType": "i8", "float": "f4", "double": "f8",
-}  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class PolyLines:
-    """Lines through numbered points.
-
-    Attributes
-    ----------
-    points : float array, shape (point, 3)
-        x, y, z in the unit of the file.
-    lines : tuple of int array
-        Numbers of the points of each line, in order.
-    fields : dict of str to array, shape (point,) or (point, component)
-        Values at the points.
-    """
-
-    points: np.ndarray
-    lines: tuple[np.ndarray, ...]
-    fields: dict[str, np.ndarray]
-
-    def __post_init__(self) -> None:
-        """Check that lines and values refer to the points there are."""
-        count = len(self.points)
-        if self.points.ndim != 2 or self.points.shape[1] != 3 or not np.isfinite(self.points).all():
-            raise InputError("points are not finite triples x, y, z; write the file again")
-        for number, line in enumerate(self.lines):
-            if len(line) and (line.min() < 0 or line.max() >= count):
-                raise InputError(f"line {number} names a point that does not exist ({count} points)")
-        for name, values in self.fields.items():
-            if len(values) != count:
-                raise InputError(f"array '{name}' has {len(values)} values for {count} points")
 
 
 def read_polydata(path: str | Path) -> PolyLines:
-    """Read the lines of a PolyData file: .vtp (ascii, binary or appended, zlib or lzma) or legacy .vtk.
+    """Read the lines of a PolyData file: .vtp (ascii, binary or appended, zlib, lzma or LZ4) or legacy .vtk.
 
     Raises
     ------
@@ -70,7 +36,7 @@ def read_polydata(path: str | Path) -> PolyLines:
         reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
         raise InputError(f"{path}: {reason}") from None
     try:
-        return _legacy(raw) if raw.startswith(b"# vtk") else _xml(raw)
+        return parse_legacy(raw) if raw.startswith(b"# vtk") else _xml(raw)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     except (ValueError, KeyError, IndexError, TypeError, OverflowError, zlib.error, lzma.LZMAError) as error:
@@ -116,7 +82,9 @@ def _xml(raw: bytes) -> PolyLines:
     if top.tag != "VTKFile" or top.get("type") != "PolyData":
         raise InputError("not VTK PolyData; export the centerlines as .vtp")
     pieces = top.findall("./PolyData/Piece")
-    points, lines, fields, count = [], [], [], 0
+    points, lines, count = [], [], 0
+    fields: list[dict[str, np.ndarray]] = []
+    cells: list[dict[str, np.ndarray]] = []
     for piece in pieces:
         holder = piece.find("./Points/DataArray")
         if holder is None or not int(piece.get("NumberOfPoints", 0)):
@@ -127,15 +95,19 @@ def _xml(raw: bytes) -> PolyLines:
         if len(ends) and ends[-1] != len(joined):
             raise InputError(f"the lines hold {len(joined)} point numbers, their offsets say {ends[-1]}")
         lines += [line.astype(np.int64) + count for line in np.split(joined, ends[:-1])]
-        fields.append(
-            {str(a.get("Name")): _array(a, top, appended) for a in piece.findall("./PointData/DataArray")
-             if a.get("type") in _TYPES}
-        )  # fmt: skip
+        for kind, into in (("PointData", fields), ("CellData", cells)):
+            arrays = [a for a in piece.findall(f"./{kind}/DataArray") if a.get("type") in _TYPES]
+            into.append({str(a.get("Name")): _array(a, top, appended) for a in arrays})
         count += len(points[-1])
     if not points:
         raise InputError("no points; are these centerlines?")
-    names = set.intersection(*(set(f) for f in fields))
-    return PolyLines(np.concatenate(points), tuple(lines), {n: np.concatenate([f[n] for f in fields]) for n in names})
+    return PolyLines(np.concatenate(points), tuple(lines), _joined(fields), _joined(cells))
+
+
+def _joined(parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Return the arrays that all pieces have, one piece after the other."""
+    names = set.intersection(*(set(part) for part in parts))
+    return {name: np.concatenate([part[name] for part in parts]) for name in names}
 
 
 def _array(element: Any, top: Any, appended: bytes) -> np.ndarray:
@@ -184,6 +156,7 @@ def _unpacked(source: bytes, encoded: bool, header: np.dtype, compressor: str | 
     known: dict[str, Callable[[bytes], bytes]] = {
         "vtkZLibDataCompressor": zlib.decompress,
         "vtkLZMADataCompressor": lzma.decompress,
+        "vtkLZ4DataCompressor": lz4_block,
     }
     unpack = known.get(compressor)
     if unpack is None:
@@ -195,39 +168,3 @@ def _unpacked(source: bytes, encoded: bool, header: np.dtype, compressor: str | 
     packed = taken(start, int(sizes.sum()))[0]
     ends = np.cumsum(sizes)
     return b"".join(unpack(packed[end - size : end]) for end, size in zip(ends, sizes, strict=True))
-
-
-def _legacy(raw: bytes) -> PolyLines:
-    """Read the legacy format up to version 4.2, where LINES holds counts and numbers in one list."""
-    version, _, form, kind = raw.split(b"\n", 4)[:4]
-    if float(version.split()[-1]) > 4.2:
-        raise InputError("legacy .vtk of version 5; write version 4.2, or .vtp")
-    if kind.split() != [b"DATASET", b"POLYDATA"]:
-        raise InputError("not PolyData; export the centerlines as PolyData")
-    binary = form.strip() == b"BINARY"
-    number = re.search(rb"\nPOINTS (\d+) (\w+)[^\n]*\n", raw)
-    listed = re.search(rb"\nLINES (\d+) (\d+)[^\n]*\n", raw)
-    if number is None or listed is None:
-        raise InputError("no POINTS or no LINES; are these centerlines?")
-
-    def values(at: int, count: int, name: str) -> np.ndarray:
-        if binary:
-            return np.frombuffer(raw, ">" + _LEGACY[name], count, at)
-        found = np.array(raw[at : at + 64 * count].split(maxsplit=count)[:count], dtype=_LEGACY[name])
-        if len(found) < count:
-            raise InputError("truncated; write the file again")
-        return found
-
-    count = int(number[1])
-    points = values(number.end(), 3 * count, number[2].decode()).reshape(-1, 3).astype(float)
-    packed = values(listed.end(), int(listed[2]), "int").astype(np.int64)
-    lines, at = [], 0
-    for _ in range(int(listed[1])):
-        lines.append(packed[at + 1 : at + 1 + packed[at]])
-        at += 1 + packed[at]
-    fields = {}
-    for found in re.finditer(rb"\nSCALARS (\S+) (\w+)[^\n]*\nLOOKUP_TABLE [^\n]*\n", raw):
-        fields[found[1].decode()] = values(found.end(), count, found[2].decode())
-    for found in re.finditer(rb"\n(\S+) 1 %d (float|double) *\n" % count, raw):
-        fields[found[1].decode()] = values(found.end(), count, found[2].decode())
-    return PolyLines(points, tuple(lines), fields)

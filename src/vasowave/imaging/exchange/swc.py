@@ -7,6 +7,7 @@ import numpy as np
 from vasowave.columns import read_columns
 from vasowave.errors import InputError
 from vasowave.imaging.axes.skeleton import Skeleton
+from vasowave.imaging.exchange.graph import rooted
 from vasowave.imaging.tree import Line, Tree
 
 LEAST = 1e-6
@@ -14,7 +15,10 @@ LEAST = 1e-6
 
 
 def read_swc(path: Path, unit: float) -> Skeleton:
-    """Return the tree of points in an SWC file whose unit of length is `unit`, cm."""
+    """Return the tree of points in an SWC file whose unit of length is `unit`, cm.
+
+    Several roots, or one in the middle of the tree, are put right with a warning, see `rooted`.
+    """
     table = read_columns(path)
     cells = table.cells if not table.names else None
     if cells is None or len(cells[0]) != 7:
@@ -36,7 +40,11 @@ def read_swc(path: Path, unit: float) -> Skeleton:
         depth = np.where(depth >= 0, depth[depth], -1)
     if (depth >= 0).any():
         raise InputError(f"{path}: the parents of line {table.lines[int(np.argmax(depth >= 0))]} form a cycle")
-    return Skeleton(points, above)
+    roots = np.flatnonzero(above < 0)
+    if len(roots) == 1 and (above == roots[0]).sum() == 1:
+        return Skeleton(points, above)
+    inner = np.flatnonzero(above >= 0)
+    return rooted(points, np.column_stack([inner, above[inner]]), int(roots[0]))
 
 
 def require_radii(path: Path, line: Line) -> None:

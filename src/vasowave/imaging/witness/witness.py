@@ -7,6 +7,7 @@ import numpy as np
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.measurement import Measurement
+from vasowave.imaging.witness.crossings import crossing_doubts
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.imaging.witness.misfit import surface_misfit
 from vasowave.imaging.witness.skeleton import skeleton_branches
@@ -36,7 +37,21 @@ def doubts_about(measured: Measurement, lumen: Segmentation, root: np.ndarray, a
     skeleton = skeleton_branches(lumen, root, surface)
     found = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends)
     misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
-    return (*found, *_unsettled(measured), *_uneven(measured, misfit))
+    found += crossing_doubts(measured.tree)
+    return (*found, *_cut(measured, lumen), *_unsettled(measured), *_uneven(measured, misfit))
+
+
+def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
+    """Return which vessels end where the image does: there alone the lumen reaches the faces of its crop."""
+    ends = np.zeros(len(measured.tree), dtype=bool)
+    for row in measured.tree.terminals:
+        line = measured.tree.lines[row]
+        voxel = (line.points[-1] - lumen.origin) / lumen.spacing
+        to_face = np.minimum(voxel, np.array(lumen.mask.shape) - 1 - voxel).min()
+        ends[row] = to_face < line.typical_radius / lumen.spacing + 2
+    if not ends.any():
+        return []
+    return [_doubt(measured, "length", ends, "cut by the border of the image: longer than what is seen")]
 
 
 def _unsettled(measured: Measurement) -> list[Doubt]:

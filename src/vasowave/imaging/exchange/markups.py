@@ -1,0 +1,54 @@
+"""Curves of 3D Slicer (.mrk.json), one for each branch, with a radius at every control point."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.imaging.axes.skeleton import Skeleton
+from vasowave.imaging.exchange.graph import rooted
+from vasowave.imaging.tree import Line
+
+
+def read_markups(path: Path, unit: float) -> Skeleton:
+    """Return the tree of the curves in a markups file; the first point of the first curve is its root.
+
+    A curve joins the tree where its first point lies within the radius of an earlier curve's point.
+
+    Raises
+    ------
+    InputError
+        No JSON, no curve, a curve without a radius at each of its points.
+    """
+    try:
+        curves = json.loads(path.read_text(encoding="utf-8"))["markups"]
+        lines = [_line(path, curve, unit) for curve in curves if curve["type"].endswith("Curve")]
+    except (OSError, UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
+        raise InputError(f"{path}: not a markups file of 3D Slicer ({error!r})") from None
+    if not lines:
+        raise InputError(f"{path}: no curve in it; export centerline curves")
+    whole = lines[0].then(*lines[1:])
+    edges, begin = [], 0
+    for line in lines:
+        rows = begin + np.arange(len(line))
+        edges.append(np.column_stack([rows[:-1], rows[1:]]))
+        if begin:
+            gap = np.linalg.norm(whole.points[:begin] - line.points[0], axis=1)
+            nearest = int(np.argmin(gap))
+            if gap[nearest] <= whole.radius[nearest]:
+                edges.append(np.array([[nearest, begin]]))
+        begin += len(line)
+    return rooted(whole, np.concatenate(edges), 0)
+
+
+def _line(path: Path, curve: dict[str, Any], unit: float) -> Line:
+    points = unit * np.array([point["position"] for point in curve["controlPoints"]], dtype=float).reshape(-1, 3)
+    if curve.get("coordinateSystem", "LPS") == "RAS":
+        points = points * [-1, -1, 1]
+    given = [one for one in curve.get("measurements", []) if "radius" in one["name"].lower()]
+    radius = unit * np.array(given[0].get("controlPointValues", []), dtype=float) if given else np.empty(0)
+    if len(points) < 2 or radius.shape != (len(points),) or not (np.isfinite(radius).all() and (radius > 0).all()):
+        raise InputError(f"{path}: a curve without a positive radius at each of its points; export them with radii")
+    return Line(points[:, ::-1], radius)

@@ -1,0 +1,47 @@
+"""Vessels that run on straight through a junction: two that touch or cross look like branches of one tree."""
+
+from itertools import combinations
+
+import numpy as np
+
+from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.witness.doubts import Doubt
+
+STRAIGHT = 150.0
+"""Two vessels that leave a junction in directions so far apart (degrees) may be one that passes: daughters lie within
+about 130 degrees of one another."""
+NEAR, OVER = 2.0, (1.0, 4.0)
+"""Their beginnings lie within so many times the sum of their radii; directions are taken over so many radii."""
+
+
+def crossing_doubts(tree: Tree) -> list[Doubt]:
+    """Return a doubt for each pair of vessels, neither beyond the other, that could be one vessel passing by."""
+    ways = [_direction(line) for line in tree.lines]
+    found = []
+    for one, other in combinations(range(len(tree)), 2):
+        lines = tree.lines[one], tree.lines[other]
+        gap = np.linalg.norm(lines[0].points[0] - lines[1].points[0])
+        passing = ways[one] @ ways[other] < np.cos(np.radians(STRAIGHT))
+        kin = _is_beyond(tree, one, other) or _is_beyond(tree, other, one)
+        if passing and not kin and gap < NEAR * (lines[0].typical_radius + lines[1].typical_radius):
+            names = str(one + 1), str(other + 1)
+            text = (
+                f"vessel(s) {', '.join(names)}: run on straight into one another, as one vessel does that touches or "
+                "crosses another: if it is not of this tree, remove both"
+            )
+            found.append(Doubt("topology", text, names, np.array([line.points[-1] for line in lines])))
+    return found
+
+
+def _direction(line: Line) -> np.ndarray:
+    """Return the unit vector in which a vessel leaves its junction."""
+    near, far = np.searchsorted(line.run, np.array(OVER) * line.typical_radius)
+    way = line.points[min(far, len(line) - 1)] - line.points[min(near, len(line) - 2)]
+    return np.asarray(way / max(float(np.linalg.norm(way)), 1e-12))
+
+
+def _is_beyond(tree: Tree, row: int, other: int) -> bool:
+    """Whether `row` lies beyond `other`."""
+    while row >= 0 and row != other:
+        row = int(tree.parent[row])
+    return row == other

@@ -1,0 +1,112 @@
+"""Centerlines as VMTK, SimVascular, 3D Slicer and neuron tracers write them."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging.exchange.centerlines import read_centerlines
+from vasowave.imaging.exchange.lz4 import lz4_block
+from vasowave.imaging.exchange.polydata import write_vtp
+from vasowave.imaging.exchange.polylines import PolyLines
+from vasowave.imaging.measure.sizes import network_of
+
+AORTA = Path(__file__).parents[2] / ".." / "shared" / "data" / "vmtk-aorta"
+# A root along x to (3, 0, 0), from where one daughter goes 4 along y and one 9 along z; radii 0.4, 0.3, 0.2.
+POINTS = np.array([[0, 0, 0], [1.5, 0, 0], [3, 0, 0], [3, 2, 0], [3, 4, 0], [3, 0, 5], [3, 0, 9]], dtype=float)
+RADII = np.array([0.4, 0.4, 0.4, 0.3, 0.3, 0.2, 0.2])
+EDGES = [(0, 1), (1, 2), (2, 3), (3, 4), (2, 5), (5, 6)]
+
+
+def is_the_fork(path, unit=1.0):
+    network = network_of(read_centerlines(path, unit=unit))
+    np.testing.assert_array_equal(network.parent, [-1, 0, 0])
+    np.testing.assert_allclose(sorted(network.length), [3, 4, 9], rtol=1e-9)
+    assert network.length[0] == pytest.approx(3)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_pairs_of_points_as_simvascular_writes_them_become_vessels_whatever_their_order(tmp_path, seed):
+    rng = np.random.default_rng(seed)
+    place = rng.permutation(len(POINTS))
+    pairs = [np.array(EDGES[k])[:: rng.choice([1, -1])] for k in rng.permutation(len(EDGES))]
+    data = PolyLines(
+        POINTS[np.argsort(place)], tuple(place[pair] for pair in pairs), {"Radius": RADII[np.argsort(place)]}
+    )
+    write_vtp(data, tmp_path / "pairs.vtp")
+    is_the_fork(tmp_path / "pairs.vtp")
+
+
+def swc(path, parents):
+    rows = zip(POINTS, RADII, parents, strict=True)
+    path.write_text("".join(f"{k + 1} 3 {x} {y} {z} {r} {up}\n" for k, ((x, y, z), r, up) in enumerate(rows)))
+    return path
+
+
+def test_an_swc_whose_root_lies_in_the_middle_is_seen_from_its_widest_end(tmp_path):
+    file = swc(tmp_path / "middle.swc", [2, 3, -1, 3, 4, 3, 6])
+    with pytest.warns(VasowaveWarning, match=r"first point lies inside the tree.* 0,0,0 cm"):
+        is_the_fork(file)
+
+
+def test_an_swc_of_several_trees_gives_the_largest_and_says_so(tmp_path):
+    file = swc(tmp_path / "two.swc", [-1, 1, 2, 3, 4, 3, 6])
+    file.write_text(file.read_text() + "8 3 20 0 0 0.3 -1\n9 3 21 0 0 0.3 8\n")
+    with pytest.warns(VasowaveWarning, match="2 separate trees: the largest is taken, 2 of 9 points"):
+        is_the_fork(file)
+
+
+def markups(radius=True):
+    parts = [[0, 1, 2], [2, 3, 4], [2, 5, 6]]
+    return {
+        "markups": [
+            {
+                "type": "Curve",
+                "coordinateSystem": "RAS",
+                "controlPoints": [{"position": (POINTS[row] * [-1, -1, 1]).tolist()} for row in rows],
+                "measurements": [{"name": "Radius", "controlPointValues": RADII[rows].tolist()}] if radius else [],
+            }
+            for rows in parts
+        ]
+    }
+
+
+def test_the_curves_of_slicer_become_vessels_and_need_radii(tmp_path):
+    file = tmp_path / "lines.mrk.json"
+    file.write_text(json.dumps(markups()))
+    found = read_centerlines(file, unit=1)
+    # Each curve begins where another has a point: the link has no length, and the fork is that of the points.
+    assert sorted(round(line.length, 6) for line in found.lines) == [3, 4, 9]
+    np.testing.assert_allclose(found.lines[0].points[[0, -1]], POINTS[[0, 2]][:, ::-1])  # turned from RAS
+    file.write_text(json.dumps(markups(radius=False)))
+    with pytest.raises(InputError, match="without a positive radius"):
+        read_centerlines(file, unit=1)
+    file.write_text('{"markups": [{"type": "Curve"}]}')
+    with pytest.raises(InputError, match="not a markups file"):
+        read_centerlines(file, unit=1)
+
+
+def test_an_lz4_block_unpacks_by_the_rules_of_its_format():
+    # Token 0x48: 4 literals, copy of 8 + 4 from 4 back (overlapping); then 5 last literals.
+    block = bytes([0x48]) + b"abcd" + bytes([4, 0]) + bytes([0x50]) + b"END!\n"
+    assert lz4_block(block) == b"abcd" * 4 + b"END!\n"
+    # Lengths from 15 on go on in further bytes: 15 + 255 + 3 literals.
+    long = bytes(range(256)) + bytes(17)
+    assert lz4_block(bytes([0xF0, 255, 3]) + long) == long
+    for end in (1, 3, 6):
+        with pytest.raises(InputError, match="LZ4"):
+            lz4_block(block[:end])
+    with pytest.raises(InputError, match="LZ4"):
+        lz4_block(bytes([0x10]) + b"a" + bytes([2, 0]))  # from before the beginning
+
+
+@pytest.mark.skipif(not AORTA.exists(), reason="the aorta of VMTK's tests is not beside the project")
+@pytest.mark.parametrize("name", ["aorta-centerline-branches", "aorta-centerline-attribute-branches"])
+def test_lines_that_vmtkbranchextractor_has_cut_give_the_network_of_the_whole_lines(name):
+    whole = network_of(read_centerlines(AORTA / "aorta-centerline.vtp", unit=0.1))
+    again = network_of(read_centerlines(AORTA / f"{name}.vtp", unit=0.1))
+    np.testing.assert_array_equal(again.parent, whole.parent)
+    np.testing.assert_allclose(again.length, whole.length, rtol=0.01)
+    np.testing.assert_allclose(again.radius, whole.radius, rtol=0.01)
