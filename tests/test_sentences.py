@@ -34,7 +34,7 @@ def test_a_parameter_is_determined_if_the_ends_of_its_interval_differ_by_at_most
     one = spread([0.99 * edge, 1.01 * edge, 0.1, 0.1])
     table = parameter_table(space, x, one)
     assert table["determined"].tolist() == [True, False, True, True]
-    assert said(space, x, one) == ["The data do not determine r1: its 95 % interval reaches from 0.496 to 2.01."]
+    assert said(space, x, one) == ["The data do not determine r1: its 95 % interval reaches from 0.497 to 2.01."]
 
 
 def test_few_degrees_of_freedom_undo_a_determination_that_the_standard_error_alone_would_allow(space):
