@@ -27,6 +27,8 @@ def run_to_periodic(
 ) -> Run:
     """Run until the state repeats itself; raises `NumericalError` if it does not within the allowed cycles."""
     if near is not None:
+        if len(near.grid.counts) != len(model.network):
+            raise NumericalError("the neighbouring run has another network; start without it")
         grid = make_grid(model, near.grid.counts)
         return _from(FromNeighbor(grid, inflow, near), inflow, numerics)
     linear = linear_solution(model, inflow)
