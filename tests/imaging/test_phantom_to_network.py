@@ -59,7 +59,7 @@ def test_a_phantom_becomes_the_network_it_was_made_from(fork, tmp_path):
     # Targets for a coarse phantom: 4 % in the radius, 10 % in the length.
     np.testing.assert_allclose(found.measured.densitometric[order], network.radius, rtol=0.04)
     np.testing.assert_allclose(found.network.length[order], network.length, rtol=0.10)
-    assert stages == ["image", "lumen", "axes", "radii", "uncertainty"]
+    assert stages == ["image", "lumen", "axes", "radii", "uncertainty", "witness"]
     assert (found.measured.radius_sd > 0).all()
     write_network_table(found.measured, tmp_path / "network.csv")
     again = read_network(tmp_path / "network.csv")

@@ -64,7 +64,10 @@ def test_axes_found_from_the_walls_meet_where_the_tubes_were_joined_though_the_p
         polyline([parting, axes[2].points[13, [2, 1]], axes[2].points[-1, [2, 1]]], radii[2]),
     )
     surface = walls(axes, radii, np.random.default_rng(0), noise)
-    found = fitted(Tree(paths, np.array([-1, 0, 0])), surface, VOXEL)
+    # Twice, as the extraction does: one fit leaves a junction that the paths put so far off some voxels away.
+    # The wall's noise in voxels is about noise over contrast (0.19 voxels at 0.18 in the phantom), so it is passed on.
+    once = fitted(Tree(paths, np.array([-1, 0, 0])), surface, VOXEL, noise)
+    found = fitted(once, surface, VOXEL, noise)
     meeting = found.lines[0].points[-1]
     assert np.linalg.norm(meeting - JUNCTION) < 0.6 * VOXEL
     for daughter in found.lines[1:]:

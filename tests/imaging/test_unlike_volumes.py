@@ -1,7 +1,7 @@
 """What images unlike the phantom need: vessels that bend, fade and narrow, frames of zeros, slices of any distance."""
 
 import warnings
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -18,6 +18,7 @@ from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import cannula_tip
 from vasowave.imaging.measure.contrast import contrasts
+from vasowave.imaging.measure.measurement import measured_alone
 from vasowave.imaging.measure.profiles import Profile, profile
 from vasowave.imaging.measure.radii import densitometric_radius
 from vasowave.imaging.read.volume import isotropic
@@ -25,6 +26,7 @@ from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.crossings import crossing_doubts
 from vasowave.imaging.witness.skeleton import skeleton_branches
 from vasowave.imaging.witness.topology import topology_doubts
+from vasowave.imaging.witness.witness import _cut
 
 
 def test_slices_of_any_distance_become_cubes_that_keep_every_grey_level_in_its_place():
@@ -169,6 +171,18 @@ def test_a_vessel_that_passes_straight_through_a_junction_is_doubted_and_daughte
     halves = [Line(touch + np.linspace(0, side, 20)[:, None] * way, np.full(20, 0.02)) for side in (1, -1)]
     (doubt,) = crossing_doubts(Tree((*tree.lines, *halves), np.append(tree.parent, [2, 2])))
     assert doubt.vessels == ("6", "7")
+
+
+def test_a_vessel_is_called_cut_only_where_the_lumen_reaches_the_border(seen):
+    _, tree, lumen = seen
+    whole = measured_alone(tree)
+    assert _cut(whole, lumen) == []
+    low = np.argwhere(lumen.mask.any(axis=(0, 1)))[0, 0] + 12  # a face through the vessels
+    part = replace(lumen, mask=lumen.mask[:, :, low:], origin=lumen.origin + np.array([0, 0, low * lumen.spacing]))
+    lost = [row for row in tree.terminals if tree.lines[row].points[-1][2] < part.origin[2]]
+    (doubt,) = _cut(whole, part)
+    assert set(doubt.vessels) == {str(row + 1) for row in lost}
+    assert doubt.about == "length"
 
 
 def test_every_setting_is_an_option_of_the_command_with_the_same_default():

@@ -30,7 +30,7 @@ def render(found: Extraction, drawings: dict[str, str], origin: dict[str, str]) 
 
     Parameters
     ----------
-    found : Answer
+    found : Extraction
     drawings : dict of str
         The figures by name, as SVG text.
     origin : dict of str

@@ -13,7 +13,7 @@ from scipy.sparse import coo_array, csr_array
 
 from vasowave.imaging.axes.feet import Feet, Tubes
 
-FREE, HIDDEN = 0.1, 2.0
+FREE, HIDDEN = 0.35, 4.0
 """Weights of a changing curvature against the points of the surface, with a wall of its own all around and without."""
 ROUGH = 0.18, 4
 """Where noise over contrast exceeds the first number, FREE rises with this power of their ratio."""

@@ -22,9 +22,9 @@ NARROWEST = 0.5
 """Least radius, voxels."""
 DAMPING = 0.3
 """Holds what the surface does not decide, as where along an axis its nodes lie; points of the surface a node."""
-STIFF = 16.0
+STIFF = 32.0
 """The fit begins so much stiffer and softens by half a round: a bend that a hidden stretch has first straightens."""
-ROUNDS, ENOUGH, FARTHEST = 10, 0.05, 2.0
+ROUNDS, ENOUGH, FARTHEST = 12, 0.05, 2.0
 """The fit ends after ROUNDS, or when no node moves by ENOUGH voxels; in a round none moves by more than FARTHEST."""
 
 

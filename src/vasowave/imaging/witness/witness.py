@@ -43,12 +43,13 @@ def doubts_about(measured: Measurement, lumen: Segmentation, root: np.ndarray, a
 
 def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
     """Return which vessels end where the image does: there alone the lumen reaches the faces of its crop."""
+    reached = [[np.take(lumen.mask, side, axis=axis).any() for axis in range(3)] for side in (0, -1)]
     ends = np.zeros(len(measured.tree), dtype=bool)
     for row in measured.tree.terminals:
         line = measured.tree.lines[row]
         voxel = (line.points[-1] - lumen.origin) / lumen.spacing
-        to_face = np.minimum(voxel, np.array(lumen.mask.shape) - 1 - voxel).min()
-        ends[row] = to_face < line.typical_radius / lumen.spacing + 2
+        to_faces = np.array([voxel, np.array(lumen.mask.shape) - 1 - voxel])
+        ends[row] = (np.where(reached, to_faces, np.inf) < line.typical_radius / lumen.spacing + 2).any()
     if not ends.any():
         return []
     return [_doubt(measured, "length", ends, "cut by the border of the image: longer than what is seen")]

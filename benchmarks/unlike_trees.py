@@ -1,0 +1,150 @@
+"""Random trees: Murray's radii, axes that are random curves of given tortuosity, and what lies beside them."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from unlike_kinds import CANNULA, THINNEST
+
+
+@dataclass(frozen=True, eq=False)
+class Vessel:
+    """One tube: points of its axis (z, y, x, voxels), radius at each, and how far the root is at each."""
+
+    axis: np.ndarray
+    radius: np.ndarray
+    way: np.ndarray
+    parent: int
+    turn: float = 0.0
+    contrast: float = 1.0
+    phases: np.ndarray = field(default_factory=lambda: np.zeros(4))
+
+    @property
+    def length(self):
+        return float(np.linalg.norm(np.diff(self.axis, axis=0), axis=1).sum())
+
+
+def grown(kind, rng):
+    """Return the cannula and the vessels, parents first, or None where vessels would touch."""
+    start, along = np.zeros(3), np.array([1.0, 0.0, 0.0])
+    cannula = np.linspace(-22 * along, start, 45)
+    root_radius = CANNULA * rng.uniform(1.18, 1.3)
+    vessels = [_vessel(start, along, root_radius, 44.0, -1, 0.0, kind, rng)]
+    open_ = [0]
+    while len(vessels) < kind.vessels:
+        row = max(open_, key=lambda at: vessels[at].radius[-1] * rng.uniform(0.85, 1.15))
+        open_.remove(row)
+        pair = _fork(vessels, row, kind, rng)
+        if pair is None:
+            return None
+        open_ += [len(vessels), len(vessels) + 1]
+        vessels += pair
+    tube = Vessel(cannula, np.full(45, CANNULA), np.zeros(45), -2)
+    return [tube, *vessels]
+
+
+def _fork(vessels, row, kind, rng):
+    parent = vessels[row]
+    before = parent.axis[-1] - parent.axis[-6]
+    before /= np.linalg.norm(before)
+    share = rng.uniform(0.35, 0.65)
+    radii = parent.radius[-1] * np.array([share, 1 - share]) ** (1 / 2.7)
+    radii = np.maximum(radii, THINNEST / (1 - kind.taper))
+    for _ in range(40):
+        aside = np.cross(before, rng.normal(size=3))
+        aside /= np.linalg.norm(aside)
+        pair = []
+        for side, radius, other in ((1, radii[0], radii[1]), (-1, radii[1], radii[0])):
+            angle = np.radians(np.clip(rng.normal(38 * 2 * other / radii.sum(), 7), 20, 70))
+            way = np.cos(angle) * before + side * np.sin(angle) * aside
+            length = radius * rng.uniform(6.5, 12.0)
+            pair.append(_vessel(parent.axis[-1], way, radius, length, row, parent.way[-1], kind, rng))
+        if all(_clear(one, [*vessels, *pair], row) for one in pair):
+            return pair
+    return None
+
+
+def _vessel(start, along, radius, length, parent, way, kind, rng):
+    axis = _curve(start, along, length, radius, kind.tortuosity, rng)
+    run = np.append(0, np.cumsum(np.linalg.norm(np.diff(axis, axis=0), axis=1)))
+    radii = radius * (1 - kind.taper * run / run[-1])
+    contrast = float(np.clip(1 + kind.patches * rng.standard_normal(), 0.65, 1.3)) if kind.patches else 1.0
+    return Vessel(axis, radii, way + run, parent, rng.uniform(0, np.pi), contrast, rng.uniform(0, 2 * np.pi, 4))
+
+
+def _curve(start, along, length, radius, tortuosity, rng):
+    """Return a smooth random curve whose length over chord is `tortuosity`, bends no tighter than two radii."""
+    t = np.linspace(0, 1, 121)
+    u = np.cross(along, rng.normal(size=3))
+    u /= np.linalg.norm(u)
+    frame = np.array([u, np.cross(along, u)])
+    waves = max(1.0, min(2.5, length / (5 * radius)))
+    shape = sum(
+        rng.normal(size=2)[:, None] / order**1.5 * np.sin(np.pi * order * t + rng.uniform(0, 0.4))
+        for order in (1, waves, 2 * waves)
+    )
+    shape -= shape[:, :1] + (shape[:, -1:] - shape[:, :1]) * t
+    low, high = 0.0, 2.0
+    for _ in range(40):
+        size = (low + high) / 2
+        curve = np.outer(t, along) + size * shape.T @ frame
+        ratio = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum() / np.linalg.norm(curve[-1] - curve[0])
+        low, high = (size, high) if ratio < tortuosity else (low, size)
+    return start + length * curve
+
+
+def _clear(vessel, others, row):
+    """Whether `vessel` keeps clear of all but its parent and sister, and of these beyond the junction."""
+    for number, other in enumerate(others):
+        if other is vessel:
+            continue
+        reach = vessel.radius[0] + other.radius[0] + 2.5
+        kin = number == row or other.parent == row
+        far = np.linalg.norm(vessel.axis - vessel.axis[0], axis=1) > 1.6 * reach
+        points = vessel.axis[far] if kin else vessel.axis
+        if len(points) and cKDTree(other.axis).query(points)[0].min() < reach:
+            return False
+    return vessel.axis[:, 0].min() > -5
+
+
+def placed(tree, kind, rng):
+    """Return the tree with its extras, moved into a volume, and the volume's shape."""
+    tree = _with_extra(tree, kind, rng)
+    points = np.concatenate([vessel.axis for vessel in tree])
+    low, high = points.min(axis=0) - 14, points.max(axis=0) + 14
+    shape = np.ceil(high - low).astype(int) + 1
+    tree = [replace(vessel, axis=vessel.axis - low) for vessel in tree]
+    return tree, tuple(int(count) for count in shape)
+
+
+def _with_extra(tree, kind, rng):
+    """Return the tree with what does not belong to it (parent -9)."""
+    ends = [v for k, v in enumerate(tree) if k > 0 and not any(w.parent == k - 1 for w in tree)]
+    if kind.extra in ("touching", "crossing"):
+        one = ends[int(rng.integers(len(ends)))]
+        at, reach = one.axis[80], one.radius[80]
+        across = np.cross(one.axis[84] - one.axis[76], rng.normal(size=3))
+        across /= np.linalg.norm(across)
+        along = (one.axis[-1] - one.axis[60]) / np.linalg.norm(one.axis[-1] - one.axis[60])
+        aside = np.cross(along, across)
+        way = across if kind.extra == "crossing" else 0.9 * along + 0.45 * across
+        middle = at + aside * (reach + 2.4) * (0.9 if kind.extra == "crossing" else 0.97)
+        axis = middle + np.linspace(-24, 24, 121)[:, None] * way
+        return [*tree, Vessel(axis, np.full(121, 2.4), np.full(121, one.way[80]), -9)]
+    if kind.extra == "anastomosis":
+        one, other = sorted(ends, key=lambda v: v.way[-1])[-2:]
+        t = np.linspace(0, 1, 121)[:, None]
+        bow = 6 * np.sin(np.pi * t) * np.array([1.0, 0, 0])
+        axis = one.axis[90] * (1 - t) + other.axis[90] * t + bow
+        return [*tree, Vessel(axis, np.full(121, 2.0), np.full(121, one.way[90]), -9)]
+    if kind.extra in ("vein", "bone"):
+        middle = np.mean([v.axis[60] for v in tree], axis=0)
+        aside = rng.normal(size=3) * np.array([0.1, 1, 1])
+        aside /= np.linalg.norm(aside)
+        radius = 5.0 if kind.extra == "vein" else 9.0
+        points = np.concatenate([v.axis for v in tree])
+        far = ((points - middle) @ aside).max() + radius + 8
+        axis = middle + far * aside + np.linspace(-25, 25, 121)[:, None] * np.array([1.0, 0.15, -0.1])
+        return [*tree, Vessel(axis, np.full(121, radius), np.zeros(121), -9, contrast=1.0 if radius < 6 else 2.5)]
+    return tree
