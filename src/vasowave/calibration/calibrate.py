@@ -147,6 +147,7 @@ def calibrate(
     if stopped:
         notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")
     run = objective.run(best.x)
+    notes += run.notes
     return Fit(
         space.law.law().name, run.model, compared, nominal, table, correlation, starts, as_dataset(run),
         residual, float(residual @ residual), tuple(notes),
