@@ -139,7 +139,7 @@ def _with_extra(tree, kind, rng):
         axis = one.axis[90] * (1 - t) + other.axis[90] * t + bow
         return [*tree, Vessel(axis, np.full(121, 2.0), np.full(121, one.way[90]), -9)]
     if kind.extra in ("vein", "bone"):
-        middle = np.mean([v.axis[60] for v in tree], axis=0)
+        middle = np.mean([v.axis[len(v.axis) // 2] for v in tree], axis=0)
         aside = rng.normal(size=3) * np.array([0.1, 1, 1])
         aside /= np.linalg.norm(aside)
         radius = 5.0 if kind.extra == "vein" else 9.0
