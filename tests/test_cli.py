@@ -41,7 +41,8 @@ def test_fit_names_a_file_that_does_not_exist():
 
 
 def _vasowave(*arguments, **options):
-    command = [sys.executable, "-c", "from vasowave.cli import run; run()", *map(str, arguments)]
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"  # a background job ignores it
+    command = [sys.executable, "-c", f"{heard}; from vasowave.cli import run; run()", *map(str, arguments)]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
 
 

@@ -213,5 +213,5 @@ def test_a_damaged_export_is_read_or_refused_in_words(tmp_path, cut, junk, at):
 
 def test_times_written_to_the_sampling_interval_itself_are_exact_and_read(tmp_path):
     rows = (f"{k / 1000:.3f},{10 + k % 110 / 20:.3f},{k % 110 / 500:.4f}" for k in range(2500))
-    (tmp_path / "m.csv").write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows]))
+    (tmp_path / "m.csv").write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
     assert read_raw_recording(tmp_path / "m.csv").sampling_rate == pytest.approx(1000.0)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from made_fit import made_fit
 from vasowave import analysis
-from vasowave.animal.datasets import groups
+from vasowave.animal.datasets import calibration_dataset, recording_dataset
 from vasowave.animal.reading import autocorrelation
 from vasowave.animal.signals import Station, waves_dataset
 from vasowave.cohort import contrasts
@@ -104,7 +104,8 @@ def test_the_autocorrelation_of_a_harmonic_is_its_cosine():
 
 def test_residuals_and_their_autocorrelation_are_drawn_for_both_walls(ax):
     fits = made_fit("linear"), made_fit("tangent")
-    tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups(fits).items()})
+    groups = {f"/{fit.wall}/calibration": calibration_dataset(fit) for fit in fits}
+    tree = xr.DataTree.from_dict({"/recording": recording_dataset(fits[0].recording), **groups})
     plot_residuals(ax, tree)
     _, linear, tangent = ax.lines
     assert [line.get_linestyle() for line in (linear, tangent)] == ["--", "-"]

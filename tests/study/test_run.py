@@ -20,7 +20,9 @@ from vasowave.study.reporting import report_study
 from vasowave.study.results import read_results
 from vasowave.study.running import Done, run_study
 
-PROGRAM = [sys.executable, "-c", "from vasowave.cli import run; run()"]
+# A background job inherits a SIGINT that is ignored.
+HEARD = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+PROGRAM = [sys.executable, "-c", f"{HEARD}; from vasowave.cli import run; run()"]
 
 
 def start(folder: Path, workers: int = 1, **more) -> subprocess.Popen:

@@ -26,7 +26,7 @@ def control_network() -> Network:
     --------
     >>> import vasowave as vw
     >>> vw.control_network()
-    Network(21 vessels, 11 terminals, root '1' r0 0.047 cm, total length 4.5... cm)
+    Network(21 vessels, 11 terminals, root '1' r0 0.047 cm, total length 4.484 cm)
     """
     return _network("network_control")
 

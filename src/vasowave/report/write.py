@@ -61,7 +61,7 @@ def write_report(
     Examples
     --------
     >>> import vasowave as vw
-    >>> quick = vw.Settings(walls=("linear",), starts=1)
+    >>> quick = vw.Settings(starts=1, model_selection=False)
     >>> mouse = vw.Animal("mouse 6", "CTL", vw.control_network(), vw.virtual_mouse(), synthetic=True)
     >>> vw.write_report([vw.analyze(mouse, quick)], "my-report", pdf=False).name
     'report.html'
