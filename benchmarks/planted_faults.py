@@ -101,7 +101,7 @@ FAULTS = [
     Fault("tubes follow every bump", TUBES, (("OUTLIER, SHAPE = 0.5", "OUTLIER, SHAPE = 500.0"),)),
     Fault(
         "tubes' sections count their neighbors",
-        "imaging/measure/radii.py",
+        "imaging/measure/profiles.py",
         (("inside |= distance <", "inside |= -1 >"),),
     ),
     Fault(
