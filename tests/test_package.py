@@ -61,6 +61,7 @@ def strict_mypy(script, folder):
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.validation
 def test_strict_mypy_sees_real_types_in_a_users_script_and_finds_what_is_wrong(tmp_path):
     pytest.importorskip("mypy")
     right = strict_mypy(SCRIPT, tmp_path)

@@ -105,6 +105,7 @@ def kill_and_finish(undisturbed, tmp_path: Path, moments: int, afresh: bool, see
     return killed
 
 
+@pytest.mark.validation
 def test_a_run_killed_at_three_random_moments_goes_on_to_the_same_results(undisturbed, tmp_path):
     assert kill_and_finish(undisturbed, tmp_path, 3, afresh=False, seed=1) >= 1
 
