@@ -3,7 +3,6 @@
 import warnings
 
 import numpy as np
-import pandas as pd
 import pytest
 from made_phantom import run
 from typer.testing import CliRunner
@@ -16,16 +15,18 @@ from vasowave.errors import VasowaveWarning
 from vasowave.imaging.matching import match
 from vasowave.imaging.places import written
 from vasowave.network import read_network, write_network
+from vasowave.study.results import read_results
 
 
 def fitted(network, recording, output):
-    """Run `vasowave fit` and return (table of parameters, table of the fit)."""
+    """Run `vasowave fit` and return (calibration, quantities) of its stored result."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VasowaveWarning)
-        arguments = ["fit", network, recording, "-o", output, "--wall", "linear", "--starts", "2"]
+        arguments = ["fit", network, recording, "-o", output, "--walls", "linear", "--starts", "2", "--no-pdf"]
         result = CliRunner().invoke(app, list(map(str, arguments)))
     assert result.exit_code == 0, result.output + repr(result.exception)
-    return pd.read_csv(output / "parameters.csv").set_index("parameter"), pd.read_csv(output / "fits.csv").iloc[0]
+    (tree,) = read_results(output).trees()
+    return tree["linear/calibration"], tree["linear/quantities"]
 
 
 @pytest.mark.validation
@@ -53,19 +54,20 @@ def test_a_scan_and_a_recording_give_back_the_parameters_within_what_radius_erro
     given, given_fit = fitted(tmp_path / "truth.csv", tmp_path / "cycle.csv", tmp_path / "fit-truth")
     own, own_fit = fitted(tmp_path / "network" / "network.csv", tmp_path / "cycle.csv", tmp_path / "fit")
 
-    beta, reference = own["value"]["beta"], given["value"]["beta"]
+    beta, reference = (float(one["value"].sel(parameter="beta")) for one in (own, given))
     # β ∝ r⁴ (eq. 9); a vessel counts for it by the share of the flow that its error concerns.
     mean_error = np.average(np.abs(error), weights=truth.flow_fraction)
     explained = 4 * mean_error
-    noise = 3 * own["standard_error_correlated"]["beta"] / beta
+    noise = 3 * float(own["standard_error_correlated"].sel(parameter="beta")) / beta
+    R_T, a, rmse = (float(own_fit[name]) for name in ("R_T", "a", "RMSE"))
     print(
         f"radius error {100 * np.median(np.abs(error)):.2f} % median, {100 * mean_error:.2f} % by flow; beta "
         f"{beta:.2f} (true network {reference:.2f}, truth {TRUTH['beta']}), explained {100 * explained:.1f} + noise "
-        f"{100 * noise:.1f} %; R_T {own_fit['R_T [mmHg s/ml]']:.2f} ({TRUTH['R_T']}), a {own_fit['a [1]']:.4f} "
-        f"({TRUTH['a']}), RMSE {own_fit['RMSE [mmHg]']:.3f}; notes {notes}"
+        f"{100 * noise:.1f} %; R_T {R_T:.2f} ({TRUTH['R_T']}), a {a:.4f} "
+        f"({TRUTH['a']}), RMSE {rmse:.3f}; notes {notes}"
     )
     assert abs(beta / reference - 1) < explained
     assert abs(beta / TRUTH["beta"] - 1) < explained + noise
-    assert own_fit["R_T [mmHg s/ml]"] == pytest.approx(TRUTH["R_T"], rel=0.02)
-    assert own_fit["a [1]"] == pytest.approx(given_fit["a [1]"], abs=0.01)
-    assert own_fit["RMSE [mmHg]"] < 1.2 * given_fit["RMSE [mmHg]"]
+    assert pytest.approx(TRUTH["R_T"], rel=0.02) == R_T
+    assert a == pytest.approx(float(given_fit["a"]), abs=0.01)
+    assert rmse < 1.2 * float(given_fit["RMSE"])
