@@ -12,6 +12,7 @@ from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress, analyze
 from vasowave.errors import VasowaveWarning
+from vasowave.laws import law_file
 from vasowave.network import read_network
 from vasowave.provenance import sha256
 from vasowave.recording import Recording, average_beats, read_raw_recording, read_recording
@@ -39,6 +40,8 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
         One of its files cannot be read.
     """
     files = {f"{i} {inside(file, folder)}": file for i, file in enumerate(row.files)}
+    laws = {f"law {wall}": law_file(wall) for wall in study.calibration.walls}
+    files |= {name: file for name, file in laws.items() if file is not None}
     ignored = {"network", "recordings", "line", "R_T", "C_T", "tau"}
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
     what["settings"] = animal_settings(study).as_json()
