@@ -86,9 +86,18 @@ def killed_after(folder: Path, seconds: float) -> bool:
     return False
 
 
+def warm_duration(source: Path, folder: Path) -> float:
+    """Return how long a whole run lasts once the solver is compiled, s; the first one of a clone lasts longer."""
+    shutil.copytree(source, folder, ignore=shutil.ignore_patterns(RESULTS))
+    began = time.monotonic()
+    with start(folder) as program:
+        program.communicate()
+    return time.monotonic() - began
+
+
 def kill_and_finish(undisturbed, tmp_path: Path, moments: int, afresh: bool, seed: int) -> int:
     """Kill runs at random moments, finish them, compare with an undisturbed run; return how many were killed."""
-    source, lasts = undisturbed
+    source, lasts = undisturbed[0], warm_duration(undisturbed[0], tmp_path / "warm")
     moment = random.Random(seed)
     killed = 0
     for number in range(moments):
