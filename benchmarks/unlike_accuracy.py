@@ -13,6 +13,7 @@ import sys
 import time
 import warnings
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 
 import numpy as np
@@ -161,8 +162,8 @@ def main():
                 results.append(one)
                 if one.silent:
                     print(f"  {one.kind}, seed {one.seed}: {one.answer} ({one.count}), {one.silent}", flush=True)
-        except KeyboardInterrupt:
-            print("stopped early", flush=True)
+        except (KeyboardInterrupt, BrokenProcessPool) as reason:
+            print(f"stopped early: {reason!r}", flush=True)
         pool.shutdown(wait=True, cancel_futures=True)
     results.sort(key=lambda one: (kinds.index(one.kind), one.seed))
     print(f"{len(results)} volumes, {mode}, seeds {first} to {first + count - 1}")
