@@ -22,15 +22,15 @@ def show_read(read: "Sequence[AnimalRead]", settings: "StudyFile") -> None:
 
     table = Table(box=SIMPLE_HEAD)
     for i, title in enumerate(HEADER):
-        table.add_column(title.replace("[", r"\["), justify="left" if i in (0, 1, 3) else "right")
+        table.add_column(title.replace("[", r"\["), justify="left" if i in (0, 1, 3) else "right", overflow="fold")
     for one in read:
         table.add_row(*one.row())
     Console().print(table)
     minutes = expected_seconds(read, settings, cores()) / 60
     walls, starts = settings.calibration.walls, settings.calibration.starts
     print(
-        f"To compute: {len(read)} animal(s), wall laws {', '.join(walls)}, {starts} starts of each fit: roughly "
-        f"{max(1, round(minutes))} min on {cores()} core(s), less where results are kept."
+        f"Animals {len(read)}; wall laws {', '.join(walls)}; {starts} starts of each fit: roughly "
+        f"{max(1, round(minutes))} min to compute here ({cores()} cores), less where results are kept."
     )
 
 

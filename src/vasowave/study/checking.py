@@ -143,7 +143,9 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
 
 def _odd_notes(animal: Animal) -> list[str]:
     """Return those of a recording's notes that ask for a look."""
-    return [note for note in animal.recording.notes if "?" in note or ("rejected" in note and "were" in note)]
+    moved = animal.beats is not None and animal.beats.baseline.alarming
+    asking = [note for note in animal.recording.notes if "?" in note or ("rejected" in note and "were" in note)]
+    return asking + [note for note in animal.recording.notes if moved and note.startswith("baseline: ")]
 
 
 def _physiology(animal: Animal, nominal: Nominal, settings: StudyFile) -> list[str]:

@@ -34,15 +34,15 @@ class AnimalRead(NamedTuple):
         """Return the cells of `HEADER`."""
         raw = self.kind == "raw"
         return (
-            self.animal, self.group, f"{self.vessels}", "continuous" if raw else "one cycle",
-            f"{self.duration:.3g}" if raw else "", f"{self.beats[0]} of {self.beats[1]}" if raw else "",
+            self.animal, self.group, f"{self.vessels}", "raw" if raw else "cycle",
+            f"{self.duration:.3g}" if raw else "", f"{self.beats[0]}/{self.beats[1]}" if raw else "",
             f"{self.heart_rate:.0f}", f"{self.mean_pressure:.1f}", f"{self.mean_flow:.3f}",
             f"{self.drift:+.1f}" if raw else "",
         )  # fmt: skip
 
 
 HEADER = (
-    "animal", "group", "vessels", "recording", "length [s]", "beats used", "HR [1/min]", "mPAP [mmHg]", "CO [ml/s]",
+    "animal", "group", "vessels", "kind", "length [s]", "beats", "HR [1/min]", "mPAP [mmHg]", "CO [ml/s]",
     "drift [mmHg]",
 )  # fmt: skip
 
