@@ -240,6 +240,7 @@ def test_a_derivative_that_cannot_be_had_is_an_error_and_never_zero(control, inf
     import threading
 
     from vasowave.calibration import objective as objectives
+    from vasowave.calibration.compared import compared_part
     from vasowave.calibration.parameters import parameter_space
     from vasowave.datasets.virtual import virtual_mouse
     from vasowave.nominal import estimate_nominal
@@ -247,7 +248,7 @@ def test_a_derivative_that_cannot_be_had_is_an_error_and_never_zero(control, inf
     mouse = virtual_mouse()
     nominal = estimate_nominal(control.network, mouse)
     space = parameter_space("linear", control.network, nominal, Blood(), {}, {}, False)
-    made = objectives.Objective(space, mouse, Numerics(tolerance=1e-6), 1, threading.Event())
+    made = objectives.Objective(space, compared_part(mouse, "all"), Numerics(tolerance=1e-6), 1, threading.Event())
     x, every = np.log(space.nominal[space.free]), objectives.simulate_runs
 
     def without_first(models, *arguments, **options):
