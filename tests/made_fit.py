@@ -99,7 +99,7 @@ def made_simulation(model, recording, misfit):
                 np.fft.rfft(recording.flow) * shift, count
             )
     wide = np.moveaxis(pressure, 1, 2)
-    A = np.moveaxis(area(model.wall, wide, network.area0), 2, 1)
+    A = np.moveaxis(area(model.wall, wide, model.area0), 2, 1)
     c = np.moveaxis(wave_speed(model.wall, wide, model.blood.inertia), 2, 1)
     columns = {
         "pressure": (pressure, "mmHg", "transmural pressure"), "flow": (flow, "ml/s", "flow"),

@@ -20,7 +20,7 @@ from vasowave.calibration.result import Fit
 from vasowave.calibration.search import Found
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
 from vasowave.errors import NumericalError, VasowaveWarning
-from vasowave.network import Network
+from vasowave.network import Network, unknown_pressure
 from vasowave.nominal import estimate_nominal, oddities
 from vasowave.recording import Recording
 from vasowave.settings import Check, Positive, Range, check_settings
@@ -151,7 +151,7 @@ def calibrate(
     spread = spread_of(space, jacobian, residual, compared)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
     starts = _starts_table(space, found, len(residual))
-    notes = [*recording.notes, *compared.sentences(), *oddities(nominal)]
+    notes = [*recording.notes, *compared.sentences(), *unknown_pressure(network), *oddities(nominal)]
     notes += sentences(table, correlation, starts, spread)
     if stopped:
         notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")

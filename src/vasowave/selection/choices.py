@@ -1,4 +1,4 @@
-"""How the answer moves with what an analyst chooses: here the harmonics that are compared."""
+"""How the answer moves with what an analyst chooses: the harmonics that are compared, the pressure of the image."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -16,6 +16,9 @@ from vasowave.walls import area_compliance, wave_speed
 
 Progress = Callable[[int, int], None]
 """Called with finished and all fits."""
+
+LIKELY = 6.3
+"""Pressure at which the paper's lungs were filled for the image, mmHg."""
 
 WALLS = ("linear", "tangent", "power")
 
@@ -59,16 +62,68 @@ def answers_by_harmonics(
     InputError
         As `calibrate` and `compare_models`.
     """
-    plan, tables = search or Search(), []
-    for i, number in enumerate(harmonics):
-        fits = []
-        for wall in walls:
-            asked = replace(plan, pressure_harmonics=number)
-            fits.append(calibrate(network, recording, wall, blood=blood, search=asked, numerics=numerics))
-            if progress is not None:
-                progress(i * len(walls) + len(fits), len(harmonics) * len(walls))
-        tables.append(answers(fits, covariance).assign(harmonics=fits[0].compared.harmonics))
+    plan = search or Search()
+    searches = [replace(plan, pressure_harmonics=number) for number in harmonics]
+    groups = _fits([(network, one) for one in searches], recording, walls, blood, numerics, progress)
+    tables = [answers(fits, covariance).assign(harmonics=fits[0].compared.harmonics) for fits in groups]
     return pd.concat(tables).reset_index().set_index(["harmonics", "wall"])
+
+
+def answers_by_image_pressure(
+    network: Network,
+    recording: Recording,
+    walls: Sequence[str | type] = WALLS,
+    pressures: Sequence[float] | None = None,
+    *,
+    search: Search | None = None,
+    blood: Blood | None = None,
+    numerics: Numerics | None = None,
+    covariance: str = "circulant",
+    progress: Progress | None = None,
+) -> pd.DataFrame:
+    """Fit every wall law with the radii taken as those at other pressures, and compare the laws each time.
+
+    Parameters
+    ----------
+    pressures : sequence of float, optional
+        mmHg; 0 and the network's own, or, where that is not known, 0 and `LIKELY`.
+    network, recording, walls, search, blood, numerics, covariance, progress
+        As in `answers_by_harmonics`.
+
+    Returns
+    -------
+    DataFrame
+        As from `answers_by_harmonics`, indexed by ``image pressure [mmHg]`` and ``wall``.
+
+    Raises
+    ------
+    InputError
+        As `Network`, `calibrate` and `compare_models`.
+    """
+    asked = (0.0, network.pressure or LIKELY) if pressures is None else pressures
+    networks = [replace(network, pressure=pressure) for pressure in asked]
+    groups = _fits([(one, search or Search()) for one in networks], recording, walls, blood, numerics, progress)
+    label = "image pressure [mmHg]"
+    tables = [answers(fits, covariance).assign(**{label: one}) for fits, one in zip(groups, asked, strict=True)]
+    return pd.concat(tables).reset_index().set_index([label, "wall"])
+
+
+def _fits(
+    choices: Sequence[tuple[Network, Search]],
+    recording: Recording,
+    walls: Sequence[str | type],
+    blood: Blood | None,
+    numerics: Numerics | None,
+    progress: Progress | None,
+) -> list[list[Fit]]:
+    """Return the fits of all wall laws for each choice of a network and a search."""
+    groups: list[list[Fit]] = [[] for _ in choices]
+    for i, (network, search) in enumerate(choices):
+        for wall in walls:
+            groups[i].append(calibrate(network, recording, wall, blood=blood, search=search, numerics=numerics))
+            if progress is not None:
+                progress(i * len(walls) + len(groups[i]), len(choices) * len(walls))
+    return groups
 
 
 def answers(fits: Sequence[Fit], covariance: str = "circulant") -> pd.DataFrame:
@@ -95,5 +150,5 @@ def answer(fit: Fit) -> dict[str, float]:
         "a": fit.resistance_ratio,
         "C_p [ml/mmHg]": fit.peripheral_compliance,
         "wave speed [cm/s]": float(speed[root]),
-        "area compliance [cm2/mmHg]": float(np.asarray(area_compliance(model.wall, mean, model.network.area0))[root]),
+        "area compliance [cm2/mmHg]": float(np.asarray(area_compliance(model.wall, mean, model.area0))[root]),
     }
