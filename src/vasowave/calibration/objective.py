@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
 from vasowave.errors import NumericalError, VasowaveError
-from vasowave.recording import Recording
+from vasowave.recording import Inflow
 from vasowave.solver.result import Run
 from vasowave.solver.simulate import Numerics, simulate_run, simulate_runs
 
@@ -30,8 +31,8 @@ class Objective:
     Attributes
     ----------
     space : Space
-    recording : Recording
-        Pressure and flow at the same samples.
+    compared : Compared
+        The measured pressure, and the flow that enters the root.
     numerics : Numerics
     workers : int
         Threads for the columns of the Jacobian.
@@ -40,13 +41,18 @@ class Objective:
     """
 
     space: Space
-    recording: Recording
+    compared: Compared
     numerics: Numerics
     workers: int
     stop: threading.Event
     simulations: int = 0
     last: Run | None = None
     _at: np.ndarray | None = field(default=None, repr=False)
+
+    @property
+    def inflow(self) -> Inflow:
+        """The measured flow."""
+        return self.compared.recording.inflow
 
     def run(self, x: np.ndarray) -> Run:
         """Simulate at the logarithms `x` of the free parameters."""
@@ -55,20 +61,20 @@ class Objective:
         self.simulations += 1
         model = self.space.model(self.space.values(x))
         try:
-            return simulate_run(model, self.recording.inflow, self.numerics, self.last)
+            return simulate_run(model, self.inflow, self.numerics, self.last)
         except NumericalError:
             if self.last is None:
                 raise
-            return simulate_run(model, self.recording.inflow, self.numerics, None)  # the neighbour may mislead
+            return simulate_run(model, self.inflow, self.numerics, None)  # the neighbour may mislead
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Measured minus simulated pressure at the inlet, mmHg, shape (N,) (eq. 14)."""
         try:
             run = self.run(x)
         except NumericalError:
-            return np.full(len(self.recording.pressure), _FAILED)
+            return np.full(self.compared.samples, _FAILED)
         self.last, self._at = run, x.copy()
-        return _residuals(run, self.recording)
+        return self._residuals(run)
 
     def reached(self, start: np.ndarray) -> np.ndarray:
         """Return the logarithms that were simulated last, or `start` where none were."""
@@ -81,7 +87,7 @@ class Objective:
         base = self.last
         if base is None or self._at is None or not np.array_equal(self._at, x):
             raise NumericalError("the parameters at which a derivative is asked cannot be simulated")
-        here = _residuals(base, self.recording)
+        here = self._residuals(base)
         numerics = replace(self.numerics, steps_per_cycle=base.steps)
         step = min(max(_STEP * self.numerics.tolerance, _STEPS[0]), _STEPS[1])
         columns = self._columns(x, step, base, numerics)
@@ -111,9 +117,8 @@ class Objective:
         moved = [x + step * unit for i, unit in enumerate(np.eye(len(x))) if only is None or i == only]
         models = [self.space.model(self.space.values(y)) for y in moved]
         self.simulations += len(models)
-        runs = simulate_runs(models, self.recording.inflow, numerics, base, workers=self.workers)
-        return [None if isinstance(run, VasowaveError) else _residuals(run, self.recording) for run in runs]
+        runs = simulate_runs(models, self.inflow, numerics, base, workers=self.workers)
+        return [None if isinstance(run, VasowaveError) else self._residuals(run) for run in runs]
 
-
-def _residuals(run: Run, recording: Recording) -> np.ndarray:
-    return recording.pressure - run.inlet_pressure(len(recording.pressure))
+    def _residuals(self, run: Run) -> np.ndarray:
+        return self.compared.pressure - self.compared.simulated(run)
