@@ -9,6 +9,7 @@ from vasowave.errors import NumericalError
 from vasowave.model import Model
 from vasowave.outlets import Windkessel
 from vasowave.recording import Inflow
+from vasowave.solver.cells import Fluxes
 from vasowave.solver.grid import Grid
 from vasowave.solver.laws import outlet_steps
 from vasowave.solver.node_variations import EndChanges, EndSlopes, OutletChanges
@@ -60,12 +61,14 @@ class Varied:
         D, slots, n = len(directions), len(vessel), len(ends.face)
         K = wall.shape[1]
         self.more = (
+            Fluxes(*np.ones((3, slots))),
+            Slopes(*np.ones((3, slots)), np.ones((K, slots))),
             Slopes(*np.ones((3, slots)), np.ones((K, slots))),
             FaceSlopes(*np.ones((4, slots))),
-            EndSlopes(*np.ones((2, n)), *np.ones((2, K, n))),
+            EndSlopes(*np.ones((7, n)), *np.ones((2, K, n)), *np.ones((2, n))),
             Changes(*np.zeros((3, slots))),
             EndChanges(*np.zeros((3, n)), np.zeros(len(ends.start) - 1)),
-            np.zeros((D, slots)), np.zeros((D, slots)), np.zeros(len(ends.terminal_node)),
+            np.zeros(slots), np.zeros(slots), np.zeros(len(ends.terminal_node)),
         )
         self.out = np.zeros((D, run.steps))
 
