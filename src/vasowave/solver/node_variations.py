@@ -16,19 +16,23 @@ from vasowave.solver.variations import SHIFT, differentiate_slowed
 
 
 class EndSlopes(NamedTuple):
-    """Derivatives of r and g at every end, and what else changes are multiplied with; scratch memory."""
+    """Derivatives of r and g at every end, and what they are made of; scratch memory."""
 
+    cell_pressure: np.ndarray  # (end,) of the pressure of the cell next to the end, by its area
+    cell_drag: np.ndarray  # (end,) of its drag
+    end_area: np.ndarray  # (end,) A at the end, cm²
+    compliance: np.ndarray  # (end,) C
+    line: np.ndarray  # (end,) ± m C
     speed: np.ndarray  # (end,) c next to the end, cm/s
+    by_softness: np.ndarray  # (end,) of c by dA/dp, in central differences
     area: np.ndarray  # (end,) of r by the area of the cell next to the end
     flow: np.ndarray  # (end,) by its flow
     inner_area: np.ndarray  # (end,) by the area of the cell behind that one
     inner_flow: np.ndarray  # (end,)
     length: np.ndarray  # (end,) by the logarithm of the vessel's length
-    by_speed: np.ndarray  # (end,) by the wave speed
+    by_speed: np.ndarray  # (end,) by c
     wall: np.ndarray  # (parameter + 1, end) by the logarithms of the law's parameters and of A0
     pressure: np.ndarray  # (parameter + 1, end) of g by the same
-    compliance: np.ndarray  # (end,) C
-    line: np.ndarray  # (end,) ± m C
 
 
 class EndChanges(NamedTuple):
@@ -51,48 +55,66 @@ class OutletChanges(NamedTuple):
 
 
 @njit(**OPTIONS)
-def differentiate_ends(ends, fluid, wall, shifted, nodes, faces, cell_slopes, face_slopes, slopes):
-    """Find all derivatives at the ends; those of the cells and of the faces are known."""
-    last = len(slopes.wall) - 1
+def gather_slopes(ends, nodes, faces, cell_slopes, face_slopes, slopes):
+    """Collect what the ends need of the derivatives in their cells and at their faces."""
     for e in range(len(ends.face)):
-        p, A, q, side = nodes.cell_pressure[e], nodes.area[e], nodes.flow[e], ends.side[e]
-        softness, shift = slope_at(wall, e, p), SHIFT * A * cell_slopes.pressure[ends.cell[e]]
-        softer = (slope_at(wall, e, p + shift) - slope_at(wall, e, p - shift)) / (2.0 * SHIFT * softness)
-        c = np.sqrt(A / (ends.area0[e] * fluid.inertia * softness))
-        by_area = 0.5 * c * (1.0 - softer)  # of c, by the logarithm of the area
-
-        reach = 0.5 - side * (q / A + side * c) * ends.half[e]
-        dA, dq = A - nodes.inner_area[e], q - nodes.inner_flow[e]
-        foot_area, foot_flow = A + reach * dA, q + reach * dq
-        E, Phi, by_E, by_Phi = differentiate_slowed(0.5 * ends.dt[e] * nodes.drag[e])
-        foot_speed, away = foot_flow / foot_area, faces.area[ends.face[e]] - foot_area
-
-        by_foot_flow = E + away * Phi / foot_area
-        by_foot_area = -nodes.slope[e] - away * Phi / foot_area * foot_speed
-        by_reach = by_foot_flow * dq + by_foot_area * dA
-        by_speed = -side * away * Phi - ends.half[e] * by_reach
-        by_drag = 0.5 * ends.dt[e] * (by_E * foot_flow + away * by_Phi * (foot_speed - side * c))
-        by_velocity = -side * ends.half[e] * by_reach
-        slopes.flow[e] = by_foot_flow * (1.0 + reach) + by_velocity / A
-        slopes.area[e] = by_foot_area * (1.0 + reach) - by_velocity * q / (A * A) + by_speed * by_area / A
-        slopes.area[e] += by_drag * cell_slopes.drag[ends.cell[e]]
-        slopes.inner_flow[e], slopes.inner_area[e] = -by_foot_flow * reach, -by_foot_area * reach
-        slopes.length[e] = (0.5 - reach) * by_reach
-        slopes.speed[e], slopes.by_speed[e], slopes.wall[last, e] = c, by_speed, -by_speed * by_area
-    for e in range(len(ends.face)):
-        slopes.compliance[e] = 1.0 / face_slopes.pressure[ends.face[e]]
+        cell, face = ends.cell[e], ends.face[e]
+        slopes.cell_pressure[e], slopes.cell_drag[e] = cell_slopes.pressure[cell], cell_slopes.drag[cell]
+        slopes.end_area[e], slopes.compliance[e] = faces.area[face], 1.0 / face_slopes.pressure[face]
         slopes.line[e] = ends.side[e] * nodes.slope[e] * slopes.compliance[e]
     for k in range(len(slopes.wall)):
         for e in range(len(ends.face)):
+            slopes.wall[k, e] = cell_slopes.wall[k, ends.cell[e]]
             slopes.pressure[k, e] = face_slopes.wall[k, ends.face[e]]
+
+
+@njit(**OPTIONS)
+def differentiate_speeds(ends, fluid, wall, shifted, nodes, slopes):
+    """Derivatives of the wave speed c next to every end; `slopes.wall` has those of the pressure, then of c."""
+    last = len(slopes.wall) - 1
+    for e in range(len(ends.face)):
+        p, A = nodes.cell_pressure[e], nodes.area[e]
+        softness, shift = slope_at(wall, e, p), SHIFT * A * slopes.cell_pressure[e]
+        softer = slope_at(wall, e, p + shift) - slope_at(wall, e, p - shift)
+        c = np.sqrt(A / (ends.area0[e] * fluid.inertia * softness))
+        slopes.speed[e], slopes.by_softness[e] = c, -0.25 * c / (SHIFT * softness)
+        slopes.wall[last, e] = -0.5 * c - slopes.by_softness[e] * softer
     k = 0
     for up, down in shifted:
         for e in range(len(ends.face)):
-            p, shift = nodes.cell_pressure[e], SHIFT * cell_slopes.wall[k, ends.cell[e]]
+            p, shift = nodes.cell_pressure[e], SHIFT * slopes.wall[k, e]
             softer = slope_at(up, e, p + shift) - slope_at(down, e, p - shift)
-            softer /= 2.0 * SHIFT * slope_at(wall, e, p)
-            slopes.wall[k, e] = -0.5 * slopes.by_speed[e] * slopes.speed[e] * softer
-        k += 1
+            slopes.wall[k, e] = slopes.by_softness[e] * softer
+        k += 1  # noqa: SIM113  as in `variations`
+
+
+@njit(**OPTIONS)
+def differentiate_characteristics(ends, nodes, slopes):
+    """Derivatives of r at every end, by the chain from the foot of the characteristic on."""
+    last = len(slopes.wall) - 1
+    for e in range(len(ends.face)):
+        A, q, side, half, c = nodes.area[e], nodes.flow[e], ends.side[e], ends.half[e], slopes.speed[e]
+        u = q / A
+        reach = 0.5 - side * (u + side * c) * half
+        to_end_area, to_end_flow = A - nodes.inner_area[e], q - nodes.inner_flow[e]
+        foot_area, foot_flow = A + reach * to_end_area, q + reach * to_end_flow
+        foot_speed, rest = foot_flow / foot_area, slopes.end_area[e] - foot_area
+        E, Phi, dE, dPhi = differentiate_slowed(0.5 * ends.dt[e] * nodes.drag[e])
+
+        by_slope = rest * Phi / foot_area
+        by_foot_flow, by_foot_area = E + by_slope, -nodes.slope[e] - by_slope * foot_speed
+        by_reach = by_foot_flow * to_end_flow + by_foot_area * to_end_area
+        by_velocity = -side * half * by_reach
+        by_speed = -side * rest * Phi - half * by_reach
+        by_drag = 0.5 * ends.dt[e] * (dE * foot_flow + rest * dPhi * (foot_speed - side * c))
+        slopes.flow[e] = by_foot_flow * (1.0 + reach) + by_velocity / A
+        by_area = by_foot_area * (1.0 + reach) + by_drag * slopes.cell_drag[e]
+        slopes.area[e] = by_area - (by_velocity * u + by_speed * slopes.wall[last, e]) / A
+        slopes.inner_flow[e], slopes.inner_area[e] = -by_foot_flow * reach, -by_foot_area * reach
+        slopes.length[e], slopes.by_speed[e] = (0.5 - reach) * by_reach, by_speed
+    for k in range(len(slopes.wall)):
+        for e in range(len(ends.face)):
+            slopes.wall[k, e] *= slopes.by_speed[e]
 
 
 @njit(**OPTIONS)
@@ -112,7 +134,7 @@ def change_characteristics(dA, dq, ends, slopes, weight, longer, changes):
 
 
 @njit(**OPTIONS)
-def change_nodes(d, before, memory, outlet, outlets, ends, nodes, faces, slopes, changes):
+def change_nodes(d, before, memory, outlet, outlets, ends, faces, slopes, changes):
     """Changes of the pressures of all nodes in direction d.
 
     `before` is what the outlets remembered before this step, `memory` its change, `outlets` the changes of the outlets.
@@ -128,19 +150,24 @@ def change_nodes(d, before, memory, outlet, outlets, ends, nodes, faces, slopes,
         else:
             j, q = k - first, faces.flow[ends.face[ends.start[k]]]
             resistance = outlet.R1[j] + outlet.gain_half[j]
-            rise = outlet.decay_half[j] * memory[j] + outlets.decay_half[d, j] * before[j]
+            rise = outlet.decay_half[j] * memory[j, 0] + outlets.decay_half[d, j] * before[j]
             rise += (outlets.R1[d, j] + outlets.gain_half[d, j]) * q
             changes.pressure[k] = (rise + resistance * flow) / (1.0 - resistance * slope)
 
 
 @njit(**OPTIONS)
-def change_ends(d, before, memory, outlet, outlets, ends, nodes, faces, slopes, changes, face_dA, face_dq):
-    """Changes of area and flow at all ends, and of what the outlets remember of this step."""
+def change_ends(ends, nodes, slopes, changes, face_dA, face_dq):
+    """Changes of area and flow at all ends."""
     for e in range(len(ends.face)):
         area = slopes.compliance[e] * (changes.pressure[ends.node[e]] - changes.wall[e])
         face_dA[ends.face[e]] = area
         face_dq[ends.face[e]] = changes.flow[e] + nodes.slope[e] * area
+
+
+@njit(**OPTIONS)
+def change_memory(d, before, memory, outlet, outlets, ends, faces, face_dq):
+    """Change in direction d of what the outlets remember of this step."""
     for j in range(len(ends.terminal_node)):
         face = ends.face[ends.start[ends.terminal_node[j]]]
-        memory[j] = outlet.decay[j] * memory[j] + outlets.decay[d, j] * before[j]
-        memory[j] += outlet.gain[j] * face_dq[face] + outlets.gain[d, j] * faces.flow[face]
+        memory[j, 0] = outlet.decay[j] * memory[j, 0] + outlets.decay[d, j] * before[j]
+        memory[j, 0] += outlet.gain[j] * face_dq[face] + outlets.gain[d, j] * faces.flow[face]

@@ -22,6 +22,7 @@ class Weights(NamedTuple):
 
     wall: np.ndarray  # (direction, parameter + 1, slot or end) of the law's parameters; the last is of the area A0
     length: np.ndarray  # (direction, slot or end)
+    rows: np.ndarray  # (direction,) how many rows of the wall differ from zero; those behind them are left out
 
 
 class Slopes(NamedTuple):
@@ -65,7 +66,7 @@ def differentiate_fluxes(area, flow, cells, wall, shifted, fluid, fluxes, slopes
         for j in range(len(area)):
             a = area[j] * cells.per_area0[j]
             slopes.wall[k, j] = (pressure_at(up, j, a) - pressure_at(down, j, a)) / (2.0 * SHIFT)
-        k += 1
+        k += 1  # noqa: SIM113  Numba cannot enumerate tuples
 
 
 @njit(**OPTIONS)
