@@ -9,6 +9,7 @@ import numpy as np
 from vasowave.blood import Blood
 from vasowave.errors import InputError
 from vasowave.network import Network
+from vasowave.notebook import card
 from vasowave.outlets import Outlets
 from vasowave.per_vessel import one_per_vessel
 from vasowave.walls import Wall
@@ -79,6 +80,20 @@ class Model:
         )
         return f"Model({type(self.wall).__name__}({parameters}), {type(self.outlets).__name__}, {self.network!r})"
 
+    def _repr_html_(self) -> str:
+        law = self.wall.law()
+        facts = {"wall": f"{law.title}: {law.formula}"}
+        facts |= {one: _spread(value) for one, value in zip(self.wall._fields, self.wall, strict=True)}
+        facts["outlets"] = f"{type(self.outlets).__name__} at {len(self.network.terminals)} terminals"
+        facts["vessels"] = f"{len(self.network)}, {self.network.length.sum():.4g} cm long in all"
+        facts["blood"] = repr(self.blood)
+        return card("Model", facts)
+
     def changed(self, **parts: Any) -> "Model":
         """Return a model with other parts: ``model.changed(wall=LinearWall(60.0))``."""
         return replace(self, **parts)
+
+
+def _spread(values: np.ndarray) -> str:
+    low, high = values.min(), values.max()
+    return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.notebook import card
 
 FEWEST_SAMPLES = 32
 """A cycle with fewer samples cannot carry the 14 harmonics that the impedance analysis reads."""
@@ -103,6 +104,16 @@ class Recording:
             f"HR {self.heart_rate:.0f}/min, {len(self.pressure)} pressure and {len(self.flow)} flow samples, "
             f"{self.source})"
         )
+
+    def _repr_html_(self) -> str:
+        facts = {
+            "mean pressure": f"{self.mean_pressure:.1f} mmHg ({self.pressure.min():.1f} to {self.pressure.max():.1f})",
+            "cardiac output": f"{self.cardiac_output:.3f} ml/s",
+            "heart rate": f"{self.heart_rate:.0f}/min",
+            "samples": f"{len(self.pressure)} of pressure, {len(self.flow)} of flow",
+            "source": self.source,
+        }
+        return card("Recording, one averaged cycle", facts, self.notes)
 
     @property
     def inflow(self) -> Inflow:
