@@ -4,7 +4,7 @@ from vasowave.analysis.characteristic import characteristic_impedances
 from vasowave.analysis.compliance import Compliance, compliance
 from vasowave.analysis.events import WAVES, largest_waves, named_waves
 from vasowave.analysis.impedance import InputImpedance, fourier_series, impedance
-from vasowave.analysis.operating import OperatingPoint, measured_operating_point, operating_point
+from vasowave.analysis.operating import OperatingPoint, WavesAt, measured_operating_point, operating_point
 from vasowave.analysis.tree import pressure_drop, wave_speeds
 from vasowave.analysis.waves import WaveIntensity, wave_intensity
 
@@ -14,6 +14,7 @@ __all__ = [
     "InputImpedance",
     "OperatingPoint",
     "WaveIntensity",
+    "WavesAt",
     "characteristic_impedances",
     "compliance",
     "fourier_series",

@@ -4,13 +4,16 @@ Characteristic impedance is measured while the vessel is under pressure, Z_c = Ï
 at the mean pressure, not the one of the image or at zero pressure.
 """
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.model import Model
 from vasowave.walls import area, wave_speed
+
+WavesAt = Literal["mean pressure", "paper"]
+"""Where waves take area and wave speed from: at mean pressure, or as the paper does."""
 
 _STIFFNESSES = np.log([1e-6, 1e7])  # mmHg; from no stiffness at all to a rigid tube
 

@@ -1,12 +1,12 @@
 """Waves and impedance at the inlet of the root, of measured or simulated waveforms, as labelled data."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import xarray as xr
 
 from vasowave.analysis import (
+    WavesAt,
     characteristic_impedances,
     fourier_series,
     impedance,
@@ -28,9 +28,6 @@ _WAVE_COLUMNS = {
     "area [W/cm2/s]": ("wave_area", "W/cm2/s"),
     "pressure change [mmHg]": ("wave_pressure_change", "mmHg"),
 }
-WavesAt = Literal["mean pressure", "paper"]
-"""Where waves take area and wave speed from: at mean pressure, or the paper's practice."""
-
 _FLOOR = 20
 """Harmonics of the flow above this one are taken for noise where no beats tell it."""
 _RELIABLE = 2.0
