@@ -239,8 +239,8 @@ def unknown_pressure(network: Network) -> list[str]:
         return []
     return [
         "The pressure at which the vessels were imaged is not known; their radii are taken for those at zero pressure. "
-        "If they were filled, the wall seems stiffer and waves faster than they are; how it stiffens cannot be told. "
-        "Give it as a column 'pressure [mmHg]' of the network's file, or as Network(..., pressure=...)."
+        "If they were filled, the wall seems stiffer and waves faster than they are, and how it stiffens cannot be "
+        "told. Give it as a column 'pressure [mmHg]' of the network's file, or as Network(..., pressure=...)."
     ]
 
 

@@ -21,7 +21,7 @@ from vasowave.animal.signals import (
     waves_dataset,
 )
 from vasowave.animal.vessels import vessels_dataset
-from vasowave.calibration import Fit, calibrate
+from vasowave.calibration import Ends, Fit, calibrate
 from vasowave.errors import VasowaveWarning
 from vasowave.nominal import estimate_nominal
 from vasowave.provenance import provenance
@@ -30,7 +30,13 @@ Progress = Callable[[str, int, int, float], None]
 """Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²)."""
 
 
-def analyze(animal: Animal, settings: Settings | None = None, progress: Progress | None = None) -> xr.DataTree:
+Kept = Callable[[str, int], Ends]
+"""Gives, for a wall law and a number of starts, where the ends of its searches are kept."""
+
+
+def analyze(
+    animal: Animal, settings: Settings | None = None, progress: Progress | None = None, kept: Kept | None = None
+) -> xr.DataTree:
     """Return everything about one animal as one tree of labelled data.
 
     Parameters
@@ -39,6 +45,8 @@ def analyze(animal: Animal, settings: Settings | None = None, progress: Progress
     settings : Settings, optional
     progress : callable, optional
         Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²).
+    kept : callable, optional
+        Gives, for a wall law and a number of starts, where the ends of its searches are kept (see `calibrate`).
 
     Returns
     -------
@@ -71,7 +79,7 @@ def analyze(animal: Animal, settings: Settings | None = None, progress: Progress
     """
     settings = settings or Settings()
     with _collected() as warned:
-        fits, interrupted = _fits(animal, settings, progress)
+        fits, interrupted = _fits(animal, settings, progress, kept)
     return tree_of(animal, fits, settings, warned, interrupted)
 
 
@@ -136,12 +144,12 @@ def _with_scatter(animal: Animal) -> xr.Dataset:
     return dataset
 
 
-def _fits(animal: Animal, settings: Settings, progress: Progress | None) -> tuple[list[Fit], bool]:
+def _fits(animal: Animal, settings: Settings, progress: Progress | None, kept: Kept | None) -> tuple[list[Fit], bool]:
     """Return the fits of all wall laws, or what had finished when it was interrupted, and whether it was."""
     fits: list[Fit] = []
     for wall in settings.walls:
         try:
-            fits.append(_calibrated(animal, settings, wall, progress))
+            fits.append(_calibrated(animal, settings, wall, progress, kept))
         except KeyboardInterrupt:
             if not fits:
                 raise
@@ -151,7 +159,7 @@ def _fits(animal: Animal, settings: Settings, progress: Progress | None) -> tupl
     return fits, False
 
 
-def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progress | None) -> Fit:
+def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progress | None, kept: Kept | None) -> Fit:
     def say(done: int, count: int, best: float) -> None:
         if progress is not None:
             progress(wall, done, count, best)
@@ -164,6 +172,7 @@ def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progres
         search=settings.search(wall),
         numerics=settings.numerics,
         progress=say,
+        ends=kept(wall, settings.starts) if kept is not None else None,
     )
 
 

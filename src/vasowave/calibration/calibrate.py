@@ -17,7 +17,7 @@ from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, checke
 from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
-from vasowave.calibration.search import Found
+from vasowave.calibration.search import Ends, Found
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
 from vasowave.errors import NumericalError, VasowaveWarning
 from vasowave.network import Network, unknown_pressure
@@ -101,6 +101,7 @@ def calibrate(
     search: Search | None = None,
     numerics: Numerics | None = None,
     progress: Callable[[int, int, float], None] | None = None,
+    ends: Ends | None = None,
 ) -> Fit:
     """Find the parameters that minimize S (eq. 14) between measured and simulated pressure and flow at the inlet.
 
@@ -119,6 +120,8 @@ def calibrate(
         becomes 1e-6: derivatives by finite differences need it.
     progress : callable, optional
         Called with finished starts, all starts and the best S so far.
+    ends : Ends, optional
+        Where the ends of searches are kept as they come, and found again by a fit that goes on after a kill.
 
     Returns
     -------
@@ -145,7 +148,7 @@ def calibrate(
     space = parameter_space(wall, network, nominal, blood, plan.bounds, plan.fixed, plan.paper_bounds)
     compared = compared_part(recording, plan.pressure_harmonics)
     numerics = _for_fits(numerics, min(len(recording.pressure), MOST_SAMPLES))
-    found, stopped = _search_all(space, compared, _coarser(numerics), plan, progress)
+    found, stopped = _search_all(space, compared, _coarser(numerics), plan, progress, ends)
     objective, best = _polish(space, compared, numerics, plan, found)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
     spread = spread_of(space, jacobian, residual, compared)
@@ -190,6 +193,7 @@ def _search_all(
     numerics: Numerics,
     plan: Search,
     progress: Callable[[int, int, float], None] | None,
+    ends: Ends | None,
 ) -> tuple[list[Found], bool]:
     """Search from every start, as many at once as there are cores; returns what finished, and if it was stopped."""
     cores = threads()
@@ -198,8 +202,8 @@ def _search_all(
     found: list[Found] = []
     with ThreadPoolExecutor(min(cores, plan.starts)) as pool:
         pending: set[Future[Found]] = {
-            pool.submit(searching.search, objective, start, plan.method, searching.ROUGH)
-            for objective, start in zip(objectives, _starts(space, plan), strict=True)
+            pool.submit(_searched, objective, start, plan.method, ends, number)
+            for number, (objective, start) in enumerate(zip(objectives, _starts(space, plan), strict=True))
         }
         try:
             while pending:
@@ -216,6 +220,17 @@ def _search_all(
     if not any(np.isfinite(one.S) for one in found):
         raise NumericalError(f"no start of the fit could be simulated; the first: {found[0].message}")
     return found, stop.is_set()
+
+
+def _searched(objective: Objective, start: np.ndarray, method: str, ends: Ends | None, number: int) -> Found:
+    """Search from one start, unless it is known where that ends."""
+    known = ends.find(number) if ends is not None else None
+    if known is not None:
+        return known
+    found = searching.search(objective, start, method, searching.ROUGH)
+    if ends is not None:
+        ends.keep(number, found)
+    return found
 
 
 def _polish(

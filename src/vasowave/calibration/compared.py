@@ -13,7 +13,7 @@ import pandas as pd
 from vasowave.errors import InputError
 from vasowave.recording import HarmonicErrors, Recording, harmonic_errors, resample, samples_needed
 from vasowave.recording.waveform import amplitudes
-from vasowave.solver.result import Run
+from vasowave.solver.result import Run, at_samples
 
 FEWEST = 8
 """Harmonics that are compared at least: with fewer, the parameters of a fit leave no residual to judge it by."""
@@ -60,9 +60,13 @@ class Compared:
 
     def simulated(self, run: Run) -> np.ndarray:
         """Pressure at the inlet of a simulation, mmHg, shape (N,), in the same harmonics."""
+        return self.sampled(run.inlet_pressure(run.steps))
+
+    def sampled(self, signal: np.ndarray) -> np.ndarray:
+        """Return what is known at every step of a cycle, in the same harmonics, shape (N,)."""
         if self.choice == "all":  # sample by sample, as the paper: a cycle that is not periodic has no harmonics
-            return run.inlet_pressure(self.samples)
-        return resample(run.inlet_pressure(run.steps), self.samples)
+            return at_samples(signal, self.samples)
+        return resample(signal, self.samples)
 
     def error_power(self) -> np.ndarray:
         """Mean square of the measurement's error in harmonics 0 … n, mmHg², shape (harmonic,); their sum is its own."""

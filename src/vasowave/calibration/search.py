@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -37,6 +37,18 @@ class Found:
     simulations: int
     converged: bool
     message: str
+
+
+class Ends(Protocol):
+    """Where the ends of the searches of one fit are kept, by the number of the start."""
+
+    def find(self, start: int) -> Found | None:
+        """Return where the search from a start ended, if that is known."""
+        ...
+
+    def keep(self, start: int, found: Found) -> None:
+        """Keep where the search from a start ended; called from several threads."""
+        ...
 
 
 def search(objective: Objective, start: np.ndarray, method: str, tolerance: float = TOLERANCE) -> Found:

@@ -55,9 +55,9 @@ def record_stations(sample, vessels, faces, out):
             out[kind, sample, v, 2] = values[k]
 
 
-def _source_fingerprint() -> str:
+def source_fingerprint(*more: Any) -> str:
     """Hash of everything that is compiled: it stands in the kernel's closure, so that no stale binary is ever run."""
-    modules = (walls, laws, trigonometry, grid, cell_kernels, node_kernels, sys.modules[__name__])
+    modules = (walls, laws, trigonometry, grid, cell_kernels, node_kernels, sys.modules[__name__], *more)
     return hashlib.sha256("".join(inspect.getsource(module) for module in modules).encode()).hexdigest()
 
 
@@ -119,4 +119,4 @@ def cycle_kernel(law: type) -> Any:
     Kernels of our own laws are kept on disk. One with a law from elsewhere is compiled in each process: Numba's index
     of kept kernels names the law's module, and could not be read where that is missing.
     """
-    return _compiled(_source_fingerprint(), law.__module__ == walls.__name__)
+    return _compiled(source_fingerprint(), law.__module__ == walls.__name__)

@@ -154,9 +154,13 @@ class FromRest:
 
     def state(self, outlet: OutletSteps, steps: int) -> State:
         """Return undeformed vessels without flow."""
-        grid = self.grid
-        memory = np.zeros((len(grid.model.network.terminals), len(outlet.remembered())))
-        return State(grid.model.area0[grid.vessel].copy(), np.zeros(len(grid.vessel)), memory)
+        return at_rest(self.grid, outlet)
+
+
+def at_rest(grid: Grid, outlet: OutletSteps) -> State:
+    """Return undeformed vessels without flow, whose outlets remember none."""
+    memory = np.zeros((len(grid.model.network.terminals), len(outlet.remembered())))
+    return State(grid.model.area0[grid.vessel].copy(), np.zeros(len(grid.vessel)), memory)
 
 
 def _range_of_pressure(model: Model) -> tuple[float, float]:

@@ -59,3 +59,8 @@ class Scale:
         area, flow = self.ghost_area.copy(), np.zeros(len(self.cell))
         area[self.cell], flow[self.cell] = x[:n] * self.compliance, x[n : 2 * n] / self.impedance
         return State(area, flow, x[2 * n :].reshape(self.memory.shape) / self.memory)
+
+    def change(self, x: np.ndarray) -> State:
+        """Return the difference between two states whose vectors differ by `x`."""
+        change = self.state(x)
+        return State(np.where(self.cell, change.area, 0.0), change.flow, change.memory)

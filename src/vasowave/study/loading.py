@@ -17,6 +17,7 @@ from vasowave.network import Network, read_network
 from vasowave.provenance import sha256
 from vasowave.recording import Recording, average_beats, read_raw_recording, read_recording
 from vasowave.study.fingerprint import fingerprint
+from vasowave.study.journal import Journal
 from vasowave.study.kind import kind_of
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
@@ -108,17 +109,20 @@ def _says_synthetic(row: AnimalRow) -> bool:
 
 
 def analyze_animal(
-    animal: Animal, settings: Settings, hashes: Mapping[str, str], progress: Progress | None = None
+    animal: Animal, settings: Settings, hashes: Mapping[str, str], journal: str, progress: Progress | None = None
 ) -> xr.DataTree:
-    """Analyze one animal; the SHA-256 of its files stands among the attributes of the tree."""
-    tree = analyze(animal, settings, progress)
+    """Analyze one animal; searches that its journal (a file) knows are not made again.
+
+    The SHA-256 of its files stands among the attributes of the tree.
+    """
+    tree = analyze(animal, settings, progress, Journal(Path(journal)).of)
     tree.attrs |= {f"sha256 of {role}": found for role, found in hashes.items()}
     return tree
 
 
-def analyzed_bytes(animal: Animal, settings: Settings, hashes: Mapping[str, str]) -> bytes:
+def analyzed_bytes(animal: Animal, settings: Settings, hashes: Mapping[str, str], journal: str) -> bytes:
     """Return the tree of `analyze_animal` as the bytes of a netCDF-4 file. Runs in a worker."""
-    return to_bytes(analyze_animal(animal, settings, hashes))
+    return to_bytes(analyze_animal(animal, settings, hashes, journal))
 
 
 def _units(row: AnimalRow) -> dict[str, str | None]:

@@ -57,6 +57,19 @@ def locked(path: Path) -> Iterator[None]:
         yield
 
 
+def holder(path: Path) -> str | None:
+    """Return who holds the lock file `path`, as it wrote itself there; None if nobody does."""
+    try:
+        with path.open("r+", encoding="utf-8") as file:
+            try:
+                _lock(file.fileno())
+            except BlockingIOError:
+                return file.read().strip() or "another program"
+    except OSError:
+        pass
+    return None
+
+
 def _lock(handle: int) -> None:
     """Lock an open file; `BlockingIOError` if it is locked already."""
     if os.name == "nt":

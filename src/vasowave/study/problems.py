@@ -35,7 +35,7 @@ class Problem:
 
 
 def one_per_cause(problems: Iterable[Problem]) -> list[Problem]:
-    """Return the problems with those that differ only in their line, animal or file as one, at the first one's place."""
+    """Return the problems; those that differ in line, animal or file alone are one, at the place of the first."""
     groups: dict[tuple[str, str, bool], list[Problem]] = {}
     for problem in problems:
         groups.setdefault((_ROW.sub("", problem.place), problem.message, problem.error), []).append(problem)
