@@ -118,7 +118,7 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, xr.Dataset]:
     """Return the groups that need no model."""
     network, recording, blood = animal.network, animal.recording, settings.blood
     nominal = estimate_nominal(network, recording, blood)
-    station = measured_station(recording, network, nominal, blood.inertia)
+    station = measured_station(recording, network, nominal, blood.inertia, settings.waves_at)
     waves = waves_dataset(station, blood.inertia)
     found = {
         "network": network_dataset(network),
@@ -179,7 +179,7 @@ def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progres
 def _modeled(animal: Animal, fit: Fit, settings: Settings) -> dict[str, xr.Dataset]:
     """Return the groups of one wall law."""
     inertia = settings.blood.inertia
-    station = simulated_station(fit)
+    station = simulated_station(fit, settings.waves_at)
     waves = waves_dataset(station, inertia)
     spectrum = impedance_dataset(station, settings.harmonics, flow_noise(animal.recording, animal.beats))
     vessels = vessels_dataset(fit)

@@ -86,7 +86,7 @@ def measured_quantities(recording: Recording, nominal: Nominal, station: Station
         "tau": tau,
     }
     found = quantities_dataset(values, QUANTITIES)
-    found["wave_speed"].attrs["long_name"] = "wave speed at zero pressure, A0 Z_c/ρ"
+    found["wave_speed"].attrs["long_name"] = f"wave speed at {station.taken}, A Z_c/ρ"
     found["beta"].attrs["long_name"] = "nominal wall stiffness"
     return found
 
