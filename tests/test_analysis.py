@@ -51,7 +51,7 @@ def test_compliance_is_the_derivative_of_volume_and_follows_the_published_rule()
     network = control_network()
     model = Model(network, LinearWall(50.0), Windkessel(10.0, 90.0, 1e-4))
     found = compliance(model, 10.0)
-    volume = [float((network.length * area(model.wall, p, network.area0)).sum()) for p in (9.99, 10.01)]
+    volume = [float((network.length * area(model.wall, p, network.area)).sum()) for p in (9.99, 10.01)]
     assert found.network_sum == pytest.approx((volume[1] - volume[0]) / 0.02, rel=1e-8)
     assert found.peripheral == pytest.approx(len(network.terminals) * 0.9e-4)
     assert found.time_constant() == pytest.approx(100 / len(network.terminals) * found.total())

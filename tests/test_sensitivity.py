@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from vasowave.blood import Blood, PowerLaw
+from vasowave.calibration.compared import compared_part
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import parameter_space
 from vasowave.datasets import control_network, virtual_mouse
@@ -29,7 +30,9 @@ WALLS = pytest.mark.parametrize("wall", [LinearWall(57.0), TangentWall(9.0, 4.0)
 
 
 def fork(wall, blood=None):
-    network = Network(("a", "b", "c"), np.array([-1, 0, 0]), np.array([0.75, 0.55, 0.35]), np.array([0.047, 0.037, 0.026]))
+    network = Network(
+        ("a", "b", "c"), np.array([-1, 0, 0]), np.array([0.75, 0.55, 0.35]), np.array([0.047, 0.037, 0.026])
+    )
     return Model(network, wall, windkessels(network, 76.0, 0.11, a=0.2), blood or Blood())
 
 
@@ -77,10 +80,10 @@ def test_derivatives_by_stiffness_radius_length_and_outlets_are_those_of_central
 def test_the_jacobian_of_a_fit_is_right_to_a_millionth_and_that_of_its_searches_to_a_hundredth(name):
     network, mouse = control_network(), virtual_mouse()
     space = parameter_space(name, network, estimate_nominal(network, mouse), Blood(), {}, {}, False)
-    numerics = Numerics(samples=512, tolerance=1e-9)
-    x = np.log(space.nominal[space.free])
+    numerics = Numerics(tolerance=1e-9)
+    x, compared = np.log(space.nominal[space.free]), compared_part(mouse, "all")
     objectives = [
-        Objective(space, mouse.resampled(512), numerics, workers, threading.Event(), exactness)
+        Objective(space, compared, numerics, workers, threading.Event(), exactness)
         for workers, exactness in ((2, 1e-6), (1, 3e-3))
     ]
     exact, rough = (objective.jacobian(x) for objective in objectives)
@@ -91,7 +94,7 @@ def test_the_jacobian_of_a_fit_is_right_to_a_millionth_and_that_of_its_searches_
             simulate_run(space.model(space.values(x + k * _APART * unit)), mouse.inflow, numerics, base)
             for k in (1, 2, -1, -2)
         )
-        p = [run.inlet_pressure(512) for run in (one, minus, two, minus_two)]
+        p = [compared.simulated(run) for run in (one, minus, two, minus_two)]
         expected = -(8 * (p[0] - p[1]) - (p[2] - p[3])) / (12 * _APART)
         size = np.max(np.abs(expected))
         assert np.max(np.abs(exact[:, i] - expected)) < 1e-6 * size, space.free_names[i]

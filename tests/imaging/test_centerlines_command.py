@@ -7,8 +7,8 @@ import pytest
 from made_phantom import NETWORK
 from typer.testing import CliRunner
 
+from phantom import embed
 from vasowave.cli import app
-from vasowave.datasets.phantom import embed
 from vasowave.imaging.exchange.centerlines import write_centerlines
 from vasowave.imaging.exchange.swc import write_swc
 from vasowave.imaging.tree import Line, Tree

@@ -16,7 +16,7 @@ from vasowave.errors import InputError, did_you_mean
 from vasowave.laws import ENTRY_POINTS, LAWS, find_law
 from vasowave.network import Network
 from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
-from vasowave.settings import Check
+from vasowave.settings import Check, settings_of
 from vasowave.solver import Numerics
 
 
@@ -140,7 +140,8 @@ class Settings(Search):
         own = fitted_parameters(wall)
         bounds = {name: (float(low), float(high)) for name, (low, high) in self.bounds.items() if name in own}
         fixed = {name: float(value) for name, value in self.fixed.items() if name in own}
-        return Search(self.starts, self.method, self.paper_bounds, bounds, fixed, self.seed)
+        kept = {name: getattr(self, name) for name in settings_of(Search)}
+        return Search(**kept | {"bounds": bounds, "fixed": fixed})
 
     def as_json(self) -> str:
         """Return all settings as text that does not depend on the order in which they were given."""

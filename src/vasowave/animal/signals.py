@@ -45,7 +45,7 @@ class Station:
 def measured_station(recording: Recording, network: Network, nominal: Nominal, inertia: float) -> Station:
     """Return the measured waveforms, with A0 and c = A0 Z_c/ρ (eq. 8): area and wave speed were not measured."""
     count = max(len(recording.pressure), len(recording.flow))
-    area = float(network.area0[network.root])
+    area = float(network.area[network.root])
     even = recording if len(recording.pressure) == len(recording.flow) else recording.resampled(count)
     return Station(even, area, area * nominal.characteristic_impedance / inertia)
 

@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -13,16 +13,17 @@ from annotated_types import Ge, Le
 
 from vasowave.blood import Blood
 from vasowave.calibration import search as searching
+from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, checked_harmonics, compared_part
 from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
 from vasowave.calibration.search import Found
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
 from vasowave.errors import NumericalError, VasowaveWarning
-from vasowave.network import Network
+from vasowave.network import Network, unknown_pressure
 from vasowave.nominal import estimate_nominal, oddities
 from vasowave.recording import Recording
-from vasowave.settings import Positive, Range, check_settings
+from vasowave.settings import Check, Positive, Range, check_settings
 from vasowave.solver.dataset import as_dataset
 from vasowave.solver.simulate import Numerics
 from vasowave.threads import threads
@@ -36,7 +37,10 @@ _SEEN = 1e-3  # … or their root-mean-square residuals by less than this, mmHg,
 _COARSE_SAMPLES = 64  # the searches choose their step in multiples of this
 _LOOSEST = 1e-6  # mmHg, tolerance of a fit
 _COARSER = 10.0  # ratio of the searches' tolerance to that of the final one
-_MOST_SAMPLES = 1024  # a longer recording is compared at this many samples, which carry all its harmonics
+
+
+def _harmonics_schema() -> dict[str, Any]:
+    return {"anyOf": [{"enum": ["signal", "all"]}, {"type": "integer", "minimum": FEWEST}]}
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,9 @@ class Search:
         r2 and c1 have none). p1 is that of eq. 4; the published table lists π p1.
     fixed : mapping of str to float
         Parameters held at a value, in the same units.
+    pressure_harmonics : {"signal", "all"} or int
+        Harmonics of the pressure that are compared: those that carry signal, all that the recording holds (the paper's
+        practice, up to 1024 samples), or up to a number, at least 8.
     seed : int
         Seed of everything random; the same seed gives the same result.
 
@@ -77,6 +84,7 @@ class Search:
     paper_bounds: bool = False
     bounds: Mapping[str, Range] = field(default_factory=dict)
     fixed: Mapping[str, Positive] = field(default_factory=dict)
+    pressure_harmonics: Annotated[str | int, Check(checked_harmonics, _harmonics_schema)] = "signal"
     seed: Annotated[int, Ge(0)] = 0
 
     def __post_init__(self) -> None:
@@ -107,8 +115,8 @@ def calibrate(
     search : Search, optional
         Starts, method, bounds.
     numerics : Numerics, optional
-        Its `samples` is ignored: the recording's are compared (at most 1024). A tolerance above 1e-6 mmHg becomes
-        1e-6: derivatives by finite differences need it.
+        Its `samples` is ignored: the simulation has the recording's (at most 1024). A tolerance above 1e-6 mmHg
+        becomes 1e-6: derivatives by finite differences need it.
     progress : callable, optional
         Called with finished starts, all starts and the best S so far.
 
@@ -135,15 +143,16 @@ def calibrate(
     blood = blood or Blood()
     nominal = estimate_nominal(network, recording, blood)
     space = parameter_space(wall, network, nominal, blood, plan.bounds, plan.fixed, plan.paper_bounds)
-    compared = _compared(recording)
-    numerics = _for_fits(numerics, len(compared.pressure))
+    compared = compared_part(recording, plan.pressure_harmonics)
+    numerics = _for_fits(numerics, min(len(recording.pressure), MOST_SAMPLES))
     found, stopped = _search_all(space, compared, _coarser(numerics), plan, progress)
     objective, best = _polish(space, compared, numerics, plan, found)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
-    spread = spread_of(space, jacobian, residual)
+    spread = spread_of(space, jacobian, residual, compared)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
     starts = _starts_table(space, found, len(residual))
-    notes = [*compared.notes, *oddities(nominal), *sentences(table, correlation, starts, spread)]
+    notes = [*recording.notes, *compared.sentences(), *unknown_pressure(network), *oddities(nominal)]
+    notes += sentences(table, correlation, starts, spread)
     if stopped:
         notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")
     run = objective.run(best.x)
@@ -152,14 +161,6 @@ def calibrate(
         space.law.law().name, run.model, compared, nominal, table, correlation, starts, as_dataset(run),
         residual, float(residual @ residual), tuple(notes),
     )  # fmt: skip
-
-
-def _compared(recording: Recording) -> Recording:
-    """Return the recording with pressure and flow at the same samples."""
-    count = min(len(recording.pressure), _MOST_SAMPLES)
-    if len(recording.pressure) == len(recording.flow) == count:
-        return recording
-    return recording.resampled(count)
 
 
 def _for_fits(numerics: Numerics | None, samples: int) -> Numerics:
@@ -185,7 +186,7 @@ def _starts(space: Space, plan: Search) -> list[np.ndarray]:
 
 def _search_all(
     space: Space,
-    recording: Recording,
+    compared: Compared,
     numerics: Numerics,
     plan: Search,
     progress: Callable[[int, int, float], None] | None,
@@ -193,7 +194,7 @@ def _search_all(
     """Search from every start, as many at once as there are cores; returns what finished, and if it was stopped."""
     cores = threads()
     stop = threading.Event()
-    objectives = [Objective(space, recording, numerics, max(1, cores // plan.starts), stop) for _ in range(plan.starts)]
+    objectives = [Objective(space, compared, numerics, max(1, cores // plan.starts), stop) for _ in range(plan.starts)]
     found: list[Found] = []
     with ThreadPoolExecutor(min(cores, plan.starts)) as pool:
         pending: set[Future[Found]] = {
@@ -218,11 +219,11 @@ def _search_all(
 
 
 def _polish(
-    space: Space, recording: Recording, numerics: Numerics, plan: Search, found: list[Found]
+    space: Space, compared: Compared, numerics: Numerics, plan: Search, found: list[Found]
 ) -> tuple[Objective, Found]:
     """Search again from the best end, with the step that suits it, so that no start's detours stay in the result."""
     best = min(found, key=lambda one: one.S)
-    objective = Objective(space, recording, numerics, threads(), threading.Event())
+    objective = Objective(space, compared, numerics, threads(), threading.Event())
     again = searching.search(objective, best.x, plan.method)
     if not np.isfinite(again.S):
         warnings.warn("the optimum could not be simulated a second time", VasowaveWarning, stacklevel=3)

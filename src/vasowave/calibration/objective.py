@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
 from vasowave.errors import NumericalError
-from vasowave.recording import Recording
+from vasowave.recording import Inflow
 from vasowave.solver.direction import Direction, direction_between
-from vasowave.solver.result import Run, at_samples
+from vasowave.solver.result import Run
 from vasowave.solver.sensitivity import pressure_derivatives
 from vasowave.solver.simulate import Numerics, simulate_run
 
@@ -31,8 +32,8 @@ class Objective:
     Attributes
     ----------
     space : Space
-    recording : Recording
-        Pressure and flow at the same samples.
+    compared : Compared
+        The measured pressure, and the flow that enters the root.
     numerics : Numerics
     workers : int
         Threads for the columns of the Jacobian.
@@ -43,7 +44,7 @@ class Objective:
     """
 
     space: Space
-    recording: Recording
+    compared: Compared
     numerics: Numerics
     workers: int
     stop: threading.Event
@@ -52,6 +53,11 @@ class Objective:
     last: Run | None = None
     _at: np.ndarray | None = field(default=None, repr=False)
 
+    @property
+    def inflow(self) -> Inflow:
+        """The measured flow."""
+        return self.compared.recording.inflow
+
     def run(self, x: np.ndarray) -> Run:
         """Simulate at the logarithms `x` of the free parameters."""
         if self.stop.is_set():
@@ -59,11 +65,11 @@ class Objective:
         self.simulations += 1
         model = self.space.model(self.space.values(x))
         try:
-            return simulate_run(model, self.recording.inflow, self.numerics, self.last)
+            return simulate_run(model, self.inflow, self.numerics, self.last)
         except NumericalError:
             if self.last is None:
                 raise
-            return simulate_run(model, self.recording.inflow, self.numerics, None)  # the neighbour may mislead
+            return simulate_run(model, self.inflow, self.numerics, None)  # the neighbour may mislead
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Measured minus simulated pressure at the inlet, mmHg, shape (N,) (eq. 14)."""
@@ -71,9 +77,9 @@ class Objective:
             try:
                 run = self.run(x)
             except NumericalError:
-                return np.full(len(self.recording.pressure), _FAILED)
+                return np.full(self.compared.samples, _FAILED)
             self.last, self._at = run, x.copy()
-        return self.recording.pressure - self.last.inlet_pressure(len(self.recording.pressure))
+        return self.compared.pressure - self.compared.simulated(self.last)
 
     def reached(self, start: np.ndarray) -> np.ndarray:
         """Return the logarithms that were simulated last, or `start` where none were."""
@@ -88,10 +94,8 @@ class Objective:
             raise Stopped
         self.simulations += 1
         directions = [self._direction(x, unit) for unit in np.eye(len(x))]
-        found = pressure_derivatives(
-            self.last, self.recording.inflow, directions, self.numerics, self.exactness, self.workers
-        )
-        return -np.stack([at_samples(column, len(self.recording.pressure)) for column in found], axis=1)
+        found = pressure_derivatives(self.last, self.inflow, directions, self.numerics, self.exactness, self.workers)
+        return -np.stack([self.compared.sampled(column) for column in found], axis=1)
 
     def _direction(self, x: np.ndarray, unit: np.ndarray) -> Direction:
         before, after = (self.space.model(self.space.values(x + side * _APART * unit)) for side in (-0.5, 0.5))

@@ -65,7 +65,7 @@ _ENDS = {
 
 def _least_squares(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.ndarray, float, bool, str]:
     """Search in the coordinates that the data see; where that leads out of the bounds, again inside them."""
-    coordinates = Coordinates(objective.space, objective.recording.mean_pressure)
+    coordinates = Coordinates(objective.space, objective.compared.recording.mean_pressure)
     low, high = objective.space.log_bounds
     place = coordinates.bounds
     inside = 1e-6 * (place[1] - place[0])

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vasowave.cli.app import FAILED, app
+from vasowave.cli.progress import show_read
 
 if TYPE_CHECKING:
     from vasowave.study.engine import Progress
@@ -34,16 +35,48 @@ def demo(
 
 
 @app.command(epilog="Example: vasowave new my-study")
-def new(folder: Annotated[Path, typer.Argument(help="Folder to make.")]) -> None:
+def new(
+    folder: Annotated[Path, typer.Argument(help="Folder to make.")],
+    groups: Annotated[str, typer.Option(help="Group labels, the reference first.")] = "CTL,HPH",
+) -> None:
     """Make a study: a commented study.yaml, an empty animals.csv, and folders for the files."""
     from vasowave.study.template import new_study
 
-    for path in new_study(folder):
+    for path in new_study(folder, [label.strip() for label in groups.split(",")]):
         typer.echo(f"  {path}")
     typer.echo(
-        f"Next: put vessel tables into {folder / 'networks'}, recordings into {folder / 'recordings'} and one row per "
-        f"animal into {folder / 'animals.csv'}; then vasowave check {folder}"
+        f"Next: vasowave add {folder} FILES… (or put the files into {folder / 'networks'} and {folder / 'recordings'} "
+        f"and one row per animal into {folder / 'animals.csv'}; then vasowave check {folder})"
     )
+
+
+@app.command(
+    epilog="Example: vasowave add my-study lab/control lab/hypoxia --network lung.csv. Groups and names are told by "
+    "names of files and folders; what nothing tells is said and left empty."
+)
+def add(
+    study: Annotated[Path, _STUDY],
+    paths: Annotated[list[Path], typer.Argument(help="Recordings and networks: files, or folders of them.")],
+    group: Annotated[str, typer.Option(help="The group of all of them.")] = "",
+    network: Annotated[Path | None, typer.Option(help="The vessel table of all of them.")] = None,
+    period: Annotated[float | None, typer.Option(help="Period, s, of averaged cycles without a time column.")] = None,
+) -> None:
+    """Put files into a study: a row in its table for every recording, and what was read of it."""
+    from vasowave.study.adding import add_files
+    from vasowave.study.checking import check_study
+
+    added = add_files(study, paths, group=group, network=network, period=period)
+    names = {row["animal"] for row in added.rows}
+    typer.echo(f"{added.table}: {_counted(len(names), 'new row')}")
+    problems, read, settings = check_study(study)
+    new = [one for one in read if one.animal in names]
+    if settings is not None and new:
+        show_read(new, settings)
+    for said in added.said:
+        typer.echo(f"note: {said}")
+    errors = sum(problem.error for problem in problems)
+    more = f"{_counted(errors, 'error')} in the study" if errors else "The study can run"
+    typer.echo(f"{more}; see vasowave check {study}" if errors else f"{more}: vasowave run {study}")
 
 
 @app.command(epilog="Example: vasowave check my-study")
@@ -51,8 +84,10 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
     """Say everything that is wrong or odd about a study. Exit status 1 if it cannot run like this."""
     from vasowave.study.checking import check_study
 
-    problems = check_study(study)
+    problems, read, settings = check_study(study)
     errors = [problem for problem in problems if problem.error]
+    if settings is not None and read:
+        show_read(read, settings)
     for problem in problems:
         typer.echo(f"{'error' if problem.error else 'warning'}: {problem}")
     count = len(problems) - len(errors)

@@ -66,9 +66,6 @@ class EnsembleAverage:
         Whether the flow was advanced by `delay`.
     baseline : Baseline
         The diastolic level of every beat, its drift, and whether that was removed.
-    pressure_harmonic_error, flow_harmonic_error : float array, shape (harmonic,)
-        Standard error of the amplitude of every harmonic of the cycle, the mean first: the scatter of the averaged
-        beats divided by the root of their number, mmHg and ml/s.
 
     Examples
     --------
@@ -89,8 +86,6 @@ class EnsembleAverage:
     delay: float
     delay_corrected: bool
     baseline: Baseline
-    pressure_harmonic_error: np.ndarray
-    flow_harmonic_error: np.ndarray
 
     def __repr__(self) -> str:
         used = sum(beat.averaged for beat in self.beats)
@@ -207,7 +202,14 @@ def average_beats(
     notes += plateaus[0] + ([] if baseline.alarming else said)
     summary = summarize(found.fiducial, reasons, beats, starts[used[0]], ends[used[-1]])
     return EnsembleAverage(
-        Recording(cycles[0], cycles[1], period, raw.source, (*raw.notes, summary, *notes, *warned)),
+        Recording(
+            cycles[0],
+            cycles[1],
+            period,
+            raw.source,
+            (*raw.notes, summary, *notes, *warned),
+            *(harmonic_error(cut[used, :-1]) for cut in (pressure, flow)),
+        ),
         deviations[0],
         np.maximum(deviations[1], 0.0),
         _listed(starts, ends, set(used.tolist()), reasons),
@@ -215,7 +217,6 @@ def average_beats(
         delay,
         correct_delay,
         baseline,
-        *(harmonic_error(cut[used, :-1]) for cut in (pressure, flow)),
     )
 
 

@@ -46,7 +46,7 @@ def direction_between(before: Model, after: Model, apart: float) -> Direction:
 
     return Direction(
         relative(tuple(before.wall), tuple(after.wall)),
-        relative(before.network.area0, after.network.area0),
+        relative(before.area0, after.area0),
         relative(before.network.length, after.network.length),
         relative(tuple(before.outlets), tuple(after.outlets)),
     )

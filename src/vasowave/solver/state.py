@@ -31,7 +31,7 @@ class Scale:
 
     def __init__(self, grid: Grid, mean_pressure: np.ndarray, outlet: OutletSteps) -> None:
         model = grid.model
-        area0 = model.network.area0
+        area0 = model.area0
         compliance = np.asarray(walls.area_compliance(model.wall, mean_pressure, area0))
         area = walls.area(model.wall, mean_pressure, area0)
         speed = walls.wave_speed(model.wall, mean_pressure, model.blood.inertia)

@@ -16,9 +16,9 @@ from vasowave.laws import law_file
 from vasowave.network import read_network
 from vasowave.provenance import sha256
 from vasowave.recording import Recording, average_beats, read_raw_recording, read_recording
-from vasowave.study.animals import AnimalRow
 from vasowave.study.fingerprint import fingerprint
 from vasowave.study.kind import kind_of
+from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
 
 SYNTHETIC_MARK = b"SYNTHETIC"

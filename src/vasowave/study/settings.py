@@ -14,8 +14,9 @@ from vasowave.blood import FRICTIONS, Blood
 from vasowave.calibration import Search
 from vasowave.calibration.calibrate import NUMERICS
 from vasowave.recording import average_beats
-from vasowave.settings import Setting, settings_of
+from vasowave.settings import Check, Setting, settings_of
 from vasowave.solver import Numerics
+from vasowave.study.names import checked_name
 
 _ANIMAL, _NUMERICS, _BLOOD = settings_of(Settings), settings_of(Numerics), settings_of(Blood)
 _EXAMPLES: dict[str, Any] = {"bounds": {"beta": [10, 400], "c1": [0.05, 5]}, "fixed": {"gamma": 2}}
@@ -77,7 +78,7 @@ class _First(Section):
     species: Literal["mouse", "rat", "other"] = Field(
         "mouse", description="Whose physiology `check` compares with: mouse, rat or other (no comparison)."
     )
-    groups: Annotated[list[Text], MinLen(1)] = Field(
+    groups: Annotated[list[Annotated[Text, Check(checked_name)]], MinLen(1)] = Field(
         ["CTL", "HPH"], description="Group labels in the order of tables; the first is the reference."
     )
 
