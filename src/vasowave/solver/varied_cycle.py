@@ -23,7 +23,7 @@ from vasowave.solver.nodes import characteristics, gather, solve_nodes
 from vasowave.solver.variations import (
     change_cells,
     change_faces,
-    change_fluxes,
+    differentiate_cells,
     differentiate_faces,
     differentiate_fluxes,
 )
@@ -41,7 +41,7 @@ def _compiled(fingerprint: str, kept: bool) -> Any:
         (wall, end_wall), (wall_beside, end_wall_beside) = law, shifted
         (cells, ends), (in_slots, at_ends) = parts, weights
         faces, cell_fluxes, nodes, fluxes = base
-        cell_slopes, slopes, push, lines, changes, at_nodes, face_dA, face_dq, before = scratch
+        cell_slopes, slopes, to_faces, to_cells, lines, at_nodes, face_dA, face_dq, before = scratch
         for n in range(len(inflow)):
             find_fluxes(area, flow, cells, wall, fluid, cell_fluxes)
             inner_faces(area, flow, cells, fluid, cell_fluxes, faces)
@@ -53,26 +53,21 @@ def _compiled(fingerprint: str, kept: bool) -> Any:
 
             differentiate_fluxes(area, flow, cells, wall, wall_beside, fluid, cell_fluxes, cell_slopes)
             differentiate_fluxes(faces.area, faces.flow, cells, wall, wall_beside, fluid, fluxes, slopes)
-            differentiate_faces(area, flow, cells, fluid, cell_fluxes, push)
+            differentiate_faces(area, flow, cells, fluid, cell_fluxes, cell_slopes, to_faces)
+            differentiate_cells(faces.area, faces.flow, cells, fluid, fluxes, slopes, to_cells)
             gather_slopes(ends, nodes, faces, cell_slopes, slopes, lines)
             differentiate_speeds(ends, fluid, end_wall, end_wall_beside, nodes, lines)
             differentiate_characteristics(ends, nodes, lines)
             for d in range(len(dA)):
                 rows, longer = in_slots.rows[d], in_slots.length[d]
                 weight, end_weight = in_slots.wall[d, :rows], at_ends.wall[d, :rows]
-                change_fluxes(dA[d], dq[d], cell_slopes, weight, changes)
-                change_faces(
-                    area, flow, dA[d], dq[d], cells, fluid, cell_fluxes, push, longer, changes, face_dA, face_dq
-                )
+                change_faces(dA[d], dq[d], flow, cells, to_faces, weight, longer, face_dA, face_dq)
                 change_characteristics(dA[d], dq[d], ends, lines, end_weight, at_ends.length[d], at_nodes)
                 change_nodes(d, before, remembered[d], outlet, outlets, ends, faces, lines, at_nodes)
                 change_ends(ends, nodes, lines, at_nodes, face_dA, face_dq)
                 change_memory(d, before, remembered[d], outlet, outlets, ends, faces, face_dq)
                 out[d, n] = at_nodes.pressure[0]
-                change_fluxes(face_dA, face_dq, slopes, weight, changes)
-                change_cells(
-                    faces.area, faces.flow, face_dA, face_dq, cells, fluid, fluxes, longer, changes, dA[d], dq[d]
-                )
+                change_cells(face_dA, face_dq, faces.flow, cells, to_cells, weight, longer, dA[d], dq[d])
             update_cells(area, flow, cells, fluid, fluxes, faces)
 
     return advance_changes
