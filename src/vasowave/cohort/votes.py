@@ -1,7 +1,8 @@
-"""Which wall law each noise model prefers, animal by animal, as the stored comparison says."""
+"""Which wall law the residuals prefer, animal by animal and pooled, as the stored comparisons say."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
@@ -39,13 +40,51 @@ def vote(tree: xr.DataTree) -> str:
 
     "undecided" where the runner-up is too close, "discarded" where no noise model is kept.
     """
+    return str(_likeliest(tree)["AICc prefers"])
+
+
+def differences(trees: Sequence[xr.DataTree], reference: str, criterion: str = "AICc") -> pd.DataFrame:
+    """Return how much worse every other wall law is than `reference`, pooled over animals.
+
+    Of each animal counts the noise model that is likeliest for it, at the least-squares optimum.
+
+    Returns
+    -------
+    DataFrame
+        One row per law: ``wall, n, mean, low, high, sum``. ``mean`` is the criterion of the law minus that of the
+        reference, by animal; ``low, high`` are the ends of its 95 % interval (Student) from their scatter. Positive numbers speak for the reference.
+    """
+    found: dict[str, list[float]] = {}
+    for tree in trees:
+        scores = _likeliest(tree)
+        by_law = {label.removeprefix(f"{criterion} "): scores[label] for label in scores.index
+                  if label.startswith(f"{criterion} ") and not label.endswith(" prefers")}  # fmt: skip
+        if reference in by_law and scores[f"{criterion} prefers"] != DISCARDED:
+            for wall in by_law.keys() - {reference}:
+                found.setdefault(wall, []).append(float(by_law[wall] - by_law[reference]))
+    rows = [(wall, len(values), *_mean_and_interval(np.array(values)), sum(values)) for wall, values in found.items()]
+    return pd.DataFrame(rows, columns=["wall", "n", "mean", "low", "high", "sum"])
+
+
+def _mean_and_interval(values: np.ndarray) -> tuple[float, float, float]:
+    from scipy.special import stdtrit
+
+    mean, n = float(values.mean()), len(values)
+    if n < 2:
+        return mean, np.nan, np.nan
+    reach = float(stdtrit(n - 1, 0.975) * values.std(ddof=1) / np.sqrt(n))
+    return mean, mean - reach, mean + reach
+
+
+def _likeliest(tree: xr.DataTree) -> pd.Series:
+    """Return the row of `ballots` of the likeliest noise model, empty if there is none."""
     table, likeliest = ballots(tree), data_of(tree, "selection").attrs.get("preferred_covariance")
     if likeliest is None:
         likeliest = table["covariance"].iloc[0]
     for key, value in zip(NOISE, (likeliest, "joint", "OLS"), strict=True):
         if key in table:
             table = table[table[key] == value]
-    return str(table["AICc prefers"].iloc[0]) if len(table) else DISCARDED
+    return table.iloc[0] if len(table) else pd.Series({f"{one} prefers": DISCARDED for one in CRITERIA})
 
 
 def _preferred(by_law: pd.DataFrame, criterion: str) -> str:

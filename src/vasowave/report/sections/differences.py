@@ -33,7 +33,7 @@ def differences(cohort: Cohort, source: str, comparison: Comparison, written: Ma
 
 
 def limits(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> list[str]:
-    """Return what groups of these sizes, with these networks, cannot show, and whether one animal carries a result."""
+    """Return what groups of these sizes, with these networks, cannot show."""
     if len(cohort.groups) < 2:
         return ["There is one group, so nothing is compared between groups."]
     tests = max((len(one.contrasts) for one in comparisons.values()), default=0)
@@ -42,7 +42,7 @@ def limits(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> list[str]:
         sizes = len(cohort.groups[cohort.reference]), len(cohort.groups[other])
         if min(sizes) >= 2 and tests:
             sentences.append(f"{cohort.reference} and {other}: {_what_n_can_show(*sizes, tests)}")
-    return [*sentences, *_one_geometry(cohort), *_carried(comparisons)]
+    return [*sentences, *_one_geometry(cohort)]
 
 
 def _pair(rows: pd.DataFrame, sizes: tuple[int, int], tests: int, written: Mapping[str, str]) -> str:
@@ -107,18 +107,6 @@ def _one_geometry(cohort: Cohort) -> list[str]:
 def _share_a_network(trees: list[xr.DataTree]) -> bool:
     first, *rest = (data_of(tree, "network") for tree in trees)
     return all(one.sizes == first.sizes and np.array_equal(one["radius"], first["radius"]) for one in rest)
-
-
-def _carried(comparisons: Mapping[str, Comparison]) -> list[str]:
-    """Say whether p crosses 0.05 without any one animal."""
-    tables = [one.without_one for one in comparisons.values() if len(one.without_one)]
-    count = sum(int(table["decides"].sum()) for table in tables)
-    if count:
-        return [
-            f"Leaving out one animal moves p (after Holm) across {CLEAR:g} in {count} combinations of animal and "
-            "quantity: see the tables of one animal left out."
-        ]
-    return [f"Leaving out any one animal moves no p (after Holm) across {CLEAR:g}."] if tables else []
 
 
 def _symbol(row: pd.Series, written: Mapping[str, str]) -> str:
