@@ -78,9 +78,9 @@ class Primary:
         The law whose quantities are primary; empty if no animal was calibrated.
     rows : DataFrame
         One per pair of groups and quantity: ``reference, other, question, quantity, source, n reference, n other``,
-        ``ratio, low, high, p, smallest p, without, ratio without``. `p` is family-wise over all quantities and pairs; `without`
-        is the animal that moves the ratio most when it is left out (empty for fewer than three), and the ratio is then
-        `ratio without`.
+        ``ratio, low, high, p, smallest p, apart, without, ratio without``. `p` is family-wise over all quantities and
+        pairs. `apart`: no animal of one group lies among the other. `without` is the animal that moves the ratio
+        most when it is left out (empty for fewer than three), and the ratio is then `ratio without`.
     others : DataFrame
         The same effects by the other laws, without a test: ``reference, other, quantity, source, ratio, low, high``.
     left_out : dict of str to str
@@ -104,11 +104,12 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
     family = family or Family()
     law = _law(cohort, family)
     _check(cohort, family, law)
+    names = family.quantities if law else tuple(name for name in family.quantities if name in INDICES)
     reference, *others = cohort.groups
     left_out: dict[str, str] = {}
     parts, beside = [], []
     for other in others:
-        usable = _usable(cohort, family.quantities, law, other, left_out)
+        usable = _usable(cohort, names, law, other, left_out)
         parts += _rows(usable, reference, other, pairs=len(others))
         for further in (wall for wall in cohort.walls if wall != law):
             modeled = tuple(one.name for one in usable if one.source == law)
@@ -127,7 +128,7 @@ def question_of(name: str) -> str:
 
 def source_of(name: str, law: str) -> str:
     """Return where a quantity of the family comes from: the recording, or the law."""
-    return "measured" if name in INDICES or not law else law
+    return "measured" if name in INDICES else law
 
 
 def smallest_p(sizes: tuple[int, int], pairs: int = 1) -> float:
@@ -218,9 +219,16 @@ def _rows(usable: Sequence[Compared], reference: str, other: str, pairs: int) ->
             "reference": reference, "other": other, "question": question_of(one.name), "quantity": one.name,
             "source": one.source, "n reference": sizes[0], "n other": sizes[1], "ratio": ratio.value,
             "low": ratio.low, "high": ratio.high, "p": min(1.0, pairs * value), "smallest p": smallest_p(sizes, pairs),
+            "apart": _apart(one),
         }  # fmt: skip
         rows.append(row | _influence(one, ratio))
     return rows
+
+
+def _apart(one: Compared) -> bool:
+    """Return whether every animal of one group lies above every animal of the other."""
+    x, y = one.logs[~one.other], one.logs[one.other]
+    return bool(x.max() < y.min() or y.max() < x.min())
 
 
 def _family_p(usable: Sequence[Compared]) -> np.ndarray:
