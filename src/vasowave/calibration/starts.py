@@ -8,7 +8,7 @@ followed until even the linear model of its own place promises nothing better th
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -76,42 +76,60 @@ def search_all(
     NumericalError
         No start could be simulated.
     """
-    stop, workers = threading.Event(), max(1, threads() // len(starts))
-    found: dict[int, Found] = {}
-
-    def objective() -> Objective:
-        return Objective(space, compared, numerics, workers, stop, _DERIVATIVES)
-
-    def end_of(stage: str, number: int, tolerance: float, enough: float) -> Found:
-        known = ends.find(stage, number) if ends is not None else None
-        if known is None:
-            begin = starts[number] if stage == SCOUT else found[number].x
-            known = search(objective(), begin, method, tolerance, enough)
-            if ends is not None:
-                ends.keep(stage, number, known)
-        return known
-
-    def follow(stage: str, chosen: Sequence[int], tolerance: float, enough: float = np.inf) -> None:
-        for number, one in _finished(chosen, lambda number: end_of(stage, number, tolerance, enough), stop):
-            before = found[number].simulations if number in found else 0
-            found[number] = replace(one, simulations=before + one.simulations)
-            if stage == SCOUT and progress is not None:
-                progress(len(found), len(starts), min(one.S for one in found.values()))
-
+    stages = _Stages(space, compared, numerics, starts, method, progress, ends)
+    found = stages.found
     try:
-        follow(SCOUT, range(len(starts)), _GAIN if len(starts) > 1 else ROUGH)
+        stages.follow(SCOUT, range(len(starts)), _GAIN if len(starts) > 1 else ROUGH)
         best = min(sorted(found), key=lambda i: found[i].S)
         if len(starts) > 1 and np.isfinite(found[best].S):
-            follow("best", [best], ROUGH)
-            found |= _joined(objective(), found, best)
+            stages.follow("best", [best], ROUGH)
+            found |= _joined(stages.objective(), found, best)
             alone = [i for i, one in sorted(found.items()) if np.isfinite(one.S) and not one.joined and i != best]
-            follow("alone", alone, ROUGH, (1 + SAME) * found[best].S)
+            stages.follow("alone", alone, ROUGH, (1 + SAME) * found[best].S)
     except KeyboardInterrupt:
         if not any(np.isfinite(one.S) for one in found.values()):
             raise
     if not any(np.isfinite(one.S) for one in found.values()):
         raise NumericalError(f"no start of the fit could be simulated; the first: {found[0].message}")
-    return [found[number] for number in sorted(found)], stop.is_set()
+    return [found[number] for number in sorted(found)], stages.stop.is_set()
+
+
+@dataclass(eq=False)
+class _Stages:
+    """The searches of one fit, and what they have found by number of the start."""
+
+    space: Space
+    compared: Compared
+    numerics: Numerics
+    starts: Sequence[np.ndarray]
+    method: str
+    progress: Progress | None
+    ends: Ends | None
+    found: dict[int, Found] = field(default_factory=dict)
+    stop: threading.Event = field(default_factory=threading.Event)
+
+    def objective(self) -> Objective:
+        """Return an objective that remembers nothing yet."""
+        workers = max(1, threads() // len(self.starts))
+        return Objective(self.space, self.compared, self.numerics, workers, self.stop, _DERIVATIVES)
+
+    def follow(self, stage: str, chosen: Sequence[int], tolerance: float, enough: float = np.inf) -> None:
+        """Search from the chosen starts, or from where the stage before ended."""
+        for number, one in _finished(chosen, lambda number: self.end(stage, number, tolerance, enough), self.stop):
+            before = self.found[number].simulations if number in self.found else 0
+            self.found[number] = replace(one, simulations=before + one.simulations)
+            if stage == SCOUT and self.progress is not None:
+                self.progress(len(self.found), len(self.starts), min(one.S for one in self.found.values()))
+
+    def end(self, stage: str, number: int, tolerance: float, enough: float) -> Found:
+        """Return where a search ends, from what is known or by searching."""
+        known = self.ends.find(stage, number) if self.ends is not None else None
+        if known is None:
+            begin = self.starts[number] if stage == SCOUT else self.found[number].x
+            known = search(self.objective(), begin, self.method, tolerance, enough)
+            if self.ends is not None:
+                self.ends.keep(stage, number, known)
+        return known
 
 
 def _finished(
