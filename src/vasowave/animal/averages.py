@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from vasowave.animal.quantities import SHARES
 from vasowave.errors import InputError
 from vasowave.selection.averaging import LEVEL, averaged, law_weights
 
@@ -49,7 +50,8 @@ def _variable(each: list[xr.DataArray], weights: np.ndarray) -> xr.Variable:
     errors, freedoms = zip(*spreads, strict=True)
     mean = averaged([float(one) for one in each], errors, freedoms, list(weights))
     attrs = {name: each[0].attrs[name] for name in ("units", "long_name", "symbol")}
-    attrs |= {"interval_low": mean.low, "interval_high": mean.high, "interval_level": LEVEL}
+    high = min(mean.high, 1.0) if each[0].name in SHARES else mean.high
+    attrs |= {"interval_low": mean.low, "interval_high": high, "interval_level": LEVEL}
     return xr.Variable((), mean.value, attrs | {"between_laws": mean.between})
 
 

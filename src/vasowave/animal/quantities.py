@@ -57,7 +57,7 @@ _LOG_STEP = 1e-4
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 
 
-_SHARES = ("a", "C_p_over_C_T", "C_p_over_C_T_plain")
+SHARES = ("a", "C_p_over_C_T", "C_p_over_C_T_plain")
 """Quantities that cannot exceed 1."""
 
 
@@ -117,7 +117,7 @@ def model_quantities(
     found = quantities_dataset(values, quantities_of(type(fit.model.wall)), errors_of(fit, derive))
     bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
     for name, value in found.data_vars.items():
-        low, high = bounds.get(str(name), (0.0, 1.0 if name in _SHARES else np.inf))
+        low, high = bounds.get(str(name), (0.0, 1.0 if name in SHARES else np.inf))
         if "interval_low" in value.attrs:  # beyond its bounds a parameter is not bounded by the data
             value.attrs["interval_low"] = max(value.attrs["interval_low"], low)
             value.attrs["interval_high"] = min(value.attrs["interval_high"], high)
