@@ -9,7 +9,7 @@ import xarray as xr
 
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.beats import beats_dataset
-from vasowave.animal.comparison import selection_dataset
+from vasowave.animal.comparison import compared_datasets, stiffening_dataset
 from vasowave.animal.datasets import calibration_dataset, network_dataset, nominal_dataset, recording_dataset
 from vasowave.animal.files import KIND
 from vasowave.animal.quantities import measured_quantities, model_quantities
@@ -51,9 +51,10 @@ def analyze(
     Returns
     -------
     DataTree
-        Groups ``network``, ``recording``, ``beats`` (of a continuous recording), ``nominal``, ``selection`` (if asked
-        for), ``measured`` with ``waves, impedance, quantities``, and for each wall law a group of its name with
-        ``calibration, simulation, waves, impedance, tree, quantities``. Every variable has its unit; ``quantities``
+        Groups ``network``, ``recording``, ``beats`` (of a continuous recording), ``nominal``, ``selection`` and
+        ``averages`` over the laws (if asked for), ``measured`` with ``waves, impedance, quantities``, and for each wall
+        law a group of its name with ``calibration, simulation, waves, impedance, tree, quantities``, and ``stiffening``
+        where the law has a parameter for it. Every variable has its unit; ``quantities``
         holds single numbers, those that were fitted with their 95 % interval in the attributes. Attributes of the root:
         ``animal, group, synthetic, interrupted, settings, notes`` (what a reader must know, JSON list) and the versions
         of the programs. The same input gives the same tree, unless it was interrupted (Ctrl-C): then the tree holds the
@@ -96,7 +97,7 @@ def tree_of(
         for fit in fits:
             groups |= _modeled(animal, fit, settings)
         if settings.model_selection and len(fits) > 1:
-            groups["selection"] = selection_dataset(fits, settings)
+            groups |= compared_datasets(fits, settings, groups)
     own = (f"{fit.wall} wall: {note}" for fit in fits for note in _own(fit))
     notes = [*animal.recording.notes, *warned, *more, *own]
     tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
@@ -190,6 +191,7 @@ def _modeled(animal: Animal, fit: Fit, settings: Settings) -> dict[str, xr.Datas
         f"{fit.wall}/impedance": spectrum,
         f"{fit.wall}/tree": vessels,
         f"{fit.wall}/quantities": model_quantities(fit, station, waves, spectrum, vessels),
+        **stiffening_dataset(fit),
     }
 
 
