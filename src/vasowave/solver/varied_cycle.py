@@ -1,15 +1,15 @@
 """One compiled cycle and its linearization: the steps of `cycle`, and beside them the changes in every direction."""
 
-import sys
 from functools import cache
 from typing import Any
 
 from numba import njit
 
 from vasowave import walls
+from vasowave.kernels import kept
 from vasowave.solver import node_variations, variations
 from vasowave.solver.cells import OPTIONS, find_fluxes, inner_faces, update_cells
-from vasowave.solver.cycle import source_fingerprint
+from vasowave.solver.cycle import PARTS
 from vasowave.solver.node_variations import (
     change_characteristics,
     change_ends,
@@ -29,13 +29,11 @@ from vasowave.solver.variations import (
 )
 
 
-@cache
-def _compiled(fingerprint: str, kept: bool) -> Any:
-    @njit(cache=kept, **OPTIONS)
+def _compiled() -> Any:
+    @njit(**OPTIONS)
     def advance_changes(
         state, changed, inflow, law, shifted, outlet, outlets, parts, weights, fluid, base, scratch, out
     ):
-        _ = fingerprint
         area, flow, memory = state
         dA, dq, remembered = changed
         (wall, end_wall), (wall_beside, end_wall_beside) = law, shifted
@@ -73,7 +71,11 @@ def _compiled(fingerprint: str, kept: bool) -> Any:
     return advance_changes
 
 
+@cache
+def _kernels() -> tuple[Any, Any]:
+    return kept(_compiled(), *PARTS, variations, node_variations), _compiled()
+
+
 def varied_cycle_kernel(law: type) -> Any:
     """Return the compiled cycle with changes for models with this wall law (its class); kept as `cycle_kernel` is."""
-    fingerprint = source_fingerprint(variations, node_variations, sys.modules[__name__])
-    return _compiled(fingerprint, law.__module__ == walls.__name__)
+    return _kernels()[law.__module__ != walls.__name__]
