@@ -13,6 +13,7 @@ from vasowave.animal.animal import Settings
 from vasowave.blood import FRICTIONS, Blood
 from vasowave.calibration import Search
 from vasowave.calibration.calibrate import NUMERICS
+from vasowave.cohort.primary import Family
 from vasowave.recording import average_beats
 from vasowave.settings import Setting, settings_of
 from vasowave.solver import Numerics
@@ -65,12 +66,6 @@ class _FrictionBelongs(Section):
         return self
 
 
-class ReportSection(Section):
-    """The report."""
-
-    pdf: bool = Field(True, description="Whether the page is also written as PDF.")
-
-
 class _First(Section):
     title: Text = Field("Pulmonary arteries of two groups", description="Title of the report.")
     animals: Text = Field("animals.csv", description="The table of animals, beside this file.")
@@ -118,7 +113,11 @@ _All: Any = create_model(
             for name in ("cell_size", "tolerance", "most_cycles", "cycles_from_rest")
         },
     ),
-    report=(ReportSection, ReportSection()),
+    report=_section(
+        "ReportSection",
+        "The report: its files, and what of it is primary.",
+        {"pdf": Setting(bool, True, "Whether the pages are also written as PDF.")} | settings_of(Family),
+    ),
 )
 
 
@@ -132,7 +131,7 @@ class StudyFile(_All):
         selection_optima: tuple[Literal["OLS", "GLS"], ...]
         blood: Any
         numerics: Any
-        report: ReportSection
+        report: Any
 
 
 def animal_settings(study: StudyFile) -> Settings:
