@@ -3,7 +3,6 @@
 import threading
 import warnings
 from collections.abc import Callable, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal
 
@@ -17,9 +16,10 @@ from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, checke
 from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
-from vasowave.calibration.search import Ends, Found
+from vasowave.calibration.search import Found
+from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
-from vasowave.errors import NumericalError, VasowaveWarning
+from vasowave.errors import VasowaveWarning
 from vasowave.network import Network, unknown_pressure
 from vasowave.nominal import estimate_nominal, oddities
 from vasowave.recording import Recording
@@ -31,9 +31,7 @@ from vasowave.threads import threads
 NUMERICS = Numerics(tolerance=1e-7)
 """How a fit simulates unless told otherwise."""
 
-_NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
-_SAME = 1e-3  # starts agree when their S differ by less than this share …
-_SEEN = 1e-3  # … or their root-mean-square residuals by less than this, mmHg, which no recording shows
+_SEEN = 1e-3  # mmHg: starts agree, too, if their root-mean-square residuals differ by less, which no recording shows
 _COARSE_SAMPLES = 64  # the searches choose their step in multiples of this
 _LOOSEST = 1e-6  # mmHg, tolerance of a fit
 _COARSER = 10.0  # ratio of the searches' tolerance to that of the final one
@@ -117,7 +115,7 @@ def calibrate(
         Starts, method, bounds.
     numerics : Numerics, optional
         Its `samples` is ignored: the simulation has the recording's (at most 1024). A tolerance above 1e-6 mmHg
-        becomes 1e-6: derivatives by finite differences need it.
+        becomes 1e-6.
     progress : callable, optional
         Called with finished starts, all starts and the best S so far.
     ends : Ends, optional
@@ -148,20 +146,21 @@ def calibrate(
     space = parameter_space(wall, network, nominal, blood, plan.bounds, plan.fixed, plan.paper_bounds)
     compared = compared_part(recording, plan.pressure_harmonics)
     numerics = _for_fits(numerics, min(len(recording.pressure), MOST_SAMPLES))
-    found, stopped = _search_all(space, compared, _coarser(numerics), plan, progress, ends)
+    starts = starting_points(space, plan.starts, plan.seed)
+    found, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
     objective, best = _polish(space, compared, numerics, plan, found)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
     spread = spread_of(space, jacobian, residual, compared)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
-    starts = _starts_table(space, found, len(residual))
+    table_of_starts = _starts_table(space, found, len(residual))
     notes = [*recording.notes, *compared.sentences(), *unknown_pressure(network), *oddities(nominal)]
-    notes += sentences(table, correlation, starts, spread)
+    notes += sentences(table, correlation, table_of_starts, spread)
     if stopped:
         notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")
     run = objective.run(best.x)
     notes += run.notes
     return Fit(
-        space.law.law().name, run.model, compared, nominal, table, correlation, starts, as_dataset(run),
+        space.law.law().name, run.model, compared, nominal, table, correlation, table_of_starts, as_dataset(run),
         residual, float(residual @ residual), tuple(notes),
     )  # fmt: skip
 
@@ -176,61 +175,6 @@ def _coarser(numerics: Numerics) -> Numerics:
     if numerics.cycles_from_rest is not None or numerics.steps_per_cycle is not None:
         return numerics
     return replace(numerics, samples=_COARSE_SAMPLES, tolerance=_COARSER * numerics.tolerance)
-
-
-def _starts(space: Space, plan: Search) -> list[np.ndarray]:
-    low, high = space.log_bounds
-    inside = 0.02 * (high - low)
-    nominal = np.log(space.nominal[space.free])
-    random = np.random.default_rng(plan.seed)
-    moved = nominal + random.uniform(-_NEARBY, _NEARBY, (plan.starts - 1, len(nominal)))
-    return [np.clip(x, low + inside, high - inside) for x in (nominal, *moved)]
-
-
-def _search_all(
-    space: Space,
-    compared: Compared,
-    numerics: Numerics,
-    plan: Search,
-    progress: Callable[[int, int, float], None] | None,
-    ends: Ends | None,
-) -> tuple[list[Found], bool]:
-    """Search from every start, as many at once as there are cores; returns what finished, and if it was stopped."""
-    cores = threads()
-    stop = threading.Event()
-    objectives = [Objective(space, compared, numerics, max(1, cores // plan.starts), stop) for _ in range(plan.starts)]
-    found: list[Found] = []
-    with ThreadPoolExecutor(min(cores, plan.starts)) as pool:
-        pending: set[Future[Found]] = {
-            pool.submit(_searched, objective, start, plan.method, ends, number)
-            for number, (objective, start) in enumerate(zip(objectives, _starts(space, plan), strict=True))
-        }
-        try:
-            while pending:
-                done, pending = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
-                found += [future.result() for future in done]
-                if done and progress is not None:
-                    progress(len(found), plan.starts, min(one.S for one in found))
-        except KeyboardInterrupt:
-            stop.set()
-            for future in pending:
-                future.cancel()
-            if not any(np.isfinite(one.S) for one in found):
-                raise
-    if not any(np.isfinite(one.S) for one in found):
-        raise NumericalError(f"no start of the fit could be simulated; the first: {found[0].message}")
-    return found, stop.is_set()
-
-
-def _searched(objective: Objective, start: np.ndarray, method: str, ends: Ends | None, number: int) -> Found:
-    """Search from one start, unless it is known where that ends."""
-    known = ends.find(number) if ends is not None else None
-    if known is not None:
-        return known
-    found = searching.search(objective, start, method, searching.ROUGH)
-    if ends is not None:
-        ends.keep(number, found)
-    return found
 
 
 def _polish(
@@ -248,14 +192,14 @@ def _polish(
 
 def _starts_table(space: Space, found: list[Found], samples: int) -> pd.DataFrame:
     rows, least = [], min(one.S for one in found)  # rough ends are compared with each other, not with the polished one
-    most = least * (1 + _SAME) + samples * _SEEN**2
+    most = least * (1 + SAME) + samples * _SEEN**2
     for number, one in enumerate(sorted(found, key=lambda one: one.S), 1):
         row: dict[str, object] = {
             "start": number,
             "S [mmHg2]": one.S,
             "simulations": one.simulations,
             "converged": one.converged,
-            "agrees": bool(one.S <= most),
+            "agrees": one.joined or bool(one.S <= most),
             "message": one.message,
         }
         rows.append(row | dict(zip(space.names, space.values(one.x), strict=True)))

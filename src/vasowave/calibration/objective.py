@@ -71,15 +71,18 @@ class Objective:
                 raise
             return simulate_run(model, self.inflow, self.numerics, None)  # the neighbour may mislead
 
+    def at(self, x: np.ndarray) -> Run:
+        """Return the simulation at `x`, the last one if it was there; raises `NumericalError`."""
+        if self.last is None or self._at is None or not np.array_equal(self._at, x):
+            self.last, self._at = self.run(x), x.copy()
+        return self.last
+
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Measured minus simulated pressure at the inlet, mmHg, shape (N,) (eq. 14)."""
-        if self.last is None or self._at is None or not np.array_equal(self._at, x):
-            try:
-                run = self.run(x)
-            except NumericalError:
-                return np.full(self.compared.samples, _FAILED)
-            self.last, self._at = run, x.copy()
-        return self.compared.pressure - self.compared.simulated(self.last)
+        try:
+            return self.compared.pressure - self.compared.simulated(self.at(x))
+        except NumericalError:
+            return np.full(self.compared.samples, _FAILED)
 
     def reached(self, start: np.ndarray) -> np.ndarray:
         """Return the logarithms that were simulated last, or `start` where none were."""
@@ -87,14 +90,12 @@ class Objective:
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Derivative of the residuals by the logarithms, shape (N, free); counted as one simulation, as it costs."""
-        self.residuals(x)
-        if self.last is None or self._at is None or not np.array_equal(self._at, x):
-            raise NumericalError("the parameters at which a derivative is asked cannot be simulated")
+        run = self.at(x)
         if self.stop.is_set():
             raise Stopped
         self.simulations += 1
         directions = [self._direction(x, unit) for unit in np.eye(len(x))]
-        found = pressure_derivatives(self.last, self.inflow, directions, self.numerics, self.exactness, self.workers)
+        found = pressure_derivatives(run, self.inflow, directions, self.numerics, self.exactness, self.workers)
         return -np.stack([self.compared.sampled(column) for column in found], axis=1)
 
     def _direction(self, x: np.ndarray, unit: np.ndarray) -> Direction:

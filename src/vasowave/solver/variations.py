@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from vasowave.solver.cells import OPTIONS
+from vasowave.solver.cells import OPTIONS, slowed
 from vasowave.solver.laws import pressure_at, slope_at
 
 SHIFT = 1e-5
@@ -34,21 +34,15 @@ class Slopes(NamedTuple):
     wall: np.ndarray  # (parameter + 1, slot) of the pressure by the logarithms of the law's parameters and of A0
 
 
-class FaceSlopes(NamedTuple):
-    """What `inner_faces` multiplies changes with."""
+class Stencil(NamedTuple):
+    """What half a step multiplies with, to give the change of a flow: the changes of its two neighbors, and others."""
 
-    keep: np.ndarray  # (slot,) both cells' changes of flow
-    push: np.ndarray  # (slot,) the change of the force
-    drag: np.ndarray  # (slot,) the change of the drag's exponent x
-    force: np.ndarray  # (slot,) itself
-
-
-class Changes(NamedTuple):
-    """Changes of what `find_fluxes` finds, in one direction."""
-
-    pressure: np.ndarray  # (slot,)
-    momentum: np.ndarray  # (slot,)
-    drag: np.ndarray  # (slot,)
+    left_area: np.ndarray  # (slot,)
+    right_area: np.ndarray  # (slot,)
+    left_flow: np.ndarray  # (slot,)
+    right_flow: np.ndarray  # (slot,)
+    length: np.ndarray  # (slot,) of the vessel, in the logarithm
+    wall: np.ndarray  # (parameter + 1, slot) its parameters and A0, in logarithms
 
 
 @njit(**OPTIONS)
@@ -70,19 +64,6 @@ def differentiate_fluxes(area, flow, cells, wall, shifted, fluid, fluxes, slopes
 
 
 @njit(**OPTIONS)
-def change_fluxes(dA, dq, slopes, weight, changes):
-    """Changes of pressure, momentum flux and drag in all slots."""
-    for j in range(len(dA)):
-        u = slopes.velocity[j]
-        changes.pressure[j] = slopes.pressure[j] * dA[j]
-        changes.momentum[j] = u * (2.0 * dq[j] - u * dA[j])
-        changes.drag[j] = slopes.drag[j] * dA[j]
-    for k in range(len(weight)):
-        for j in range(len(dA)):
-            changes.pressure[j] += slopes.wall[k, j] * weight[k, j]
-
-
-@njit(**OPTIONS)
 def differentiate_slowed(x):
     """Factors E and Φ of `slowed`, and their derivatives by x."""
     E = 1.0 / (1.0 + x + 0.5 * x * x)
@@ -91,45 +72,75 @@ def differentiate_slowed(x):
 
 
 @njit(**OPTIONS)
-def differentiate_faces(area, flow, cells, fluid, fluxes, slopes):
-    """What the first half of a step multiplies changes with, at every inner face."""
+def differentiate_faces(area, flow, cells, fluid, fluxes, slopes, stencil):
+    """First half of a step, `inner_faces`: what the flow at every face makes of the cells around it."""
+    per_inertia = 1.0 / fluid.inertia
     for j in range(1, len(area)):
-        half = cells.half[j - 1]
-        A = 0.5 * (area[j - 1] + area[j])
-        force = fluxes.momentum[j] - fluxes.momentum[j - 1]
-        force += A / fluid.inertia * (fluxes.pressure[j] - fluxes.pressure[j - 1])
-        x = 0.25 * cells.dt[j - 1] * (fluxes.drag[j - 1] + fluxes.drag[j])
-        E, Phi, by_E, by_Phi = differentiate_slowed(x)
-        slopes.keep[j], slopes.push[j], slopes.force[j] = 0.5 * E, half * Phi, force
-        slopes.drag[j] = 0.5 * by_E * (flow[j - 1] + flow[j]) - half * by_Phi * force
+        half, quarter = cells.half[j - 1], 0.25 * cells.dt[j - 1]
+        left, right = slopes.velocity[j - 1], slopes.velocity[j]
+        mass, fall = 0.5 * per_inertia * (area[j - 1] + area[j]), fluxes.pressure[j] - fluxes.pressure[j - 1]
+        force = fluxes.momentum[j] - fluxes.momentum[j - 1] + mass * fall
+        E, Phi, dE, dPhi = differentiate_slowed(quarter * (fluxes.drag[j - 1] + fluxes.drag[j]))
+        push, by_drag = half * Phi, quarter * (0.5 * dE * (flow[j - 1] + flow[j]) - half * dPhi * force)
+        shared = 0.5 * per_inertia * fall
+        by_left, by_right = shared + left * left, shared - right * right
+        stencil.left_area[j] = by_drag * slopes.drag[j - 1] - push * (by_left - mass * slopes.pressure[j - 1])
+        stencil.right_area[j] = by_drag * slopes.drag[j] - push * (by_right + mass * slopes.pressure[j])
+        stencil.left_flow[j], stencil.right_flow[j] = 0.5 * E + 2.0 * push * left, 0.5 * E - 2.0 * push * right
+        stencil.length[j] = push * force  # a longer vessel has longer cells
+    for k in range(len(stencil.wall)):
+        for j in range(1, len(area)):
+            mass = 0.5 * per_inertia * (area[j - 1] + area[j])
+            _, Phi = slowed(0.25 * cells.dt[j - 1] * (fluxes.drag[j - 1] + fluxes.drag[j]))
+            stencil.wall[k, j] = -cells.half[j - 1] * Phi * mass * (slopes.wall[k, j] - slopes.wall[k, j - 1])
 
 
 @njit(**OPTIONS)
-def change_faces(area, flow, dA, dq, cells, fluid, fluxes, slopes, longer, changes, face_dA, face_dq):
-    """First half of a step, `inner_faces`; a `longer` vessel has longer cells."""
+def differentiate_cells(area, flow, cells, fluid, fluxes, slopes, stencil):
+    """Second half of a step, `update_cells`: what the flow in every cell makes of its faces, whose state this is."""
     per_inertia = 1.0 / fluid.inertia
+    for j in range(len(area) - 1):
+        twice, half_dt = 2.0 * cells.half[j], 0.5 * cells.dt[j]
+        left, right = slopes.velocity[j], slopes.velocity[j + 1]
+        mass, fall = 0.5 * per_inertia * (area[j] + area[j + 1]), fluxes.pressure[j + 1] - fluxes.pressure[j]
+        shared = 0.5 * per_inertia * fall
+        by_left = shared + left * left - mass * slopes.pressure[j]
+        by_right = shared - right * right + mass * slopes.pressure[j + 1]
+        stencil.left_area[j] = -twice * by_left - half_dt * slopes.drag[j] * flow[j]
+        stencil.right_area[j] = -twice * by_right - half_dt * slopes.drag[j + 1] * flow[j + 1]
+        stencil.left_flow[j] = 2.0 * twice * left - half_dt * fluxes.drag[j]
+        stencil.right_flow[j] = -2.0 * twice * right - half_dt * fluxes.drag[j + 1]
+        stencil.length[j] = twice * (fluxes.momentum[j + 1] - fluxes.momentum[j] + mass * fall)
+    for k in range(len(stencil.wall)):
+        for j in range(len(area) - 1):
+            mass = per_inertia * (area[j] + area[j + 1])
+            stencil.wall[k, j] = -cells.half[j] * mass * (slopes.wall[k, j + 1] - slopes.wall[k, j])
+
+
+@njit(**OPTIONS)
+def change_faces(dA, dq, flow, cells, stencil, weight, longer, face_dA, face_dq):
+    """Changes of area and flow at all inner faces in one direction."""
     for j in range(1, len(dA)):
         half = cells.half[j - 1]
-        A, change = 0.5 * (area[j - 1] + area[j]), 0.5 * (dA[j - 1] + dA[j])
-        face_dA[j] = change - half * (dq[j] - dq[j - 1] - longer[j - 1] * (flow[j] - flow[j - 1]))
-        force = per_inertia * change * (fluxes.pressure[j] - fluxes.pressure[j - 1])
-        force += per_inertia * A * (changes.pressure[j] - changes.pressure[j - 1])
-        force += changes.momentum[j] - changes.momentum[j - 1] - longer[j - 1] * slopes.force[j]
-        x = 0.25 * cells.dt[j - 1] * (changes.drag[j - 1] + changes.drag[j])
-        face_dq[j] = slopes.keep[j] * (dq[j - 1] + dq[j]) + slopes.drag[j] * x - slopes.push[j] * force
+        apart = dq[j] - dq[j - 1] - longer[j] * (flow[j] - flow[j - 1])
+        face_dA[j] = 0.5 * (dA[j - 1] + dA[j]) - half * apart
+        moved = stencil.left_area[j] * dA[j - 1] + stencil.right_area[j] * dA[j]
+        moved += stencil.left_flow[j] * dq[j - 1] + stencil.right_flow[j] * dq[j]
+        face_dq[j] = moved + stencil.length[j] * longer[j]
+    for k in range(len(weight)):
+        for j in range(1, len(dA)):
+            face_dq[j] += stencil.wall[k, j] * weight[k, j]
 
 
 @njit(**OPTIONS)
-def change_cells(area, flow, face_dA, face_dq, cells, fluid, fluxes, longer, changes, dA, dq):
-    """Second half of a step, `update_cells`; area, flow and fluxes are those of the faces."""
-    per_inertia = 1.0 / fluid.inertia
+def change_cells(face_dA, face_dq, flow, cells, stencil, weight, longer, dA, dq):
+    """Changes of area and flow in all cells in one direction; `flow` is that of the faces."""
     for j in range(len(dA) - 1):
-        twice, mean_area = 2.0 * cells.half[j], 0.5 * (area[j] + area[j + 1])
+        twice = 2.0 * cells.half[j]
         dA[j] -= twice * (face_dq[j + 1] - face_dq[j] - longer[j] * (flow[j + 1] - flow[j]))
-        steepness = per_inertia * (fluxes.pressure[j + 1] - fluxes.pressure[j])
-        force = fluxes.momentum[j + 1] - fluxes.momentum[j] + mean_area * steepness
-        change = changes.momentum[j + 1] - changes.momentum[j] + 0.5 * (face_dA[j] + face_dA[j + 1]) * steepness
-        change += per_inertia * mean_area * (changes.pressure[j + 1] - changes.pressure[j])
-        drag = changes.drag[j] * flow[j] + changes.drag[j + 1] * flow[j + 1]
-        drag += fluxes.drag[j] * face_dq[j] + fluxes.drag[j + 1] * face_dq[j + 1]
-        dq[j] -= twice * (change - longer[j] * force) + 0.5 * cells.dt[j] * drag
+        moved = stencil.left_area[j] * face_dA[j] + stencil.right_area[j] * face_dA[j + 1]
+        moved += stencil.left_flow[j] * face_dq[j] + stencil.right_flow[j] * face_dq[j + 1]
+        dq[j] += moved + stencil.length[j] * longer[j]
+    for k in range(len(weight)):
+        for j in range(len(dA) - 1):
+            dq[j] += stencil.wall[k, j] * weight[k, j]

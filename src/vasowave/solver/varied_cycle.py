@@ -1,15 +1,15 @@
 """One compiled cycle and its linearization: the steps of `cycle`, and beside them the changes in every direction."""
 
-import sys
 from functools import cache
 from typing import Any
 
 from numba import njit
 
 from vasowave import walls
+from vasowave.kernels import kept
 from vasowave.solver import node_variations, variations
 from vasowave.solver.cells import OPTIONS, find_fluxes, inner_faces, update_cells
-from vasowave.solver.cycle import source_fingerprint
+from vasowave.solver.cycle import PARTS
 from vasowave.solver.node_variations import (
     change_characteristics,
     change_ends,
@@ -23,25 +23,23 @@ from vasowave.solver.nodes import characteristics, gather, solve_nodes
 from vasowave.solver.variations import (
     change_cells,
     change_faces,
-    change_fluxes,
+    differentiate_cells,
     differentiate_faces,
     differentiate_fluxes,
 )
 
 
-@cache
-def _compiled(fingerprint: str, kept: bool) -> Any:
-    @njit(cache=kept, **OPTIONS)
+def _compiled() -> Any:
+    @njit(**OPTIONS)
     def advance_changes(
         state, changed, inflow, law, shifted, outlet, outlets, parts, weights, fluid, base, scratch, out
     ):
-        _ = fingerprint
         area, flow, memory = state
         dA, dq, remembered = changed
         (wall, end_wall), (wall_beside, end_wall_beside) = law, shifted
         (cells, ends), (in_slots, at_ends) = parts, weights
         faces, cell_fluxes, nodes, fluxes = base
-        cell_slopes, slopes, push, lines, changes, at_nodes, face_dA, face_dq, before = scratch
+        cell_slopes, slopes, to_faces, to_cells, lines, at_nodes, face_dA, face_dq, before = scratch
         for n in range(len(inflow)):
             find_fluxes(area, flow, cells, wall, fluid, cell_fluxes)
             inner_faces(area, flow, cells, fluid, cell_fluxes, faces)
@@ -53,32 +51,31 @@ def _compiled(fingerprint: str, kept: bool) -> Any:
 
             differentiate_fluxes(area, flow, cells, wall, wall_beside, fluid, cell_fluxes, cell_slopes)
             differentiate_fluxes(faces.area, faces.flow, cells, wall, wall_beside, fluid, fluxes, slopes)
-            differentiate_faces(area, flow, cells, fluid, cell_fluxes, push)
+            differentiate_faces(area, flow, cells, fluid, cell_fluxes, cell_slopes, to_faces)
+            differentiate_cells(faces.area, faces.flow, cells, fluid, fluxes, slopes, to_cells)
             gather_slopes(ends, nodes, faces, cell_slopes, slopes, lines)
             differentiate_speeds(ends, fluid, end_wall, end_wall_beside, nodes, lines)
             differentiate_characteristics(ends, nodes, lines)
             for d in range(len(dA)):
                 rows, longer = in_slots.rows[d], in_slots.length[d]
                 weight, end_weight = in_slots.wall[d, :rows], at_ends.wall[d, :rows]
-                change_fluxes(dA[d], dq[d], cell_slopes, weight, changes)
-                change_faces(
-                    area, flow, dA[d], dq[d], cells, fluid, cell_fluxes, push, longer, changes, face_dA, face_dq
-                )
+                change_faces(dA[d], dq[d], flow, cells, to_faces, weight, longer, face_dA, face_dq)
                 change_characteristics(dA[d], dq[d], ends, lines, end_weight, at_ends.length[d], at_nodes)
                 change_nodes(d, before, remembered[d], outlet, outlets, ends, faces, lines, at_nodes)
                 change_ends(ends, nodes, lines, at_nodes, face_dA, face_dq)
                 change_memory(d, before, remembered[d], outlet, outlets, ends, faces, face_dq)
                 out[d, n] = at_nodes.pressure[0]
-                change_fluxes(face_dA, face_dq, slopes, weight, changes)
-                change_cells(
-                    faces.area, faces.flow, face_dA, face_dq, cells, fluid, fluxes, longer, changes, dA[d], dq[d]
-                )
+                change_cells(face_dA, face_dq, faces.flow, cells, to_cells, weight, longer, dA[d], dq[d])
             update_cells(area, flow, cells, fluid, fluxes, faces)
 
     return advance_changes
 
 
+@cache
+def _kernels() -> tuple[Any, Any]:
+    return kept(_compiled(), *PARTS, variations, node_variations), _compiled()
+
+
 def varied_cycle_kernel(law: type) -> Any:
     """Return the compiled cycle with changes for models with this wall law (its class); kept as `cycle_kernel` is."""
-    fingerprint = source_fingerprint(variations, node_variations, sys.modules[__name__])
-    return _compiled(fingerprint, law.__module__ == walls.__name__)
+    return _kernels()[law.__module__ != walls.__name__]

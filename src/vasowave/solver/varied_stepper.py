@@ -16,7 +16,7 @@ from vasowave.solver.result import Run
 from vasowave.solver.start import at_rest
 from vasowave.solver.state import State
 from vasowave.solver.stepper import Stepper
-from vasowave.solver.variations import SHIFT, Changes, FaceSlopes, Slopes, Weights
+from vasowave.solver.variations import SHIFT, Slopes, Stencil, Weights
 from vasowave.solver.varied_cycle import varied_cycle_kernel
 
 _COMPLEX = 1e-30  # step of the complex derivatives of what an outlet does in one step
@@ -37,9 +37,9 @@ class VariedStepper:
         self.scratch = (
             _ones(Slopes, [*3 * [(slots,)], *[(rows, slots)]]),
             _ones(Slopes, [*3 * [(slots,)], *[(rows, slots)]]),
-            _ones(FaceSlopes, 4 * [(slots,)]),
+            _ones(Stencil, [*5 * [(slots,)], *[(rows, slots)]]),
+            _ones(Stencil, [*5 * [(slots,)], *[(rows, slots)]]),
             _ones(EndSlopes, [*13 * [(count,)], *2 * [(rows, count)]]),
-            _ones(Changes, 3 * [(slots,)]),
             _ones(EndChanges, [*3 * [(count,)], *[(nodes,)]]),
             np.zeros(slots),
             np.zeros(slots),

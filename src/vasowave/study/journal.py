@@ -30,7 +30,7 @@ class Journal:
 
     def __init__(self, path: Path) -> None:
         self.path, self._lock = path, threading.Lock()
-        self.known = {(one["wall"], one["start"]): _found(one) for one in read_journal(path)}
+        self.known = {(one["wall"], one["stage"], one["start"]): _found(one) for one in read_journal(path)}
 
     def of(self, wall: str, starts: int) -> "WallEnds":
         """Return where the ends of the searches of one wall law are found and kept."""
@@ -54,14 +54,14 @@ class WallEnds:
     def __init__(self, journal: Journal, wall: str, starts: int) -> None:
         self.journal, self.wall, self.starts = journal, wall, starts
 
-    def find(self, start: int) -> Found | None:
-        """Return where the search from a start ended, if that is known."""
-        return self.journal.known.get((self.wall, start))
+    def find(self, stage: str, start: int) -> Found | None:
+        """Return where the search of a stage from a start ended, if that is known."""
+        return self.journal.known.get((self.wall, stage, start))
 
-    def keep(self, start: int, found: Found) -> None:
-        """Keep where the search from a start ended."""
-        entry = {"wall": self.wall, "start": start, "starts": self.starts} | vars(found) | {"x": found.x.tolist()}
-        self.journal.write(entry)
+    def keep(self, stage: str, start: int, found: Found) -> None:
+        """Keep where the search of a stage from a start ended."""
+        entry = {"wall": self.wall, "stage": stage, "start": start, "starts": self.starts} | vars(found)
+        self.journal.write(entry | {"x": found.x.tolist(), "residual": found.residual.tolist()})
 
 
 def read_journal(path: Path) -> list[dict[str, Any]]:
@@ -81,8 +81,8 @@ def remove_journals(folder: Path) -> None:
 
 
 def _found(entry: Mapping[str, Any]) -> Found:
-    values = {name: entry[name] for name in ("S", "simulations", "converged", "message")}
-    return Found(x=np.array(entry["x"]), **values)
+    values = {name: entry[name] for name in ("S", "simulations", "converged", "message", "joined")}
+    return Found(x=np.array(entry["x"]), residual=np.array(entry["residual"]), **values)
 
 
 def _check(text: str) -> int:

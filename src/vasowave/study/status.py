@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from vasowave.calibration.starts import SCOUT
 from vasowave.errors import InputError
 from vasowave.study.journal import FOLDER, read_journal
 from vasowave.study.loading import animal_key
@@ -76,5 +77,6 @@ def _status(animal: str, key: str, results: Path) -> AnimalStatus:
 def _searches(results: Path, key: str) -> dict[str, tuple[int, int]]:
     found: dict[str, tuple[int, int]] = {}
     for one in read_journal(results / FOLDER / f"{key}.jsonl"):
-        found[one["wall"]] = (found.get(one["wall"], (0, 0))[0] + 1, one["starts"])
+        before = found.get(one["wall"], (0, 0))[0]
+        found[one["wall"]] = (before + (one["stage"] == SCOUT), one["starts"])
     return found
