@@ -2,7 +2,7 @@
 
 First every start searches until a step gains little. The best of them goes on to its optimum. Another need not where
 the linear model of that optimum explains its residual: between the two there is no other valley. What is left is
-followed until even the linear model of its own place promises nothing better than the best.
+followed until it ends, or until even the linear model of its own place leads nowhere near the best.
 """
 
 import threading
@@ -27,6 +27,7 @@ SAME = 1e-3
 
 _NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
 _SCOUT = 1e-2  # relative gain of S below which a start waits
+_BEYOND = 1.1  # ratio to the best S above which a start is left that its linear model does not lead below it either
 _UNEXPLAINED = 0.25  # share of a residual's change that the linear model of the best optimum may leave unexplained
 _DERIVATIVES = 3e-3  # exactness of derivatives while searching
 
@@ -74,7 +75,7 @@ def search_all(
             follow([best], lambda i: search(objectives[i], found[i].x, method, ROUGH))
             found |= _joined(objectives, found, best)
             alone = [i for i, one in found.items() if np.isfinite(one.S) and not one.joined and i != best]
-            enough = (1 + SAME) * found[best].S
+            enough = _BEYOND * found[best].S
             follow(alone, lambda i: search(objectives[i], found[i].x, method, ROUGH, enough))
     except KeyboardInterrupt:
         if not any(np.isfinite(one.S) for one in found.values()):
