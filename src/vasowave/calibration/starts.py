@@ -25,11 +25,13 @@ Progress = Callable[[int, int, float], None]
 SAME = 1e-3
 """Share by which the S of starts may differ that ended at the same optimum."""
 
+DERIVATIVES = 3e-3
+"""Exactness of derivatives while searching."""
+
 _NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
 _SCOUT = 1e-2  # relative gain of S below which a start waits
 _BEYOND = 1.1  # ratio to the best S above which a start is left that its linear model does not lead below it either
 _UNEXPLAINED = 0.25  # share of a residual's change that the linear model of the best optimum may leave unexplained
-_DERIVATIVES = 3e-3  # exactness of derivatives while searching
 
 
 def starting_points(space: Space, count: int, seed: int) -> list[np.ndarray]:
@@ -58,7 +60,7 @@ def search_all(
         No start could be simulated.
     """
     stop, workers = threading.Event(), max(1, threads() // len(starts))
-    objectives = [Objective(space, compared, numerics, workers, stop, _DERIVATIVES) for _ in starts]
+    objectives = [Objective(space, compared, numerics, workers, stop, DERIVATIVES) for _ in starts]
     found: dict[int, Found] = {}
 
     def follow(chosen: Sequence[int], task: Callable[[int], Found], told: Progress | None = None) -> None:
