@@ -147,5 +147,7 @@ def test_the_answer_of_mouse_c6_depends_on_harmonics_without_signal_and_this_is_
     assert abs(signed[10]) < 5  # undecided
     assert signed[20] > 20
     assert signed[255] > 100
-    # What is fitted does not move: the residual above harmonic 10 is a thousandth of all.
-    np.testing.assert_allclose(table["wave speed [cm/s]"].unstack().std() / 180, 0, atol=0.01)
+    # What is fitted hardly moves: the power of the residual above harmonic 10 is 1/300 of all.
+    for wall, most in (("linear", 0.001), ("tangent", 0.05)):
+        speed = table.xs(wall, level="wall")["wave speed [cm/s]"]
+        assert speed.max() / speed.min() < 1 + most

@@ -4,14 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from vasowave import walls
 from vasowave.analysis import wave_speeds
+from vasowave.animal.datasets import network_dataset
+from vasowave.animal.reading import network
 from vasowave.blood import Blood
 from vasowave.calibration import Search, calibrate
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.errors import InputError
+from vasowave.imaging.exchange.tables import write_network_table
+from vasowave.imaging.measure.measurement import filled_at, measured_alone
+from vasowave.imaging.options import Options
+from vasowave.imaging.tree import Line, Tree
 from vasowave.linear import linear_solution
 from vasowave.model import Model
 from vasowave.network import Network, read_network, unknown_pressure, write_network
@@ -19,6 +26,8 @@ from vasowave.nominal import estimate_nominal, stiffness, windkessels
 from vasowave.recording import Recording, read_recording
 from vasowave.selection.choices import answers_by_image_pressure
 from vasowave.solver import Numerics, simulate
+from vasowave.study.loading import animal_key, load_animal
+from vasowave.study.plan import read_study
 from vasowave.walls import LinearWall, PowerWall, TangentWall
 
 FILLED = 6.3  # mmHg, the paper's
@@ -124,6 +133,51 @@ def test_a_wrong_pressure_of_the_image_is_an_error_that_says_where(tmp_path, tit
 def test_an_absurd_pressure_of_the_image_is_refused(pressure):
     with pytest.raises(InputError, match="between 0"):
         filled(pressure)
+
+
+def test_a_stored_animal_keeps_the_pressure_of_its_image():
+    stored = xr.DataTree.from_dict({"/network": network_dataset(filled())})
+    assert network(stored).pressure == FILLED
+
+
+def study_of_one(folder, setting="", cell="", in_file=False):
+    folder.mkdir()
+    mouse = virtual_mouse()
+    write_network(filled() if in_file else control_network(), folder / "n.csv")
+    rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow, strict=True))
+    (folder / "r.csv").write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows]))
+    (folder / "study.yaml").write_text(f"groups: [CTL]\n{setting}")
+    head = "animal,group,network,recording,image pressure [mmHg]"
+    (folder / "animals.csv").write_text(f"{head}\nm,CTL,n.csv,r.csv,{cell}\n")
+    study = read_study(folder)
+    row = study.animals[0]
+    return load_animal(row, study.settings, folder), animal_key(row, study.settings, folder)
+
+
+def test_a_study_gives_the_pressure_of_the_image_where_the_network_does_not_say_it(tmp_path):
+    unknown, key = study_of_one(tmp_path / "none")
+    by_study, other = study_of_one(tmp_path / "study", "image_pressure: 5\n")
+    by_row, third = study_of_one(tmp_path / "row", "image_pressure: 5\n", "7.5")
+    by_file, _ = study_of_one(tmp_path / "file", "image_pressure: 5\n", "", in_file=True)
+    assert [one.network.pressure for one in (unknown, by_study, by_row, by_file)] == [0.0, 5.0, 7.5, FILLED]
+    assert len({key, other, third}) == 3  # another pressure asks for new results
+
+
+def test_a_row_that_contradicts_the_network_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"imaged at 6.3 mmHg, the table of animals says 7.5"):
+        study_of_one(tmp_path / "study", "", "7.5", in_file=True)
+    with pytest.raises(InputError, match="image_pressure"):
+        study_of_one(tmp_path / "wrong", "image_pressure: -3\n")
+
+
+def test_an_extraction_writes_the_pressure_of_its_image(tmp_path):
+    lines = tuple(Line(np.array([[0, 0, x], [0, 0, x + 1.0], [0, 0, x + 2.0]]), np.full(3, 0.04)) for x in (0.0, 2.0))
+    measured = filled_at(measured_alone(Tree(lines, np.array([-1, 0]))), FILLED)
+    write_network_table(measured, tmp_path / "network.csv")
+    assert read_network(tmp_path / "network.csv").pressure == FILLED
+    assert Options(pressure=FILLED).pressure == FILLED
+    with pytest.raises(InputError, match="pressure"):
+        Options(pressure=-1.0)
 
 
 @pytest.mark.validation

@@ -24,8 +24,8 @@ def valley(residuals, x):
     def jacobian(x):
         return ((residuals(x + step) - residuals(x - step)) / 2e-6)[:, np.newaxis]
 
-    found = Found(here, float(np.sum(residuals(here) ** 2)), 5, True, "")
-    return SimpleNamespace(residuals=residuals, jacobian=jacobian), found
+    found = Found(here, float(np.sum(residuals(here) ** 2)), 5, True, "", residual=residuals(here))
+    return SimpleNamespace(jacobian=jacobian), found
 
 
 def test_a_start_joins_the_best_where_a_straight_line_leads_there_and_not_from_another_valley():
@@ -35,7 +35,7 @@ def test_a_start_joins_the_best_where_a_straight_line_leads_there_and_not_from_a
         return np.array([x[0] ** 2 - 1.0, 0.3 * (x[0] - 1.0)])
 
     objectives, found = zip(*(valley(residuals, x) for x in (1.0, 1.1, -0.95)), strict=True)
-    joined = starting._joined(objectives, dict(enumerate(found)), 0)
+    joined = starting._joined(objectives[0], dict(enumerate(found)), 0)
     assert list(joined) == [1]
     assert joined[1].joined
     assert "need not be followed" in joined[1].message

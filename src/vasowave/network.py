@@ -13,8 +13,10 @@ from vasowave.columns import Columns, read_columns
 from vasowave.errors import InputError, VasowaveWarning, did_you_mean
 from vasowave.notebook import card
 
+HIGHEST = 100.0
+"""Highest pressure at which lungs are filled for an image, mmHg."""
+
 _ALIASES = {"vessel": "name", "id": "name", "l": "length", "r0": "radius", "r": "radius"}
-_HIGHEST = 100.0  # mmHg, of a pressure at which lungs are filled for an image
 _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
 
 
@@ -245,10 +247,10 @@ def unknown_pressure(network: Network) -> list[str]:
 def image_pressure(value: float) -> float:
     """Return the pressure of an image, mmHg; raise `InputError` unless it lies between 0 and 100."""
     pressure = float(value)
-    if not 0 <= pressure <= _HIGHEST:
+    if not 0 <= pressure <= HIGHEST:
         raise InputError(
             f"pressure of the image {pressure:g} mmHg: give the transmural pressure at which the vessels were filled, "
-            f"between 0 (not known) and {_HIGHEST:g} mmHg; is its unit right?"
+            f"between 0 (not known) and {HIGHEST:g} mmHg; is its unit right?"
         )
     return pressure
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from annotated_types import Ge
 
+from vasowave.analysis import WavesAt
 from vasowave.blood import Blood
 from vasowave.calibration import Search
 from vasowave.calibration.calibrate import NUMERICS
@@ -105,6 +106,9 @@ class Settings(Search):
     numerics : Numerics
     harmonics : int
         Highest harmonic of the impedance spectra.
+    waves_at : {"mean pressure", "paper"}
+        Where waves take area and wave speed from: at mean pressure, measurement and models alike, or as the paper: A0
+        and A0 Z_c/ρ for the measurement, those of each instant for a model.
 
     Raises
     ------
@@ -124,6 +128,7 @@ class Settings(Search):
     blood: Blood = field(default_factory=Blood)
     numerics: Numerics = NUMERICS
     harmonics: Annotated[int, Ge(1)] = 14
+    waves_at: WavesAt = "mean pressure"
 
     def __post_init__(self) -> None:
         """Check the values."""

@@ -38,7 +38,8 @@ def network_dataset(network: Network) -> xr.Dataset:
         {
             "parent": ("vessel", np.array(parents, dtype=object), {"long_name": "name of the parent vessel"}),
             "length": _variable("vessel", network.length, "cm", "length"),
-            "radius": _variable("vessel", network.radius, "cm", "undeformed radius"),
+            "radius": _variable("vessel", network.radius, "cm", "radius at the pressure of the image"),
+            "image_pressure": _variable((), network.pressure, "mmHg", "pressure of the image, 0 where not known"),
             "flow_fraction": _variable("vessel", network.flow_fraction, "1", "share of the root's mean flow (eq. 11)"),
         },
         coords={"vessel": np.array(network.name, dtype=object)},

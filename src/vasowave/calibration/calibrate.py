@@ -17,7 +17,7 @@ from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
 from vasowave.calibration.search import Found
-from vasowave.calibration.starts import SAME, search_all, starting_points
+from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
 from vasowave.errors import VasowaveWarning
 from vasowave.network import Network, unknown_pressure
@@ -99,6 +99,7 @@ def calibrate(
     search: Search | None = None,
     numerics: Numerics | None = None,
     progress: Callable[[int, int, float], None] | None = None,
+    ends: Ends | None = None,
 ) -> Fit:
     """Find the parameters that minimize S (eq. 14) between measured and simulated pressure and flow at the inlet.
 
@@ -117,6 +118,8 @@ def calibrate(
         becomes 1e-6.
     progress : callable, optional
         Called with finished starts, all starts and the best S so far.
+    ends : Ends, optional
+        Where the ends of searches are kept as they come, and found again by a fit that goes on after a kill.
 
     Returns
     -------
@@ -144,7 +147,7 @@ def calibrate(
     compared = compared_part(recording, plan.pressure_harmonics)
     numerics = _for_fits(numerics, min(len(recording.pressure), MOST_SAMPLES))
     starts = starting_points(space, plan.starts, plan.seed)
-    found, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress)
+    found, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
     objective, best = _polish(space, compared, numerics, plan, found)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
     spread = spread_of(space, jacobian, residual, compared)

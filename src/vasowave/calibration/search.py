@@ -1,7 +1,7 @@
 """One search from one start, by bounded least squares or by sequential quadratic programming (SQP, the paper's)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,8 @@ class Found:
     simulations : int
     converged : bool
     message : str
+    residual : array, shape (N,)
+        Measured minus simulated pressure there, mmHg; empty if the start could not be simulated.
     joined : bool
         It stopped on the way to the optimum that another start found.
     """
@@ -39,6 +41,7 @@ class Found:
     simulations: int
     converged: bool
     message: str
+    residual: np.ndarray = field(default_factory=lambda: np.empty(0))
     joined: bool = False
 
 
@@ -70,7 +73,8 @@ def search(
     except NumericalError as error:  # no derivative: the search cannot go on from where it is
         x = objective.reached(start)
         S, converged, message = float(np.sum(objective.residuals(x) ** 2)), False, str(error)
-    return Found(x, S, objective.simulations, converged, message)
+    residual = objective.residuals(x)
+    return Found(x, S, objective.simulations, converged, message, residual)
 
 
 _ENDS = {

@@ -27,7 +27,7 @@ class Commands(TyperGroup):
 app = typer.Typer(
     cls=Commands,
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     help="From one animal's vessels and one catheter recording to a calibrated, explained pulse-wave model.",
     epilog="Exit status: 0 done; 1 the input or a command is wrong; 3 done, but animals failed; 130 interrupted. "

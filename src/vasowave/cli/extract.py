@@ -50,11 +50,12 @@ def centerlines(
     generations: Annotated[int | None, typer.Option(help="Keep the first so many generations.")] = None,
     vessels: Annotated[int | None, typer.Option(help="Keep the largest so many vessels.")] = None,
     min_radius: Annotated[float | None, typer.Option(help="Keep the vessels above this radius, cm.")] = None,
+    pressure: Annotated[float, typer.Option(help="Pressure at which the vessels were imaged, mmHg; 0: unknown.")] = 0.0,
 ) -> None:
     """Turn the centerlines of another program into a vessel network, for ParaView and the authors' tables too."""
     from vasowave.errors import InputError
     from vasowave.imaging.exchange.centerlines import read_centerlines
-    from vasowave.imaging.measure.measurement import measured_alone
+    from vasowave.imaging.measure.measurement import filled_at, measured_alone
     from vasowave.imaging.options import check_wishes
     from vasowave.imaging.revise.parts import wanted_part
     from vasowave.report.centerlines import check_centerlines_folder, write_centerline_network
@@ -65,8 +66,9 @@ def centerlines(
     check_centerlines_folder(output)
     size = _length_unit(unit)
     tree = read_centerlines(lines, size, cast(Literal["tube", "identical"], cut), collapse)
-    found = wanted_part(measured_alone(tree), generations, vessels, min_radius)
+    found = filled_at(wanted_part(measured_alone(tree), generations, vessels, min_radius), pressure)
     settings: dict[str, str | float] = {
+        "pressure [mmHg]": pressure,
         "unit [cm]": size,
         "cut": cut,
         "collapse": collapse,

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-from annotated_types import Ge, Lt
+from annotated_types import Ge, Le, Lt
 
 from vasowave.errors import InputError
 from vasowave.imaging.places import Place, Places, Region
+from vasowave.network import HIGHEST
 from vasowave.settings import check_settings
 
 
@@ -39,6 +40,8 @@ class Options:
         Voxel size, cm, in place of the file's.
     cannula : float
         Known inner diameter of the cannula, cm (PE-90: 0.086); 0 where there is none.
+    pressure : float
+        Transmural pressure at which the vessels were filled for the image, mmHg; 0 where it is not known.
     scale : "file" or "cannula"
         Whether lengths follow the file's voxel size or the cannula's known diameter.
     loops : "open" or "refuse"
@@ -61,6 +64,7 @@ class Options:
     region: Region | None = None
     voxel: float | None = None
     cannula: Annotated[float, Ge(0), Lt(2)] = 0.086
+    pressure: Annotated[float, Ge(0), Le(HIGHEST)] = 0.0
     scale: Literal["file", "cannula"] = "file"
     loops: Literal["open", "refuse"] = "refuse"
     generations: int | None = None

@@ -15,6 +15,7 @@ from vasowave.study.problems import Problem
 from vasowave.study.rows import COLUMNS, NEEDED, AnimalRow
 
 _NUMBERS = {
+    "image pressure [mmHg]": "image_pressure",
     "period [s]": "period",
     "block": "block",
     "start [s]": "start",

@@ -56,3 +56,16 @@ def locked(path: Path) -> Iterator[None]:
         except OSError:  # on a full disk nobody learns who holds the lock; it holds all the same
             pass
         yield
+
+
+def holder(path: Path) -> str | None:
+    """Return who holds the lock file `path`, as it wrote itself there; None if nobody does."""
+    try:
+        with path.open("r+", encoding="utf-8") as file:
+            try:
+                lock_open_file(file.fileno())
+            except BlockingIOError:
+                return file.read().strip() or "another program"
+    except OSError:
+        pass
+    return None

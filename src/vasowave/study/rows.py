@@ -8,6 +8,7 @@ COLUMNS = {
     "animal": "Name of the animal, each once.",
     "group": "One of the groups of study.yaml.",
     "network": "File of its vessels: name, parent, length [cm], radius [cm]. Animals may share one.",
+    "image pressure [mmHg]": "Pressure at which its vessels were imaged, where the network's file does not say it.",
     "recording": "File of its recording: one averaged cycle, or a continuous recording.",
     "flow": "File of the flow, if the recording holds the pressure only (averaged cycles).",
     "kind": "cycle (one averaged cycle) or raw (continuous, beats are found and averaged); empty: told from the file.",
@@ -54,6 +55,7 @@ class AnimalRow:
     start: float | None = None
     end: float | None = None
     sampling_rate: float | None = None
+    image_pressure: float | None = None
     synthetic: bool = False
     R_T: float | None = None
     C_T: float | None = None
