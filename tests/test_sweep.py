@@ -46,7 +46,8 @@ def test_flow_times_resistance_is_the_mean_pressure_of_every_terminal_vessel(mod
     ends = [model.network.name[row] for row in model.network.terminals]
     for R_T in (60.0, 120.0):
         beds, ended = changed_model(model, {"R_T": R_T}).outlets, found.sel(R_T=R_T, vessel=ends)
-        np.testing.assert_allclose(ended.mean_pressure, ended.mean_flow * (beds.R1 + beds.R2), rtol=0.03)
+        drop = ended.mean_pressure - ended.mean_flow * (beds.R1 + beds.R2)  # friction from the middle to the outlet
+        assert np.all((drop > 0) & (drop < 0.06 * ended.mean_pressure))
         assert float(ended.mean_flow.sum()) == pytest.approx(mouse.flow.mean(), rel=1e-3)
 
 
