@@ -1,0 +1,121 @@
+"""One animal as a problem of inference: from a point to the harmonics of its simulated inlet pressure, and the data."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from vasowave.errors import VasowaveError
+from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.unknowns import Unknowns
+from vasowave.linear import linear_solution
+from vasowave.noise.spectrum import fourier, harmonics
+from vasowave.recording import EnsembleAverage, Recording
+from vasowave.recording.cycle import resample
+from vasowave.recording.harmonics import harmonic_errors
+from vasowave.solver.result import Run
+from vasowave.solver.simulate import Numerics, simulate_run, simulate_runs
+
+_FEWEST = 4  # harmonics that are compared at least, lest one weak recording leaves nothing
+_SOLVER = 0.01  # mmHg, error of the simulated pressure by its grid, white
+_STEP = 1e-3  # of the derivatives by a vessel's own logarithms, in linear theory, which has no noise
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What the recording says, and what a point says it should be; both as orthonormal Fourier coefficients, mmHg.
+
+    Attributes
+    ----------
+    unknowns : Unknowns
+    data : Recording or EnsembleAverage
+        Averaged beats bring the standard error of every harmonic along.
+    numerics : Numerics
+    workers : int
+        Threads.
+    """
+
+    unknowns: Unknowns
+    data: Recording | EnsembleAverage
+    numerics: Numerics
+    workers: int
+
+    @property
+    def recording(self) -> Recording:
+        """The cycle."""
+        return self.data.recording if isinstance(self.data, EnsembleAverage) else self.data
+
+    @cached_property
+    def samples(self) -> int:
+        """Coefficients that are compared: the mean and two for each harmonic with signal."""
+        errors = harmonic_errors(self.data)
+        most = (len(self.recording.pressure) - 1) // 2
+        return 2 * min(max(errors.with_signal, _FEWEST), most) + 1
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """Coefficients of the measured pressure, shape (coefficient,)."""
+        return fourier(resample(self.recording.pressure, self.samples))
+
+    @cached_property
+    def measurement_error(self) -> np.ndarray:
+        """Variance of each coefficient by scatter of the beats (or rounding), grid, and zero, mmHg²."""
+        k = harmonics(self.samples)
+        error = harmonic_errors(self.data).error[k] * np.sqrt(np.where(k == 0, 1.0, 0.5) * self.samples)
+        zero = np.where(k == 0, self.samples * self.unknowns.priors.zero**2, 0.0)
+        return error**2 + _SOLVER**2 + zero
+
+    def discrepancy(self, point: np.ndarray) -> Discrepancy:
+        """Return the likelihood of residuals near a point."""
+        amplitude = self.unknowns.priors.discrepancy
+        return Discrepancy(self.samples, amplitude, np.diag(self.measurement_error), self.vessels(point))
+
+    def vessels(self, point: np.ndarray) -> np.ndarray:
+        """Return what one SD of each vessel's own radius and length changes, shape (coefficient, 2 vessel), mmHg.
+
+        From linear theory: a derivative needs no more, and it costs no simulation.
+        """
+        here, columns = self._linear(point, None, None), []
+        for i, unit in enumerate(np.eye(len(self.unknowns.network))):
+            radius, length = (errors[i] for errors in self.unknowns.own_errors)
+            columns.append(radius * (self._linear(point, _STEP * unit, None) - here) / _STEP)
+            columns.append(length * (self._linear(point, None, _STEP * unit) - here) / _STEP)
+        return np.stack(columns, axis=1)
+
+    def _linear(self, point: np.ndarray, radii: np.ndarray | None, lengths: np.ndarray | None) -> np.ndarray:
+        model, n = self.unknowns.model(point, radii, lengths), self.samples
+        P = linear_solution(model, self.recording.inflow, n // 2).pressure[:, model.network.root]
+        scale = np.sqrt(np.where(np.arange(n // 2 + 1) == 0, n, 0.5 * n))
+        return np.concatenate([scale * P.real, -(scale * P.imag)[1:]])
+
+    def run(self, point: np.ndarray) -> Run:
+        """Simulate at a point from the linear solution."""
+        return simulate_run(self.unknowns.model(point), self.recording.inflow, self._numerics)
+
+    @property
+    def _numerics(self) -> Numerics:
+        return replace(self.numerics, samples=64, every_cell=False) if self._free else self.numerics
+
+    @property
+    def _free(self) -> bool:
+        return self.numerics.cycles_from_rest is None and self.numerics.steps_per_cycle is None
+
+    def simulate(self, points: Sequence[np.ndarray] | np.ndarray, start: Run) -> np.ndarray:
+        """Return the coefficients at points (point, unknown), from a neighboring run; NaN where none can be simulated."""
+        models = [self._model(point) for point in points]
+        whole = [one for one in models if one is not None]
+        near = start if self._free else None
+        runs = iter(simulate_runs(whole, self.recording.inflow, self._numerics, near, workers=self.workers))
+        found = np.full((len(models), self.samples), np.nan)
+        for i, model in enumerate(models):
+            run = next(runs) if model is not None else None
+            if isinstance(run, Run):
+                found[i] = fourier(run.inlet_pressure(self.samples))
+        return found
+
+    def _model(self, point: np.ndarray):  # type: ignore[no-untyped-def]
+        try:
+            return self.unknowns.model(point)
+        except VasowaveError:
+            return None
