@@ -1,8 +1,10 @@
 """One animal as a problem of inference: from a point to the harmonics of its simulated inlet pressure, and the data."""
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from importlib.metadata import version
 
 import numpy as np
 
@@ -10,15 +12,17 @@ from vasowave.errors import VasowaveError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.unknowns import Unknowns
 from vasowave.linear import linear_solution
+from vasowave.model import Model
 from vasowave.noise.spectrum import fourier, harmonics
 from vasowave.recording import EnsembleAverage, Recording
 from vasowave.recording.cycle import resample
 from vasowave.recording.harmonics import harmonic_errors
 from vasowave.solver.result import Run
-from vasowave.solver.simulate import Numerics, simulate_run, simulate_runs
+from vasowave.solver.simulate import Numerics, simulate_runs
 
 _FEWEST = 4  # harmonics that are compared at least, lest one weak recording leaves nothing
-_SOLVER = 0.01  # mmHg, error of the simulated pressure by its grid, white
+_SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions.md
+_SAMPLES = 64  # the solver chooses its step in multiples of this
 _STEP = 1e-3  # of the derivatives by a vessel's own logarithms, in linear theory, which has no noise
 
 
@@ -83,38 +87,57 @@ class Problem:
             columns.append(length * (self._linear(point, None, _STEP * unit) - here) / _STEP)
         return np.stack(columns, axis=1)
 
+    def in_time(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return the signals, shape (..., sample), mmHg, that coefficients (..., coefficient) stand for."""
+        n, K = self.samples, self.samples // 2
+        spectrum = np.array(coefficients[..., : K + 1], dtype=complex)
+        spectrum[..., 1:] = (spectrum[..., 1:] - 1j * coefficients[..., K + 1 :]) / np.sqrt(2)
+        return np.fft.irfft(spectrum * np.sqrt(n), n, axis=-1)
+
     def _linear(self, point: np.ndarray, radii: np.ndarray | None, lengths: np.ndarray | None) -> np.ndarray:
         model, n = self.unknowns.model(point, radii, lengths), self.samples
         P = linear_solution(model, self.recording.inflow, n // 2).pressure[:, model.network.root]
         scale = np.sqrt(np.where(np.arange(n // 2 + 1) == 0, n, 0.5 * n))
         return np.concatenate([scale * P.real, -(scale * P.imag)[1:]])
 
-    def run(self, point: np.ndarray) -> Run:
-        """Simulate at a point from the linear solution."""
-        return simulate_run(self.unknowns.model(point), self.recording.inflow, self._numerics)
+    def simulate(self, points: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
+        """Return the coefficients at points, shape (point, coefficient); NaN where a point cannot be simulated.
 
-    @property
-    def _numerics(self) -> Numerics:
-        return replace(self.numerics, samples=64, every_cell=False) if self._free else self.numerics
-
-    @property
-    def _free(self) -> bool:
-        return self.numerics.cycles_from_rest is None and self.numerics.steps_per_cycle is None
-
-    def simulate(self, points: Sequence[np.ndarray] | np.ndarray, start: Run) -> np.ndarray:
-        """Return the coefficients at points (point, unknown), from a neighboring run; NaN where none can be simulated."""
+        Every simulation starts from its linear solution, which takes fewer cycles than from a neighbor as far away as
+        draws are from each other; and what a point gives does not depend on the points before it.
+        """
         models = [self._model(point) for point in points]
         whole = [one for one in models if one is not None]
-        near = start if self._free else None
-        runs = iter(simulate_runs(whole, self.recording.inflow, self._numerics, near, workers=self.workers))
         found = np.full((len(models), self.samples), np.nan)
+        runs = iter(simulate_runs(whole, self.recording.inflow, self._numerics, workers=self.workers) if whole else [])
         for i, model in enumerate(models):
             run = next(runs) if model is not None else None
             if isinstance(run, Run):
                 found[i] = fourier(run.inlet_pressure(self.samples))
         return found
 
-    def _model(self, point: np.ndarray):  # type: ignore[no-untyped-def]
+    @property
+    def _numerics(self) -> Numerics:
+        """The step is free in multiples of few samples, unless a number of steps or cycles was asked for."""
+        given = replace(self.numerics, every_cell=False)
+        fixed = given.cycles_from_rest is not None or given.steps_per_cycle is not None
+        return given if fixed else replace(given, samples=_SAMPLES)
+
+    @cached_property
+    def key(self) -> str:
+        """SHA-256 of everything that enters a simulation and its harmonics."""
+        unknowns, network = self.unknowns, self.unknowns.network
+        parts = [unknowns.space.law, unknowns.space.free_names, unknowns.all, network.name, self.unknowns.space.blood]
+        numbers = [network.parent, network.length, network.radius, self.recording.flow, unknowns.space.nominal]
+        text = repr([parts, self._numerics, self.samples, self.recording.period, version("vasowave")])
+        beds = [unknowns.nominal.total_resistance, unknowns.nominal.time_constant]
+        digest = hashlib.sha256(text.encode())
+        for array in [*numbers, beds]:
+            digest.update(np.ascontiguousarray(array, dtype=float).tobytes())
+        return digest.hexdigest()
+
+    def _model(self, point: np.ndarray) -> Model | None:
+        """Return the model at a point, or nothing where some number of it overflows."""
         try:
             return self.unknowns.model(point)
         except VasowaveError:
