@@ -15,9 +15,13 @@ from vasowave.noise.spectrum import falling_power, harmonics
 _SHAPE = np.log([4.0, 2.5]), np.array([0.7, 0.5])
 """Prior of log k0 and log m: mean and SD, as `noise.spectrum` has them, the shape of residuals of measured mice."""
 
-_CORNERS, _SLOPES = 5, 4  # nodes of the quadrature over k0 and m
-_AMPLITUDES = 25  # and over σ, evenly spaced in its logarithm over ± 3.5 SD: the likelihood is narrower than the prior
-_REACH = 3.5
+_CORNERS, _SLOPES = (-1.5, -0.75, 0.0, 0.75, 1.5), (-1.2, 0.0, 1.2)
+"""Nodes of the quadrature over log k0 and log m, in SD: corners at harmonics 1.4 to 11, slopes of 1.4 to 4.6.
+
+The prior ends there. A rarer spectrum, all of whose power lies at the mean and the first harmonic, would explain a
+wrong model away; it shall be seen as a poor evidence instead.
+"""
+_AMPLITUDES = tuple(np.linspace(-2.5, 2.5, 21))  # likewise over log σ, whose likelihood is narrower than the prior
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,17 +55,17 @@ class Discrepancy:
     def variance(self, residuals: np.ndarray) -> np.ndarray:
         """Return the variance of each coefficient of the discrepancy, mmHg², averaged over residuals (draw, ...)."""
         log = self._by_node(np.atleast_2d(residuals))
-        log -= log.max(axis=(0, 2), keepdims=True)
-        weight = np.exp(log)
+        weight = np.exp(log - log.max(axis=(0, 2), keepdims=True))
         share = (weight / weight.sum(axis=(0, 2), keepdims=True)).mean(axis=1)
         return np.einsum("sa,a,sk->k", share, self._amplitudes[0] ** 2, self._shapes[0])
 
-    def deviation(self, residuals: np.ndarray) -> np.ndarray:
-        """Return the expected standard deviation σ, mmHg, of the discrepancy behind each residual, shape (...)."""
-        log = self._by_node(np.atleast_2d(residuals))
-        log -= log.max(axis=(0, 2), keepdims=True)
-        weight = np.exp(log).sum(axis=0)
-        return (weight @ self._amplitudes[0] / weight.sum(axis=1)).reshape(residuals.shape[:-1])
+    def draw_deviation(self, residuals: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return a draw of the standard deviation σ, mmHg, given each residual, shape (draw, coefficient)."""
+        log = self._by_node(residuals)
+        weight = np.exp(log - log.max(axis=(0, 2), keepdims=True)).sum(axis=0)
+        share = np.cumsum(weight, axis=1) / weight.sum(axis=1, keepdims=True)
+        node = (share < rng.random((len(residuals), 1))).sum(axis=1)
+        return self._amplitudes[0][node]
 
     def _by_node(self, rows: np.ndarray) -> np.ndarray:
         """Return log prior plus log density, shape (shape, draw, amplitude)."""
@@ -80,12 +84,12 @@ class Discrepancy:
     @cached_property
     def _shapes(self) -> tuple[np.ndarray, np.ndarray]:
         """Variances for σ = 1 of every shape, (shape, coefficient), with mean 1, and log prior weights."""
-        corners, weights = _normal_nodes(_CORNERS)
-        slopes, others = _normal_nodes(_SLOPES)
+        corners, slopes = np.array(_CORNERS), np.array(_SLOPES)
         log_k0, log_m = _SHAPE[0][0] + _SHAPE[1][0] * corners, _SHAPE[0][1] + _SHAPE[1][1] * slopes
         k = harmonics(self.samples)
         power = np.array([falling_power(k, np.exp(a), np.exp(b)) for a in log_k0 for b in log_m])
-        return power / power.mean(axis=1, keepdims=True), np.log(np.outer(weights, others)).ravel()
+        weight = _log_normal(np.add.outer(corners**2, slopes**2).ravel())
+        return power / power.mean(axis=1, keepdims=True), weight
 
     @cached_property
     def _amplitudes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -93,9 +97,8 @@ class Discrepancy:
         median, spread = self.amplitude
         if spread == 0:
             return np.array([median]), np.zeros(1)
-        score = np.linspace(-_REACH, _REACH, _AMPLITUDES)
-        weight = np.exp(-0.5 * score**2)
-        return median * np.exp(spread * score), np.log(weight / weight.sum())
+        score = np.array(_AMPLITUDES)
+        return median * np.exp(spread * score), _log_normal(score**2)
 
     @cached_property
     def _diagonal(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -107,7 +110,6 @@ class Discrepancy:
         return axes / scale[:, :, np.newaxis], np.maximum(values, 0.0), 2 * np.log(scale).sum(axis=1)
 
 
-def _normal_nodes(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return nodes and weights of the Gauss quadrature for the standard normal distribution."""
-    nodes, weights = np.polynomial.hermite_e.hermegauss(count)
-    return nodes, weights / weights.sum()
+def _log_normal(square: np.ndarray) -> np.ndarray:
+    """Return log weights, adding up to 1, of nodes at these squared distances from the center."""
+    return -0.5 * square - np.log(np.exp(-0.5 * square).sum())

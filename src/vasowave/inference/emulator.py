@@ -1,87 +1,119 @@
-"""A polynomial that stands for the simulations: ridge regression, its strength chosen by leaving points out."""
+"""What stands for the simulations: a Gaussian process, a polynomial of degree three and a smooth rest.
 
+All outputs share one covariance between points, so that one factorization serves them. Its scales are chosen by the
+errors at points left out, which have a closed form.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, product
 
 import numpy as np
 
+Coordinates = Callable[[np.ndarray], np.ndarray]
+"""Maps points, shape (point, unknown), to as many coordinates in which outputs bend less."""
+
 _DEGREE = 3
-_DECAYS = (0.5, 0.2, 0.08, 0.03)  # coefficients of degree d are expected to be decay^d of the first ones
-_RIDGE = 1e-5  # square of an error of single simulations, as a share of what one SD of a point changes
+_LARGEST = 30.0  # SD of the constant, in units of the errors that matter; a coefficient of degree d has decay^d of it
+_DECAYS = (0.3, 0.1)
+_LENGTHS = (2.5, 4.0)  # of the smooth rest, in SD of the points among which it will be used
+_NUGGET = 1e-4  # variance of single simulations, likewise
 
 
 @dataclass(frozen=True, eq=False)
 class Emulator:
-    """Outputs as polynomials of degree three in local coordinates, in which the points it was fitted to have SD 1.
+    """Outputs as smooth functions of the points, learned from simulations.
 
     Attributes
     ----------
+    coordinates : callable
     center : array, shape (unknown,)
     to_local : array, shape (unknown, unknown)
-        Local coordinates are (point - center) @ to_local.
-    reach : float
-        Largest distance from the center, in local coordinates, of the points it was fitted to.
+        Local coordinates are (coordinates - center) @ to_local.
+    known : array, shape (simulation, unknown)
+        Local coordinates of the simulations.
     base : array, shape (output,)
+    weights : array, shape (simulation, output)
     coefficients : array, shape (term, output)
-        Of the difference from `base`.
+    length : float
     error : array, shape (output,)
         Root-mean-square error at points left out.
     """
 
+    coordinates: Coordinates
     center: np.ndarray
     to_local: np.ndarray
-    reach: float
+    known: np.ndarray
     base: np.ndarray
+    weights: np.ndarray
     coefficients: np.ndarray
+    length: float
     error: np.ndarray
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Return the outputs at points, shape (point, output)."""
-        return self.base + features(self.local(points)) @ self.coefficients
+        local = self.local(points)
+        return self.base + features(local) @ self.coefficients + _near(local, self.known, self.length) @ self.weights
 
     def local(self, points: np.ndarray) -> np.ndarray:
         """Return local coordinates, shape (point, unknown)."""
-        return (points - self.center) @ self.to_local
+        return (self.coordinates(points) - self.center) @ self.to_local
+
+    @property
+    def reach(self) -> float:
+        """Largest distance of a simulation from the center, in local coordinates."""
+        return float(np.sqrt((self.known**2).sum(axis=1).max()))
 
     def jacobian(self, point: np.ndarray) -> np.ndarray:
         """Return the derivatives at a point, shape (output, unknown)."""
-        step = 1e-4 * np.eye(len(point))
-        return (self(point + step) - self(point - step)).T / 2e-4
+        step = 1e-3 * np.eye(len(point))
+        return (self(point + step) - self(point - step)).T / 2e-3
 
 
-def fit_emulator(points: np.ndarray, outputs: np.ndarray, around: np.ndarray, scale: np.ndarray) -> Emulator:
-    """Return the polynomial through outputs, (point, output), that predicts left-out points best.
+def fit_emulator(
+    points: np.ndarray, outputs: np.ndarray, around: np.ndarray, scale: np.ndarray, coordinates: Coordinates
+) -> Emulator:
+    """Return what predicts left-out points best.
 
     Parameters
     ----------
-    points, outputs : array
+    points, outputs : array, shape (simulation, unknown), (simulation, output)
     around : array, shape (draw, unknown)
         Where it will be used: their mean and covariance make the local coordinates.
     scale : array, shape (output,)
         Errors of the outputs that count as equally bad.
+    coordinates : callable
     """
-    center = around.mean(axis=0)
-    to_local = np.linalg.inv(np.linalg.cholesky(np.cov(around.T) + 1e-9 * np.eye(len(center)))).T
-    local, base = (points - center) @ to_local, outputs.mean(axis=0)
-    terms, degree = features(local), _degrees(local.shape[1])
+    there = coordinates(around)
+    center, spread = there.mean(axis=0), np.cov(there.T)
+    to_local = np.linalg.inv(np.linalg.cholesky(spread + 1e-9 * np.diag(np.diag(spread)))).T
+    local, base = (coordinates(points) - center) @ to_local, outputs.mean(axis=0)
     target = (outputs - base) / scale
-    fits = [_ridge(terms * decay**degree, target) for decay in _DECAYS]
-    best = int(np.argmin([np.sum(missed**2) for _, missed in fits]))
-    coefficients = _DECAYS[best] ** degree[:, np.newaxis] * fits[best][0] * scale
-    reach = float(np.sqrt((local**2).sum(axis=1).max()))
-    return Emulator(center, to_local, reach, base, coefficients, fits[best][1] * scale)
+    fits = [_regression(local, target, *choice) for choice in product(_DECAYS, _LENGTHS)]
+    weights, coefficients, length, missed = min(fits, key=lambda one: float(np.sum(one[3] ** 2)))
+    return Emulator(
+        coordinates, center, to_local, local, base, weights * scale, coefficients * scale, length, missed * scale
+    )
 
 
-def _ridge(terms: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the coefficients of a ridge regression and the root-mean-square error at points left out, per output."""
-    left, singular, right = np.linalg.svd(terms, full_matrices=False)
-    shrink = singular**2 / (singular**2 + _RIDGE)
-    weights = left.T @ target
-    coefficients = right.T @ ((singular / (singular**2 + _RIDGE))[:, np.newaxis] * weights)
-    leverage = np.minimum((left**2) @ shrink, 1 - 1e-9)
-    missed = (target - left @ (shrink[:, np.newaxis] * weights)) / (1 - leverage)[:, np.newaxis]
-    return coefficients, np.sqrt(np.mean(missed**2, axis=0))
+def _regression(
+    local: np.ndarray, target: np.ndarray, decay: float, length: float
+) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+    """Return weights, coefficients of the monomials, length, and the error at points left out, per output."""
+    size = _LARGEST * decay ** _degrees(local.shape[1])
+    terms = features(local) * size
+    covariance = terms @ terms.T + _near(local, local, length) + _NUGGET * np.eye(len(local))
+    inverse = np.linalg.inv(covariance)
+    weights = inverse @ target
+    missed = weights / np.diag(inverse)[:, np.newaxis]
+    return weights, size[:, np.newaxis] * (terms.T @ weights), length, np.sqrt(np.mean(missed**2, axis=0))
+
+
+def _near(one: np.ndarray, other: np.ndarray, length: float) -> np.ndarray:
+    """Squared-exponential covariance of points, with variance 1."""
+    square = (one**2).sum(axis=1)[:, np.newaxis] + (other**2).sum(axis=1) - 2 * one @ other.T
+    return np.exp(-0.5 / length**2 * square)
 
 
 def features(local: np.ndarray) -> np.ndarray:

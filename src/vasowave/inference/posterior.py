@@ -13,7 +13,7 @@ from vasowave.inference.priors import Priors
 from vasowave.inference.problem import Problem
 from vasowave.inference.reporting import reported
 from vasowave.inference.result import Posterior
-from vasowave.inference.rounds import explore
+from vasowave.inference.rounds import Target, explore
 from vasowave.inference.simulations import Simulations
 from vasowave.inference.unknowns import Unknowns
 from vasowave.network import Network
@@ -93,7 +93,8 @@ def posterior(
     place = None if path is None else Path(path)
     simulations = Simulations(problem.simulate, place, problem.key, progress)
     noise = problem.discrepancy(start)
-    explored = explore(simulations, problem.measured, noise, start, np.random.default_rng(seed), draws)
+    target = Target(simulations, problem.measured, noise, problem.seen)
+    explored = explore(target, start, np.random.default_rng(seed), draws)
     return reported(problem, noise, explored, simulations.asked, np.random.default_rng([seed, 1]))
 
 

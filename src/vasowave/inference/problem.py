@@ -22,6 +22,7 @@ from vasowave.solver.simulate import Numerics, simulate_runs
 
 _FEWEST = 4  # harmonics that are compared at least, lest one weak recording leaves nothing
 _SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions.md
+_LEAST = 1e-12  # of a strain or compliance whose logarithm is taken
 _SAMPLES = 64  # the solver chooses its step in multiples of this
 _STEP = 1e-3  # of the derivatives by a vessel's own logarithms, in linear theory, which has no noise
 
@@ -86,6 +87,21 @@ class Problem:
             columns.append(radius * (self._linear(point, _STEP * unit, None) - here) / _STEP)
             columns.append(length * (self._linear(point, None, _STEP * unit) - here) / _STEP)
         return np.stack(columns, axis=1)
+
+    def seen(self, points: np.ndarray) -> np.ndarray:
+        """Return coordinates of points, shape (point, unknown), in which the pressure bends less.
+
+        In place of the wall law's first two parameters: the logarithms of compliance and strain at mean pressure.
+        """
+        law, names = self.unknowns.space.law, list(self.unknowns.all)
+        values, found = self.unknowns.values(points), np.array(points)
+        parameters = [values[name] for name in law._fields]
+        mean = self.recording.mean_pressure
+        shown = (law.slope_at(mean, *parameters), law.ratio_at(mean, *parameters) - 1.0)
+        for name, quantity in zip(law._fields, shown, strict=False):
+            if name in names:
+                found[:, names.index(name)] = np.log(np.maximum(quantity, _LEAST))
+        return found
 
     def in_time(self, coefficients: np.ndarray) -> np.ndarray:
         """Return the signals, shape (..., sample), mmHg, that coefficients (..., coefficient) stand for."""

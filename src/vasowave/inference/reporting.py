@@ -24,14 +24,14 @@ def reported(
     """Return the posterior that explored points are."""
     rows = _resampled(explored.weights.log_weight, rng)
     values = _values(problem, explored.points[rows])
-    values["discrepancy"] = noise.deviation(explored.residuals[rows])
+    values["discrepancy"] = noise.draw_deviation(explored.residuals[rows], rng)
     before = _values(problem, rng.standard_normal((_PRIOR_DRAWS, len(problem.unknowns.all))))
     median, spread = noise.amplitude
     before["discrepancy"] = median * np.exp(spread * rng.standard_normal(_PRIOR_DRAWS))
     found = Diagnostics(
         explored.weights.k_hat, explored.weights.effective,
         float(np.sqrt(np.nanmean(explored.missed**2))), explored.log_error, explored.log_evidence,
-        explored.log_evidence_error, simulations, explored.rounds, problem.samples // 2,
+        explored.log_evidence_error, simulations, explored.rounds, problem.samples // 2, len(explored.points),
     )  # fmt: skip
     units = _units(problem)
     summary = _summary(values, before, units).join(_shares(problem, noise, explored, rows))

@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.files import write_file
+from vasowave.inference.reweighting import trusted
 from vasowave.notebook import card
 
 
@@ -34,6 +35,8 @@ class Diagnostics(NamedTuple):
         Rounds of the emulator.
     harmonics : int
         Harmonics of the pressure that were compared.
+    draws : int
+        Draws that were weighted.
     """
 
     k_hat: float
@@ -45,6 +48,12 @@ class Diagnostics(NamedTuple):
     simulations: int
     rounds: int
     harmonics: int
+    draws: int
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the numbers may be believed: Pareto k is at most 0.7, or weights hardly differ."""
+        return trusted(self.k_hat, self.effective / self.draws)
 
 
 @dataclass(frozen=True, eq=False)

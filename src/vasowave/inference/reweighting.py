@@ -12,12 +12,29 @@ import numpy as np
 FEWEST_TAIL = 5  # with fewer weights in the tail no distribution is fitted
 
 
+UNTRUSTED = 0.7
+"""Pareto k above which weighted means need not converge."""
+
+EQUAL = 0.9
+"""Share of the draws that are effective above which weights differ too little for the shape of their tail to matter."""
+
+
+def trusted(k_hat: float, share: float) -> bool:
+    """Whether weighted draws may be believed, from Pareto k and the share of effective draws."""
+    return k_hat <= UNTRUSTED or share > EQUAL
+
+
 class Weights(NamedTuple):
     """Logarithms of weights that add up to 1, the shape k of their tail, and the effective number of draws."""
 
     log_weight: np.ndarray
     k_hat: float
     effective: float
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the draws may be believed."""
+        return trusted(self.k_hat, self.effective / len(self.log_weight))
 
 
 def smoothed(log_ratio: np.ndarray) -> Weights:

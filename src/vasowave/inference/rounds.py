@@ -9,17 +9,50 @@ import numpy as np
 
 from vasowave.errors import NumericalError
 from vasowave.inference.discrepancy import Discrepancy
-from vasowave.inference.emulator import Emulator, fit_emulator
+from vasowave.inference.emulator import Coordinates, Emulator, fit_emulator
 from vasowave.inference.ensemble import Ensemble, sample
 from vasowave.inference.evidence import log_integral
+from vasowave.inference.mode import climb
 from vasowave.inference.reweighting import Weights, smoothed
 from vasowave.inference.simulations import Simulate
 
-_ROUNDS = 6
-_GOOD = 0.4  # SD of the emulator's error of the log-likelihood at new draws, below which no round follows
-_WALKERS, _STEPS, _LAST_STEPS = 240, 120, 360
+_ROUNDS = 7
+_GOOD = 0.5  # SD of the emulator's error of the log-likelihood at new draws, below which no round follows
+_WALKERS, _STEPS, _LAST_STEPS = 240, 100, 360
 _FARTHER = 1.3  # the emulator is used up to this times the farthest point it was fitted to
-_NEWTON, _STEP = 4, 0.1  # steps of the search for the mode at most; differences, in SD of the prior
+_TRIES = 3  # draws that cannot be trusted teach the emulator, and others are drawn
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A posterior to explore.
+
+    Attributes
+    ----------
+    simulate : callable
+        Maps points (point, unknown) to outputs (point, output); NaN where a point cannot be simulated.
+    measured : array, shape (output,)
+    noise : Discrepancy
+    coordinates : callable
+        In which outputs bend less.
+    """
+
+    simulate: Simulate
+    measured: np.ndarray
+    noise: Discrepancy
+    coordinates: Coordinates
+
+    def log_likelihood(self, outputs: np.ndarray) -> np.ndarray:
+        """Return the log-likelihood of outputs, shape (point, output); -inf for those that are NaN."""
+        good = np.isfinite(outputs).all(axis=1)
+        found = np.full(len(outputs), -np.inf)
+        found[good] = self.noise.log_likelihood(self.measured - outputs[good])
+        return found
+
+    def emulated(self, emulator: Emulator, points: np.ndarray) -> np.ndarray:
+        """Return the emulator's log posterior density; -inf too far from all points that were simulated."""
+        far = (emulator.local(points) ** 2).sum(axis=1) > (_FARTHER * emulator.reach) ** 2
+        return np.where(far, -np.inf, self.log_likelihood(emulator(points)) + log_prior(points))
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +71,6 @@ class Explored:
         SD of the emulator's error of the log-likelihood.
     log_evidence, log_evidence_error : float
     emulator : Emulator
-    cloud : array, shape (many, unknown)
-        Draws of the emulator's posterior.
     rounds : int
     """
 
@@ -51,51 +82,40 @@ class Explored:
     log_evidence: float
     log_evidence_error: float
     emulator: Emulator
-    cloud: np.ndarray
     rounds: int
 
 
-def explore(
-    simulate: Simulate,
-    measured: np.ndarray,
-    noise: Discrepancy,
-    start: np.ndarray,
-    rng: np.random.Generator,
-    draws: int = 400,
-) -> Explored:
+def explore(target: Target, start: np.ndarray, rng: np.random.Generator, draws: int = 400) -> Explored:
     """Return draws of the posterior of points with prior N(0, 1).
 
     Raises
     ------
     NumericalError
-        The start, or nearly all points near it, cannot be simulated.
+        The start, or most points near the mode, cannot be simulated.
     """
-    points, outputs, walkers = _mode(simulate, measured, noise, start, rng)
-    scale = np.sqrt(noise.variance(measured - outputs[-1:]) + np.diag(noise.measured))
-    log_error, rounds = np.inf, 0
+    climbed = climb(target.simulate, target.measured, target.noise, start)
+    points, outputs = climbed.points, climbed.outputs
+    walkers = climbed.middle + rng.standard_normal((_WALKERS, len(start))) @ climbed.root.T
+    emulator, log_error, rounds = None, np.inf, 0
     while rounds < _ROUNDS and log_error > _GOOD:
         rounds += 1
-        count = 30 + 10 * rounds + 2 * len(start)
-        fresh = walkers[rng.choice(len(walkers), min(count, len(walkers)), replace=False)]
-        found = simulate(fresh)
-        good = np.isfinite(found).all(axis=1)
-        if rounds > 1:
-            log_error = _log_error(noise, measured, emulator, fresh[good], found[good])
-        points, outputs = np.concatenate([points, fresh[good]]), np.concatenate([outputs, found[good]])
-        if len(points) < 2 * len(start):
-            raise NumericalError("nearly no model near the fit can be simulated: narrower priors keep among those")
-        emulator = fit_emulator(points, outputs, walkers, scale)
-        ensemble = _ensemble(noise, measured, emulator, _inside(emulator, walkers), _STEPS, rng)
+        fresh = walkers[rng.choice(len(walkers), 20 + 6 * len(start) + 10 * rounds, replace=False)]
+        found = _simulated(target, fresh)
+        if emulator is not None:
+            log_error = _log_error(target, emulator, fresh, found)
+        points, outputs = _joined(points, outputs, fresh, found)
+        emulator = _learned(target, points, outputs, walkers)
+        walkers = _ensemble(target, emulator, walkers, _STEPS, rng).points[-1]
+    for _ in range(_TRIES):
+        assert emulator is not None
+        ensemble = _ensemble(target, emulator, walkers, _LAST_STEPS, rng)
+        result = _weighted(target, emulator, ensemble, rng, draws, rounds)
+        if result.weights.trusted:
+            break
+        points, outputs = _joined(points, outputs, result.points, target.measured - result.residuals)
+        emulator, rounds = _learned(target, points, outputs, result.points), rounds + 1
         walkers = ensemble.points[-1]
-    ensemble = _ensemble(noise, measured, emulator, walkers, _LAST_STEPS, rng)
-    return _weighted(simulate, measured, noise, emulator, ensemble, rng, draws, rounds)
-
-
-def log_posterior(noise: Discrepancy, measured: np.ndarray, emulator: Emulator, points: np.ndarray) -> np.ndarray:
-    """Return the emulator's log posterior density; -inf too far from all points that were simulated."""
-    far = (emulator.local(points) ** 2).sum(axis=1) > (_FARTHER * emulator.reach) ** 2
-    found = noise.log_likelihood(measured - emulator(points)) + log_prior(points)
-    return np.where(far, -np.inf, found)
+    return result
 
 
 def log_prior(points: np.ndarray) -> np.ndarray:
@@ -103,109 +123,55 @@ def log_prior(points: np.ndarray) -> np.ndarray:
     return -0.5 * ((points**2).sum(axis=1) + points.shape[1] * np.log(2 * np.pi))
 
 
-def _mode(
-    simulate: Simulate, measured: np.ndarray, noise: Discrepancy, start: np.ndarray, rng: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Climb to the mode by Gauss-Newton steps; return what was simulated and walkers of the normal approximation."""
-    points, outputs = start[np.newaxis], simulate(start[np.newaxis])
-    if not np.isfinite(outputs).all():
-        raise NumericalError("the start cannot be simulated; give a fit to start from, or other priors")
-    here, y = start, outputs[0]
-    for _ in range(_NEWTON):
-        near = here + _STEP * np.eye(len(here))
-        found = simulate(near)
-        J = np.nan_to_num((found - y) / _STEP).T
-        points, outputs = np.concatenate([points, near]), np.concatenate([outputs, found])
-        mean, root = _normal(noise, measured, here, y, J)
-        better = _climbed(simulate, measured, noise, here, y, mean)
-        if better is None:
-            break
-        points, outputs = np.concatenate([points, better[0][None]]), np.concatenate([outputs, better[1][None]])
-        small = np.sum(np.linalg.solve(root, better[0] - here) ** 2) < 0.1
-        here, y = better
-        if small:
-            break
-    good = np.isfinite(outputs).all(axis=1)
-    return points[good], outputs[good], here + rng.standard_normal((_WALKERS, len(here))) @ root.T
+def _simulated(target: Target, points: np.ndarray) -> np.ndarray:
+    found = target.simulate(points)
+    if np.mean(np.isfinite(found).all(axis=1)) < 0.5:
+        raise NumericalError("most models near the mode cannot be simulated; give narrower priors, or other numerics")
+    return found
 
 
-def _normal(
-    noise: Discrepancy, measured: np.ndarray, here: np.ndarray, y: np.ndarray, J: np.ndarray
+def _joined(
+    points: np.ndarray, outputs: np.ndarray, fresh: np.ndarray, found: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and Cholesky factor of the covariance of the posterior if outputs were linear around `here`."""
-    total = np.diag(noise.variance((measured - y)[np.newaxis])) + noise.measured + noise.vessels @ noise.vessels.T
-    gain = np.linalg.solve(total, J).T
-    covariance = np.linalg.inv(gain @ J + np.eye(len(here)))
-    mean = covariance @ (gain @ (measured - y + J @ here))
-    return mean, np.linalg.cholesky(0.5 * (covariance + covariance.T))
+    good = np.isfinite(found).all(axis=1)
+    return np.concatenate([points, fresh[good]]), np.concatenate([outputs, found[good]])
 
 
-def _climbed(
-    simulate: Simulate, measured: np.ndarray, noise: Discrepancy, here: np.ndarray, y: np.ndarray, aim: np.ndarray
-) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the first better point, with its outputs, on the way back from `aim`; None if none is better."""
-
-    def height(point: np.ndarray, output: np.ndarray) -> float:
-        return float(noise.log_likelihood(measured - output) + log_prior(point[np.newaxis])[0])
-
-    for share in (1.0, 0.5, 0.2):
-        point = here + share * (aim - here)
-        output = simulate(point[np.newaxis])[0]
-        if np.isfinite(output).all() and height(point, output) > height(here, y):
-            return point, output
-    return None
-
-
-def _inside(emulator: Emulator, walkers: np.ndarray) -> np.ndarray:
-    """Return the walkers with those that the emulator cannot answer drawn towards its center."""
-    distance = np.sqrt((emulator.local(walkers) ** 2).sum(axis=1))
-    share = np.minimum(1.0, emulator.reach / np.maximum(distance, 1e-300))
-    return emulator.center + share[:, np.newaxis] * (walkers - emulator.center)
+def _learned(target: Target, points: np.ndarray, outputs: np.ndarray, around: np.ndarray) -> Emulator:
+    near = outputs[-len(around) // 2 :]
+    scale = np.sqrt(target.noise.variance(target.measured - near) + np.diag(target.noise.measured))
+    return fit_emulator(points, outputs, around, scale, target.coordinates)
 
 
 def _ensemble(
-    noise: Discrepancy,
-    measured: np.ndarray,
-    emulator: Emulator,
-    walkers: np.ndarray,
-    steps: int,
-    rng: np.random.Generator,
+    target: Target, emulator: Emulator, walkers: np.ndarray, steps: int, rng: np.random.Generator
 ) -> Ensemble:
-    return sample(lambda x: log_posterior(noise, measured, emulator, x), walkers, steps, rng)
+    """Let the walkers move; those that the emulator cannot answer start from places of others."""
+    lost = ~np.isfinite(target.emulated(emulator, walkers))
+    begin = walkers.copy()
+    begin[lost] = walkers[rng.choice(np.flatnonzero(~lost), int(lost.sum()))]
+    return sample(lambda x: target.emulated(emulator, x), begin, steps, rng)
 
 
-def _log_error(
-    noise: Discrepancy, measured: np.ndarray, emulator: Emulator, points: np.ndarray, outputs: np.ndarray
-) -> float:
-    true, emulated = noise.log_likelihood(measured - outputs), noise.log_likelihood(measured - emulator(points))
-    return float(np.std(true - emulated))
+def _log_error(target: Target, emulator: Emulator, points: np.ndarray, outputs: np.ndarray) -> float:
+    good = np.isfinite(outputs).all(axis=1)
+    return float(np.std(target.log_likelihood(outputs[good]) - target.log_likelihood(emulator(points[good]))))
 
 
 def _weighted(
-    simulate: Simulate,
-    measured: np.ndarray,
-    noise: Discrepancy,
-    emulator: Emulator,
-    ensemble: Ensemble,
-    rng: np.random.Generator,
-    draws: int,
-    rounds: int,
+    target: Target, emulator: Emulator, ensemble: Ensemble, rng: np.random.Generator, draws: int, rounds: int
 ) -> Explored:
     """Simulate draws of the emulator's posterior and weigh them by what it missed."""
     late = slice(len(ensemble.points) // 2, None)
-    cloud, values = ensemble.points[late].reshape(-1, emulator.center.size), ensemble.log_density[late].ravel()
+    cloud, values = ensemble.points[late].reshape(-1, len(emulator.center)), ensemble.log_density[late].ravel()
     chosen = rng.choice(len(cloud), min(draws, len(cloud)), replace=False)
-    points, outputs = cloud[chosen], simulate(cloud[chosen])
-    good = np.isfinite(outputs).all(axis=1)
-    ratio = np.full(len(points), -np.inf)
-    missed = outputs - emulator(points)
-    ratio[good] = noise.log_likelihood(measured - outputs[good]) - noise.log_likelihood(
-        measured - emulator(points[good])
-    )
-    integral, error = log_integral(lambda x: log_posterior(noise, measured, emulator, x), cloud, values, rng)
+    points, outputs = cloud[chosen], _simulated(target, cloud[chosen])
+    ratio = target.log_likelihood(outputs) - target.log_likelihood(emulator(points))
+    integral, error = log_integral(lambda x: target.emulated(emulator, x), cloud, values, rng)
     shift = float(ratio.max() + np.log(np.mean(np.exp(ratio - ratio.max()))))
     spread = float(np.std(np.exp(ratio - shift)) / np.sqrt(len(ratio)))
     return Explored(
-        points, measured - outputs, smoothed(ratio), missed, float(np.std(ratio[good])), integral + shift,
-        float(np.hypot(error, spread)), emulator, cloud, rounds,
+        points, target.measured - outputs, smoothed(ratio), outputs - emulator(points),
+        _log_error(target, emulator, points, outputs), integral + shift, float(np.hypot(error, spread)),
+        emulator, rounds,
     )  # fmt: skip

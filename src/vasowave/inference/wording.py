@@ -4,10 +4,8 @@ import numpy as np
 import pandas as pd
 
 from vasowave.inference.result import Diagnostics
+from vasowave.inference.reweighting import UNTRUSTED
 from vasowave.inference.unknowns import Unknown
-
-UNTRUSTED = 0.7
-"""Pareto k above which weighted means need not converge (Vehtari et al. 2024)."""
 
 FEWEST_EFFECTIVE = 100.0
 """Effective draws below which the ends of a 95 % interval rest on two draws each."""
@@ -33,7 +31,7 @@ def sentences(
 
 def _trust(diagnostics: Diagnostics) -> list[str]:
     found = []
-    if not diagnostics.k_hat <= UNTRUSTED:
+    if not diagnostics.trusted:
         found.append(
             f"Do not believe these numbers: the weights of the draws have a heavy tail (Pareto k {diagnostics.k_hat:.2f}, "
             f"above {UNTRUSTED}). Ask for more draws, start from another fit, or give narrower priors."
@@ -61,7 +59,7 @@ def _wide(summary: pd.DataFrame, unknowns: dict[str, Unknown]) -> list[str]:
     for name, row in summary.iterrows():
         low, high = row["interval_low"], row["interval_high"]
         silent = name in unknowns and row["contraction"] < _SILENT
-        if low > 0 and high / low > _WIDEST and not silent:
+        if row["prior_low"] > 0 and high / low > _WIDEST and not silent:
             found.append(f"{name} is known only within a factor of {high / low:.1f} ({low:.3g} to {high:.3g}).")
     return found
 
