@@ -186,7 +186,9 @@ def main():
             found = list(lines(row, number, chosen.draws))
             with chosen.out.open("a", newline="") as file:
                 csv.writer(file).writerows(found)
-            print(row, number, *(f"{x[2]} {x[3]} {x[4]:.3g} in [{x[5]:.3g}, {x[7]:.3g}]" for x in found[::4]), flush=True)
+            print(
+                row, number, *(f"{x[2]} {x[3]} {x[4]:.3g} in [{x[5]:.3g}, {x[7]:.3g}]" for x in found[::4]), flush=True
+            )
     with pd.option_context("display.width", 200, "display.max_rows", 200):
         print(table(chosen.out))
 

@@ -1,8 +1,11 @@
 """The likelihood of a residual: discrepancy of the model, errors of measurement and of single vessels, one Gaussian.
 
-What no parameters explain is a stationary process on the circle: its Fourier coefficients are independent, and their
-variance σ² (1 + (k/k0)²)^-m falls with the harmonic k. Neither σ nor k0 nor m is known; the likelihood is the mean over
-their priors. For every shape (k0, m) all other covariances are diagonalized beside it once, so that each σ costs a sum.
+What no parameters explain is a stationary process on the circle: its Fourier coefficients are independent. Their
+variance, σ² (1 + rk/s)^-s up to a factor that makes σ the standard deviation in the cycle, falls with the harmonic k by
+the rate r at first and as k^-s at last. It rises to the very mean: parameters take the lowest harmonics from every
+residual, so that a spectrum which became flat there would promise what no residual can show. σ, r and s are unknown;
+the likelihood is the mean over their priors. For each shape (r, s) all other covariances are diagonalized beside it
+once, so that each σ costs a sum.
 """
 
 from dataclasses import dataclass
@@ -10,16 +13,19 @@ from functools import cached_property
 
 import numpy as np
 
-from vasowave.noise.spectrum import falling_power, harmonics
+from vasowave.noise.spectrum import harmonics
 
-_SHAPE = np.log([4.0, 2.5]), np.array([0.7, 0.5])
-"""Prior of log k0 and log m: mean and SD, as `noise.spectrum` has them, the shape of residuals of measured mice."""
+_RATE = np.log(0.5), 0.5
+"""Mean and SD of log r: power falls to 1/e over two harmonics, as that of the residual of measured mouse C6."""
 
-_CORNERS, _SLOPES = (-1.5, -0.75, 0.0, 0.75, 1.5), (-1.2, 0.0, 1.2)
-"""Nodes of the quadrature over log k0 and log m, in SD: corners at harmonics 1.4 to 11, slopes of 1.4 to 4.6.
+_POWER = np.log(6.0), 0.5
+"""Mean and SD of log s."""
 
-The prior ends there. A rarer spectrum, all of whose power lies at the mean and the first harmonic, would explain a
-wrong model away; it shall be seen as a poor evidence instead.
+_NODES = (-1.5, -0.75, 0.0, 0.75, 1.5), (-1.2, 0.0, 1.2)
+"""Nodes of the quadrature over log r and log s, in SD: rates of 0.24 to 1.1, powers of 3.3 to 11.
+
+The prior ends there. A rarer spectrum, with all its power at the mean and the first harmonic, would explain a wrong
+model away; it shall be seen as a poor evidence instead.
 """
 _AMPLITUDES = tuple(np.linspace(-2.5, 2.5, 21))  # likewise over log σ, whose likelihood is narrower than the prior
 
@@ -84,11 +90,11 @@ class Discrepancy:
     @cached_property
     def _shapes(self) -> tuple[np.ndarray, np.ndarray]:
         """Variances for σ = 1 of every shape, (shape, coefficient), with mean 1, and log prior weights."""
-        corners, slopes = np.array(_CORNERS), np.array(_SLOPES)
-        log_k0, log_m = _SHAPE[0][0] + _SHAPE[1][0] * corners, _SHAPE[0][1] + _SHAPE[1][1] * slopes
+        rate, last = (np.array(one) for one in _NODES)
+        rates, powers = np.exp(_RATE[0] + _RATE[1] * rate), np.exp(_POWER[0] + _POWER[1] * last)
         k = harmonics(self.samples)
-        power = np.array([falling_power(k, np.exp(a), np.exp(b)) for a in log_k0 for b in log_m])
-        weight = _log_normal(np.add.outer(corners**2, slopes**2).ravel())
+        power = np.array([(1 + r * k / s) ** -s for r in rates for s in powers])
+        weight = _log_normal(np.add.outer(rate**2, last**2).ravel())
         return power / power.mean(axis=1, keepdims=True), weight
 
     @cached_property

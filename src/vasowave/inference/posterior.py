@@ -9,6 +9,7 @@ from vasowave.blood import Blood
 from vasowave.calibration import Fit, Search
 from vasowave.calibration.parameters import parameter_space
 from vasowave.errors import InputError
+from vasowave.inference.mode import climb
 from vasowave.inference.priors import Priors
 from vasowave.inference.problem import Problem
 from vasowave.inference.reporting import reported
@@ -92,9 +93,10 @@ def posterior(
     start = _start(problem.unknowns, fit)
     place = None if path is None else Path(path)
     simulations = Simulations(problem.simulate, place, problem.key, progress)
-    noise = problem.discrepancy(start)
+    climbed = climb(simulations, problem.measured, problem.discrepancy(), start)
+    noise = problem.discrepancy(problem.vessels(climbed.middle))
     target = Target(simulations, problem.measured, noise, problem.seen)
-    explored = explore(target, start, np.random.default_rng(seed), draws)
+    explored = explore(target, climbed, np.random.default_rng(seed), draws)
     return reported(problem, noise, explored, simulations.asked, np.random.default_rng([seed, 1]))
 
 

@@ -8,10 +8,9 @@ from importlib.metadata import version
 
 import numpy as np
 
-from vasowave.errors import VasowaveError
+from vasowave.errors import NumericalError, VasowaveError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.unknowns import Unknowns
-from vasowave.linear import linear_solution
 from vasowave.model import Model
 from vasowave.noise.spectrum import fourier, harmonics
 from vasowave.recording import EnsembleAverage, Recording
@@ -24,7 +23,6 @@ _FEWEST = 4  # harmonics that are compared at least, lest one weak recording lea
 _SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions.md
 _LEAST = 1e-12  # of a strain or compliance whose logarithm is taken
 _SAMPLES = 64  # the solver chooses its step in multiples of this
-_STEP = 1e-3  # of the derivatives by a vessel's own logarithms, in linear theory, which has no noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,22 +69,30 @@ class Problem:
         zero = np.where(k == 0, self.samples * self.unknowns.priors.zero**2, 0.0)
         return error**2 + _SOLVER**2 + zero
 
-    def discrepancy(self, point: np.ndarray) -> Discrepancy:
-        """Return the likelihood of residuals near a point."""
-        amplitude = self.unknowns.priors.discrepancy
-        return Discrepancy(self.samples, amplitude, np.diag(self.measurement_error), self.vessels(point))
+    def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
+        """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""
+        change = np.zeros((self.samples, 1)) if vessels is None else vessels
+        return Discrepancy(self.samples, self.unknowns.priors.discrepancy, np.diag(self.measurement_error), change)
 
     def vessels(self, point: np.ndarray) -> np.ndarray:
         """Return what one SD of each vessel's own radius and length changes, shape (coefficient, 2 vessel), mmHg.
 
-        From linear theory: a derivative needs no more, and it costs no simulation.
+        Raises
+        ------
+        NumericalError
+            A model with one vessel wider or longer by one SD cannot be simulated.
         """
-        here, columns = self._linear(point, None, None), []
-        for i, unit in enumerate(np.eye(len(self.unknowns.network))):
-            radius, length = (errors[i] for errors in self.unknowns.own_errors)
-            columns.append(radius * (self._linear(point, _STEP * unit, None) - here) / _STEP)
-            columns.append(length * (self._linear(point, None, _STEP * unit) - here) / _STEP)
-        return np.stack(columns, axis=1)
+        radii, lengths = (np.diag(errors) for errors in self.unknowns.own_errors)
+        models = [self.unknowns.model(point)]
+        models += [self.unknowns.model(point, radii=one) for one in radii if one.any()]
+        models += [self.unknowns.model(point, lengths=one) for one in lengths if one.any()]
+        found = self._simulated(models)
+        if not np.isfinite(found).all():
+            raise NumericalError(
+                "a model with one vessel wider or longer by its assumed error cannot be simulated; give smaller errors "
+                "of radius and length, or other numerics"
+            )
+        return (found[1:] - found[0]).T if len(found) > 1 else np.zeros((self.samples, 1))
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Return coordinates of points, shape (point, unknown), in which the pressure bends less.
@@ -110,20 +116,17 @@ class Problem:
         spectrum[..., 1:] = (spectrum[..., 1:] - 1j * coefficients[..., K + 1 :]) / np.sqrt(2)
         return np.fft.irfft(spectrum * np.sqrt(n), n, axis=-1)
 
-    def _linear(self, point: np.ndarray, radii: np.ndarray | None, lengths: np.ndarray | None) -> np.ndarray:
-        model, n = self.unknowns.model(point, radii, lengths), self.samples
-        P = linear_solution(model, self.recording.inflow, n // 2).pressure[:, model.network.root]
-        scale = np.sqrt(np.where(np.arange(n // 2 + 1) == 0, n, 0.5 * n))
-        return np.concatenate([scale * P.real, -(scale * P.imag)[1:]])
-
     def simulate(self, points: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
-        """Return the coefficients at points, shape (point, coefficient); NaN where a point cannot be simulated.
+        """Return the coefficients at points, shape (point, coefficient); NaN where a point cannot be simulated."""
+        return self._simulated([self._model(point) for point in points])
+
+    def _simulated(self, models: Sequence[Model | None]) -> np.ndarray:
+        """Return the coefficients of models.
 
         Every simulation starts from its linear solution, which takes fewer cycles than from a neighbor as far away as
         draws are from each other; and what a point gives does not depend on the points before it.
         """
-        models = [self._model(point) for point in points]
-        whole = [one for one in models if one is not None]
+        whole = [model for model in models if model is not None]
         found = np.full((len(models), self.samples), np.nan)
         runs = iter(simulate_runs(whole, self.recording.inflow, self._numerics, workers=self.workers) if whole else [])
         for i, model in enumerate(models):

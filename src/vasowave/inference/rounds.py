@@ -12,7 +12,7 @@ from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.emulator import Coordinates, Emulator, fit_emulator
 from vasowave.inference.ensemble import Ensemble, sample
 from vasowave.inference.evidence import log_integral
-from vasowave.inference.mode import climb
+from vasowave.inference.mode import Climbed
 from vasowave.inference.reweighting import Weights, smoothed
 from vasowave.inference.simulations import Simulate
 
@@ -85,21 +85,20 @@ class Explored:
     rounds: int
 
 
-def explore(target: Target, start: np.ndarray, rng: np.random.Generator, draws: int = 400) -> Explored:
-    """Return draws of the posterior of points with prior N(0, 1).
+def explore(target: Target, climbed: Climbed, rng: np.random.Generator, draws: int = 400) -> Explored:
+    """Return draws of the posterior of points with prior N(0, 1), from the mode that was climbed.
 
     Raises
     ------
     NumericalError
-        The start, or most points near the mode, cannot be simulated.
+        Most points near the mode cannot be simulated.
     """
-    climbed = climb(target.simulate, target.measured, target.noise, start)
-    points, outputs = climbed.points, climbed.outputs
-    walkers = climbed.middle + rng.standard_normal((_WALKERS, len(start))) @ climbed.root.T
+    points, outputs, size = climbed.points, climbed.outputs, len(climbed.middle)
+    walkers = climbed.middle + rng.standard_normal((_WALKERS, size)) @ climbed.root.T
     emulator, log_error, rounds = None, np.inf, 0
     while rounds < _ROUNDS and log_error > _GOOD:
         rounds += 1
-        fresh = walkers[rng.choice(len(walkers), 20 + 6 * len(start) + 10 * rounds, replace=False)]
+        fresh = walkers[rng.choice(len(walkers), 20 + 6 * size + 10 * rounds, replace=False)]
         found = _simulated(target, fresh)
         if emulator is not None:
             log_error = _log_error(target, emulator, fresh, found)

@@ -72,7 +72,7 @@ class Simulations:
 
 def _read(path: Path, key: str) -> dict[bytes, np.ndarray]:
     try:
-        with np.load(path, allow_pickle=False) as kept:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
             found, points, outputs = str(kept["key"]), kept["points"], kept["outputs"]
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         raise InputError(f"{path}: not a file of simulations, or damaged; remove it or give another path") from None

@@ -39,7 +39,10 @@ class Unknown(NamedTuple):
 
     def value(self, score: np.ndarray) -> np.ndarray:
         """Return the number whose distance from the center is `score` SD of the prior."""
-        return self.center * np.exp(self.spread * score) if self.positive else self.center + self.spread * score
+        if not self.positive:
+            return self.center + self.spread * score
+        with np.errstate(over="ignore"):  # what is infinite is refused as a model
+            return self.center * np.exp(self.spread * score)
 
 
 @dataclass(frozen=True, eq=False)
