@@ -84,7 +84,7 @@ def posterior(
     Examples
     --------
     >>> import vasowave as vw
-    >>> vw.posterior(vw.control_network(), vw.virtual_mouse(), draws=60)
+    >>> vw.posterior(vw.control_network(), vw.virtual_mouse(), draws=40)
     Posterior(linear wall: beta ... [..., ...], r1 ...; Pareto k ...)
     """
     if draws < FEWEST_DRAWS:
