@@ -1,8 +1,8 @@
-"""How often 95 % intervals hold the truth when the model, the geometry or the recording is wrong, and how wide they are.
+"""How often 95 % intervals hold the truth when model, geometry or recording are wrong, and how wide they are.
 
-    uv run python benchmarks/coverage.py --out coverage.csv                    10 animals of every row, hours of one core
-    uv run python benchmarks/coverage.py --out coverage.csv --animals 2 --rows "linear"    a quick look
-    uv run python benchmarks/coverage.py --out coverage.csv --table            the table of what is in the file
+    uv run python benchmarks/coverage.py --out coverage.csv             10 animals of every row; an hour or more
+    uv run python benchmarks/coverage.py --out coverage.csv --animals 2 --rows linear   a quick look
+    uv run python benchmarks/coverage.py --out coverage.csv --table     the table of what is in the file
 
 Every animal is drawn, simulated with the solver, disturbed as its row says, and given smooth noise of 0.4 mmHg (its
 spectrum is not of the family that the posterior assumes) and white noise of 0.03 mmHg. Then it is analyzed twice with

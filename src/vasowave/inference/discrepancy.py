@@ -8,7 +8,7 @@ the likelihood is the mean over their priors. For each shape (r, s) all other co
 once, so that each σ costs a sum.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +28,7 @@ The prior ends there. A rarer spectrum, with all its power at the mean and the f
 model away; it shall be seen as a poor evidence instead.
 """
 _AMPLITUDES = tuple(np.linspace(-2.5, 2.5, 21))  # likewise over log σ, whose likelihood is narrower than the prior
+_MATTERS = 1e-3  # of the largest term of a sum
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +45,21 @@ class Discrepancy:
         Covariance of the errors of measurement, mmHg².
     vessels : array, shape (coefficient, error)
         What one SD of each independent error of a single vessel changes, mmHg.
+    kept : (bool array, bool array), optional
+        Shapes and amplitudes that are summed over; all, if not given.
     """
 
     samples: int
     amplitude: tuple[float, float]
     measured: np.ndarray
     vessels: np.ndarray
+    kept: tuple[np.ndarray, np.ndarray] | None = None
+
+    def narrowed(self, residuals: np.ndarray) -> "Discrepancy":
+        """Return the sum over only those spectra that matter for one of the residuals, (draw, coefficient)."""
+        log = replace(self, kept=None)._by_node(residuals)
+        share = np.exp(log - log.max(axis=(0, 2), keepdims=True)).max(axis=1)
+        return replace(self, kept=(share.max(axis=1) > _MATTERS, share.max(axis=0) > _MATTERS))
 
     def log_likelihood(self, residuals: np.ndarray) -> np.ndarray:
         """Return the logarithm of the density of residuals, shape (...)."""
@@ -95,7 +105,8 @@ class Discrepancy:
         k = harmonics(self.samples)
         power = np.array([(1 + r * k / s) ** -s for r in rates for s in powers])
         weight = _log_normal(np.add.outer(rate**2, last**2).ravel())
-        return power / power.mean(axis=1, keepdims=True), weight
+        shown = slice(None) if self.kept is None else self.kept[0]
+        return (power / power.mean(axis=1, keepdims=True))[shown], weight[shown]
 
     @cached_property
     def _amplitudes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -104,7 +115,8 @@ class Discrepancy:
         if spread == 0:
             return np.array([median]), np.zeros(1)
         score = np.array(_AMPLITUDES)
-        return median * np.exp(spread * score), _log_normal(score**2)
+        shown = slice(None) if self.kept is None else self.kept[1]
+        return (median * np.exp(spread * score))[shown], _log_normal(score**2)[shown]
 
     @cached_property
     def _diagonal(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -35,8 +35,8 @@ class Priors:
     length_scale, length : float
         Likewise for lengths.
     stiffening : float
-        SD of the exponent k of a wall stiffness that varies with the radius, β ∝ (r/r_root)^-k, around 0. Distensibility
-        is uniform along the pulmonary arteries (k = 0); down the systemic ones β r^k with k near 0.7 is usual.
+        SD of the exponent k of a wall stiffness that varies with the radius, β ∝ (r/r_root)^-k, around 0: in pulmonary
+        arteries distensibility is nearly uniform (k = 0), down the systemic ones k near 0.7 is usual.
     image_pressure : float
         SD of the logarithm of the pressure at which the image was taken, where the network has one.
     zero : float

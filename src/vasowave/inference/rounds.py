@@ -18,7 +18,7 @@ from vasowave.inference.simulations import Simulate
 
 _ROUNDS = 7
 _GOOD = 0.5  # SD of the emulator's error of the log-likelihood at new draws, below which no round follows
-_WALKERS, _STEPS, _LAST_STEPS = 240, 100, 360
+_WALKERS, _STEPS, _LAST_STEPS = 200, 80, 240
 _FARTHER = 1.3  # the emulator is used up to this times the farthest point it was fitted to
 _TRIES = 3  # draws that cannot be trusted teach the emulator, and others are drawn
 
@@ -49,10 +49,23 @@ class Target:
         found[good] = self.noise.log_likelihood(self.measured - outputs[good])
         return found
 
-    def emulated(self, emulator: Emulator, points: np.ndarray) -> np.ndarray:
-        """Return the emulator's log posterior density; -inf too far from all points that were simulated."""
-        far = (emulator.local(points) ** 2).sum(axis=1) > (_FARTHER * emulator.reach) ** 2
-        return np.where(far, -np.inf, self.log_likelihood(emulator(points)) + log_prior(points))
+
+@dataclass(frozen=True, eq=False)
+class Surrogate:
+    """What stands for a target and costs little: emulated outputs, and the spectra that matter for them."""
+
+    emulator: Emulator
+    measured: np.ndarray
+    noise: Discrepancy
+
+    def log_likelihood(self, points: np.ndarray) -> np.ndarray:
+        """Return the log-likelihood of the emulated outputs at points, shape (point, unknown)."""
+        return self.noise.log_likelihood(self.measured - self.emulator(points))
+
+    def log_posterior(self, points: np.ndarray) -> np.ndarray:
+        """Return the log posterior density; -inf too far from all points that were simulated."""
+        far = (self.emulator.local(points) ** 2).sum(axis=1) > (_FARTHER * self.emulator.reach) ** 2
+        return np.where(far, -np.inf, self.log_likelihood(points) + log_prior(points))
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,24 +108,24 @@ def explore(target: Target, climbed: Climbed, rng: np.random.Generator, draws: i
     """
     points, outputs, size = climbed.points, climbed.outputs, len(climbed.middle)
     walkers = climbed.middle + rng.standard_normal((_WALKERS, size)) @ climbed.root.T
-    emulator, log_error, rounds = None, np.inf, 0
+    surrogate, log_error, rounds = None, np.inf, 0
     while rounds < _ROUNDS and log_error > _GOOD:
         rounds += 1
         fresh = walkers[rng.choice(len(walkers), 20 + 6 * size + 10 * rounds, replace=False)]
         found = _simulated(target, fresh)
-        if emulator is not None:
-            log_error = _log_error(target, emulator, fresh, found)
+        if surrogate is not None:
+            log_error = _log_error(target, surrogate, fresh, found)
         points, outputs = _joined(points, outputs, fresh, found)
-        emulator = _learned(target, points, outputs, walkers)
-        walkers = _ensemble(target, emulator, walkers, _STEPS, rng).points[-1]
+        surrogate = _learned(target, points, outputs, walkers)
+        walkers = _moved(surrogate, walkers, _STEPS, rng).points[-1]
     for _ in range(_TRIES):
-        assert emulator is not None
-        ensemble = _ensemble(target, emulator, walkers, _LAST_STEPS, rng)
-        result = _weighted(target, emulator, ensemble, rng, draws, rounds)
+        assert surrogate is not None
+        ensemble = _moved(surrogate, walkers, _LAST_STEPS, rng)
+        result = _weighted(target, surrogate, ensemble, rng, draws, rounds)
         if result.weights.trusted:
             break
         points, outputs = _joined(points, outputs, result.points, target.measured - result.residuals)
-        emulator, rounds = _learned(target, points, outputs, result.points), rounds + 1
+        surrogate, rounds = _learned(target, points, outputs, result.points), rounds + 1
         walkers = ensemble.points[-1]
     return result
 
@@ -136,41 +149,40 @@ def _joined(
     return np.concatenate([points, fresh[good]]), np.concatenate([outputs, found[good]])
 
 
-def _learned(target: Target, points: np.ndarray, outputs: np.ndarray, around: np.ndarray) -> Emulator:
-    near = outputs[-len(around) // 2 :]
-    scale = np.sqrt(target.noise.variance(target.measured - near) + np.diag(target.noise.measured))
-    return fit_emulator(points, outputs, around, scale, target.coordinates)
+def _learned(target: Target, points: np.ndarray, outputs: np.ndarray, around: np.ndarray) -> Surrogate:
+    near = target.measured - outputs[-len(around) // 2 :]
+    scale = np.sqrt(target.noise.variance(near) + np.diag(target.noise.measured))
+    emulator = fit_emulator(points, outputs, around, scale, target.coordinates)
+    return Surrogate(emulator, target.measured, target.noise.narrowed(near))
 
 
-def _ensemble(
-    target: Target, emulator: Emulator, walkers: np.ndarray, steps: int, rng: np.random.Generator
-) -> Ensemble:
+def _moved(surrogate: Surrogate, walkers: np.ndarray, steps: int, rng: np.random.Generator) -> Ensemble:
     """Let the walkers move; those that the emulator cannot answer start from places of others."""
-    lost = ~np.isfinite(target.emulated(emulator, walkers))
+    lost = ~np.isfinite(surrogate.log_posterior(walkers))
     begin = walkers.copy()
     begin[lost] = walkers[rng.choice(np.flatnonzero(~lost), int(lost.sum()))]
-    return sample(lambda x: target.emulated(emulator, x), begin, steps, rng)
+    return sample(surrogate.log_posterior, begin, steps, rng)
 
 
-def _log_error(target: Target, emulator: Emulator, points: np.ndarray, outputs: np.ndarray) -> float:
+def _log_error(target: Target, surrogate: Surrogate, points: np.ndarray, outputs: np.ndarray) -> float:
     good = np.isfinite(outputs).all(axis=1)
-    return float(np.std(target.log_likelihood(outputs[good]) - target.log_likelihood(emulator(points[good]))))
+    return float(np.std(target.log_likelihood(outputs[good]) - surrogate.log_likelihood(points[good])))
 
 
 def _weighted(
-    target: Target, emulator: Emulator, ensemble: Ensemble, rng: np.random.Generator, draws: int, rounds: int
+    target: Target, surrogate: Surrogate, ensemble: Ensemble, rng: np.random.Generator, draws: int, rounds: int
 ) -> Explored:
-    """Simulate draws of the emulator's posterior and weigh them by what it missed."""
+    """Simulate draws of the surrogate's posterior and weigh them by what it missed."""
     late = slice(len(ensemble.points) // 2, None)
-    cloud, values = ensemble.points[late].reshape(-1, len(emulator.center)), ensemble.log_density[late].ravel()
+    cloud, values = ensemble.points[late].reshape(-1, ensemble.points.shape[2]), ensemble.log_density[late].ravel()
     chosen = rng.choice(len(cloud), min(draws, len(cloud)), replace=False)
     points, outputs = cloud[chosen], _simulated(target, cloud[chosen])
-    ratio = target.log_likelihood(outputs) - target.log_likelihood(emulator(points))
-    integral, error = log_integral(lambda x: target.emulated(emulator, x), cloud, values, rng)
+    ratio = target.log_likelihood(outputs) - surrogate.log_likelihood(points)
+    integral, error = log_integral(surrogate.log_posterior, cloud, values, rng)
     shift = float(ratio.max() + np.log(np.mean(np.exp(ratio - ratio.max()))))
     spread = float(np.std(np.exp(ratio - shift)) / np.sqrt(len(ratio)))
     return Explored(
-        points, target.measured - outputs, smoothed(ratio), outputs - emulator(points),
-        _log_error(target, emulator, points, outputs), integral + shift, float(np.hypot(error, spread)),
-        emulator, rounds,
+        points, target.measured - outputs, smoothed(ratio), outputs - surrogate.emulator(points),
+        _log_error(target, surrogate, points, outputs), integral + shift, float(np.hypot(error, spread)),
+        surrogate.emulator, rounds,
     )  # fmt: skip

@@ -33,13 +33,14 @@ def _trust(diagnostics: Diagnostics) -> list[str]:
     found = []
     if not diagnostics.trusted:
         found.append(
-            f"Do not believe these numbers: the weights of the draws have a heavy tail (Pareto k {diagnostics.k_hat:.2f}, "
-            f"above {UNTRUSTED}). Ask for more draws, start from another fit, or give narrower priors."
+            "Do not believe these numbers: the weights of the draws have a heavy tail (Pareto k "
+            f"{diagnostics.k_hat:.2f}, above {UNTRUSTED}). Ask for more draws, start from another fit, or give narrower "
+            "priors."
         )
     if diagnostics.effective < FEWEST_EFFECTIVE:
         found.append(
-            f"The draws are worth {diagnostics.effective:.0f} independent ones: medians hold, the ends of intervals are "
-            "rough. Ask for more draws."
+            f"The draws are worth {diagnostics.effective:.0f} independent ones: medians hold, the ends of intervals "
+            "are rough. Ask for more draws."
         )
     return found
 
@@ -49,8 +50,8 @@ def _silent(summary: pd.DataFrame, unknowns: dict[str, Unknown]) -> list[str]:
     if not names:
         return []
     return [
-        f"The recording says nothing about {_listed(names)}: posterior and prior are the same, and the interval is that "
-        "of the assumption."
+        f"The recording says nothing about {_listed(names)}: posterior and prior are the same, and the interval is "
+        "that of the assumption."
     ]
 
 
