@@ -96,7 +96,7 @@ def test_too_few_draws_are_refused():
 
 @pytest.mark.validation
 def test_the_posterior_of_mouse_c6_is_that_of_a_direct_search(shared):
-    """emcee with every step simulated: no emulator, no weights; some 10 000 simulations."""
+    """emcee with every step simulated: no emulator, no weights; some 6 400 simulations."""
     emcee = pytest.importorskip("emcee")
     folder = shared / "mouse-c6"
     mouse = read_recording(folder / "pC6_1024.dat", folder / "qC6_1024.dat", period=0.11)
@@ -116,8 +116,8 @@ def test_the_posterior_of_mouse_c6_is_that_of_a_direct_search(shared):
     direct = emcee.EnsembleSampler(32, 4, density, vectorize=True)
     direct.random_state = np.random.RandomState(1).get_state()
     begin = climbed.middle + np.random.default_rng(2).standard_normal((32, 4)) @ climbed.root.T
-    direct.run_mcmc(begin, 300)
-    chain = direct.get_chain(discard=80, thin=40, flat=True)  # about one autocorrelation time apart
+    direct.run_mcmc(begin, 200)
+    chain = direct.get_chain(discard=60, thin=35, flat=True)  # about one autocorrelation time apart
     for i, name in enumerate(problem.unknowns.all):
         theirs = problem.unknowns.all[name].value(chain[:, i])
         ours = np.unique(found.draws(name))

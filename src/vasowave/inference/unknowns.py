@@ -106,8 +106,8 @@ class Unknowns:
 
     def values(self, scores: np.ndarray) -> dict[str, np.ndarray]:
         """Return the numbers at scores of shape (..., unknown), by name; those that are held or fixed too."""
-        held = {name: np.float64(value) for name, value in zip(self.space.names, self.space.nominal, strict=True)}
-        fixed = {name: np.float64(one.center) for name, one in self._structure().items()}
+        held = {name: np.asarray(value) for name, value in zip(self.space.names, self.space.nominal, strict=True)}
+        fixed = {name: np.asarray(one.center) for name, one in self._structure().items()}
         return held | fixed | {name: one.value(scores[..., i]) for i, (name, one) in enumerate(self.all.items())}
 
     def scores(self, values: Mapping[str, float]) -> np.ndarray:

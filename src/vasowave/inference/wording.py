@@ -34,8 +34,8 @@ def _trust(diagnostics: Diagnostics) -> list[str]:
     if not diagnostics.trusted:
         found.append(
             "Do not believe these numbers: the weights of the draws have a heavy tail (Pareto k "
-            f"{diagnostics.k_hat:.2f}, above {UNTRUSTED}). Ask for more draws, start from another fit, or give narrower "
-            "priors."
+            f"{diagnostics.k_hat:.2f}, above {UNTRUSTED}). Ask for more draws, start from another fit, or give "
+            "narrower priors."
         )
     if diagnostics.effective < FEWEST_EFFECTIVE:
         found.append(
@@ -46,7 +46,7 @@ def _trust(diagnostics: Diagnostics) -> list[str]:
 
 
 def _silent(summary: pd.DataFrame, unknowns: dict[str, Unknown]) -> list[str]:
-    names = [name for name in unknowns if summary.loc[name, "contraction"] < _SILENT]
+    names = list(summary.index[(summary["contraction"] < _SILENT) & summary.index.isin(list(unknowns))])
     if not names:
         return []
     return [
@@ -56,13 +56,15 @@ def _silent(summary: pd.DataFrame, unknowns: dict[str, Unknown]) -> list[str]:
 
 
 def _wide(summary: pd.DataFrame, unknowns: dict[str, Unknown]) -> list[str]:
-    found = []
-    for name, row in summary.iterrows():
-        low, high = row["interval_low"], row["interval_high"]
-        silent = name in unknowns and row["contraction"] < _SILENT
-        if row["prior_low"] > 0 and high / low > _WIDEST and not silent:
-            found.append(f"{name} is known only within a factor of {high / low:.1f} ({low:.3g} to {high:.3g}).")
-    return found
+    silent = (summary["contraction"] < _SILENT) & summary.index.isin(list(unknowns))
+    loose = summary[
+        (summary["prior_low"] > 0) & (summary["interval_high"] > _WIDEST * summary["interval_low"]) & ~silent
+    ]
+    return [
+        f"{name} is known only within a factor of {row['interval_high'] / row['interval_low']:.1f} "
+        f"({row['interval_low']:.3g} to {row['interval_high']:.3g})."
+        for name, row in loose.iterrows()
+    ]
 
 
 def _conflicts(scores: pd.Series, unknowns: dict[str, Unknown]) -> list[str]:
