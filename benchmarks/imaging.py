@@ -17,8 +17,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from phantom import PE90_RADIUS, embed, render, write_dicom_series
 from vasowave.datasets import control_network, hypertensive_network
-from vasowave.datasets.phantom import PE90_RADIUS, embed, render, write_dicom_series
 from vasowave.errors import VasowaveError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
 from vasowave.imaging.axes.stretches import free_length

@@ -17,6 +17,7 @@ import numpy as np
 
 from vasowave.blood import Blood
 from vasowave.calibration import Search, calibrate
+from vasowave.calibration.compared import compared_part
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import parameter_space
 from vasowave.datasets import control_network
@@ -97,7 +98,7 @@ def cost_of_a_jacobian(name: str) -> tuple[float, float, int]:
     """Return the time of a simulation from a neighbouring one and of a Jacobian, s, and the count of parameters."""
     network, mouse = control_network(), virtual_mouse()
     space = parameter_space(name, network, estimate_nominal(network, mouse), Blood(), {}, {}, False)
-    objective = Objective(space, mouse, Numerics(tolerance=1e-7), 1, threading.Event())
+    objective = Objective(space, compared_part(mouse), Numerics(tolerance=1e-7), 1, threading.Event())
     x = np.log(space.nominal[space.free])
     objective.residuals(x)
     start = objective.last

@@ -77,7 +77,7 @@ def drawn(kind: Kind, rng: np.random.Generator) -> tuple[Model, Inflow]:
     c0 = float(wave_speed_at_rest(wall, blood.inertia))
     phase = (np.arange(256) / 256 - 0.05) / draw("ejection")
     shape = np.where((phase > 0) & (phase < 1), np.sin(np.pi * np.clip(phase, 0, 1)) ** 2 * (1.35 - 0.7 * phase), 0)
-    flow = draw("peak") * c0 * network.area0[network.root] * shape / shape.max()
+    flow = draw("peak") * c0 * network.area[network.root] * shape / shape.max()
     resistance = mean / flow.mean()
     outlets = windkessels(network, resistance, period * rng.uniform(0.3, 3), rng.uniform(0.03, 0.4))
     return Model(network, wall, outlets, blood), Inflow(flow, period)

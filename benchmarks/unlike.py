@@ -1,4 +1,4 @@
-"""Volumes unlike those of `vasowave.datasets.phantom`: vessels that bend, taper, fade, touch and are not round.
+"""Volumes unlike those of `phantom`: vessels that bend, taper, fade, touch and are not round.
 
 Nothing here is shared with that phantom: axes are random curves of given tortuosity, sections are given by their
 outline, and every kind of volume breaks one assumption of the extraction. A tree grows in voxels; SPACING makes it cm.

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pandas as pd
 
+from recovery import against_table_1, coverage, quantities_table, recovered, signs
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import write_tree
 from vasowave.animal.pipeline import analyze
-from vasowave.datasets.recovery import against_table_1, coverage, quantities_table, recovered, signs
 from vasowave.datasets.virtual_cohort import virtual_cohort
 from vasowave.errors import VasowaveWarning
 

@@ -59,5 +59,11 @@ def cohort_report(cohort_trees, tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="session")
 def cohort_page(cohort_report) -> str:
-    """Return the page of that report."""
+    """Return the supplement of that report."""
+    return (cohort_report / "supplement.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="session")
+def cohort_answer(cohort_report) -> str:
+    """Return the first page of that report."""
     return (cohort_report / "report.html").read_text(encoding="utf-8")

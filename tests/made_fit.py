@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.calibration.compared import compared_part
 from vasowave.calibration.result import Fit
 from vasowave.datasets import control_network
 from vasowave.laws import find_law
@@ -46,8 +47,9 @@ def made_fit(
     residual = recording.pressure - simulation["pressure"].sel(vessel="1", station="inlet").to_numpy()
     names = list(values)
     correlation = pd.DataFrame(0.3 + 0.7 * np.eye(len(names)), index=names, columns=names)
+    whole = compared_part(recording, "all")
     return Fit(
-        wall, model, recording, nominal, made_parameters(values), correlation, made_starts(values, wall), simulation,
+        wall, model, whole, nominal, made_parameters(values), correlation, made_starts(values, wall), simulation,
         residual, float(np.sum(residual**2)), ("r1 is not determined by the data",) if wall == "tangent" else (),
     )  # fmt: skip
 
@@ -97,7 +99,7 @@ def made_simulation(model, recording, misfit):
                 np.fft.rfft(recording.flow) * shift, count
             )
     wide = np.moveaxis(pressure, 1, 2)
-    A = np.moveaxis(area(model.wall, wide, network.area0), 2, 1)
+    A = np.moveaxis(area(model.wall, wide, model.area0), 2, 1)
     c = np.moveaxis(wave_speed(model.wall, wide, model.blood.inertia), 2, 1)
     columns = {
         "pressure": (pressure, "mmHg", "transmural pressure"), "flow": (flow, "ml/s", "flow"),

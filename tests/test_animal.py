@@ -151,7 +151,7 @@ def test_the_beats_are_listed_with_their_fate(tree):
 def test_compliance_is_taken_at_the_diastolic_pressure_of_each_vessel(tree):
     fit = made_fit("linear")
     diastolic = fit.simulation["pressure"].sel(station="middle").min("time").values
-    expected = 2 * fit.model.network.area0 * fit.model.network.length / 57.3 * (1 + diastolic / 57.3)
+    expected = 2 * fit.model.area0 * fit.model.network.length / 57.3 * (1 + diastolic / 57.3)
     np.testing.assert_allclose(tree["linear/tree"]["compliance"], expected, rtol=1e-12)
     assert float(tree["linear/quantities"]["C_v_plain"]) == pytest.approx(expected.sum())
     assert float(tree["linear/quantities"]["C_v"]) == pytest.approx(compliance(fit.model, diastolic).network_published)

@@ -3,10 +3,12 @@
 import os
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from vasowave.errors import InputError
 from vasowave.files import PART, check_folder, made_inside, remove_parts, write_file, write_folder
+from vasowave.report.files import write_tables
 
 
 def full(*arguments, **options):
@@ -135,3 +137,12 @@ def test_a_folder_with_other_work_is_refused_and_left_alone(tmp_path):
     check_folder(tmp_path, {"page.html": b"vasowave"})
     with pytest.raises(InputError, match="is a file"):
         check_folder(tmp_path / "page.html", {})
+
+
+@pytest.mark.parametrize(
+    ("text", "cell"),
+    [("=cmd|x", "'=cmd|x"), ("@A1", "'@A1"), ("+1+A2", "'+1+A2"), ("-1.5", "-1.5"), ("+2", "+2"), ("MPA", "MPA")],
+)
+def test_a_text_that_a_spreadsheet_would_run_is_written_as_text(tmp_path, text, cell):
+    write_tables([], {"vessels": pd.DataFrame({"vessel": [text], "radius [cm]": [0.05]})}, tmp_path)
+    assert (tmp_path / "vessels.csv").read_text() == f"vessel,radius [cm]\n{cell},0.05\n"

@@ -6,10 +6,12 @@ import subprocess
 import sys
 import warnings
 
+import numpy as np
 import pytest
 
 import vasowave
 from made_fit import made_fit
+from vasowave.datasets.raw import synthetic_raw_recording
 
 EXPLAINED = [name for name in vasowave.__all__ if not inspect.ismodule(getattr(vasowave, name))]
 SCRIPT = """
@@ -75,3 +77,15 @@ def test_values_show_themselves_in_a_notebook_with_every_text_escaped():
     network = vasowave.Network(("<b>root</b>", "left"), [-1, 0], [0.4, 0.4], [0.05, 0.03])
     assert "&lt;b&gt;root&lt;/b&gt;" in network._repr_html_()
     assert "β" in made_fit("linear")._repr_html_()
+
+
+def test_recordings_and_models_show_their_numbers_in_a_notebook():
+    mouse = vasowave.virtual_mouse()
+    assert f"{mouse.pressure.mean():.1f} mmHg" in mouse._repr_html_()
+    raw = synthetic_raw_recording(mouse, np.random.default_rng(1), duration=6.0).raw
+    assert "6 s at" in raw._repr_html_()
+    network = vasowave.control_network()
+    beds = vasowave.estimate_nominal(network, mouse).outlets
+    shown = vasowave.Model(network, vasowave.LinearWall(np.linspace(60.0, 90.0, len(network))), beds)._repr_html_()
+    assert "60 to 90" in shown
+    assert "11 terminals" in shown

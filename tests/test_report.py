@@ -7,13 +7,15 @@ import pandas as pd
 import pytest
 
 from made_cohort import FAILURE, PLANTED, made_trees
-from vasowave.cohort import cohort_table, compare, contrasts, gathered, importance
+from vasowave.cohort import Primary, cohort_table, compare, contrasts, gathered, importance
 from vasowave.errors import InputError
 from vasowave.report import write_report
 from vasowave.report.sections.methods import methods_section
 from vasowave.report.tables import groups, models
 from vasowave.report.tables.cells import median_iqr
 from vasowave.report.wording import number
+
+NOTHING = Primary("linear", pd.DataFrame(), pd.DataFrame(), {})
 
 
 class Tables(HTMLParser):
@@ -138,19 +140,24 @@ def test_tables_on_disk_keep_full_precision_and_units(trees, folder):
     assert float(trees[5]["linear/quantities"]["beta"]) == table.loc["HPH 3", "beta [mmHg]"]
 
 
-def test_failed_animals_warnings_and_settings_stand_on_the_page(page):
-    assert f"HPH 9: {FAILURE}" in page
+def test_failed_animals_stand_on_the_first_page_notes_and_settings_behind_it(page, cohort_answer):
+    answer = cohort_answer
+    assert f"HPH 9 failed: {FAILURE}" in answer
     assert "the flow &lt;ends&gt; late &amp; is odd" in page
     assert "Synthetic data." in page
+    assert "Synthetic data." in answer
     assert "bounded least squares" in page
-    assert "With 3 + 3 animals complete separation gives p = 0.1" in page
+    assert "with 3 + 3 animals no rank or permutation test can fall below p = 0.10" in answer
 
 
-def test_the_page_loads_nothing_and_its_ids_are_unique(page):
-    assert not re.search(r"https?:|//\w|@import|<script|<link|<iframe|url\((?!#)", page)
-    ids = re.findall(r'\bid="([^"]+)"', page)
-    assert len(ids) == len(set(ids)) > 500
-    assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', page)) <= set(ids)
+def test_the_pages_load_nothing_and_their_ids_are_unique(page, cohort_answer, folder):
+    for text, least in ((page, 500), (cohort_answer, 50)):
+        assert not re.search(r"https?:|@import|<script \w|<link|<iframe|fetch\(|url\((?!#)", text)
+        ids = re.findall(r'\bid="([^"]+)"', text)
+        assert len(ids) == len(set(ids)) > least
+        assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', text)) <= set(ids)
+        assert all((folder / name).is_file() for name in re.findall(r'<a href="([^"#]+)"', text))
+        assert len(text) < 5_000_000
 
 
 def test_other_files_of_the_folder_stay_and_foreign_reports_are_not_replaced(trees, folder, tmp_path):
@@ -160,6 +167,8 @@ def test_other_files_of_the_folder_stay_and_foreign_reports_are_not_replaced(tre
         "report.html",
         "report.pdf",
         "results.nc",
+        "supplement.html",
+        "supplement.pdf",
         "tables",
     ]
     (tmp_path / "report.html").write_text("a thesis")
@@ -182,13 +191,13 @@ def test_a_report_that_fails_midway_leaves_the_earlier_one_as_it_was(trees, fold
 
 
 def test_the_methods_say_whose_beats_were_averaged():
-    mixed = methods_section(gathered(made_trees({"CTL": 2}, raw=1, walls=("linear",))), {}).blocks[0].text
+    mixed = methods_section(gathered(made_trees({"CTL": 2}, raw=1, walls=("linear",))), NOTHING, {}).blocks[0].text
     assert re.search(
         r"flow of CTL 1 were averaged over \d+ beats \(rejected ones left out\), aligned at the R wave of the ECG",
         mixed,
     )
     assert "; of CTL 2 an averaged cycle was given." in mixed
-    given = methods_section(gathered(made_trees({"CTL": 2}, walls=("linear",))), {}).blocks[0].text
+    given = methods_section(gathered(made_trees({"CTL": 2}, walls=("linear",))), NOTHING, {}).blocks[0].text
     assert "were averaged" not in given
     assert "One averaged cycle of pressure and flow per animal was given" in given
 
@@ -202,7 +211,7 @@ def test_a_group_of_one_animal_has_no_empty_scatter():
 def test_one_animal_has_no_quartiles():
     one = pd.Series({"median": 537.0, "Q1": 537.0, "Q3": 537.0, "SD": np.nan})
     assert median_iqr(one) == "537"
-    assert median_iqr(pd.Series({"median": 537.0, "Q1": 530.0, "Q3": 540.0, "SD": 5.0})) == "537 [530, 540]"
+    assert median_iqr(pd.Series({"median": 537.0, "Q1": 530.0, "Q3": 540.0, "SD": 5.0})) == "537.0 [530.0, 540.0]"
 
 
 def three_groups():
@@ -226,6 +235,7 @@ def test_three_groups_of_any_label_are_compared_two_by_two():
 def test_three_groups_of_any_label_get_a_report(tmp_path):
     path = write_report(three_groups(), tmp_path / "three", reference="2 weeks")
     assert "sham &amp; co" in path.read_text(encoding="utf-8")
+    assert "no rank or permutation test can fall below" in path.read_text(encoding="utf-8")
     assert (path.parent / "tables" / "AllGroups-linear.csv").is_file()
     assert (path.parent / "report.pdf").read_bytes().startswith(b"%PDF")
 

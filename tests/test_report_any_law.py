@@ -9,7 +9,7 @@ import pytest
 import vasowave
 from made_cohort import made_trees
 from vasowave.animal.reading import data_of
-from vasowave.cohort import compare, gathered
+from vasowave.cohort import compare, gathered, primary_comparison
 from vasowave.figures.loop import plot_pressure_area
 from vasowave.figures.style import new_figure
 from vasowave.report import write_report
@@ -24,7 +24,7 @@ def trees():
 
 
 def test_a_third_law_has_its_words_values_and_lines(trees, tmp_path):
-    page = write_report(trees[:1], tmp_path / "three", pdf=False)
+    page = write_report(trees[:1], tmp_path / "three", pdf=False).with_name("supplement.html")
     assert "the power wall law (p = β/(2m) ((A/A₀)^m − 1))" in page.read_text(encoding="utf-8")
     table = pd.read_csv(page.parent / "tables" / "Parameters-power.csv")
     assert [label.split(" [")[0] for label in table.columns[2:6]] == ["beta", "m", "stiffness", "wave_speed"]
@@ -48,7 +48,7 @@ def test_trees_that_say_nothing_of_their_laws_are_told_drawn_and_compared_all_th
                 del tree[f"{wall}/calibration"].attrs[key]
             tree[f"{wall}/tree"].dataset = tree[f"{wall}/tree"].to_dataset().drop_vars(["law_pressure", "law_area"])
     cohort = gathered(silent)
-    model = methods_section(cohort, {}).blocks[1].text
+    model = methods_section(cohort, primary_comparison(cohort), {}).blocks[1].text
     assert "the linear wall law, the tangent wall law and the power wall law" in model
     assert compare(cohort, "tangent").contrasts["quantity"].iloc[0] == "stiffness [mmHg]"
     assert len(plot_pressure_area(new_figure(8, 8).subplots(), silent[0]).get_lines()) == 3 + 1

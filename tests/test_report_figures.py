@@ -59,7 +59,7 @@ def test_the_thin_line_of_the_loop_is_the_wall_law_itself(tree):
     thin, thick = ax.get_lines()[:2]
     wall = made_fit("linear").model.wall
     beta = float(data_of(tree, "linear/quantities")["beta"])
-    ratio = thin.get_xdata() / control_network().area0[0]
+    ratio = thin.get_xdata() / control_network().area[0]
     np.testing.assert_allclose(thin.get_ydata(), wall.pressure_at(ratio, beta), rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(np.interp(thick.get_ydata(), *thin.get_data()[::-1]), thick.get_xdata(), rtol=1e-4)
 

@@ -11,6 +11,7 @@ from vasowave.animal.reading import data_of
 from vasowave.report import write_report
 from vasowave.report.sections.fits import fit_sentences
 from vasowave.report.tables import animal as tables
+from vasowave.report.wording import value_text
 
 
 @pytest.fixture(scope="module")
@@ -26,11 +27,16 @@ def folder(tree, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def page(folder):
+    return (folder / "supplement.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def answer(folder):
     return (folder / "report.html").read_text(encoding="utf-8")
 
 
 def test_the_page_is_about_one_animal(tree, page, folder):
-    assert "<h1>Hemodynamic assessment of sham 1</h1>" in page
+    assert "<h1>Supplement: Hemodynamic assessment of sham 1</h1>" in page
     assert 'id="groups"' not in page
     assert "±" not in page.split('id="table-HemoStats"')[1].split("</table>")[0]
     for name in (
@@ -51,6 +57,16 @@ def test_the_page_is_about_one_animal(tree, page, folder):
         assert f'id="figure-{name}"' not in page
     assert not (folder / "report.pdf").exists()
     assert not re.search(r"per animal|every animal|each recording|of 1 ", page)
+
+
+def test_the_first_page_of_an_animal_gives_its_numbers_with_intervals_against_its_data(tree, answer):
+    assert 'id="figure-Forest"' in answer
+    assert 'id="figure-Measured"' in answer
+    quantities = data_of(tree, "linear/quantities")
+    said = value_text(quantities["R_T"])
+    assert "[" in said
+    assert said.split(" [")[0] in answer
+    assert "Open between" not in answer  # of one animal nothing is pooled
 
 
 def test_what_was_measured_stands_beside_what_every_wall_law_says(tree):
@@ -109,8 +125,9 @@ def test_an_animal_without_a_model_is_reported_and_called_synthetic_only_where_i
     assert "Synthetic data." in page
     (lone,) = made_trees({"sham": 1}, walls=())
     lone.attrs |= {"synthetic": 0, "animal": "not_synthetic_<script>alert(1)</script>"}
-    text = write_report([lone], tmp_path / "lone", pdf=False).read_text(encoding="utf-8")
-    assert "Synthetic data." not in text
-    assert "<script>" not in text
-    assert 'id="models"' not in text
-    assert 'id="figure-hemoData"' in text
+    path = write_report([lone], tmp_path / "lone", pdf=False)
+    for text in (path.read_text(encoding="utf-8"), path.with_name("supplement.html").read_text(encoding="utf-8")):
+        assert "Synthetic data." not in text
+        assert "<script>alert" not in text
+        assert 'id="models"' not in text
+        assert 'id="figure-hemoData"' in text or 'id="figure-Measured"' in text

@@ -1,15 +1,25 @@
-"""What a report says of groups of any size, and of any number of wall laws."""
+"""What a report says of groups of any size, of any number of wall laws, and of what went wrong."""
+
+import re
+from dataclasses import replace
 
 import numpy as np
+import pytest
 import xarray as xr
+from scipy import stats
 
 from made_cohort import made_trees
-from vasowave.cohort import compare, gathered
-from vasowave.cohort.votes import ballots, vote
-from vasowave.report.sections.differences import differences, limits
-from vasowave.report.sections.summary import summary_section
-from vasowave.report.tables.cells import symbols
+from vasowave.animal.reading import data_of
+from vasowave.cohort import Family, gathered, primary_comparison
+from vasowave.cohort.misfit import misfits
+from vasowave.cohort.votes import ballots, differences, stored, vote
+from vasowave.report.answer.groups import group_answers, influence, other_laws
+from vasowave.report.answer.limits import model_limits, one_geometry
+from vasowave.report.answer.problems import problem_blocks, problems
+from vasowave.report.answer.walls import wall_answer
+from vasowave.report.glossary import explained
 from vasowave.report.tables.selection import selection_table
+from vasowave.report.wording import with_error, with_interval
 from vasowave.selection.criteria import verdicts
 
 
@@ -29,15 +39,40 @@ def voting(tree, scores, likeliest):
     return voter
 
 
+def changed(tree, group, **values):
+    """Return a copy of a tree with variables of one group replaced."""
+    other = tree.copy(deep=True)
+    data = other[group].to_dataset()
+    other[group].dataset = data.assign({name: data[name].copy(data=value) for name, value in values.items()})
+    return other
+
+
+def plain(name):
+    return name
+
+
 def test_the_best_law_is_compared_with_the_runner_up_not_with_the_worst(cohort_trees):
     close = {"linear": 100.0, "tangent": 101.0, "power": 130.0}
     far = {"linear": 130.0, "tangent": 101.0, "power": 110.0}
     trees = [voting(tree, {"ARMA": (close, 0), "periodic": (far, 0)}, "ARMA") for tree in cohort_trees[:2]]
     assert vote(trees[0]) == "undecided"
-    cohort = gathered(trees)
-    assert selection_table(cohort).data["AICc prefers"].tolist() == ["undecided", "tangent"] * 2
-    (said,) = [text for text in summary_section(cohort, {}, {}, {}).blocks[0].items if "AICc" in text]
-    assert "the linear wall in 0 and the tangent wall in 0 of 2 animals and leaves 2 undecided" in said
+    assert selection_table(gathered(trees)).data["AICc prefers"].tolist() == ["undecided", "tangent"] * 2
+
+
+def test_wall_laws_are_compared_by_the_mean_over_animals_and_its_scatter(cohort_trees):
+    gaps = [1.0, 4.0, 2.5]
+    trees = [voting(tree, {"ARMA": ({"linear": 100.0, "tangent": 100.0 + gap}, 0)}, "ARMA")
+             for tree, gap in zip(cohort_trees, gaps, strict=False)]  # fmt: skip
+    (row,) = differences([stored(tree) for tree in trees], "linear").to_dict("records")
+    test = stats.ttest_1samp(gaps, 0).confidence_interval(0.95)
+    assert (row["mean"], row["low"], row["high"], row["sum"]) == pytest.approx((2.5, test.low, test.high, 7.5))
+    _, said = wall_answer(gathered(trees), "linear")
+    assert said.startswith("Open between linear and tangent: AICc of the tangent wall is 2.5 [-1.2, 6.2] higher")
+    assert "can look like curvature" in said
+    clear = [voting(tree, {"ARMA": ({"linear": 100.0, "tangent": 90.0 - gap}, 0)}, "ARMA")
+             for tree, gap in zip(cohort_trees, gaps, strict=False)]  # fmt: skip
+    _, said = wall_answer(gathered(clear), "linear")
+    assert re.match(r"The residuals speak for the tangent wall: .* 12\.5 \[8\.8, 16\.2\] lower per animal", said)
 
 
 def test_discarded_noise_models_stand_last_and_decide_nothing(cohort_trees):
@@ -51,29 +86,95 @@ def test_discarded_noise_models_stand_last_and_decide_nothing(cohort_trees):
     assert table["AICc prefers"].tolist() == ["undecided", "tangent", "discarded"]
     assert (table["D linear"].iloc[0], table["D tangent"].iloc[0]) == (4, 5)
     assert vote(voting(cohort_trees[0], scores, "periodic")) == "tangent"
-    assert vote(voting(cohort_trees[0], {"se": scores["se"]}, "")) == "discarded"
+    lost = voting(cohort_trees[0], {"se": scores["se"]}, "")
+    assert vote(lost) == "discarded"
+    assert len(differences([stored(lost)], "linear")) == 0
 
 
-def test_groups_too_small_for_a_test_are_told_their_effects_and_why_no_test_confirms_them(cohort_trees):
-    cohort = gathered(cohort_trees)
-    comparison = compare(cohort, "measured")
-    (said,) = differences(cohort, "measured", comparison, symbols(cohort.trees))
-    row = comparison.contrasts.set_index("quantity").loc["mPAP [mmHg]"]
-    assert row["p Holm"] > 0.05
-    assert row["ratio low"] > 1
-    assert f"mPAP {row['ratio']:.1f} times [{row['ratio low']:.1f}, {row['ratio high']:.1f}]" in said
-    assert f"3 + 3 animals are too few for {len(comparison.contrasts)} exact tests" in said
-    assert "no difference" not in said
+def test_three_and_three_animals_far_apart_are_told_their_effect_and_that_no_test_could_confirm_it():
+    trees = made_trees({"CTL": 3, "HPH": 3}, walls=())
+    resistance = {"CTL": (80.0, 91.0, 100.0), "HPH": (230.0, 262.0, 288.0)}
+    trees = [
+        changed(tree, "measured/quantities", PVR=resistance[tree.attrs["group"]][int(tree.attrs["animal"][-1]) - 1])
+        for tree in trees
+    ]
+    primary = primary_comparison(gathered(trees), Family(quantities=("PVR",)))
+    ((question, said),) = group_answers(primary, plain)
+    assert question == "Pressure and flow"
+    row = primary.rows.iloc[0]
+    low, high = (f"{row[end]:.2f}" for end in ("low", "high"))
+    assert f"HPH against CTL: PVR 2.88 [{low}, {high}] times (the groups do not overlap in PVR)" in said
+    assert "with 3 + 3 animals no rank or permutation test can fall below p = 0.10" in said
+    assert float(low) > 1
 
 
-def test_groups_large_enough_are_told_what_is_clear():
-    cohort = gathered(made_trees({"CTL": 6, "HPH": 6}, walls=()))
-    comparison = compare(cohort, "measured")
-    clear = comparison.contrasts.loc[comparison.contrasts["p Holm"] < 0.05, "quantity"]
-    assert 0 < len(clear) < len(comparison.contrasts)
-    (said,) = differences(cohort, "measured", comparison, {})
-    told, _, rest = said.partition("; not clear: ")
-    assert told.startswith(f"HPH against CTL, measured: clear after Holm (over {len(comparison.contrasts)} tests) are ")
-    assert all(f"{label.split(' [')[0]} " in told for label in clear)
-    assert rest == "CO."
-    assert any("With 6 + 6 animals" in text for text in limits(cohort, {"measured": comparison}))
+def test_what_is_shown_stands_apart_from_what_is_not_and_every_effect_has_interval_and_p():
+    primary = primary_comparison(gathered(made_trees({"CTL": 6, "HPH": 6}, walls=())))
+    ((_, said),) = group_answers(primary, plain)
+    shown, _, rest = said.partition("; not shown: ")
+    clear = set(primary.rows.loc[primary.rows["p"] < 0.05, "quantity"])
+    assert shown.startswith("Higher in HPH than in CTL: ")
+    assert {name for name in ("mPAP", "CO", "PVR") if name in shown} == clear
+    assert len(re.findall(r"[\d.]+ \[[\d.]+, [\d.]+\] times \(p [=<] [\d.]+\)", said)) == len(primary.rows)
+    assert rest.startswith("CO ")
+
+
+def test_the_animal_that_moves_an_effect_most_is_named_and_other_laws_only_where_they_differ(cohort_trees):
+    cohort = gathered([changed(cohort_trees[5], "measured/quantities", PVR=9000.0), *cohort_trees[:5]])
+    primary = primary_comparison(cohort)
+    (said,) = influence(primary, plain)
+    assert "without HPH 3, PVR is " in said
+    modeled = primary.rows[primary.rows["source"] == "linear"].assign(source="tangent").reset_index(drop=True)
+    (same,) = other_laws(replace(primary, others=modeled), plain)
+    assert same == "By the tangent wall every ratio lies inside the intervals of the linear wall."
+    modeled.loc[0, "ratio"] = 40.0
+    (other,) = other_laws(replace(primary, others=modeled), plain)
+    assert other == "Outside the intervals of the linear wall lie stiffness 40.0 times (tangent)."
+
+
+def test_a_law_that_misses_its_data_is_a_problem_and_one_among_equals_is_none(cohort_trees):
+    assert problems(gathered(cohort_trees), {}) == []
+    bad = changed(
+        cohort_trees[1], "tangent/calibration", RMSE=3.1 * float(cohort_trees[1]["linear/calibration"]["RMSE"])
+    )
+    cohort = gathered([cohort_trees[0], bad, *cohort_trees[2:]])
+    table = misfits(cohort)
+    assert table.loc[table["missed"], ["animal", "wall"]].to_numpy().tolist() == [["CTL 2", "tangent"]]
+    (said,) = problems(cohort, {})
+    assert "The tangent wall misses the data of CTL 2" in said
+    assert "3.1 times what the best law leaves" in said
+    assert problem_blocks(cohort, {})[0].kind == "notice"
+    assert [block.kind for block in problem_blocks(gathered(cohort_trees), {})] == ["remarks"]
+
+
+def test_a_held_parameter_and_one_at_its_bound_are_called_so(cohort_trees):
+    fit = data_of(cohort_trees[1], "tangent/calibration")
+    gamma = fit["parameter"].values == "gamma"
+    held = changed(cohort_trees[1], "tangent/calibration", free=~gamma, value=np.where(gamma, 2.0, fit["value"]))
+    said = " ".join(model_limits(gathered([cohort_trees[0], held]), "linear", {"gamma": "γ"}))
+    assert "Held, not fitted (tangent wall): γ = 2.00" in said
+    assert "Stopped at its bound (tangent wall): p1 in 1 of 2" in said
+    assert "do not determine r1 in 2 of 2" in said
+
+
+def test_animals_that_share_a_network_are_one_measurement_of_geometry(cohort_trees):
+    (said,) = one_geometry(gathered(cohort_trees))
+    assert said.startswith("Within CTL and HPH all animals have one network: of its geometry n is 1")
+
+
+def test_errors_have_two_digits_and_values_end_where_they_do():
+    assert [with_error(0.18, 0.0297), with_error(76.9, 21.3), with_error(5.0, 0.0996)] == [
+        "0.180 ± 0.030", "77 ± 21", "5.00 ± 0.10",
+    ]  # fmt: skip
+    assert with_interval(57.8, 26.2, 126.4) == "58 [26, 126]"
+    assert with_interval(2.733, 1.742, 4.289) == "2.73 [1.74, 4.29]"
+    assert with_interval(1.7e-5, 1.1e-5, 2.4e-5) == "1.70 [1.10, 2.40]·10⁻⁵"
+    assert with_error(2.0, float("nan")) == "2.00"
+
+
+def test_a_symbol_carries_its_meaning_and_a_word_stays_a_word():
+    mark = explained({"a": "resistance ratio", "R_T": "total <resistance>", "β": "stiffness"})
+    assert 'title="total &lt;resistance&gt;">R_T</abbr> of a mouse' in mark("R_T of a mouse")
+    assert "abbr" not in mark("a mouse")
+    assert mark("a [1]").startswith('<abbr tabindex="0" title="resistance ratio">a</abbr>')
+    assert mark("R_T1 & <b>") == "R_T1 &amp; &lt;b&gt;"

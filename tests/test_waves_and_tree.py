@@ -115,7 +115,7 @@ def test_a_matched_junction_reflects_nothing_and_a_wave_arrives_after_length_ove
         np.array([0.1, 0.1, 0.1]) / [1, 2**0.5, 2**0.5],
     )
     c = np.sqrt(50 / (2 * RHO))
-    Z_c = RHO * c / network.area0
+    Z_c = RHO * c / network.area
     model = Model(network, LinearWall(50.0), Windkessel(Z_c[1:], 90.0, 1e-4))
     found = analysis.wave_speeds(model, 0.0)
     np.testing.assert_allclose(found["wave speed [cm/s]"], c)  # eq. 33

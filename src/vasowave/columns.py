@@ -215,6 +215,11 @@ def number(text: str) -> float:
     return float(text)
 
 
+def spreadsheet_cell(text: str) -> str:
+    """Return a text as a cell that no spreadsheet runs: with an apostrophe before what it would take for a formula."""
+    return f"'{text}" if text.lstrip()[:1] in tuple("=+-@") and not is_numeric(text) else text
+
+
 def is_numeric(text: str) -> bool:
     """Whether a cell is a number, with either decimal mark."""
     return _is_number(text) or _COMMA.fullmatch(text) is not None

@@ -75,6 +75,8 @@ class Law(NamedTuple):
         Quantity that stands for the stiffness in tables: a parameter, a name in `ratio`, or "stiffness".
     ratio : (str, Quantity), optional
         Name and description of first over second parameter, where the data determine it better than either.
+    linear_at : (str, float), optional
+        A parameter that says how the wall stiffens, and its value at which the law is the linear one.
     """
 
     name: str
@@ -84,3 +86,4 @@ class Law(NamedTuple):
     parameters: tuple[Parameter, ...]
     stiffness: str = "stiffness"
     ratio: tuple[str, Quantity] | None = None
+    linear_at: tuple[str, float] | None = None

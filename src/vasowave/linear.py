@@ -78,11 +78,11 @@ def linear_solution(model: Model, inflow: Inflow, harmonics: int = 32) -> Linear
 def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period: float) -> LinearSolution:
     network, inertia = model.network, model.blood.inertia
     omega = 2 * np.pi / period * np.arange(len(spectrum))[:, np.newaxis]
-    A = walls.area(model.wall, mean_pressure, network.area0)
+    A = walls.area(model.wall, mean_pressure, model.area0)
     k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
     drag = (k0 + k1 * np.sqrt(A)) / A
     series = inertia / A * (1j * omega + drag)
-    shunt = 1j * omega * walls.area_compliance(model.wall, mean_pressure, network.area0)
+    shunt = 1j * omega * walls.area_compliance(model.wall, mean_pressure, model.area0)
     gamma = np.sqrt(series * shunt)
     with np.errstate(divide="ignore", invalid="ignore"):
         Z_line = np.sqrt(series / shunt)

@@ -1,6 +1,7 @@
 """The model of one animal: a network, its walls, its outlets and its blood, checked together."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from vasowave.blood import Blood
 from vasowave.errors import InputError
 from vasowave.network import Network
+from vasowave.notebook import card
 from vasowave.outlets import Outlets
 from vasowave.per_vessel import one_per_vessel
 from vasowave.walls import Wall
@@ -16,6 +18,9 @@ from vasowave.walls import Wall
 @dataclass(frozen=True, eq=False)
 class Model:
     """Everything a simulation needs besides its inflow.
+
+    The radii of the network are those of an image taken at its `pressure`. A law is written in the area ratio A/A0, and
+    A0 follows from it: A(image pressure) is the measured area, whatever the law.
 
     Attributes
     ----------
@@ -29,7 +34,8 @@ class Model:
     Raises
     ------
     InputError
-        A parameter that is not a positive finite number or has the wrong shape; the vessel is named.
+        A parameter that is not a positive finite number or has the wrong shape, or a law without an area at the
+        pressure of the image; the vessel is named.
 
     Examples
     --------
@@ -54,6 +60,19 @@ class Model:
         terminals = [self.network.name[row] for row in self.network.terminals]
         object.__setattr__(self, "wall", one_per_vessel(self.wall, self.network.name, "wall"))
         object.__setattr__(self, "outlets", self.outlets.checked(terminals))
+        bad = np.flatnonzero(~(np.isfinite(self.area0) & (self.area0 > 0)))
+        if len(bad):
+            raise InputError(
+                f"vessel '{self.network.name[bad[0]]}': its wall has no area at {self.network.pressure:g} mmHg, the "
+                "pressure of the image; check its parameters"
+            )
+
+    @cached_property
+    def area0(self) -> np.ndarray:
+        """Cross-sectional area A0 at zero pressure, cm², shape (vessel,): measured area over the law's ratio there."""
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            ratio = np.asarray(self.wall.ratio_at(self.network.pressure, *self.wall))
+            return self.network.area / ratio
 
     def __repr__(self) -> str:
         parameters = ", ".join(
@@ -61,6 +80,20 @@ class Model:
         )
         return f"Model({type(self.wall).__name__}({parameters}), {type(self.outlets).__name__}, {self.network!r})"
 
+    def _repr_html_(self) -> str:
+        law = self.wall.law()
+        facts = {"wall": f"{law.title}: {law.formula}"}
+        facts |= {one: _spread(value) for one, value in zip(self.wall._fields, self.wall, strict=True)}
+        facts["outlets"] = f"{type(self.outlets).__name__} at {len(self.network.terminals)} terminals"
+        facts["vessels"] = f"{len(self.network)}, {self.network.length.sum():.4g} cm long in all"
+        facts["blood"] = repr(self.blood)
+        return card("Model", facts)
+
     def changed(self, **parts: Any) -> "Model":
         """Return a model with other parts: ``model.changed(wall=LinearWall(60.0))``."""
         return replace(self, **parts)
+
+
+def _spread(values: np.ndarray) -> str:
+    low, high = values.min(), values.max()
+    return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"

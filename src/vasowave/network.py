@@ -1,4 +1,4 @@
-"""The vessel network: topology and undeformed size of every vessel, as arrays."""
+"""The vessel network: topology and measured size of every vessel, as arrays, and the pressure of its image."""
 
 import csv
 import warnings
@@ -9,9 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.columns import read_columns
+from vasowave.columns import Columns, read_columns
 from vasowave.errors import InputError, VasowaveWarning, did_you_mean
 from vasowave.notebook import card
+
+HIGHEST = 100.0
+"""Highest pressure at which lungs are filled for an image, mmHg."""
 
 _ALIASES = {"vessel": "name", "id": "name", "l": "length", "r0": "radius", "r": "radius"}
 _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
@@ -30,13 +33,16 @@ class Network:
     length : float array, shape (vessel,)
         Length L, cm.
     radius : float array, shape (vessel,)
-        Undeformed radius r0 (at zero transmural pressure), cm.
+        Radius at the transmural pressure `pressure`, cm.
+    pressure : float
+        Transmural pressure at which the radii were measured, mmHg: that at which the lungs were filled for the image.
+        0, where it is not known, takes them for the undeformed radii r0.
 
     Raises
     ------
     InputError
         No or two roots, a cycle, an unknown parent, a duplicate name, a size that is not a
-        positive number; the row is named.
+        positive number; the row is named. A pressure below 0 or above 100 mmHg.
 
     Examples
     --------
@@ -50,6 +56,7 @@ class Network:
     length: np.ndarray
     radius: np.ndarray
     where: InitVar[Callable[[int], str] | None] = None
+    pressure: float = 0.0
 
     def __post_init__(self, where: Callable[[int], str] | None) -> None:
         """Check the tree once and freeze the arrays; `where` says for a row how errors call it."""
@@ -57,6 +64,7 @@ class Network:
         object.__setattr__(self, "parent", _frozen(self.parent, np.int64))
         object.__setattr__(self, "length", _frozen(self.length, np.float64))
         object.__setattr__(self, "radius", _frozen(self.radius, np.float64))
+        object.__setattr__(self, "pressure", image_pressure(self.pressure))
         _check_tree(self, where or (lambda row: f"row {row + 1}"))
 
     def __len__(self) -> int:
@@ -71,9 +79,10 @@ class Network:
     def _repr_html_(self) -> str:
         facts = {
             "vessels": f"{len(self)}, {len(self.terminals)} of them terminal",
-            "root": f"'{self.name[self.root]}', undeformed radius {self.radius[self.root]:.4g} cm",
+            "root": f"'{self.name[self.root]}', radius {self.radius[self.root]:.4g} cm",
             "total length": f"{self.length.sum():.4g} cm",
             "radii": f"{self.radius.min():.3g} to {self.radius.max():.3g} cm",
+            "measured at": f"{self.pressure:g} mmHg" if self.pressure else "a pressure not known, taken for 0",
         }
         return card("Network", facts)
 
@@ -83,8 +92,8 @@ class Network:
         return int(np.flatnonzero(self.parent < 0)[0])
 
     @cached_property
-    def area0(self) -> np.ndarray:
-        """Undeformed cross-sectional area A0 = π r0², cm², shape (vessel,)."""
+    def area(self) -> np.ndarray:
+        """Cross-sectional area π r² at the pressure of the image, cm², shape (vessel,); for A0 see `Model.area0`."""
         return np.pi * self.radius**2
 
     @cached_property
@@ -144,15 +153,16 @@ class Network:
 
 
 def read_network(path: str | Path) -> Network:
-    """Read a network from CSV (or TSV) with the columns ``name, parent, length [cm], radius [cm]``.
+    """Read a network from CSV (or TSV) with the columns ``name, parent, length [cm], radius [cm], pressure [mmHg]``.
 
-    The root's parent is empty. Lengths may be in any unit of length that the header names. Other columns are ignored.
+    The root's parent is empty. Sizes and pressure may be in any unit that the header names. The pressure is that of the
+    image, the same in every row; without the column it is not known. Other columns are ignored.
 
     Raises
     ------
     InputError
-        As `Network`, with the line of the file; also for a missing column, a missing unit,
-        or a unit that is not a length.
+        As `Network`, with the line of the file; also for a missing column, a missing unit, one of another quantity, or
+        pressures that differ.
 
     Warns
     -----
@@ -179,7 +189,7 @@ def read_network(path: str | Path) -> Network:
         return f"{path}, line {table.lines[row]}"
 
     parent = np.array(_parent_rows(names, parents, where))
-    network = Network(tuple(names), parent, length, radius, where)
+    network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where))
     for message in implausible_sizes(network):
         warnings.warn(f"{path}: {message}", VasowaveWarning, stacklevel=2)
     return network
@@ -197,10 +207,12 @@ def write_network(network: Network, path: str | Path) -> None:
     """
     with Path(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["name", "parent", "length [cm]", "radius [cm]"])
+        known = ["pressure [mmHg]"] if network.pressure else []
+        writer.writerow(["name", "parent", "length [cm]", "radius [cm]", *known])
         for row, name in enumerate(network.name):
             parent = network.name[network.parent[row]] if network.parent[row] >= 0 else ""
-            writer.writerow([name, parent, repr(float(network.length[row])), repr(float(network.radius[row]))])
+            sizes = [network.length[row], network.radius[row], *([network.pressure] if known else [])]
+            writer.writerow([name, parent, *(repr(float(size)) for size in sizes)])
 
 
 def implausible_sizes(network: Network) -> list[str]:
@@ -219,6 +231,45 @@ def implausible_sizes(network: Network) -> list[str]:
             "a human aorta 1.5 cm: is the unit in the header right?"
         )
     return found
+
+
+def unknown_pressure(network: Network) -> list[str]:
+    """Return a sentence if the pressure at which the radii were measured is not known."""
+    if network.pressure:
+        return []
+    return [
+        "The pressure at which the vessels were imaged is not known; their radii are taken for those at zero pressure. "
+        "If they were filled, the wall seems stiffer and waves faster than they are, and how it stiffens cannot be "
+        "told. Give it as a column 'pressure [mmHg]' of the network's file, or as Network(..., pressure=...)."
+    ]
+
+
+def image_pressure(value: float) -> float:
+    """Return the pressure of an image, mmHg; raise `InputError` unless it lies between 0 and 100."""
+    pressure = float(value)
+    if not 0 <= pressure <= HIGHEST:
+        raise InputError(
+            f"pressure of the image {pressure:g} mmHg: give the transmural pressure at which the vessels were filled, "
+            f"between 0 (not known) and {HIGHEST:g} mmHg; is its unit right?"
+        )
+    return pressure
+
+
+def _pressure_in(table: Columns, where: Callable[[int], str]) -> float:
+    column = table.find("pressure")
+    if column is None:
+        return 0.0
+    values = table.numbers(column, "pressure")
+    other = np.flatnonzero(values != values[0])
+    if len(other):
+        raise InputError(
+            f"{where(int(other[0]))}: pressure {values[other[0]]:g} mmHg, but {values[0]:g} mmHg in the first row; all "
+            "radii of a network were measured at one pressure"
+        )
+    try:
+        return image_pressure(float(values[0]))
+    except InputError as error:
+        raise InputError(f"{where(0)}: {error}") from None
 
 
 def _frozen(values: object, dtype: type) -> np.ndarray:

@@ -13,6 +13,7 @@ from vasowave.recording import Recording
 
 RESISTANCE_RATIO = 0.2  # a = R1/R_T before the fit
 _STIFFNESSES = (2.0, 2000.0)  # mmHg, between which every artery's β lies: the paper's mice have 10 to 200
+_LEAST = 0.2  # share of β + p that a nominal β keeps
 _ONSET = 0.05  # ejection has begun when the flow passes this share of its peak
 _DECAY = 0.9  # share of the fall from the end of ejection that is fitted: its end belongs to the next contraction
 _UPSTROKE = 0.95  # the up-slope method ends at this share of the peak flow
@@ -27,7 +28,7 @@ class Nominal:
     characteristic_impedance : float
         Z_c, mmHg s/ml, slope of p against q during the flow's upstroke (eq. 8).
     beta : float
-        β0 = 2 (A0 Z_c)²/ρ, mmHg (eq. 9).
+        β0, mmHg (eq. 9, at the pressure of the network's image).
     total_resistance : float
         R_T0 = mean pressure / mean flow, mmHg s/ml.
     time_constant : float
@@ -93,7 +94,7 @@ def estimate_nominal(network: Network, recording: Recording, blood: Blood | None
     R_T = recording.vascular_resistance
     return Nominal(
         characteristic_impedance=Z_c,
-        beta=stiffness(Z_c, float(network.area0[network.root]), blood),
+        beta=stiffness(Z_c, float(network.area[network.root]), blood, network.pressure),
         total_resistance=R_T,
         time_constant=tau,
         outlets=windkessels(network, R_T, tau),
@@ -143,9 +144,14 @@ def characteristic_impedance(flow: np.ndarray, pressure: np.ndarray) -> float:
     return float(np.polyfit(flow, pressure, 1)[0])
 
 
-def stiffness(Z_c: float, area0: float, blood: Blood) -> float:
-    """Stiffness β = 2 (A0 Z_c)²/ρ, mmHg (eq. 9), of a vessel with undeformed area A0 (cm²)."""
-    return 2.0 * (area0 * Z_c) ** 2 / blood.inertia
+def stiffness(Z_c: float, area: float, blood: Blood, pressure: float = 0.0) -> float:
+    """Stiffness β = 2 (A Z_c)²/ρ - p, mmHg, of a vessel with area A (cm²) at `pressure` p (mmHg); eq. 9 where p = 0.
+
+    The wave speed of the linear law is √((β + p)/(2ρ)). Where the pressure leaves next to nothing, a fifth of the first
+    term is returned: it is only where a fit begins.
+    """
+    together = 2.0 * (area * Z_c) ** 2 / blood.inertia
+    return max(together - pressure, _LEAST * together)
 
 
 def diastole(recording: Recording) -> tuple[np.ndarray, np.ndarray]:

@@ -40,6 +40,14 @@ class Check:
         return handler(inner) | self.schema()
 
 
+@dataclass(frozen=True)
+class Text:
+    """How a value is read where it comes as text: by a function of one text, or of `several`."""
+
+    read: Callable[[Any], Any]
+    several: bool = False
+
+
 def ordered(pair: tuple[float, float]) -> tuple[float, float]:
     """Return a pair whose first number is below the second; else raise `InputError`."""
     if not pair[0] < pair[1]:

@@ -178,7 +178,7 @@ class PowerWall(NamedTuple):
         """Return what is said of the law; nominally it is the linear one."""
         beta = Parameter("mmHg", "β", "wall stiffness", "", 1.0, (1e-4, 20.0))
         m = Parameter("1", "m", "exponent of the wall", "", 0.5, (0.05, 50.0))
-        return Law("power", "power", "p = β/(2m) ((A/A₀)^m − 1)", "", (beta, m))
+        return Law("power", "power", "p = β/(2m) ((A/A₀)^m − 1)", "", (beta, m), linear_at=("m", 0.5))
 
     @staticmethod
     def pressure_at(a: Values, beta: Values, m: Values) -> Values:

@@ -5,8 +5,8 @@ import warnings
 import numpy as np
 from typer.testing import CliRunner
 
+from phantom import embed, render
 from vasowave.cli import app
-from vasowave.datasets.phantom import embed, render
 from vasowave.errors import VasowaveWarning
 from vasowave.imaging.places import written
 from vasowave.network import Network

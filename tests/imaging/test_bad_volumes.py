@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from made_phantom import outlets_of, phantom, root_of, run
 
-from vasowave.datasets.phantom import write_dicom_series
+from phantom import write_dicom_series
 from vasowave.errors import InputError
 from vasowave.imaging import Volume, write_volume
 from vasowave.imaging.places import written

@@ -7,8 +7,8 @@ import pytest
 from made_phantom import NETWORK
 from typer.testing import CliRunner
 
+from phantom import embed
 from vasowave.cli import app
-from vasowave.datasets.phantom import embed
 from vasowave.imaging.exchange.centerlines import write_centerlines
 from vasowave.imaging.exchange.swc import write_swc
 from vasowave.imaging.tree import Line, Tree
@@ -33,9 +33,10 @@ def run(*arguments):
 
 @pytest.mark.parametrize(("file", "unit"), [("lines.vtp", "mm"), ("lines.swc", "um"), ("lines.vtp", "0.1")])
 def test_lines_become_the_network_they_were_written_from(lines, tmp_path, file, unit):
-    result = run(lines / file, "-o", tmp_path / "out", "--unit", unit, "--cut", "identical")
+    result = run(lines / file, "-o", tmp_path / "out", "--unit", unit, "--cut", "identical", "--pressure", 6.3)
     assert result.exit_code == 0, repr(result.exception)
     found = read_network(tmp_path / "out" / "network.csv")
+    assert found.pressure == 6.3
     order = np.argsort(found.length)
     np.testing.assert_allclose(found.length[order], np.sort(NETWORK.length), rtol=1e-5)
     np.testing.assert_allclose(np.sort(found.radius), np.sort(NETWORK.radius), rtol=1e-5)

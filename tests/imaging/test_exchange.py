@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from phantom import embed
 from vasowave.datasets import control_network
-from vasowave.datasets.phantom import embed
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.exchange.centerlines import read_centerlines, write_centerlines
 from vasowave.imaging.exchange.merging import merged

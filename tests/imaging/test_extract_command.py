@@ -12,8 +12,8 @@ import SimpleITK
 from made_phantom import NETWORK, VOXEL, outlets_of, phantom, root_of, run
 from typer.testing import CliRunner
 
+from phantom import write_dicom_series
 from vasowave.cli import app
-from vasowave.datasets.phantom import write_dicom_series
 from vasowave.errors import InputError
 from vasowave.imaging import Volume, read_volume, write_volume
 from vasowave.imaging.exchange.centerlines import read_centerlines

@@ -7,9 +7,9 @@ import pytest
 from made_phantom import run
 from typer.testing import CliRunner
 
+from phantom import embed, render, write_dicom_series
 from vasowave.cli import app
 from vasowave.datasets import control_network
-from vasowave.datasets.phantom import embed, render, write_dicom_series
 from vasowave.datasets.virtual import TRUTH, virtual_mouse
 from vasowave.errors import VasowaveWarning
 from vasowave.imaging.matching import match

@@ -3,7 +3,7 @@ import warnings
 import numpy as np
 import pytest
 
-from vasowave.datasets.phantom import embed, render
+from phantom import embed, render
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
 from vasowave.imaging.axes.ends import with_ends_at_half_grey, with_ends_at_the_surface

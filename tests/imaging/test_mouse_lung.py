@@ -40,7 +40,7 @@ def test_the_lung_is_one_tree_of_plausible_vessels(tree):
     assert 0.035 < network.radius[network.root] < 0.055
     inner = [row for row in range(len(network)) if network.daughters[row]]
     # Murray-like branching: the daughters' areas together are about that of the parent, and no daughter is much wider.
-    ratio = np.array([sum(network.area0[d] for d in network.daughters[row]) / network.area0[row] for row in inner])
+    ratio = np.array([sum(network.area[d] for d in network.daughters[row]) / network.area[row] for row in inner])
     assert 0.9 < np.median(ratio) < 1.6
     wider = [max(network.radius[d] for d in network.daughters[row]) / network.radius[row] for row in inner]
     assert np.quantile(wider, 0.95) < 1.1

@@ -3,8 +3,8 @@ import warnings
 import numpy as np
 import pytest
 
+from phantom import embed, render, write_dicom_series
 from vasowave.datasets import control_network
-from vasowave.datasets.phantom import embed, render, write_dicom_series
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract, read_volume, write_volume
 from vasowave.imaging.exchange.tables import write_network_table

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vasowave.blood import Blood
+from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.errors import InputError
@@ -22,7 +23,7 @@ def problem(priors=None, wall="linear", fixed=None):
     network, mouse = control_network(), virtual_mouse()
     nominal = estimate_nominal(network, mouse)
     space = parameter_space(wall, network, nominal, Blood(), {}, fixed or {}, False)
-    return Problem(Unknowns(space, nominal, priors or Priors()), mouse, Numerics(), 1)
+    return Problem(Unknowns(space, nominal, priors or Priors()), compared_part(mouse), Numerics(), 1)
 
 
 @pytest.fixture(scope="module")
@@ -109,16 +110,16 @@ def test_known_radii_replace_the_assumed_error(whole):
     assert np.all(lengths == 0.05)
 
 
-def test_an_image_taken_at_a_pressure_makes_that_pressure_unknown(whole):
-    class Filled:
-        pressure = 6.3
-
-        def __getattr__(self, name):
-            return getattr(control_network(), name)
-
-    space = replace(whole.unknowns.space, network=Filled())
-    found = Unknowns(space, whole.unknowns.nominal, Priors()).all["image_pressure"]
+def test_the_pressure_of_the_image_is_unknown_and_anchors_the_wall(whole):
+    space = replace(whole.unknowns.space, network=replace(control_network(), pressure=6.3))
+    unknowns = Unknowns(space, whole.unknowns.nominal, Priors())
+    found = unknowns.all["image_pressure"]
     assert (found.center, found.unit, found.source) == (6.3, "mmHg", "image")
+    model = unknowns.model(unknowns.scores({"image_pressure": 8.0, "beta": 50.0}))
+    assert model.network.pressure == pytest.approx(8.0)
+    assert np.allclose(
+        model.area0 * (1 + 8.0 / 50.0) ** 2, control_network().area
+    )  # eq. 3 at the pressure of the image
 
 
 def test_what_has_no_width_is_not_unknown():

@@ -13,15 +13,16 @@ from vasowave.cli import app
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.network import Network, write_network
 from vasowave.recording import Recording
-from vasowave.study.animals import COLUMNS, read_animals
+from vasowave.study.animals import read_animals
 from vasowave.study.checking import NORMAL, check_study
 from vasowave.study.loading import load_animal
 from vasowave.study.plan import read_study
+from vasowave.study.rows import COLUMNS
 
 
 def said(folder: Path) -> list[str]:
     """Return what `check` says, paths left out, errors marked."""
-    return [f"{'E' if p.error else 'W'} {p}".replace(f"{folder}/", "") for p in check_study(folder)]
+    return [f"{'E' if p.error else 'W'} {p}".replace(f"{folder}/", "") for p in check_study(folder).problems]
 
 
 def table(folder: Path, *rows: str, header: str = "animal,group,network,recording") -> None:

@@ -4,6 +4,7 @@ from vasowave.analysis.characteristic import characteristic_impedances
 from vasowave.analysis.compliance import Compliance, compliance
 from vasowave.analysis.events import WAVES, largest_waves, named_waves
 from vasowave.analysis.impedance import InputImpedance, fourier_series, impedance
+from vasowave.analysis.operating import OperatingPoint, WavesAt, measured_operating_point, operating_point
 from vasowave.analysis.tree import pressure_drop, wave_speeds
 from vasowave.analysis.waves import WaveIntensity, wave_intensity
 
@@ -11,13 +12,17 @@ __all__ = [
     "WAVES",
     "Compliance",
     "InputImpedance",
+    "OperatingPoint",
     "WaveIntensity",
+    "WavesAt",
     "characteristic_impedances",
     "compliance",
     "fourier_series",
     "impedance",
     "largest_waves",
+    "measured_operating_point",
     "named_waves",
+    "operating_point",
     "pressure_drop",
     "wave_intensity",
     "wave_speeds",

@@ -72,7 +72,7 @@ def compliance(model: Model, pressure: float | np.ndarray) -> Compliance:
     if np.shape(pressure) not in ((), (len(model.network),)) or not np.all(np.isfinite(pressure)):
         raise InputError(f"pressure must be one finite number or {len(model.network)} of them")
     peripheral = float(model.outlets.weighted_compliance().sum())
-    vessel = model.network.length * area_compliance(model.wall, pressure, model.network.area0)
+    vessel = model.network.length * area_compliance(model.wall, pressure, model.area0)
     return Compliance(
         vessel,
         series_parallel(model.network, vessel),

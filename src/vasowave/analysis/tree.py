@@ -35,7 +35,7 @@ def wave_speeds(model: Model, pressure: float | np.ndarray) -> pd.DataFrame:
     network = model.network
     if np.shape(pressure) not in ((), (len(network),)) or not np.all(np.isfinite(pressure)):
         raise InputError(f"pressure must be one finite number or {len(network)} of them")
-    A = np.broadcast_to(area(model.wall, pressure, network.area0), len(network))
+    A = np.broadcast_to(area(model.wall, pressure, model.area0), len(network))
     c = np.broadcast_to(wave_speed(model.wall, pressure, model.blood.inertia), len(network))
     bad = np.flatnonzero(~((A > 0) & np.isfinite(c) & (c > 0)))
     if len(bad):

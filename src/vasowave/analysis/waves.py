@@ -58,7 +58,8 @@ def wave_intensity(
     period : float
         T, s.
     area, wave_speed : float or array, shape (..., time)
-        A (cm²) and c (cm/s), from the wall law; for measured data A0 and c = A0 Z_c/ρ (eq. 8).
+        A (cm²) and c (cm/s): those at mean pressure (`measured_operating_point`, `operating_point`); the paper takes A0
+        and c = A0 Z_c/ρ for measured data, and those of each instant for a model.
     inertia : float
         Density, mmHg s²/cm², see `Blood.inertia`.
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from annotated_types import Ge
 
+from vasowave.analysis import WavesAt
 from vasowave.blood import Blood
 from vasowave.calibration import Search
 from vasowave.calibration.calibrate import NUMERICS
@@ -16,7 +17,7 @@ from vasowave.errors import InputError, did_you_mean
 from vasowave.laws import ENTRY_POINTS, LAWS, find_law
 from vasowave.network import Network
 from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
-from vasowave.settings import Check
+from vasowave.settings import Check, settings_of
 from vasowave.solver import Numerics
 
 
@@ -105,6 +106,9 @@ class Settings(Search):
     numerics : Numerics
     harmonics : int
         Highest harmonic of the impedance spectra.
+    waves_at : {"mean pressure", "paper"}
+        Where waves take area and wave speed from: at mean pressure, measurement and models alike, or as the paper: A0
+        and A0 Z_c/ρ for the measurement, those of each instant for a model.
 
     Raises
     ------
@@ -124,6 +128,7 @@ class Settings(Search):
     blood: Blood = field(default_factory=Blood)
     numerics: Numerics = NUMERICS
     harmonics: Annotated[int, Ge(1)] = 14
+    waves_at: WavesAt = "mean pressure"
 
     def __post_init__(self) -> None:
         """Check the values."""
@@ -140,7 +145,8 @@ class Settings(Search):
         own = fitted_parameters(wall)
         bounds = {name: (float(low), float(high)) for name, (low, high) in self.bounds.items() if name in own}
         fixed = {name: float(value) for name, value in self.fixed.items() if name in own}
-        return Search(self.starts, self.method, self.paper_bounds, bounds, fixed, self.seed)
+        kept = {name: getattr(self, name) for name in settings_of(Search)}
+        return Search(**kept | {"bounds": bounds, "fixed": fixed})
 
     def as_json(self) -> str:
         """Return all settings as text that does not depend on the order in which they were given."""

@@ -38,7 +38,8 @@ def network_dataset(network: Network) -> xr.Dataset:
         {
             "parent": ("vessel", np.array(parents, dtype=object), {"long_name": "name of the parent vessel"}),
             "length": _variable("vessel", network.length, "cm", "length"),
-            "radius": _variable("vessel", network.radius, "cm", "undeformed radius"),
+            "radius": _variable("vessel", network.radius, "cm", "radius at the pressure of the image"),
+            "image_pressure": _variable((), network.pressure, "mmHg", "pressure of the image, 0 where not known"),
             "flow_fraction": _variable("vessel", network.flow_fraction, "1", "share of the root's mean flow (eq. 11)"),
         },
         coords={"vessel": np.array(network.name, dtype=object)},
@@ -110,7 +111,7 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
         },
         coords={
             "vessel": np.array(network.name, dtype=object),
-            "time": _variable("time", fit.recording.time, "s", "time of the pressure samples"),
+            "time": _variable("time", fit.compared.time, "s", "time of the compared pressure samples"),
             **_terminals(network),
         },
         attrs={
@@ -129,7 +130,29 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
         ("meaning", [one.meaning for one in described.values()]),
     ):
         parameters[name] = ("parameter", np.array(kept, dtype=object))
-    return xr.merge([rest, parameters, correlation, starts], combine_attrs="override", join="exact")
+    parts = [rest, parameters, correlation, starts, harmonics_dataset(fit)]
+    return xr.merge(parts, combine_attrs="override", join="exact")
+
+
+def harmonics_dataset(fit: Fit) -> xr.Dataset:
+    """Return measured pressure, its error, residual and discrepancy by harmonic, and which were compared and why."""
+    meanings = {
+        "measured_modulus": "modulus of the measured pressure",
+        "measurement_error": "expected modulus of the error of the measurement",
+        "residual_modulus": "modulus of the residual",
+        "discrepancy": "modulus of the residual beyond the error of the measurement",
+    }
+    table = fit.harmonics
+    found = {name: _variable("harmonic", table[name].to_numpy(), "mmHg", text) for name, text in meanings.items()}
+    compared = fit.compared
+    found["harmonics"] = _variable((), compared.harmonics, "1", "highest harmonic of the pressure that was compared")
+    found["harmonics"].attrs |= {
+        "choice": compared.choice,
+        "with_signal": compared.errors.with_signal,
+        "error_source": compared.errors.source,
+        "said": " ".join(compared.sentences()),
+    }
+    return xr.Dataset(found, coords={"harmonic": ("harmonic", table.index.to_numpy(), {"units": "1"})})
 
 
 def scalars(fit: Fit) -> dict[str, xr.Variable]:
@@ -137,6 +160,7 @@ def scalars(fit: Fit) -> dict[str, xr.Variable]:
     return {
         "S": _variable((), fit.S, "mmHg2", "objective at the optimum (eq. 14)"),
         "N": _variable((), fit.N, "1", "number of pressure samples compared"),
+        "mean_square": _variable((), fit.mean_square, "mmHg2", "S/N, mean square of the pressure residual"),
         "RMSE": _variable((), fit.rmse, "mmHg", "root-mean-square pressure residual"),
         "R_T": _variable((), fit.total_resistance, "mmHg s/ml", "total resistance of the vascular beds"),
         "a": _variable((), fit.resistance_ratio, "1", "resistance ratio R1/R_T"),

@@ -9,7 +9,7 @@ import xarray as xr
 
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.beats import beats_dataset
-from vasowave.animal.comparison import selection_dataset
+from vasowave.animal.comparison import compared_datasets, stiffening_dataset
 from vasowave.animal.datasets import calibration_dataset, network_dataset, nominal_dataset, recording_dataset
 from vasowave.animal.files import KIND
 from vasowave.animal.quantities import measured_quantities, model_quantities
@@ -21,7 +21,7 @@ from vasowave.animal.signals import (
     waves_dataset,
 )
 from vasowave.animal.vessels import vessels_dataset
-from vasowave.calibration import Fit, calibrate
+from vasowave.calibration import Ends, Fit, calibrate
 from vasowave.errors import VasowaveWarning
 from vasowave.nominal import estimate_nominal
 from vasowave.provenance import provenance
@@ -30,7 +30,13 @@ Progress = Callable[[str, int, int, float], None]
 """Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²)."""
 
 
-def analyze(animal: Animal, settings: Settings | None = None, progress: Progress | None = None) -> xr.DataTree:
+Kept = Callable[[str, int], Ends]
+"""Gives, for a wall law and a number of starts, where the ends of its searches are kept."""
+
+
+def analyze(
+    animal: Animal, settings: Settings | None = None, progress: Progress | None = None, kept: Kept | None = None
+) -> xr.DataTree:
     """Return everything about one animal as one tree of labelled data.
 
     Parameters
@@ -39,13 +45,16 @@ def analyze(animal: Animal, settings: Settings | None = None, progress: Progress
     settings : Settings, optional
     progress : callable, optional
         Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²).
+    kept : callable, optional
+        Gives, for a wall law and a number of starts, where the ends of its searches are kept (see `calibrate`).
 
     Returns
     -------
     DataTree
-        Groups ``network``, ``recording``, ``beats`` (of a continuous recording), ``nominal``, ``selection`` (if asked
-        for), ``measured`` with ``waves, impedance, quantities``, and for each wall law a group of its name with
-        ``calibration, simulation, waves, impedance, tree, quantities``. Every variable has its unit; ``quantities``
+        Groups ``network``, ``recording``, ``beats`` (of a continuous recording), ``nominal``, ``selection`` and
+        ``averages`` over the laws (if asked for), ``measured`` with ``waves, impedance, quantities``, and for each wall
+        law a group of its name with ``calibration, simulation, waves, impedance, tree, quantities``, and ``stiffening``
+        where the law has a parameter for it. Every variable has its unit; ``quantities``
         holds single numbers, those that were fitted with their 95 % interval in the attributes. Attributes of the root:
         ``animal, group, synthetic, interrupted, settings, notes`` (what a reader must know, JSON list) and the versions
         of the programs. The same input gives the same tree, unless it was interrupted (Ctrl-C): then the tree holds the
@@ -71,7 +80,7 @@ def analyze(animal: Animal, settings: Settings | None = None, progress: Progress
     """
     settings = settings or Settings()
     with _collected() as warned:
-        fits, interrupted = _fits(animal, settings, progress)
+        fits, interrupted = _fits(animal, settings, progress, kept)
     return tree_of(animal, fits, settings, warned, interrupted)
 
 
@@ -88,7 +97,7 @@ def tree_of(
         for fit in fits:
             groups |= _modeled(animal, fit, settings)
         if settings.model_selection and len(fits) > 1:
-            groups["selection"] = selection_dataset(fits, settings)
+            groups |= compared_datasets(fits, settings, groups)
     own = (f"{fit.wall} wall: {note}" for fit in fits for note in _own(fit))
     notes = [*animal.recording.notes, *warned, *more, *own]
     tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
@@ -110,7 +119,7 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, xr.Dataset]:
     """Return the groups that need no model."""
     network, recording, blood = animal.network, animal.recording, settings.blood
     nominal = estimate_nominal(network, recording, blood)
-    station = measured_station(recording, network, nominal, blood.inertia)
+    station = measured_station(recording, network, nominal, blood.inertia, settings.waves_at)
     waves = waves_dataset(station, blood.inertia)
     found = {
         "network": network_dataset(network),
@@ -136,12 +145,12 @@ def _with_scatter(animal: Animal) -> xr.Dataset:
     return dataset
 
 
-def _fits(animal: Animal, settings: Settings, progress: Progress | None) -> tuple[list[Fit], bool]:
+def _fits(animal: Animal, settings: Settings, progress: Progress | None, kept: Kept | None) -> tuple[list[Fit], bool]:
     """Return the fits of all wall laws, or what had finished when it was interrupted, and whether it was."""
     fits: list[Fit] = []
     for wall in settings.walls:
         try:
-            fits.append(_calibrated(animal, settings, wall, progress))
+            fits.append(_calibrated(animal, settings, wall, progress, kept))
         except KeyboardInterrupt:
             if not fits:
                 raise
@@ -151,7 +160,7 @@ def _fits(animal: Animal, settings: Settings, progress: Progress | None) -> tupl
     return fits, False
 
 
-def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progress | None) -> Fit:
+def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progress | None, kept: Kept | None) -> Fit:
     def say(done: int, count: int, best: float) -> None:
         if progress is not None:
             progress(wall, done, count, best)
@@ -164,13 +173,14 @@ def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progres
         search=settings.search(wall),
         numerics=settings.numerics,
         progress=say,
+        ends=kept(wall, settings.starts) if kept is not None else None,
     )
 
 
 def _modeled(animal: Animal, fit: Fit, settings: Settings) -> dict[str, xr.Dataset]:
     """Return the groups of one wall law."""
     inertia = settings.blood.inertia
-    station = simulated_station(fit)
+    station = simulated_station(fit, settings.waves_at)
     waves = waves_dataset(station, inertia)
     spectrum = impedance_dataset(station, settings.harmonics, flow_noise(animal.recording, animal.beats))
     vessels = vessels_dataset(fit)
@@ -181,6 +191,7 @@ def _modeled(animal: Animal, fit: Fit, settings: Settings) -> dict[str, xr.Datas
         f"{fit.wall}/impedance": spectrum,
         f"{fit.wall}/tree": vessels,
         f"{fit.wall}/quantities": model_quantities(fit, station, waves, spectrum, vessels),
+        **stiffening_dataset(fit),
     }
 
 

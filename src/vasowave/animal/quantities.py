@@ -15,7 +15,7 @@ from vasowave.model import Model
 from vasowave.nominal import Nominal
 from vasowave.outlets import Windkessel
 from vasowave.recording import Recording
-from vasowave.walls import stiffness, wave_speed
+from vasowave.walls import area_compliance, stiffness, wave_speed
 
 _RESISTANCE, _COMPLIANCE = "mmHg s/ml", "ml/mmHg"
 
@@ -33,6 +33,9 @@ QUANTITIES: dict[str, Quantity] = {
     "beta": Quantity("mmHg", "β", "wall stiffness", "3"),
     "stiffness": Quantity("mmHg", "β(0)", "stiffness β of the linear law with the same slope at zero pressure", "24"),
     "wave_speed": Quantity("cm/s", "c", "wave speed in the root at the measured mean pressure", "31, 32"),
+    "area_compliance": Quantity(
+        "cm2/mmHg", "dA/dp", "area compliance of the root at the measured mean pressure", "26, 27"
+    ),
     "R_T": Quantity(_RESISTANCE, "R_T", "total resistance of the vascular beds", "11"),
     "a": Quantity("1", "a = R_1/R_T", "resistance ratio", "7"),
     "C_p": Quantity(_COMPLIANCE, "C_p", "weighted compliance of the vascular beds", "30"),
@@ -54,7 +57,7 @@ _LOG_STEP = 1e-4
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 
 
-_SHARES = ("a", "C_p_over_C_T", "C_p_over_C_T_plain")
+SHARES = ("a", "C_p_over_C_T", "C_p_over_C_T_plain")
 """Quantities that cannot exceed 1."""
 
 
@@ -86,7 +89,7 @@ def measured_quantities(recording: Recording, nominal: Nominal, station: Station
         "tau": tau,
     }
     found = quantities_dataset(values, QUANTITIES)
-    found["wave_speed"].attrs["long_name"] = "wave speed at zero pressure, A0 Z_c/ρ"
+    found["wave_speed"].attrs["long_name"] = f"wave speed at {station.taken}, A Z_c/ρ"
     found["beta"].attrs["long_name"] = "nominal wall stiffness"
     return found
 
@@ -114,7 +117,7 @@ def model_quantities(
     found = quantities_dataset(values, quantities_of(type(fit.model.wall)), errors_of(fit, derive))
     bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
     for name, value in found.data_vars.items():
-        low, high = bounds.get(str(name), (0.0, 1.0 if name in _SHARES else np.inf))
+        low, high = bounds.get(str(name), (0.0, 1.0 if name in SHARES else np.inf))
         if "interval_low" in value.attrs:  # beyond its bounds a parameter is not bounded by the data
             value.attrs["interval_low"] = max(value.attrs["interval_low"], low)
             value.attrs["interval_high"] = min(value.attrs["interval_high"], high)
@@ -138,12 +141,14 @@ def derived(model: Model, values: Mapping[str, float], diastolic: np.ndarray, me
     found = dict(values)
     at_diastole = compliance(model, diastolic)
     speed = np.asarray(wave_speed(model.wall, mean, model.blood.inertia))
+    slope = np.asarray(area_compliance(model.wall, mean, model.area0))
     if ratio := model.wall.law().ratio:
         first, second = model.wall._fields
         found[ratio[0]] = values[first] / values[second]
     return found | {
         "stiffness": float(np.broadcast_to(stiffness(model.wall), len(model.network))[model.network.root]),
         "wave_speed": float(speed[model.network.root]),
+        "area_compliance": float(slope[model.network.root]),
         "R_T": model.outlets.total_resistance(),
         "a": model.outlets.resistance_ratio(),
         "C_p": at_diastole.peripheral,

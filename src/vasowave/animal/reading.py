@@ -106,7 +106,8 @@ def network(tree: xr.DataTree) -> Network:
     names = [str(name) for name in data["vessel"].values]
     parents = [str(name) for name in data["parent"].values]
     rows = np.array([names.index(name) if name else -1 for name in parents])
-    return Network(tuple(names), rows, data["length"].values, data["radius"].values)
+    pressure = float(data["image_pressure"]) if "image_pressure" in data else 0.0
+    return Network(tuple(names), rows, data["length"].values, data["radius"].values, pressure=pressure)
 
 
 def root_vessel(tree: xr.DataTree) -> str:

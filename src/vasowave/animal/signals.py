@@ -5,7 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from vasowave.analysis import characteristic_impedances, fourier_series, impedance, named_waves, wave_intensity
+from vasowave.analysis import (
+    WavesAt,
+    characteristic_impedances,
+    fourier_series,
+    impedance,
+    measured_operating_point,
+    named_waves,
+    operating_point,
+    wave_intensity,
+)
 from vasowave.calibration import Fit
 from vasowave.network import Network
 from vasowave.nominal import Nominal
@@ -35,28 +44,45 @@ class Station:
         Pressure (mmHg) and flow (ml/s) at the same times.
     area, wave_speed : float or array, shape (time,)
         cm² and cm/s.
+    taken : str
+        At which pressure these were taken.
     """
 
     recording: Recording
     area: float | np.ndarray
     wave_speed: float | np.ndarray
+    taken: str
 
 
-def measured_station(recording: Recording, network: Network, nominal: Nominal, inertia: float) -> Station:
-    """Return the measured waveforms, with A0 and c = A0 Z_c/ρ (eq. 8): area and wave speed were not measured."""
+def measured_station(
+    recording: Recording, network: Network, nominal: Nominal, inertia: float, waves_at: WavesAt = "mean pressure"
+) -> Station:
+    """Return the measured waveforms, with area and wave speed from Z_c (eq. 8): neither was measured.
+
+    At mean pressure the linear law carries the area of the image there; the paper takes A0 and c = A0 Z_c/ρ.
+    """
     count = max(len(recording.pressure), len(recording.flow))
-    area = float(network.area0[network.root])
     even = recording if len(recording.pressure) == len(recording.flow) else recording.resampled(count)
-    return Station(even, area, area * nominal.characteristic_impedance / inertia)
+    area, Z_c = float(network.area[network.root]), nominal.characteristic_impedance
+    if waves_at == "paper":
+        return Station(even, area, area * Z_c / inertia, "zero pressure")
+    point = measured_operating_point(Z_c, area, inertia, recording.mean_pressure, network.pressure)
+    return Station(even, *point, "mean pressure")
 
 
-def simulated_station(fit: Fit) -> Station:
-    """Return the calibrated model's waveforms where the catheter was, with area and wave speed from the wall law."""
+def simulated_station(fit: Fit, waves_at: WavesAt = "mean pressure") -> Station:
+    """Return the calibrated model's waveforms where the catheter was, with area and wave speed from the wall law.
+
+    Those at the measured mean pressure; the paper takes those of each instant.
+    """
     network = fit.model.network
     here = fit.simulation.sel(vessel=network.name[network.root], station="inlet")
     pressure, flow, area, speed = (here[name].to_numpy() for name in ("pressure", "flow", "area", "wave_speed"))
     source = f"{fit.wall} wall calibrated to {fit.recording.source}"
-    return Station(Recording(pressure, flow, fit.recording.period, source), area, speed)
+    recording = Recording(pressure, flow, fit.recording.period, source)
+    if waves_at == "paper":
+        return Station(recording, area, speed, "each instant")
+    return Station(recording, *operating_point(fit.model, fit.recording.mean_pressure), "mean pressure")
 
 
 def waves_dataset(station: Station, inertia: float) -> xr.Dataset:
@@ -87,7 +113,12 @@ def waves_dataset(station: Station, inertia: float) -> xr.Dataset:
             "time": ("time", time, {"units": "s", "long_name": "time"}),
             "normalized_time": ("time", time / period, {"units": "1", "long_name": "time/T"}),
         },
-        attrs={"period": period, "smoothing": "none", "amplitude": "largest minus smallest value in the cycle"},
+        attrs={
+            "period": period,
+            "smoothing": "none",
+            "amplitude": "largest minus smallest value in the cycle",
+            "area_and_wave_speed_at": station.taken,
+        },
     )
 
 

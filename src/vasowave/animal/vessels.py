@@ -50,7 +50,7 @@ def _law_curve(fit: Fit) -> xr.Dataset:
     wall = type(fit.model.wall)(*(value[root] for value in fit.model.wall))
     highest = float(fit.simulation["pressure"].isel(vessel=root).max())
     pressure = np.linspace(0.0, max(_ABOVE * highest, 1.0), _POINTS)
-    area = np.asarray(walls.area(wall, pressure, network.area0[root]))
+    area = np.asarray(walls.area(wall, pressure, fit.model.area0[root]))
     return xr.Dataset(
         {
             "law_pressure": ("law_point", pressure, {"units": "mmHg", "long_name": "pressure along the wall law"}),

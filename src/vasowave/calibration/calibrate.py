@@ -3,9 +3,8 @@
 import threading
 import warnings
 from collections.abc import Callable, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pandas as pd
@@ -13,16 +12,18 @@ from annotated_types import Ge, Le
 
 from vasowave.blood import Blood
 from vasowave.calibration import search as searching
+from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, checked_harmonics, compared_part
 from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
 from vasowave.calibration.search import Found
+from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
-from vasowave.errors import NumericalError, VasowaveWarning
-from vasowave.network import Network
+from vasowave.errors import VasowaveWarning
+from vasowave.network import Network, unknown_pressure
 from vasowave.nominal import estimate_nominal, oddities
 from vasowave.recording import Recording
-from vasowave.settings import Positive, Range, check_settings
+from vasowave.settings import Check, Positive, Range, check_settings
 from vasowave.solver.dataset import as_dataset
 from vasowave.solver.simulate import Numerics
 from vasowave.threads import threads
@@ -30,13 +31,14 @@ from vasowave.threads import threads
 NUMERICS = Numerics(tolerance=1e-7)
 """How a fit simulates unless told otherwise."""
 
-_NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
-_SAME = 1e-3  # starts agree when their S differ by less than this share …
-_SEEN = 1e-3  # … or their root-mean-square residuals by less than this, mmHg, which no recording shows
+_SEEN = 1e-3  # mmHg: starts agree, too, if their root-mean-square residuals differ by less, which no recording shows
 _COARSE_SAMPLES = 64  # the searches choose their step in multiples of this
 _LOOSEST = 1e-6  # mmHg, tolerance of a fit
 _COARSER = 10.0  # ratio of the searches' tolerance to that of the final one
-_MOST_SAMPLES = 1024  # a longer recording is compared at this many samples, which carry all its harmonics
+
+
+def _harmonics_schema() -> dict[str, Any]:
+    return {"anyOf": [{"enum": ["signal", "all"]}, {"type": "integer", "minimum": FEWEST}]}
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,9 @@ class Search:
         r2 and c1 have none). p1 is that of eq. 4; the published table lists π p1.
     fixed : mapping of str to float
         Parameters held at a value, in the same units.
+    pressure_harmonics : {"signal", "all"} or int
+        Harmonics of the pressure that are compared: those that carry signal, all that the recording holds (the paper's
+        practice, up to 1024 samples), or up to a number, at least 8.
     seed : int
         Seed of everything random; the same seed gives the same result.
 
@@ -77,6 +82,7 @@ class Search:
     paper_bounds: bool = False
     bounds: Mapping[str, Range] = field(default_factory=dict)
     fixed: Mapping[str, Positive] = field(default_factory=dict)
+    pressure_harmonics: Annotated[str | int, Check(checked_harmonics, _harmonics_schema)] = "signal"
     seed: Annotated[int, Ge(0)] = 0
 
     def __post_init__(self) -> None:
@@ -93,6 +99,7 @@ def calibrate(
     search: Search | None = None,
     numerics: Numerics | None = None,
     progress: Callable[[int, int, float], None] | None = None,
+    ends: Ends | None = None,
 ) -> Fit:
     """Find the parameters that minimize S (eq. 14) between measured and simulated pressure and flow at the inlet.
 
@@ -107,10 +114,12 @@ def calibrate(
     search : Search, optional
         Starts, method, bounds.
     numerics : Numerics, optional
-        Its `samples` is ignored: the recording's are compared (at most 1024). A tolerance above 1e-6 mmHg becomes
-        1e-6: derivatives by finite differences need it.
+        Its `samples` is ignored: the simulation has the recording's (at most 1024). A tolerance above 1e-6 mmHg
+        becomes 1e-6.
     progress : callable, optional
         Called with finished starts, all starts and the best S so far.
+    ends : Ends, optional
+        Where the ends of searches are kept as they come, and found again by a fit that goes on after a kill.
 
     Returns
     -------
@@ -135,31 +144,25 @@ def calibrate(
     blood = blood or Blood()
     nominal = estimate_nominal(network, recording, blood)
     space = parameter_space(wall, network, nominal, blood, plan.bounds, plan.fixed, plan.paper_bounds)
-    compared = _compared(recording)
-    numerics = _for_fits(numerics, len(compared.pressure))
-    found, stopped = _search_all(space, compared, _coarser(numerics), plan, progress)
+    compared = compared_part(recording, plan.pressure_harmonics)
+    numerics = _for_fits(numerics, min(len(recording.pressure), MOST_SAMPLES))
+    starts = starting_points(space, plan.starts, plan.seed)
+    found, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
     objective, best = _polish(space, compared, numerics, plan, found)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
-    spread = spread_of(space, jacobian, residual)
+    spread = spread_of(space, jacobian, residual, compared)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
-    starts = _starts_table(space, found, len(residual))
-    notes = [*compared.notes, *oddities(nominal), *sentences(table, correlation, starts, spread)]
+    table_of_starts = _starts_table(space, found, len(residual))
+    notes = [*recording.notes, *compared.sentences(), *unknown_pressure(network), *oddities(nominal)]
+    notes += sentences(table, correlation, table_of_starts, spread)
     if stopped:
         notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")
     run = objective.run(best.x)
     notes += run.notes
     return Fit(
-        space.law.law().name, run.model, compared, nominal, table, correlation, starts, as_dataset(run),
+        space.law.law().name, run.model, compared, nominal, table, correlation, table_of_starts, as_dataset(run),
         residual, float(residual @ residual), tuple(notes),
     )  # fmt: skip
-
-
-def _compared(recording: Recording) -> Recording:
-    """Return the recording with pressure and flow at the same samples."""
-    count = min(len(recording.pressure), _MOST_SAMPLES)
-    if len(recording.pressure) == len(recording.flow) == count:
-        return recording
-    return recording.resampled(count)
 
 
 def _for_fits(numerics: Numerics | None, samples: int) -> Numerics:
@@ -174,55 +177,12 @@ def _coarser(numerics: Numerics) -> Numerics:
     return replace(numerics, samples=_COARSE_SAMPLES, tolerance=_COARSER * numerics.tolerance)
 
 
-def _starts(space: Space, plan: Search) -> list[np.ndarray]:
-    low, high = space.log_bounds
-    inside = 0.02 * (high - low)
-    nominal = np.log(space.nominal[space.free])
-    random = np.random.default_rng(plan.seed)
-    moved = nominal + random.uniform(-_NEARBY, _NEARBY, (plan.starts - 1, len(nominal)))
-    return [np.clip(x, low + inside, high - inside) for x in (nominal, *moved)]
-
-
-def _search_all(
-    space: Space,
-    recording: Recording,
-    numerics: Numerics,
-    plan: Search,
-    progress: Callable[[int, int, float], None] | None,
-) -> tuple[list[Found], bool]:
-    """Search from every start, as many at once as there are cores; returns what finished, and if it was stopped."""
-    cores = threads()
-    stop = threading.Event()
-    objectives = [Objective(space, recording, numerics, max(1, cores // plan.starts), stop) for _ in range(plan.starts)]
-    found: list[Found] = []
-    with ThreadPoolExecutor(min(cores, plan.starts)) as pool:
-        pending: set[Future[Found]] = {
-            pool.submit(searching.search, objective, start, plan.method, searching.ROUGH)
-            for objective, start in zip(objectives, _starts(space, plan), strict=True)
-        }
-        try:
-            while pending:
-                done, pending = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
-                found += [future.result() for future in done]
-                if done and progress is not None:
-                    progress(len(found), plan.starts, min(one.S for one in found))
-        except KeyboardInterrupt:
-            stop.set()
-            for future in pending:
-                future.cancel()
-            if not any(np.isfinite(one.S) for one in found):
-                raise
-    if not any(np.isfinite(one.S) for one in found):
-        raise NumericalError(f"no start of the fit could be simulated; the first: {found[0].message}")
-    return found, stop.is_set()
-
-
 def _polish(
-    space: Space, recording: Recording, numerics: Numerics, plan: Search, found: list[Found]
+    space: Space, compared: Compared, numerics: Numerics, plan: Search, found: list[Found]
 ) -> tuple[Objective, Found]:
     """Search again from the best end, with the step that suits it, so that no start's detours stay in the result."""
     best = min(found, key=lambda one: one.S)
-    objective = Objective(space, recording, numerics, threads(), threading.Event())
+    objective = Objective(space, compared, numerics, threads(), threading.Event())
     again = searching.search(objective, best.x, plan.method)
     if not np.isfinite(again.S):
         warnings.warn("the optimum could not be simulated a second time", VasowaveWarning, stacklevel=3)
@@ -232,14 +192,14 @@ def _polish(
 
 def _starts_table(space: Space, found: list[Found], samples: int) -> pd.DataFrame:
     rows, least = [], min(one.S for one in found)  # rough ends are compared with each other, not with the polished one
-    most = least * (1 + _SAME) + samples * _SEEN**2
+    most = least * (1 + SAME) + samples * _SEEN**2
     for number, one in enumerate(sorted(found, key=lambda one: one.S), 1):
         row: dict[str, object] = {
             "start": number,
             "S [mmHg2]": one.S,
             "simulations": one.simulations,
             "converged": one.converged,
-            "agrees": bool(one.S <= most),
+            "agrees": one.joined or bool(one.S <= most),
             "message": one.message,
         }
         rows.append(row | dict(zip(space.names, space.values(one.x), strict=True)))

@@ -108,19 +108,17 @@ def _descend(objective: Objective, whiten: Whiten, start: np.ndarray) -> tuple[n
     """
     from scipy.optimize import minimize
 
-    count = len(objective.recording.pressure)
-    jacobian = whiten(objective.jacobian(start)[:count])
+    jacobian = whiten(objective.jacobian(start))
     to_x = np.linalg.pinv(np.linalg.qr(jacobian, mode="r"), rcond=1e-8)
     low, high = objective.space.log_bounds
 
     def value(z: np.ndarray) -> float:
-        white = whiten(objective.residuals(start + to_x @ z)[:count])
+        white = whiten(objective.residuals(start + to_x @ z))
         return 0.5 * float(white @ white)
 
     def slope(z: np.ndarray) -> np.ndarray:
         x = start + to_x @ z
-        here = whiten(objective.jacobian(x)[:count])
-        return to_x.T @ (here.T @ whiten(objective.residuals(x)[:count]))
+        return to_x.T @ (whiten(objective.jacobian(x)).T @ whiten(objective.residuals(x)))
 
     sides = {"type": "ineq", "fun": lambda z: np.concatenate([start + to_x @ z - low, high - start - to_x @ z])}
     sides["jac"] = lambda z: np.concatenate([to_x, -to_x])
@@ -139,8 +137,8 @@ def objective_of(fit: Fit, fixed: Mapping[str, float], numerics: Numerics | None
     held = {str(name): float(row["value"]) for name, row in table.iterrows() if not row["free"]}
     model, held = fit.model, held | dict(fixed)
     space = parameter_space(type(model.wall), model.network, fit.nominal, model.blood, bounds, held, False)
-    finer = replace(numerics or _numerics(fit), samples=fit.N, every_cell=False)
-    return Objective(space, fit.recording, finer, workers, threading.Event())
+    finer = replace(numerics or _numerics(fit), samples=fit.simulation.sizes["time"], every_cell=False)
+    return Objective(space, fit.compared, finer, workers, threading.Event())
 
 
 def _numerics(fit: Fit) -> Numerics:
@@ -156,7 +154,7 @@ def _start(fit: Fit, space: Space) -> np.ndarray:
 
 def _optimum(objective: Objective, x: np.ndarray, converged: bool, message: str) -> Optimum:
     jacobian = objective.jacobian(x)
-    residual, count = objective.residuals(x), len(objective.recording.pressure)
+    residual = objective.residuals(x)
     if not np.isfinite(residual).all() or np.all(residual == residual[0]):
         raise NumericalError("the optimum cannot be simulated; were other numerics given to calibrate?")
-    return Optimum(objective.space, x, residual[:count], jacobian[:count], converged, message, objective.simulations)
+    return Optimum(objective.space, x, residual, jacobian, converged, message, objective.simulations)

@@ -4,18 +4,20 @@ The measured flow is what enters the root, so the flow's part of eq. 14 vanishes
 """
 
 import threading
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
-from vasowave.errors import NumericalError, VasowaveError
-from vasowave.recording import Recording
+from vasowave.errors import NumericalError
+from vasowave.recording import Inflow
+from vasowave.solver.direction import Direction, direction_between
 from vasowave.solver.result import Run
-from vasowave.solver.simulate import Numerics, simulate_run, simulate_runs
+from vasowave.solver.sensitivity import pressure_derivatives
+from vasowave.solver.simulate import Numerics, simulate_run
 
-_STEP = 1e3  # finite difference in the logarithm of a parameter, over the tolerance in mmHg …
-_STEPS = (1e-4, 1e-2)  # … within these: far above round-off, far below curvature
+_APART = 1e-4  # in the logarithm of a parameter: the distance of two models between which a direction is drawn
 _FAILED = 1e3  # mmHg, residual of a parameter set that cannot be simulated: the search turns back
 
 
@@ -30,23 +32,31 @@ class Objective:
     Attributes
     ----------
     space : Space
-    recording : Recording
-        Pressure and flow at the same samples.
+    compared : Compared
+        The measured pressure, and the flow that enters the root.
     numerics : Numerics
     workers : int
         Threads for the columns of the Jacobian.
+    exactness : float
+        Of the Jacobian, as a share of its values: searches need little.
     stop : Event
         Set from outside to end the search.
     """
 
     space: Space
-    recording: Recording
+    compared: Compared
     numerics: Numerics
     workers: int
     stop: threading.Event
+    exactness: float = 1e-6
     simulations: int = 0
     last: Run | None = None
     _at: np.ndarray | None = field(default=None, repr=False)
+
+    @property
+    def inflow(self) -> Inflow:
+        """The measured flow."""
+        return self.compared.recording.inflow
 
     def run(self, x: np.ndarray) -> Run:
         """Simulate at the logarithms `x` of the free parameters."""
@@ -55,65 +65,39 @@ class Objective:
         self.simulations += 1
         model = self.space.model(self.space.values(x))
         try:
-            return simulate_run(model, self.recording.inflow, self.numerics, self.last)
+            return simulate_run(model, self.inflow, self.numerics, self.last)
         except NumericalError:
             if self.last is None:
                 raise
-            return simulate_run(model, self.recording.inflow, self.numerics, None)  # the neighbour may mislead
+            return simulate_run(model, self.inflow, self.numerics, None)  # the neighbour may mislead
+
+    def at(self, x: np.ndarray) -> Run:
+        """Return the simulation at `x`, the last one if it was there; raises `NumericalError`."""
+        if self.last is None or self._at is None or not np.array_equal(self._at, x):
+            self.last, self._at = self.run(x), x.copy()
+        return self.last
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Measured minus simulated pressure at the inlet, mmHg, shape (N,) (eq. 14)."""
         try:
-            run = self.run(x)
+            return self.compared.pressure - self.compared.simulated(self.at(x))
         except NumericalError:
-            return np.full(len(self.recording.pressure), _FAILED)
-        self.last, self._at = run, x.copy()
-        return _residuals(run, self.recording)
+            return np.full(self.compared.samples, _FAILED)
 
     def reached(self, start: np.ndarray) -> np.ndarray:
         """Return the logarithms that were simulated last, or `start` where none were."""
         return start if self._at is None else self._at
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """Derivative of the residuals by the logarithms, shape (N, free), from one ensemble of simulations."""
-        if self._at is None or not np.array_equal(self._at, x):
-            self.residuals(x)
-        base = self.last
-        if base is None or self._at is None or not np.array_equal(self._at, x):
-            raise NumericalError("the parameters at which a derivative is asked cannot be simulated")
-        here = _residuals(base, self.recording)
-        numerics = replace(self.numerics, steps_per_cycle=base.steps)
-        step = min(max(_STEP * self.numerics.tolerance, _STEPS[0]), _STEPS[1])
-        columns = self._columns(x, step, base, numerics)
-        for i, column in enumerate(columns):
-            if column is None:
-                columns[i] = self._beyond_the_edge(x, i, step, base, numerics, here)
-        return np.stack([(column - here) / step for column in columns if column is not None], axis=1)
-
-    def _beyond_the_edge(
-        self, x: np.ndarray, i: int, step: float, base: Run, numerics: Numerics, here: np.ndarray
-    ) -> np.ndarray:
-        """Residuals a whole step ahead, from the other side or from shorter steps: ahead, nothing can be simulated."""
-        for part in (-1.0, 0.1, -0.1):
-            found = self._columns(x, part * step, base, numerics, only=i)[0]
-            if found is not None:
-                return here + (found - here) / part
-        raise NumericalError(
-            f"the derivative by '{self.space.free_names[i]}' cannot be found: beside its present value no "
-            "model can be simulated; fix this parameter, or draw its bounds closer"
-        )
-
-    def _columns(
-        self, x: np.ndarray, step: float, base: Run, numerics: Numerics, only: int | None = None
-    ) -> list[np.ndarray | None]:
+        """Derivative of the residuals by the logarithms, shape (N, free); counted as one simulation, as it costs."""
+        run = self.at(x)
         if self.stop.is_set():
             raise Stopped
-        moved = [x + step * unit for i, unit in enumerate(np.eye(len(x))) if only is None or i == only]
-        models = [self.space.model(self.space.values(y)) for y in moved]
-        self.simulations += len(models)
-        runs = simulate_runs(models, self.recording.inflow, numerics, base, workers=self.workers)
-        return [None if isinstance(run, VasowaveError) else _residuals(run, self.recording) for run in runs]
+        self.simulations += 1
+        directions = [self._direction(x, unit) for unit in np.eye(len(x))]
+        found = pressure_derivatives(run, self.inflow, directions, self.numerics, self.exactness, self.workers)
+        return -np.stack([self.compared.sampled(column) for column in found], axis=1)
 
-
-def _residuals(run: Run, recording: Recording) -> np.ndarray:
-    return recording.pressure - run.inlet_pressure(len(recording.pressure))
+    def _direction(self, x: np.ndarray, unit: np.ndarray) -> Direction:
+        before, after = (self.space.model(self.space.values(x + side * _APART * unit)) for side in (-0.5, 0.5))
+        return direction_between(before, after, _APART)

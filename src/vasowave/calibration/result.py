@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.calibration.compared import Compared
 from vasowave.model import Model
 from vasowave.nominal import Nominal
 from vasowave.notebook import card
@@ -22,8 +23,8 @@ class Fit:
         Name of the wall law.
     model : Model
         The model at the optimum.
-    recording : Recording
-        What was fitted, at the samples that were compared.
+    compared : Compared
+        The harmonics of the recording's pressure that were compared.
     nominal : Nominal
         Where the starts came from.
     parameters : DataFrame
@@ -38,9 +39,10 @@ class Fit:
     simulation : Dataset
         The calibrated model's cycle, as `simulate` returns it.
     pressure_residual : array, shape (N,)
-        Measured minus simulated pressure at the inlet, mmHg, at the recording's samples.
+        Measured minus simulated pressure at the inlet, mmHg, at the samples that were compared.
     S : float
-        Objective (eq. 14) at the optimum.
+        Objective (eq. 14) at the optimum, mmHg²: a sum over N samples, so that only `mean_square` compares with fits to
+        other numbers of them.
     warnings : tuple of str
         What a reader must know: parameters at a bound, not determined, starts that disagree.
 
@@ -54,7 +56,7 @@ class Fit:
 
     wall: str
     model: Model
-    recording: Recording
+    compared: Compared
     nominal: Nominal
     parameters: pd.DataFrame
     correlation: pd.DataFrame
@@ -74,14 +76,32 @@ class Fit:
             f"[{row['interval_low']:.3g}, {row['interval_high']:.3g}]{'' if row['free'] else ' (held)'}"
             for name, row in self.parameters.iterrows()
         }
-        facts["S"] = f"{self.S:.4g} mmHg² over {self.N} samples; root mean square {self.rmse:.3g} mmHg"
+        facts["S"] = (
+            f"{self.S:.4g} mmHg² over {self.N} samples (harmonics 0 to {self.compared.harmonics}); root mean square "
+            f"{self.rmse:.3g} mmHg"
+        )
         facts["starts"] = f"{int(self.starts['agrees'].sum())} of {len(self.starts)} ended at this optimum"
         return card(f"Fit, {self.wall} wall: {self.model.wall.law().formula}", facts, self.warnings)
+
+    @property
+    def recording(self) -> Recording:
+        """The recording as it was given."""
+        return self.compared.recording
 
     @property
     def N(self) -> int:
         """Number of pressure samples that were compared."""
         return len(self.pressure_residual)
+
+    @property
+    def mean_square(self) -> float:
+        """Mean square of the pressure residual, mmHg²: S/N."""
+        return self.S / self.N
+
+    @property
+    def harmonics(self) -> pd.DataFrame:
+        """Measurement, its error, residual and discrepancy in each harmonic, mmHg; see `Compared.spectrum`."""
+        return self.compared.spectrum(self.pressure_residual)
 
     @property
     def rmse(self) -> float:

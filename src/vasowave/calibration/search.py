@@ -1,7 +1,7 @@
 """One search from one start, by bounded least squares or by sequential quadratic programming (SQP, the paper's)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,10 @@ class Found:
     simulations : int
     converged : bool
     message : str
+    residual : array, shape (N,)
+        Measured minus simulated pressure there, mmHg; empty if the start could not be simulated.
+    joined : bool
+        It stopped on the way to the optimum that another start found.
     """
 
     x: np.ndarray
@@ -37,21 +41,36 @@ class Found:
     simulations: int
     converged: bool
     message: str
+    residual: np.ndarray = field(default_factory=lambda: np.empty(0))
+    joined: bool = False
 
 
-def search(objective: Objective, start: np.ndarray, method: str, tolerance: float = TOLERANCE) -> Found:
-    """Minimize S from the logarithms `start` of the free parameters, until its relative change is below `tolerance`."""
+class _Hopeless(Exception):  # noqa: N818  a signal between functions of this file, not an error
+    """Even the linear model promises nothing that is good enough."""
+
+
+def search(
+    objective: Objective, start: np.ndarray, method: str, tolerance: float = TOLERANCE, enough: float = np.inf
+) -> Found:
+    """Minimize S from the logarithms `start` of the free parameters, until its relative change is below `tolerance`.
+
+    It gives up where even the minimum of the linear model lies above `enough` (mmHg²).
+    """
     try:
-        objective.run(start)
+        objective.at(start)
     except NumericalError as error:
         return Found(start, np.inf, objective.simulations, False, f"the start cannot be simulated: {error}")
     solve = _least_squares if method == "least-squares" else _sqp
     try:
-        x, S, converged, message = solve(objective, start, tolerance)
+        x, S, converged, message = solve(objective, start, tolerance, enough)
+    except _Hopeless:
+        x = objective.reached(start)
+        S, converged, message = float(np.sum(objective.residuals(x) ** 2)), False, "cannot reach the best optimum"
     except NumericalError as error:  # no derivative: the search cannot go on from where it is
         x = objective.reached(start)
         S, converged, message = float(np.sum(objective.residuals(x) ** 2)), False, str(error)
-    return Found(x, S, objective.simulations, converged, message)
+    residual = objective.residuals(x)
+    return Found(x, S, objective.simulations, converged, message, residual)
 
 
 _ENDS = {
@@ -63,15 +82,29 @@ _ENDS = {
 }
 
 
-def _least_squares(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.ndarray, float, bool, str]:
+def _promising(objective: Objective, x: np.ndarray, enough: float) -> np.ndarray:
+    """Return the Jacobian at x; raises `_Hopeless` where the least S of the linear model is not enough."""
+    J = objective.jacobian(x)
+    if np.isfinite(enough):
+        r = objective.residuals(x)
+        left = r - J @ np.linalg.lstsq(J, r)[0]
+        if left @ left > enough:
+            raise _Hopeless
+    return J
+
+
+Ended = tuple[np.ndarray, float, bool, str]
+
+
+def _least_squares(objective: Objective, start: np.ndarray, tolerance: float, enough: float) -> Ended:
     """Search in the coordinates that the data see; where that leads out of the bounds, again inside them."""
-    coordinates = Coordinates(objective.space, objective.recording.mean_pressure)
+    coordinates = Coordinates(objective.space, objective.compared.recording.mean_pressure)
     low, high = objective.space.log_bounds
     place = coordinates.bounds
     inside = 1e-6 * (place[1] - place[0])
     found = _trust_region(
         lambda z: objective.residuals(coordinates.logarithms(z)),
-        lambda z: objective.jacobian(coordinates.logarithms(z)) @ coordinates.slopes(z),
+        lambda z: _promising(objective, coordinates.logarithms(z), enough) @ coordinates.slopes(z),
         np.clip(coordinates.of(start), place[0] + inside, place[1] - inside),
         place,
         tolerance,
@@ -80,7 +113,9 @@ def _least_squares(objective: Objective, start: np.ndarray, tolerance: float) ->
     if not np.all((low <= x) & (x <= high)):
         span = 1e-6 * (high - low)
         begin = np.clip(x, low + span, high - span)
-        found = _trust_region(objective.residuals, objective.jacobian, begin, (low, high), tolerance)
+        found = _trust_region(
+            objective.residuals, lambda x: _promising(objective, x, enough), begin, (low, high), tolerance
+        )
         x = found.x
     return x, float(2 * found.cost), bool(found.success), _ENDS.get(found.status, str(found.message))
 
@@ -101,7 +136,7 @@ def _trust_region(residuals: Array, jacobian: Array, start: np.ndarray, bounds: 
     )
 
 
-def _sqp(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.ndarray, float, bool, str]:
+def _sqp(objective: Objective, start: np.ndarray, tolerance: float, enough: float) -> Ended:
     from scipy.optimize import Bounds as Sides
     from scipy.optimize import minimize
 
@@ -111,7 +146,7 @@ def _sqp(objective: Objective, start: np.ndarray, tolerance: float) -> tuple[np.
         return float(np.sum(objective.residuals(x) ** 2)) / first
 
     def gradient(x: np.ndarray) -> np.ndarray:
-        J = objective.jacobian(x)
+        J = _promising(objective, x, enough)
         return 2 * J.T @ objective.residuals(x) / first
 
     low, high = objective.space.log_bounds

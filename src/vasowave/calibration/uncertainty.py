@@ -6,8 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
-from vasowave.noise.spectrum import FEWEST_DEGREES, is_limited, least_squares_covariance, noise_spectrum
+from vasowave.noise.spectrum import (
+    FEWEST_DEGREES,
+    is_limited,
+    known_variance,
+    least_squares_covariance,
+    noise_spectrum,
+)
 
 LEVEL = 0.95
 """Level of the intervals, symmetric in the logarithm of a parameter."""
@@ -48,11 +55,15 @@ class Spread:
     limited: bool
 
 
-def spread_of(space: Space, jacobian: np.ndarray, residual: np.ndarray) -> Spread:
-    """Return the spread of least-squares estimates under the one noise spectrum that is fitted to their residual."""
+def spread_of(space: Space, jacobian: np.ndarray, residual: np.ndarray, compared: Compared) -> Spread:
+    """Return the spread of least-squares estimates under the error of the measurement and the model's discrepancy.
+
+    The error is known from the beats; the spectrum of the discrepancy is fitted to the residual.
+    """
     low, high = space.log_bounds
-    spectrum = noise_spectrum(residual, jacobian)
-    matrix, degrees = least_squares_covariance(residual, jacobian, spectrum, high - low)
+    known = known_variance(compared.error_power(), len(residual))
+    spectrum = noise_spectrum(residual, jacobian, known)
+    matrix, degrees = least_squares_covariance(residual, jacobian, spectrum, high - low, known)
     independent = np.sqrt(np.diag(covariance(jacobian, residual)))
     return Spread(matrix, degrees, independent, is_limited(residual, spectrum))
 

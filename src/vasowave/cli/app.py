@@ -8,14 +8,16 @@ from typer.core import TyperGroup
 WRONG_INPUT, FAILED = 1, 3
 """Exit status: a file, an option or a study is wrong; the input is fine, but (an animal's) numbers did not come out."""
 
+_WITH_SETTINGS = ("fit", "extract")
+
 
 class Commands(TyperGroup):
-    """The commands. The options of `fit` are made from the settings when it is called: to load them takes seconds."""
+    """The commands. Options made from settings are made when a command is called: to load them takes seconds."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """Return name, command and the arguments that follow."""
         name, command, rest = super().resolve_command(ctx, args)
-        if name == "fit":
+        if name in _WITH_SETTINGS:
             from vasowave.cli.options import with_settings
 
             command = with_settings(name, command)
@@ -25,7 +27,7 @@ class Commands(TyperGroup):
 app = typer.Typer(
     cls=Commands,
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     help="From one animal's vessels and one catheter recording to a calibrated, explained pulse-wave model.",
     epilog="Exit status: 0 done; 1 the input or a command is wrong; 3 done, but animals failed; 130 interrupted. "

@@ -2,15 +2,12 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 import typer
 
 from vasowave.cli.app import app
-from vasowave.cli.settings import with_settings
-from vasowave.imaging.options import Options
 
 if TYPE_CHECKING:
     from vasowave.network import Network
@@ -20,18 +17,18 @@ if TYPE_CHECKING:
     epilog="Example: vasowave extract scan-folder -o mouse-6 --root 0.91,1.2,0.05 --outlets outlets.csv. "
     "Then open mouse-6/review.html, correct with --outlets, --edits or --mask, and run again."
 )
-@with_settings(Options, {"outlets": ("--outlet", "--outlets")})
 def extract(
     volume: Annotated[Path, typer.Argument(help="DICOM folder, NRRD, NIfTI, MetaImage, RAW with header, TIFF stack.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")],
-    **given: Any,
+    given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Turn a volume into a checked vessel network, with everything needed to review and correct it."""
+    from vasowave.cli.options import read_image_options
     from vasowave.imaging.extraction import extract as extracted
     from vasowave.report.extraction import check_extraction_folder, write_extraction
 
     check_extraction_folder(output)
-    options = Options(**_read(given))
+    options = read_image_options(given or {})
     with _stages() as say:
         found = extracted(volume, options, say)
         say("results")
@@ -53,11 +50,12 @@ def centerlines(
     generations: Annotated[int | None, typer.Option(help="Keep the first so many generations.")] = None,
     vessels: Annotated[int | None, typer.Option(help="Keep the largest so many vessels.")] = None,
     min_radius: Annotated[float | None, typer.Option(help="Keep the vessels above this radius, cm.")] = None,
+    pressure: Annotated[float, typer.Option(help="Pressure at which the vessels were imaged, mmHg; 0: unknown.")] = 0.0,
 ) -> None:
     """Turn the centerlines of another program into a vessel network, for ParaView and the authors' tables too."""
     from vasowave.errors import InputError
     from vasowave.imaging.exchange.centerlines import read_centerlines
-    from vasowave.imaging.measure.measurement import measured_alone
+    from vasowave.imaging.measure.measurement import filled_at, measured_alone
     from vasowave.imaging.options import check_wishes
     from vasowave.imaging.revise.parts import wanted_part
     from vasowave.report.centerlines import check_centerlines_folder, write_centerline_network
@@ -68,8 +66,9 @@ def centerlines(
     check_centerlines_folder(output)
     size = _length_unit(unit)
     tree = read_centerlines(lines, size, cast(Literal["tube", "identical"], cut), collapse)
-    found = wanted_part(measured_alone(tree), generations, vessels, min_radius)
+    found = filled_at(wanted_part(measured_alone(tree), generations, vessels, min_radius), pressure)
     settings: dict[str, str | float] = {
+        "pressure [mmHg]": pressure,
         "unit [cm]": size,
         "cut": cut,
         "collapse": collapse,
@@ -112,18 +111,6 @@ def _pair_lines(one: "Network", other: "Network", pairs: dict[int, int]) -> list
         sizes = (one.length[row], other.length[same], one.radius[row], other.radius[same])
         lines.append(",".join([one.name[row], other.name[same], *(repr(float(size)) for size in sizes)]))
     return lines
-
-
-def _read(given: dict[str, Any]) -> dict[str, Any]:
-    """Return the settings with what was written as text read: places, lists of places, a region."""
-    from vasowave.imaging.places import parse_place, parse_places, parse_region
-
-    readers = {"place": parse_place, "places": parse_places, "region": parse_region}
-    kinds = {entry.name: get_args(entry.type)[1].read for entry in fields(Options)}
-    return {
-        name: readers[kinds[name]](value) if value is not None and kinds[name] else value
-        for name, value in given.items()
-    }
 
 
 def _length_unit(text: str) -> float:

@@ -1,13 +1,16 @@
-"""The settings of a study as options of a command: one for every key, with its default and meaning."""
+"""Options of a command, one for every setting, with the default and the meaning that the setting itself states."""
 
 import inspect
 from collections.abc import Mapping
-from typing import Annotated, Any, get_origin
+from types import NoneType
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import typer
 from pydantic import BaseModel
 from typer.main import get_command
 
+from vasowave.imaging.options import Options
+from vasowave.settings import Setting, Text, settings_of
 from vasowave.study.document import Document
 from vasowave.study.problems import refuse
 from vasowave.study.reading import validated
@@ -24,14 +27,14 @@ class GivenOptions(Document):
     def place(self, path: Any, key: bool = False) -> str:
         """Return the option that the value at `path` was given with."""
         words = [str(part) for part in path if str(part) not in self.values]
-        return f"--{(words or list(path))[0].replace('_', '-')}"
+        return _flag((words or list(path))[0])
 
 
 def with_settings(name: str, command: Any) -> Any:
     """Return a command with an option for every setting; its function is called with them as one mapping, `given`."""
     function = command.callback.__wrapped__
     own = [one for one in inspect.signature(function).parameters.values() if one.name != "given"]
-    options = _options()
+    options = _image_options() if name == "extract" else _study_options()
 
     def called(**arguments: Any) -> None:
         given = {key: arguments.pop(key) for key in options}
@@ -45,6 +48,18 @@ def with_settings(name: str, command: Any) -> Any:
     single = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     single.command(name, epilog=command.epilog)(called)
     return get_command(single)
+
+
+def read_image_options(given: Mapping[str, Any]) -> Options:
+    """Return what was `given` as options for an extraction.
+
+    Raises
+    ------
+    InputError
+        A value that cannot be read or contradicts another.
+    """
+    texts = {name: _text(one.kind) for name, one in settings_of(Options).items()}
+    return Options(**{name: reader.read(given[name]) if (reader := texts[name]) else given[name] for name in given})
 
 
 def read_settings(given: Mapping[str, Any], title: str, group: str) -> StudyFile:
@@ -66,8 +81,36 @@ def read_settings(given: Mapping[str, Any], title: str, group: str) -> StudyFile
     return settings
 
 
+def _image_options() -> dict[str, Any]:
+    return {name: _image_option(name, one) for name, one in settings_of(Options).items()}
+
+
+def _image_option(name: str, one: Setting) -> Any:
+    text, several = _text(one.kind), ["--outlet"] if name == "outlets" else []
+    kind: Any = _plain(one.kind) if text is None else list[str] if text.several else str
+    shown = False if one.default is None else str(one.default)
+    return Annotated[kind | None, typer.Option(*several, _flag(name), help=_help(one.meaning), show_default=shown)]
+
+
+def _text(kind: Any) -> Text | None:
+    """Return how a value of an annotated kind is read from text; None where the terminal's own reading serves."""
+    return next((one for inner in (kind, *get_args(kind)) for one in get_args(inner) if isinstance(one, Text)), None)
+
+
+def _plain(kind: Any) -> Any:
+    """Return the bare type of a setting; a choice of words is text, which the setting's own check refuses best."""
+    inner = [one for one in get_args(kind) if one is not NoneType]
+    if get_origin(kind) is Literal:
+        return str
+    return _plain(inner[0]) if inner else kind
+
+
+def _study_options() -> dict[str, Any]:
+    return {key: _study_option(section, key, field) for section, key, field in _keys()}
+
+
 def _keys() -> list[tuple[str, str, Any]]:
-    """Return section (empty for the top level), name and field of every setting."""
+    """Return section (empty for the top level), name and field of every setting of a study."""
     found = []
     for name, field in StudyFile.model_fields.items():
         section = field.annotation
@@ -78,19 +121,23 @@ def _keys() -> list[tuple[str, str, Any]]:
     return found
 
 
-def _options() -> dict[str, Any]:
-    return {key: _option(section, key, field) for section, key, field in _keys()}
-
-
-def _option(section: str, key: str, field: Any) -> Any:
-    default, flag = field.get_default(call_default_factory=True), f"--{key.replace('_', '-')}"
-    text = (field.description or "").replace("[", r"\[")
-    shown: dict[str, Any] = {"help": text, "rich_help_panel": section or "more", "show_default": _shown(default)}
+def _study_option(section: str, key: str, field: Any) -> Any:
+    default, flag = field.get_default(call_default_factory=True), _flag(key)
+    shown: dict[str, Any] = {"help": _help(field.description or ""), "rich_help_panel": section or "more",
+                             "show_default": _shown(default)}  # fmt: skip
     if isinstance(default, bool):
         return Annotated[bool | None, typer.Option(f"{flag}/--no-{flag[2:]}", **shown)]
     if isinstance(default, dict):
         return Annotated[list[str] | None, typer.Option(flag, metavar="NAME=VALUE", **shown)]
     return Annotated[str | None, typer.Option(flag, metavar="VALUE", **shown)]
+
+
+def _flag(name: Any) -> str:
+    return f"--{str(name).replace('_', '-')}"
+
+
+def _help(meaning: str) -> str:
+    return meaning.replace("[", r"\[")
 
 
 def _shown(default: Any) -> str | bool:

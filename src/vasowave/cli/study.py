@@ -1,17 +1,13 @@
 """Commands on a study: demo, new, check, run, report."""
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from vasowave.cli.app import FAILED, app
-
-if TYPE_CHECKING:
-    from vasowave.study.engine import Progress
+from vasowave.cli.progress import show_read
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
 _RESULTS = typer.Argument(help="The folder of a study or of a fit.")
@@ -34,16 +30,48 @@ def demo(
 
 
 @app.command(epilog="Example: vasowave new my-study")
-def new(folder: Annotated[Path, typer.Argument(help="Folder to make.")]) -> None:
+def new(
+    folder: Annotated[Path, typer.Argument(help="Folder to make.")],
+    groups: Annotated[str, typer.Option(help="Group labels, the reference first.")] = "CTL,HPH",
+) -> None:
     """Make a study: a commented study.yaml, an empty animals.csv, and folders for the files."""
     from vasowave.study.template import new_study
 
-    for path in new_study(folder):
+    for path in new_study(folder, [label.strip() for label in groups.split(",")]):
         typer.echo(f"  {path}")
     typer.echo(
-        f"Next: put vessel tables into {folder / 'networks'}, recordings into {folder / 'recordings'} and one row per "
-        f"animal into {folder / 'animals.csv'}; then vasowave check {folder}"
+        f"Next: vasowave add {folder} FILES… (or put the files into {folder / 'networks'} and {folder / 'recordings'} "
+        f"and one row per animal into {folder / 'animals.csv'}; then vasowave check {folder})"
     )
+
+
+@app.command(
+    epilog="Example: vasowave add my-study lab/control lab/hypoxia --network lung.csv. Groups and names are told by "
+    "names of files and folders; what nothing tells is said and left empty."
+)
+def add(
+    study: Annotated[Path, _STUDY],
+    paths: Annotated[list[Path], typer.Argument(help="Recordings and networks: files, or folders of them.")],
+    group: Annotated[str, typer.Option(help="The group of all of them.")] = "",
+    network: Annotated[Path | None, typer.Option(help="The vessel table of all of them.")] = None,
+    period: Annotated[float | None, typer.Option(help="Period, s, of averaged cycles without a time column.")] = None,
+) -> None:
+    """Put files into a study: a row in its table for every recording, and what was read of it."""
+    from vasowave.study.adding import add_files
+    from vasowave.study.checking import check_study
+
+    added = add_files(study, paths, group=group, network=network, period=period)
+    names = {row["animal"] for row in added.rows}
+    typer.echo(f"{added.table}: {_counted(len(names), 'new row')}")
+    problems, read, settings = check_study(study)
+    new = [one for one in read if one.animal in names]
+    if settings is not None and new:
+        show_read(new, settings)
+    for said in added.said:
+        typer.echo(f"note: {said}")
+    errors = sum(problem.error for problem in problems)
+    more = f"{_counted(errors, 'error')} in the study" if errors else "The study can run"
+    typer.echo(f"{more}; see vasowave check {study}" if errors else f"{more}: vasowave run {study}")
 
 
 @app.command(epilog="Example: vasowave check my-study")
@@ -51,8 +79,10 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
     """Say everything that is wrong or odd about a study. Exit status 1 if it cannot run like this."""
     from vasowave.study.checking import check_study
 
-    problems = check_study(study)
+    problems, read, settings = check_study(study)
     errors = [problem for problem in problems if problem.error]
+    if settings is not None and read:
+        show_read(read, settings)
     for problem in problems:
         typer.echo(f"{'error' if problem.error else 'warning'}: {problem}")
     count = len(problems) - len(errors)
@@ -72,9 +102,26 @@ def run(
     scheduler: Annotated[str | None, typer.Option(help="Address of a Dask scheduler to run on.")] = None,
     report: Annotated[bool, typer.Option(help="Make the report too.")] = True,
     pdf: Annotated[bool | None, typer.Option(help="Write the report as PDF too.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Tell every step as a line of JSON, for programs.")] = False,
 ) -> None:
     """Do the study. After an interruption of any kind, run it again: it goes on where it was."""
-    _run(study, workers, scheduler, report, pdf)
+    _run(study, workers, scheduler, report, pdf, as_json)
+
+
+@app.command(epilog="Example: vasowave status my-study")
+def status(study: Annotated[Path, _STUDY] = Path()) -> None:
+    """Say how far a study is that is being run, here or elsewhere, or that was interrupted."""
+    from vasowave.study.plan import read_study
+    from vasowave.study.status import study_status
+
+    animals, runner = study_status(read_study(study))
+    for one in animals:
+        typer.echo(f"{one.animal}: {one}")
+    done = sum(one.state == "done" for one in animals)
+    typer.echo(
+        f"{done} of {_counted(len(animals), 'animal')} done; "
+        + (f"being run by {runner}" if runner else "not being run")
+    )
 
 
 def _run(
@@ -83,29 +130,34 @@ def _run(
     scheduler: str | None = None,
     report: bool = True,
     pdf: bool | None = None,
+    as_json: bool = False,
 ) -> None:
+    from vasowave.cli.watching import event, watched
     from vasowave.study.plan import read_study
     from vasowave.study.reporting import report_study
     from vasowave.study.running import run_study
 
     plan = read_study(study)
-    typer.echo(f"{_counted(len(plan.animals), 'animal')}. The first compiles the solver, which takes a minute once.")
+    say = (lambda text: None) if as_json else typer.echo
+    say(f"{_counted(len(plan.animals), 'animal')}. The first compiles the solver, which takes a minute once.")
     begun = time.monotonic()
     try:
-        with _shown(len(plan.animals)) as show:
-            done = run_study(plan, workers=workers, scheduler=scheduler, progress=show)
+        with watched(plan, as_json) as show:
+            done = run_study(plan, workers=workers, scheduler=scheduler, progress=show.step)
     except KeyboardInterrupt:
-        typer.echo("What had finished is kept; run it again to go on.", err=True)
+        typer.echo("What had finished is kept, every search of a fit too; run it again to go on.", err=True)
         raise typer.Exit(130) from None
-    typer.echo(
+    say(
         f"{_counted(len(done.computed), 'animal')} computed, {len(done.kept)} kept from earlier, "
         f"{len(done.failures)} failed."
     )
     computed = time.monotonic()
-    typer.echo(f"Results: {done.results} ({computed - begun:.0f} s)")
-    if report:
-        page = report_study(plan.path, pdf=pdf)
-        typer.echo(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
+    say(f"Results: {done.results} ({computed - begun:.0f} s)")
+    page = report_study(plan.path, pdf=pdf) if report else None
+    if page is not None:
+        say(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
+    if as_json:
+        event("done", results=str(done.results), report=None if page is None else str(page), failures=done.failures)
     for name, why in done.failures.items():
         typer.echo(f"failed: {name}: {why}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)
@@ -122,37 +174,4 @@ def make_report(
     typer.echo(f"Report: {report_study(folder, pdf=pdf)}")
 
 
-@contextmanager
-def _shown(count: int) -> "Iterator[Callable[[Progress], None]]":
-    """Show a bar with the time left on a terminal, lines elsewhere."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bars
-
-    console = Console(stderr=True)
-    columns = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()]
-    with Bars(*columns, TextColumn("{task.fields[left]}"), console=console, disable=not console.is_terminal) as bars:
-        task = bars.add_task("animals", total=count, left="")
-
-        def show(step: "Progress") -> None:
-            left = _left(step)
-            bars.update(task, completed=step.done, left=left)
-            why = f": {step.message}" if step.message else ""
-            words = {"kept": "kept from earlier", "computed": "computed", "failed": "FAILED"}[step.what]
-            console.print(
-                f"{step.done} of {step.count}: {step.name} {words}{why}" + (f" ({left})" if left else ""),
-                markup=False,
-                highlight=False,
-                soft_wrap=True,
-            )
-
-        yield show
-
-
-def _left(step: "Progress") -> str:
-    if step.left is None or step.done == step.count:
-        return ""
-    return f"about {step.left:.0f} s left" if step.left < 90 else f"about {step.left / 60:.0f} min left"
-
-
-__all__ = ["check", "demo", "make_report", "new", "run"]
+__all__ = ["add", "check", "demo", "make_report", "new", "run", "status"]

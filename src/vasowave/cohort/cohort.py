@@ -11,6 +11,7 @@ import xarray as xr
 
 from vasowave.animal.reading import StoredLaw, data_of, group_of, law_of, name_of, settings_of, wall_laws
 from vasowave.cohort.table import INDICES, cohort_table, columns, rows_of
+from vasowave.cohort.votes import Ballots, stored
 from vasowave.errors import InputError
 
 _CONTROL = "CTL"
@@ -82,6 +83,11 @@ class Cohort:
     def calibrated(self, wall: str) -> list[xr.DataTree]:
         """Return the animals that were calibrated with a wall law."""
         return [tree for tree in self.trees if wall in wall_laws(tree)]
+
+    @cached_property
+    def ballots(self) -> list[Ballots]:
+        """What the comparisons of the wall laws came to, animal by animal."""
+        return [stored(tree) for tree in self.compared]
 
     @property
     def compared(self) -> list[xr.DataTree]:

@@ -1,7 +1,9 @@
-"""Which wall law each noise model prefers, animal by animal, as the stored comparison says."""
+"""Which wall law the residuals prefer, animal by animal and pooled, as the stored comparisons say."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
+from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
@@ -39,13 +41,66 @@ def vote(tree: xr.DataTree) -> str:
 
     "undecided" where the runner-up is too close, "discarded" where no noise model is kept.
     """
-    table, likeliest = ballots(tree), data_of(tree, "selection").attrs.get("preferred_covariance")
-    if likeliest is None:
-        likeliest = table["covariance"].iloc[0]
-    for key, value in zip(NOISE, (likeliest, "joint", "OLS"), strict=True):
+    animal = stored(tree)
+    return str(_under(animal, animal.likeliest)["AICc prefers"])
+
+
+class Ballots(NamedTuple):
+    """The `ballots` of one animal, and the noise model that is likeliest for it."""
+
+    table: pd.DataFrame
+    likeliest: str
+
+
+def stored(tree: xr.DataTree) -> Ballots:
+    """Return what the comparison of one animal came to."""
+    table = ballots(tree)
+    return Ballots(
+        table, str(data_of(tree, "selection").attrs.get("preferred_covariance", table["covariance"].iloc[0]))
+    )
+
+
+def differences(animals: Sequence[Ballots], reference: str, covariance: str = "") -> pd.DataFrame:
+    """Return by how much AICc of every other wall law exceeds that of `reference`, pooled over animals.
+
+    Of each animal counts the noise model that is likeliest for it, or the one named, at the least-squares optimum.
+
+    Returns
+    -------
+    DataFrame
+        One row per law: ``wall, n, mean, low, high, sum``. ``mean`` is the criterion of the law minus that of the
+        reference, by animal; ``low, high`` are the ends of its 95 % interval (Student) from the scatter of the animals.
+        Positive numbers speak for the reference.
+    """
+    found: dict[str, list[float]] = {}
+    for animal in animals:
+        scores = _under(animal, covariance or animal.likeliest)
+        labels = [label for label in scores.index if label.startswith("AICc ") and label != "AICc prefers"]
+        by_law = {label.removeprefix("AICc "): float(scores[label]) for label in labels}
+        if reference in by_law and scores["AICc prefers"] != DISCARDED:
+            for wall in by_law.keys() - {reference}:
+                found.setdefault(wall, []).append(by_law[wall] - by_law[reference])
+    rows = [(wall, len(values), *_mean_and_interval(np.array(values)), sum(values)) for wall, values in found.items()]
+    return pd.DataFrame(rows, columns=["wall", "n", "mean", "low", "high", "sum"])
+
+
+def _mean_and_interval(values: np.ndarray) -> tuple[float, float, float]:
+    from scipy.special import stdtrit
+
+    mean, n = float(values.mean()), len(values)
+    if n < 2:
+        return mean, np.nan, np.nan
+    reach = float(stdtrit(n - 1, 0.975) * values.std(ddof=1) / np.sqrt(n))
+    return mean, mean - reach, mean + reach
+
+
+def _under(animal: Ballots, covariance: str) -> pd.Series:
+    """Return the row of a noise model; it says "discarded" if there is none."""
+    table = animal.table
+    for key, value in zip(NOISE, (covariance, "joint", "OLS"), strict=True):
         if key in table:
             table = table[table[key] == value]
-    return str(table["AICc prefers"].iloc[0]) if len(table) else DISCARDED
+    return table.iloc[0] if len(table) else pd.Series({f"{one} prefers": DISCARDED for one in CRITERIA})
 
 
 def _preferred(by_law: pd.DataFrame, criterion: str) -> str:

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vasowave.animal.reading import data_of, period
+from vasowave.animal.reading import data_of, name_of, period
 from vasowave.errors import InputError
+from vasowave.figures.marks import mark
 from vasowave.figures.style import (
     DATA,
     FAINT,
@@ -16,6 +17,8 @@ from vasowave.figures.style import (
     closed_time,
     group_looks,
     label_axes,
+    ratio_ticks,
+    short,
     source_looks,
 )
 
@@ -60,7 +63,11 @@ def plot_groups(
             _box(ax, column * step + place, x[np.isfinite(x)], groups[str(group)], sources[source].hatch)
             ticks[column * step + place] = sources[source].short if len(there) > 1 else f"(n = {len(x)})"
         middle, above = column * step + (len(there) - 1) / 2, len(there) > 1
-        ticks[middle] = f"{ticks.get(middle, '')}\n{group}" if above else f"{group}\n{ticks[middle]}"
+        ticks[middle] = (
+            f"{ticks.get(middle, '')}\n{short(str(group), 14)}"
+            if above
+            else f"{short(str(group), 14)}\n{ticks[middle]}"
+        )
     ax.set_xticks(list(ticks), list(ticks.values()), fontsize=7.5)
     ax.tick_params(axis="x", length=0)
     ax.set_xlim(-0.7, max(ticks) + (len(there) - 1) / 2 + 0.7)
@@ -77,7 +84,7 @@ def plot_importance(
     for place, (source, group) in enumerate(series):
         rows = indices[(indices["source"] == source) & (indices["group"] == group)]
         at = np.array([names.index(name) for name in rows["quantity"]]) + (place - (len(series) - 1) / 2) * height
-        text = group if source == "measured" else f"{group}, {source} wall"
+        text = short(group) if source == "measured" else f"{short(group)}, {source} wall"
         style: dict[str, Any] = {
             "color": groups[group].color,
             "edgecolor": DATA,
@@ -102,7 +109,7 @@ def plot_ratios(ax: "Axes", contrasts: "pd.DataFrame") -> "Axes":
     ax.set_yticks(rows, contrasts["quantity"].tolist())
     ax.set_ylim(-0.7, len(rows) - 0.3)
     ax.set_xscale("log")
-    ticks = _ratio_ticks(min(contrasts["ratio low"].min(), 1), max(contrasts["ratio high"].max(), 1))
+    ticks = ratio_ticks(min(contrasts["ratio low"].min(), 1), max(contrasts["ratio high"].max(), 1))
     ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     ax.minorticks_off()
     return label_axes(ax, "ratio of geometric means [1]", "")
@@ -113,9 +120,10 @@ def plot_waveforms(ax: "Axes", trees: "Sequence[xr.DataTree]", quantity: str, co
     for tree in trees:
         recording = data_of(tree, "recording")
         time = recording["time" if quantity == "pressure" else "flow_time"].values
-        first = tree.attrs.get("animal") == shown
+        first = name_of(tree) == shown
         look: dict[str, Any] = {"color": DATA, "linewidth": 1.8, "zorder": 4} if first else {"color": color, "lw": 0.9}
-        ax.plot(closed_time(time, period(tree)), closed(recording[quantity].values), **look)
+        (line,) = ax.plot(closed_time(time, period(tree)), closed(recording[quantity].values), **look)
+        mark(line, name_of(tree), name_of(tree))
     return label_axes(ax, "time [s]", {"pressure": "pressure [mmHg]", "flow": "flow [ml/s]"}[quantity])
 
 
@@ -130,11 +138,3 @@ def _box(ax: "Axes", at: float, x: np.ndarray, look: GroupLook, hatch: str) -> N
     # Animals side by side in order of rank, so that equal values stay visible.
     spread = (np.argsort(np.argsort(x)) % 3 - 1) * 0.14
     ax.plot(at + spread, x, look.marker, color=DATA, markersize=2.5, ls="none")
-
-
-def _ratio_ticks(low: float, high: float) -> list[float]:
-    """Return round ratios over a range, fewer of each decade the wider it is."""
-    leading = (1, 2, 3, 5) if high < 8 * low else (1, 2, 5) if high < 40 * low else (1,)
-    decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
-    every = [digit * 10.0**decade for decade in decades for digit in leading]
-    return [tick for tick in every if low / 1.3 <= tick <= high * 1.3]

@@ -22,7 +22,7 @@ def plot_pressure_area(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Ax
         if (curve := law_curve(tree, wall)) is not None:
             ax.plot(*reversed(curve), **(line | {"linewidth": 0.8, "label": None}))
         ax.plot(area[order], pressure[order], **(line | {"linewidth": 2.2}))
-    at_rest = vessels.area0[vessels.root]
+    at_rest = vessels.area[vessels.root]
     ax.axvline(at_rest, color=FAINT, linewidth=0.8)
     ax.annotate("A₀", (at_rest, 1.0), xycoords=("data", "axes fraction"), xytext=(3, -2), textcoords="offset points",
                 va="top", color="0.35")  # fmt: skip

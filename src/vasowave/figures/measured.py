@@ -12,7 +12,7 @@ from vasowave.figures.network import plot_network
 from vasowave.figures.nominal import plot_decay, plot_upstroke
 from vasowave.figures.panels import grid, outer, shown_figure, without_legend
 from vasowave.figures.spectra import plot_modulus, plot_phase
-from vasowave.figures.style import group_looks, new_figure
+from vasowave.figures.style import group_looks, new_figure, short
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +26,7 @@ def hemodynamics_figure(cohort: Cohort) -> "Figure":
     for column, (group, trees) in enumerate(cohort.groups.items()):
         color, shown = group_looks(cohort.groups)[group].color, name_of(cohort.shown[group])
         if not cohort.single:
-            axes[0, column].set_title(f"{group} (n = {len(trees)}); black: {shown}")
+            axes[0, column].set_title(f"{short(group)} (n = {len(trees)}); black: {short(shown)}")
         for row, quantity in enumerate(("pressure", "flow")):
             plot_waveforms(axes[row, column], trees, quantity, color, shown)
         for tree in sorted(trees, key=lambda tree: name_of(tree) == shown):  # the shown one last, above the others
@@ -48,7 +48,7 @@ def networks_figure(cohort: Cohort) -> "Figure":
     for ax, tree, groups in zip(axes, trees, distinct, strict=True):
         plot_network(ax, network(tree), group_looks(cohort.groups)[groups[0]].color)
         if not cohort.single:
-            ax.set_title(" and ".join(groups))
+            ax.set_title(" and ".join(map(short, groups)))
     return figure
 
 

@@ -18,6 +18,7 @@ from vasowave.figures.style import (
     label_axes,
     new_figure,
     plain_log,
+    short,
     source_looks,
     wall_lines,
 )
@@ -69,7 +70,7 @@ def residuals_figure(cohort: Cohort) -> "Figure":
     figure = shown_figure(cohort, [plot_residuals, plot_autocorrelation], 12.5)
     for ax, (group, tree) in zip(figure.axes, cohort.shown.items(), strict=False):
         errors = [f"{wall} {float(data_of(tree, f'{wall}/calibration')['RMSE']):.2f}" for wall in wall_laws(tree)]
-        whose = "" if cohort.single else f"{cohort.name(group)}\n"
+        whose = "" if cohort.single else f"{short(cohort.name(group), 40)}\n"
         ax.set_title(f"{whose}RMSE [mmHg]: {', '.join(errors)}")
     return shared_legend(figure, figure.axes[-1], 3)
 
@@ -133,7 +134,7 @@ def waterfall_figure(cohort: Cohort) -> "Figure":
         for group, trees in cohort.groups.items():
             for place, tree in enumerate(tree for tree in trees if wall in wall_laws(tree)):
                 plot_waterfall(ax, data_of(tree, f"{wall}/calibration"), color=looks[group].color,
-                               marker=looks[group].marker, label=None if place else group)  # fmt: skip
+                               marker=looks[group].marker, label=None if place else short(group))  # fmt: skip
         ax.set_title(f"{wall} wall")
     for ax in axes[1:]:
         ax.set_ylabel("")

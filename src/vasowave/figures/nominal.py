@@ -20,7 +20,7 @@ def plot_upstroke(ax: "Axes", tree: "xr.DataTree", color: str = CTL) -> "Axes":
     ax.plot(nominal["upstroke_flow"].values, nominal["upstroke_pressure"].values, ".", color=color, markersize=4,
             label="upstroke")  # fmt: skip
     ends = np.array([flow.min(), flow.max()])
-    slope = f"$Z_c$ = {float(nominal['Z_c']):.3g} mmHg s/ml"
+    slope = f"Z_c = {float(nominal['Z_c']):.3g} mmHg s/ml"
     ax.plot(ends, upstroke_line(tree, ends), color=color, linestyle="dashed", label=slope)
     ax.legend()
     return label_axes(ax, "flow [ml/s]", "pressure [mmHg]")

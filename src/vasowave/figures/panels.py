@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 import xarray as xr
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.figures.style import group_looks, new_figure
+from vasowave.figures.style import group_looks, new_figure, short
 
 if TYPE_CHECKING:
     import numpy as np
@@ -41,7 +41,7 @@ def shown_figure(cohort: Cohort, panels: Sequence[Panel], height: float, share: 
         for row, panel in enumerate(panels):
             panel(axes[row, column], tree, looks[group].color)
         if not cohort.single:
-            axes[0, column].set_title(cohort.name(group))
+            axes[0, column].set_title(short(cohort.name(group), 40))
     return figure if share == "none" else outer(figure, axes)
 
 

@@ -3,6 +3,7 @@
 import io
 from typing import TYPE_CHECKING
 
+from vasowave.figures.marks import with_marks
 from vasowave.figures.style import style
 
 if TYPE_CHECKING:
@@ -16,4 +17,4 @@ def svg(figure: "Figure") -> str:
     text = io.StringIO()
     with style():
         figure.savefig(text, format="svg", metadata=_NO_METADATA)
-    return text.getvalue()
+    return with_marks(text.getvalue())

@@ -40,6 +40,8 @@ _SETTINGS: dict[Any, Any] = {
     "pdf.fonttype": 42,
     "svg.hashsalt": "vasowave",
     "savefig.dpi": 200,
+    "savefig.transparent": True,
+    "text.parse_math": False,  # a group may be called $x$
 }
 
 
@@ -162,6 +164,11 @@ def quantity_label(attributes: dict[str, Any], name: str) -> str:
     return f"{attributes.get('long_name', name)} [{unit}]"
 
 
+def short(name: str, most: int = 22) -> str:
+    """Return a name that fits into a figure: its beginning and an ellipsis where it is longer than `most` letters."""
+    return name if len(name) <= most else f"{name[: most - 1]}…"
+
+
 def plain_log(axis: "Axis") -> None:
     """Label a logarithmic axis at 1, 2 and 5 of every decade, as plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
@@ -179,3 +186,11 @@ def closed(values: np.ndarray) -> np.ndarray:
 def closed_time(time: np.ndarray, period: float) -> np.ndarray:
     """Return the times, s, that belong to `closed` values."""
     return np.append(time, time[0] + period)
+
+
+def ratio_ticks(low: float, high: float) -> list[float]:
+    """Return round ratios over a range, fewer of each decade the wider it is."""
+    leading = (1, 2, 3, 5) if high < 8 * low else (1, 2, 5) if high < 40 * low else (1,)
+    decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    every = [digit * 10.0**decade for decade in decades for digit in leading]
+    return [tick for tick in every if low / 1.3 <= tick <= high * 1.3]

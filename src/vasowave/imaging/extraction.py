@@ -13,7 +13,7 @@ from vasowave.imaging.entrances import check_root, deepest_near, require_reached
 from vasowave.imaging.given import Given, given
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.measure.cannula import scale_of, without_cannula
-from vasowave.imaging.measure.measurement import Measurement, measured_in
+from vasowave.imaging.measure.measurement import Measurement, filled_at, measured_in
 from vasowave.imaging.measure.spread import with_spread
 from vasowave.imaging.options import Options
 from vasowave.imaging.places import written
@@ -138,6 +138,7 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     doubts = tuple(one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
     for doubt in doubts:
         warnings.warn(doubt.text, VasowaveWarning, stacklevel=2)
+    kept = filled_at(kept, options.pressure)
     return Extraction(kept, scale, factor, lumen, image, path, root, options, doubts)
 
 

@@ -1,21 +1,15 @@
 """What a user can ask of an extraction: the one definition from which the command line is made too."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple, get_args, get_origin
+from typing import Annotated, Literal
+
+from annotated_types import Ge, Le, Lt
 
 from vasowave.errors import InputError
-
-PLACE = "x,y,z in the image's coordinates, cm (or with a unit: '9.1 12 4.5 mm')"
-_OUTLETS = "Guided mode: an outlet x,y,z, repeated, or a CSV with x \\[cm], y \\[cm], z \\[cm]."
-
-
-class Setting(NamedTuple):
-    """How a setting is asked for on the command line; `read` names how text becomes its value."""
-
-    help: str
-    read: Literal["", "place", "places", "region"] = ""
+from vasowave.imaging.places import Place, Places, Region
+from vasowave.network import HIGHEST
+from vasowave.settings import check_settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,65 +19,64 @@ class Options:
     Attributes
     ----------
     root : sequence of 3 floats, optional
-        Where the blood enters: the outer end of the cannula. An edit `root` overrules it, label 2 of `mask` stands in.
+        Where the blood enters, the outer end of the cannula: x,y,z in the image's coordinates, cm (or with a unit:
+        '9.1 12 4.5 mm'). An edit `root` overrules it, label 2 of the mask stands in.
     outlets : sequence of points, optional
-        Guided mode: the network reaches these and no other; labels from 3 on of `mask` stand in for them.
+        Guided mode, the network reaches these and no other: an outlet x,y,z, repeated, or a CSV with x [cm], y [cm],
+        z [cm]. Labels from 3 on of the mask stand in for them.
     threshold : float
-        Grey level of the wall; radii are repeated at ±20 % of it for their uncertainty.
+        Grey level of the vessel wall; radii are repeated at ±20 % of it for their uncertainty.
     seed : sequence of 3 floats, optional
-        A point inside the tree, where the root is not inside it.
+        A point inside the vessels, where the root is not inside them.
     method : "threshold" or "level-set"
-        Region growing, or the active contour of `lumen.contours.level_set`.
-    mask, edits : Path, optional
-        The lumen as edited by hand (see `read.labels`), corrections of the tree (see `revise.edits`).
+        threshold (region growing), or level-set (active contour).
+    mask : Path, optional
+        The lumen as edited by hand; labels: 1 lumen, 2 root, 3… outlets.
+    edits : Path, optional
+        Corrections: remove, cut, merge, root, one a line.
     region : Path or pair of corners, optional
-        Mask file or box outside which nothing is lumen.
+        Mask file, or box x,y,z:x,y,z; outside is no lumen.
     voxel : float, optional
         Voxel size, cm, in place of the file's.
     cannula : float
-        Known inner diameter, cm; 0 where there is no cannula.
+        Known inner diameter of the cannula, cm (PE-90: 0.086); 0 where there is none.
+    pressure : float
+        Transmural pressure at which the vessels were filled for the image, mmHg; 0 where it is not known.
     scale : "file" or "cannula"
         Whether lengths follow the file's voxel size or the cannula's known diameter.
     loops : "open" or "refuse"
-        What becomes of a lumen that closes loops: an error, or a tree that cuts them, with a warning; both say where.
-    generations, vessels, min_radius : optional
-        At most one: the part of the tree to keep, see `revise.parts`.
+        Refuse a lumen that closes loops, or open them with a warning; both say where.
+    generations : int, optional
+        Keep the first so many generations.
+    vessels : int, optional
+        Keep the largest so many vessels.
+    min_radius : float, optional
+        Keep the vessels above this radius, cm.
     """
 
-    root: Annotated[Sequence[float] | None, Setting(f"Where the blood enters: {PLACE}.", "place")] = None
-    outlets: Annotated[Sequence[Sequence[float]] | None, Setting(_OUTLETS, "places")] = None
-    threshold: Annotated[float, Setting("Grey level of the vessel wall.")] = 45.0
-    seed: Annotated[Sequence[float] | None, Setting("A point inside the tree, if the root is not.", "place")] = None
-    method: Annotated[Literal["threshold", "level-set"], Setting("threshold, or level-set (active contour).")] = (
-        "threshold"
-    )
-    mask: Annotated[Path | None, Setting("Edited mask; labels: 1 lumen, 2 root, 3… outlets.")] = None
-    edits: Annotated[Path | None, Setting("Corrections: remove, cut, merge, root, one a line.")] = None
-    region: Annotated[
-        Path | tuple[Sequence[float], Sequence[float]] | None,
-        Setting("Mask file, or box x,y,z:x,y,z; outside is no lumen.", "region"),
-    ] = None
-    voxel: Annotated[float | None, Setting("Voxel size in cm, in place of the file's.")] = None
-    cannula: Annotated[float, Setting("Inner diameter of the cannula, cm (PE-90: 0.086); 0: none.")] = 0.086
-    scale: Annotated[Literal["file", "cannula"], Setting("Lengths follow the 'file' or the 'cannula'.")] = "file"
-    loops: Annotated[
-        Literal["open", "refuse"], Setting("'refuse' a lumen that closes loops, or 'open' them with a warning.")
-    ] = "refuse"
-    generations: Annotated[int | None, Setting("Keep the first so many generations.")] = None
-    vessels: Annotated[int | None, Setting("Keep the largest so many vessels.")] = None
-    min_radius: Annotated[float | None, Setting("Keep the vessels above this radius, cm.")] = None
+    root: Place | None = None
+    outlets: Places | None = None
+    threshold: float = 45.0
+    seed: Place | None = None
+    method: Literal["threshold", "level-set"] = "threshold"
+    mask: Path | None = None
+    edits: Path | None = None
+    region: Region | None = None
+    voxel: float | None = None
+    cannula: Annotated[float, Ge(0), Lt(2)] = 0.086
+    pressure: Annotated[float, Ge(0), Le(HIGHEST)] = 0.0
+    scale: Literal["file", "cannula"] = "file"
+    loops: Literal["open", "refuse"] = "refuse"
+    generations: int | None = None
+    vessels: int | None = None
+    min_radius: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse what contradicts itself before any file is read."""
-        for entry in fields(self):
-            kind, value = get_args(entry.type)[0], getattr(self, entry.name)
-            if get_origin(kind) is Literal and value not in get_args(kind):
-                raise InputError(f"{entry.name} '{value}'; there are: {', '.join(get_args(kind))}")
+        check_settings(self)
         check_wishes(self.generations, self.vessels, self.min_radius)
         if self.scale == "cannula" and not self.cannula:
             raise InputError("scale 'cannula' needs a cannula of known diameter")
-        if not 0 <= self.cannula < 2:
-            raise InputError(f"a cannula of {self.cannula:g} cm; give its inner diameter in cm, 0 where there is none")
         if self.mask is not None and self.method != "threshold":
             raise InputError("a mask is the lumen; the method 'level-set' would find another: leave one out")
 

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
 from vasowave import units
 from vasowave.columns import read_columns
 from vasowave.errors import InputError
+from vasowave.settings import Text
 
 
 def parse_place(text: str) -> np.ndarray:
@@ -77,3 +79,8 @@ def _is_number(text: str) -> bool:
         return bool(np.isfinite(float(text)))
     except ValueError:
         return False
+
+
+Place = Annotated[Sequence[float], Text(parse_place)]
+Places = Annotated[Sequence[Sequence[float]], Text(parse_places, several=True)]
+Region = Annotated[Path | tuple[Sequence[float], Sequence[float]], Text(parse_region)]

@@ -7,6 +7,7 @@ import numpy as np
 
 from vasowave.blood import Blood
 from vasowave.calibration import Fit, Search
+from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
 from vasowave.errors import InputError
 from vasowave.inference.mode import climb
@@ -19,7 +20,7 @@ from vasowave.inference.simulations import Simulations
 from vasowave.inference.unknowns import Unknowns
 from vasowave.network import Network
 from vasowave.nominal import estimate_nominal
-from vasowave.recording import EnsembleAverage, Recording
+from vasowave.recording import Recording
 from vasowave.solver.simulate import Numerics
 from vasowave.threads import threads
 
@@ -28,7 +29,7 @@ FEWEST_DRAWS = 40
 
 def posterior(
     network: Network,
-    recording: Recording | EnsembleAverage,
+    recording: Recording,
     wall: str | type = "linear",
     *,
     priors: Priors | None = None,
@@ -50,8 +51,8 @@ def posterior(
     Parameters
     ----------
     network : Network
-    recording : Recording or EnsembleAverage
-        An average of beats brings the standard errors of its harmonics along.
+    recording : Recording
+        One that comes from averaged beats brings the standard errors of its harmonics along.
     wall : str or class
         As for `calibrate`.
     priors : Priors, optional
@@ -60,7 +61,7 @@ def posterior(
         Of the same animal and law: where to start. Without one the search starts at the medians of the priors.
     blood : Blood, optional
     search : Search, optional
-        Its ``fixed`` parameters are held; the rest does not matter here.
+        Its ``fixed`` parameters are held, its ``pressure_harmonics`` are compared; the rest does not matter here.
     numerics : Numerics, optional
     draws : int
         Draws that are simulated and weighted, at least 40.
@@ -102,7 +103,7 @@ def posterior(
 
 def _problem(
     network: Network,
-    recording: Recording | EnsembleAverage,
+    recording: Recording,
     wall: str | type,
     priors: Priors | None,
     blood: Blood | None,
@@ -111,11 +112,12 @@ def _problem(
     workers: int | None,
 ) -> Problem:
     blood, plan = blood or Blood(), search or Search()
-    cycle = recording.recording if isinstance(recording, EnsembleAverage) else recording
-    nominal = estimate_nominal(network, cycle, blood)
+    nominal = estimate_nominal(network, recording, blood)
     space = parameter_space(wall, network, nominal, blood, {}, plan.fixed, False)
     unknowns = Unknowns(space, nominal, priors or Priors())
-    return Problem(unknowns, recording, numerics or Numerics(), workers or threads())
+    return Problem(
+        unknowns, compared_part(recording, plan.pressure_harmonics), numerics or Numerics(), workers or threads()
+    )
 
 
 def _start(unknowns: Unknowns, fit: Fit | None) -> np.ndarray:

@@ -8,18 +8,16 @@ from importlib.metadata import version
 
 import numpy as np
 
+from vasowave.calibration.compared import Compared
 from vasowave.errors import NumericalError, VasowaveError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.unknowns import Unknowns
 from vasowave.model import Model
 from vasowave.noise.spectrum import fourier, harmonics
-from vasowave.recording import EnsembleAverage, Recording
-from vasowave.recording.cycle import resample
-from vasowave.recording.harmonics import harmonic_errors
+from vasowave.recording import Recording, resample
 from vasowave.solver.result import Run
 from vasowave.solver.simulate import Numerics, simulate_runs
 
-_FEWEST = 4  # harmonics that are compared at least, lest one weak recording leaves nothing
 _SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions.md
 _LEAST = 1e-12  # of a strain or compliance whose logarithm is taken
 _SAMPLES = 64  # the solver chooses its step in multiples of this
@@ -32,29 +30,27 @@ class Problem:
     Attributes
     ----------
     unknowns : Unknowns
-    data : Recording or EnsembleAverage
-        Averaged beats bring the standard error of every harmonic along.
+    compared : Compared
+        The harmonics of the pressure that a fit compares, with their errors.
     numerics : Numerics
     workers : int
         Threads.
     """
 
     unknowns: Unknowns
-    data: Recording | EnsembleAverage
+    compared: Compared
     numerics: Numerics
     workers: int
 
     @property
     def recording(self) -> Recording:
         """The cycle."""
-        return self.data.recording if isinstance(self.data, EnsembleAverage) else self.data
+        return self.compared.recording
 
-    @cached_property
+    @property
     def samples(self) -> int:
-        """Coefficients that are compared: the mean and two for each harmonic with signal."""
-        errors = harmonic_errors(self.data)
-        most = (len(self.recording.pressure) - 1) // 2
-        return 2 * min(max(errors.with_signal, _FEWEST), most) + 1
+        """Coefficients that are compared: the mean and two for each harmonic, an odd number."""
+        return 2 * ((self.compared.samples - 1) // 2) + 1
 
     @cached_property
     def measured(self) -> np.ndarray:
@@ -65,9 +61,9 @@ class Problem:
     def measurement_error(self) -> np.ndarray:
         """Variance of each coefficient by scatter of the beats (or rounding), grid, and zero, mmHg²."""
         k = harmonics(self.samples)
-        error = harmonic_errors(self.data).error[k] * np.sqrt(np.where(k == 0, 1.0, 0.5) * self.samples)
+        beats = self.compared.error_power()[k] * np.where(k == 0, 1.0, 0.5) * self.samples
         zero = np.where(k == 0, self.samples * self.unknowns.priors.zero**2, 0.0)
-        return error**2 + _SOLVER**2 + zero
+        return beats + _SOLVER**2 + zero
 
     def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
         """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""
@@ -149,9 +145,9 @@ class Problem:
         parts = [unknowns.space.law, unknowns.space.free_names, unknowns.all, network.name, self.unknowns.space.blood]
         numbers = [network.parent, network.length, network.radius, self.recording.flow, unknowns.space.nominal]
         text = repr([parts, self._numerics, self.samples, self.recording.period, version("vasowave")])
-        beds = [unknowns.nominal.total_resistance, unknowns.nominal.time_constant]
+        rest = [unknowns.nominal.total_resistance, unknowns.nominal.time_constant, network.pressure]
         digest = hashlib.sha256(text.encode())
-        for array in [*numbers, beds]:
+        for array in [*numbers, rest]:
             digest.update(np.ascontiguousarray(array, dtype=float).tobytes())
         return digest.hexdigest()
 

@@ -93,7 +93,7 @@ class Unknowns:
         return found
 
     def _structure(self) -> dict[str, Unknown]:
-        priors, image = self.priors, getattr(self.network, "pressure", None)
+        priors, image = self.priors, self.network.pressure
         found = {
             "radius_scale": Unknown("1", "factor of all radii", 1.0, priors.radius_scale, True, "image"),
             "length_scale": Unknown("1", "factor of all lengths", 1.0, priors.length_scale, True, "image"),
@@ -130,7 +130,7 @@ class Unknowns:
             "length": self.network.length * value["length_scale"] * np.exp(0.0 if lengths is None else lengths),
         }
         if "image_pressure" in value:
-            changed["pressure"] = value["image_pressure"]
+            changed["pressure"] = float(value["image_pressure"])
         network = replace(self.network, **changed)
         stiffer = (network.radius / network.radius[network.root]) ** -value["k"]
         law = self.space.law

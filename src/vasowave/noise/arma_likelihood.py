@@ -5,10 +5,13 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-_OPTIONS: Any = {"cache": True, "nogil": True, "error_model": "numpy"}
+from vasowave.kernels import kept
+
+_OPTIONS: Any = {"nogil": True, "error_model": "numpy"}
 _STEP = 1e-5  # of the central differences
 
 
+@kept
 @njit(**_OPTIONS)
 def levinson(partial):
     """Return the coefficients that belong to partial autocorrelations (Levinson and Durbin)."""
@@ -21,6 +24,7 @@ def levinson(partial):
     return found
 
 
+@kept
 @njit(**_OPTIONS)
 def impulse_response(ar, moving, count):
     """Return the first weights of x_t = Σ ψ_j e_{t-j}; `moving` starts with 1."""
@@ -32,6 +36,7 @@ def impulse_response(ar, moving, count):
     return psi
 
 
+@kept
 @njit(**_OPTIONS)
 def _solved(left, right):
     """Solve a few equations by elimination with pivots; not finite where they are singular."""
@@ -56,6 +61,7 @@ def _solved(left, right):
     return right
 
 
+@kept
 @njit(**_OPTIONS)
 def first_autocovariances(ar, moving):
     """Autocovariance for unit innovations, lags that determine all others (Brockwell & Davis, third method)."""
@@ -71,6 +77,7 @@ def first_autocovariances(ar, moving):
     return _solved(left, right)
 
 
+@kept
 @njit(**_OPTIONS)
 def squares_and_log_determinant(ar, ma, series):
     """Sum of squares of the whitened series, and log det of the covariance of one; NaN if it is not positive definite.
@@ -115,6 +122,7 @@ def squares_and_log_determinant(ar, ma, series):
     return squares, log_det
 
 
+@kept
 @njit(**_OPTIONS)
 def _height(x, p, series):
     """Minus the concentrated log-likelihood per sample, up to a constant."""
@@ -123,6 +131,7 @@ def _height(x, p, series):
     return 0.5 * (np.log(squares / series.size) + len(series) * log_det / series.size)
 
 
+@kept
 @njit(**_OPTIONS)
 def height_and_slope(x, p, series):
     """Minus the concentrated log-likelihood per sample, up to a constant, and its gradient.

@@ -28,6 +28,8 @@ FEWEST_DEGREES = 2.0  # degrees of freedom; with fewer an interval would be as g
 class NoiseSpectrum:
     """Variance S_k = σ² (1 + (k/k0)²)^-m of the Fourier coefficients of harmonic k, and how well it is known.
 
+    This is what a model leaves unexplained; the error of the measurement is known and comes on top of it.
+
     Attributes
     ----------
     logarithms : array, shape (3,)
@@ -44,7 +46,13 @@ class NoiseSpectrum:
         return _variance(self.logarithms, harmonic)
 
 
-def noise_spectrum(residual: np.ndarray, jacobian: np.ndarray) -> NoiseSpectrum:
+def known_variance(error_power: np.ndarray, count: int) -> np.ndarray:
+    """Variance of each coefficient that `fourier` returns, mmHg², from the mean square of an error in each harmonic."""
+    k = harmonics(count)
+    return count * error_power[k] / np.bincount(k)[k]
+
+
+def noise_spectrum(residual: np.ndarray, jacobian: np.ndarray, known: np.ndarray | float = 0.0) -> NoiseSpectrum:
     """Return the spectrum of the noise behind the residual of a least-squares fit.
 
     Parameters
@@ -53,6 +61,8 @@ def noise_spectrum(residual: np.ndarray, jacobian: np.ndarray) -> NoiseSpectrum:
         Measured minus simulated pressure over one period, mmHg.
     jacobian : array, shape (N, D)
         Its derivative by the parameters at the optimum.
+    known : array, shape (N,), optional
+        Variance of the coefficients by the error of the measurement, see `known_variance`.
     """
     from scipy.optimize import minimize
 
@@ -60,30 +70,34 @@ def noise_spectrum(residual: np.ndarray, jacobian: np.ndarray) -> NoiseSpectrum:
     kept = harmonic <= min(HARMONICS, (len(residual) - 1) // 2)
     k, y, J = harmonic[kept], fourier(residual)[kept], fourier(jacobian)[kept]
     scale = max(float(np.mean(y**2)), 1e-300)
-    y = y / np.sqrt(scale)
+    y, floor = y / np.sqrt(scale), np.broadcast_to(known, len(harmonic))[kept] / scale
     J = np.linalg.qr(J)[0]  # any basis of what the parameters can imitate serves
     fits = [
-        minimize(_objective, np.log([10.0, corner, 2.0]), (k, y, J), "L-BFGS-B", bounds=_LOG_BOUNDS)
+        minimize(_objective, np.log([10.0, corner, 2.0]), (k, y, J, floor), "L-BFGS-B", bounds=_LOG_BOUNDS)
         for corner in _CORNERS
     ]
     best = min(fits, key=lambda one: one.fun).x
-    curvature, axes = np.linalg.eigh(_hessian(lambda x: _objective(x, k, y, J), best))
+    curvature, axes = np.linalg.eigh(_hessian(lambda x: _objective(x, k, y, J, floor), best))
     covariance = (axes / np.maximum(curvature, _FLATTEST)) @ axes.T
     return NoiseSpectrum(best + np.array([np.log(scale), 0.0, 0.0]), covariance)
 
 
 def least_squares_covariance(
-    residual: np.ndarray, jacobian: np.ndarray, spectrum: NoiseSpectrum, ranges: np.ndarray | None = None
+    residual: np.ndarray,
+    jacobian: np.ndarray,
+    spectrum: NoiseSpectrum,
+    ranges: np.ndarray | None = None,
+    known: np.ndarray | float = 0.0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Covariance of least-squares estimates under this noise, J⁺ Σ J⁺ᵀ, and the degrees of freedom of each variance.
 
     The noise is known from one short residual only; Satterthwaite's degrees of freedom, 2 V²/Var V, say how well, and
     the quantiles of Student's t distribution with them make intervals that cover. Parameters with a range (of the
     bounds) are nowhere less certain than it allows: a combination that the data do not see would otherwise spread its
-    endless error over the others.
+    endless error over the others. `known` is as in `noise_spectrum`.
     """
     k = harmonics(len(residual))
-    variance = np.minimum(spectrum.variance(k), MOST_HIDDEN * _largest_seen(residual))
+    variance = np.minimum(spectrum.variance(k), MOST_HIDDEN * _largest_seen(residual)) + known
     inverse = _inverse(fourier(jacobian), variance, ranges)
     matrix = (inverse * variance) @ inverse.T
     slopes = []
@@ -149,18 +163,20 @@ def falling_power(harmonic: np.ndarray, corner: float, slope: float) -> np.ndarr
     return (1 + (harmonic / corner) ** 2) ** -slope
 
 
-def _objective(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> float:
+def _objective(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray, known: np.ndarray) -> float:
     """Return minus the restricted log-likelihood and minus the log-prior of the shape.
 
     One residual has few harmonics left after a fit; without the prior a spectrum that rises without end towards
     harmonic 0, which the parameters hide, is sometimes the likeliest.
     """
-    return 0.5 * float(np.sum(((x - _USUAL) / _SPREAD) ** 2)) - restricted_likelihood(x, k, y, J)
+    return 0.5 * float(np.sum(((x - _USUAL) / _SPREAD) ** 2)) - restricted_likelihood(x, k, y, J, known)
 
 
-def restricted_likelihood(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray) -> float:
+def restricted_likelihood(
+    x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray, known: np.ndarray | float = 0.0
+) -> float:
     """Log-likelihood of what the parameters could not take from the residual, up to a constant."""
-    deviation = np.sqrt(_variance(x, k))
+    deviation = np.sqrt(_variance(x, k) + known)
     left, information = without_fit(y / deviation, J / deviation[:, np.newaxis])
     return -0.5 * float(2 * np.log(deviation).sum() + information + left @ left)
 

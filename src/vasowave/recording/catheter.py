@@ -6,6 +6,7 @@ frequencies an artery's impedance tends to its characteristic one, a real consta
 to flow does there as this response does, with a delay between the instruments, is suspected to be the catheter's.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -123,4 +124,7 @@ def correct_catheter(recording: Recording, catheter: Catheter) -> Recording:
         f"{catheter.damping:.2g}, up to harmonic {last}"
     )
     corrected = np.fft.irfft(spectrum, len(recording.pressure))
-    return Recording(corrected, recording.flow, recording.period, recording.source, (*recording.notes, note))
+    error = recording.pressure_error
+    if error is not None:
+        error = np.append(error[: last + 1] / np.abs(response), error[last + 1 :])
+    return replace(recording, pressure=corrected, notes=(*recording.notes, note), pressure_error=error)

@@ -1,10 +1,11 @@
 """One averaged cycle of pressure and flow, and the hemodynamic indices of the paper's Table 1."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.notebook import card
 
 FEWEST_SAMPLES = 32
 """A cycle with fewer samples cannot carry the 14 harmonics that the impedance analysis reads."""
@@ -62,11 +63,13 @@ class Recording:
         Where the recording came from.
     notes : tuple of str
         What was noticed or assumed while it was read; stands in every report.
+    pressure_error, flow_error : float array, shape (harmonic,), optional
+        Standard error of the amplitude of each harmonic, the mean first, mmHg and ml/s; of a cycle averaged from beats.
 
     Raises
     ------
     InputError
-        Too few samples, a value that is not finite, a period that is not positive.
+        Too few samples, a value that is not finite, a period that is not positive, a negative error.
 
     Examples
     --------
@@ -83,12 +86,17 @@ class Recording:
     period: float
     source: str = "made in memory"
     notes: tuple[str, ...] = ()
+    pressure_error: np.ndarray | None = None
+    flow_error: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""
         object.__setattr__(self, "pressure", _samples(self.pressure, "pressure"))
         object.__setattr__(self, "flow", _samples(self.flow, "flow"))
         object.__setattr__(self, "period", _period(self.period))
+        for name in ("pressure_error", "flow_error"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _errors(getattr(self, name), name))
 
     def __repr__(self) -> str:
         return (
@@ -96,6 +104,16 @@ class Recording:
             f"HR {self.heart_rate:.0f}/min, {len(self.pressure)} pressure and {len(self.flow)} flow samples, "
             f"{self.source})"
         )
+
+    def _repr_html_(self) -> str:
+        facts = {
+            "mean pressure": f"{self.mean_pressure:.1f} mmHg ({self.pressure.min():.1f} to {self.pressure.max():.1f})",
+            "cardiac output": f"{self.cardiac_output:.3f} ml/s",
+            "heart rate": f"{self.heart_rate:.0f}/min",
+            "samples": f"{len(self.pressure)} of pressure, {len(self.flow)} of flow",
+            "source": self.source,
+        }
+        return card("Recording, one averaged cycle", facts, self.notes)
 
     @property
     def inflow(self) -> Inflow:
@@ -157,7 +175,8 @@ class Recording:
     def resampled(self, count: int) -> "Recording":
         """Return the recording with `count` samples of pressure and of flow, by Fourier interpolation."""
         notes = (*self.notes, f"resampled to {count} samples")
-        return Recording(resample(self.pressure, count), resample(self.flow, count), self.period, self.source, notes)
+        pressure, flow = resample(self.pressure, count), resample(self.flow, count)
+        return replace(self, pressure=pressure, flow=flow, notes=notes)
 
 
 INDEX_UNITS = {
@@ -207,6 +226,14 @@ def _samples(values: object, what: str) -> np.ndarray:
     bad = np.flatnonzero(~np.isfinite(array))
     if len(bad):
         raise InputError(f"{what}: sample {bad[0] + 1} is {array[bad[0]]}; fill the gap first")
+    array.setflags(write=False)
+    return array
+
+
+def _errors(values: object, what: str) -> np.ndarray:
+    array = np.array(values, dtype=np.float64)
+    if array.ndim != 1 or not len(array) or not np.all(np.isfinite(array) & (array >= 0)):
+        raise InputError(f"{what}: give one standard error for each harmonic, the mean's first, none negative")
     array.setflags(write=False)
     return array
 

@@ -1,15 +1,16 @@
 """From the beats of a continuous recording to one averaged cycle, with the scatter of the beats around it."""
 
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.recording.baseline import Baseline, describe, find_baseline
+from vasowave.recording.baseline import Baseline, describe
 from vasowave.recording.beats import HEART_RATES, find_beats
+from vasowave.recording.cuts import cut_all, levelled
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
 from vasowave.recording.plateaus import describe_plateaus, find_plateaus
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
@@ -17,12 +18,10 @@ from vasowave.recording.raw import RawRecording
 from vasowave.recording.rejection import (
     choose_run,
     lost_in_run,
-    mark_inspiration,
-    mark_steps,
     misshapen_beats,
     summarize,
 )
-from vasowave.recording.waveform import advance, close_cycle, cut_beats, foot_delay, harmonic_error, low_pass
+from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
 from vasowave.settings import Range
 
 
@@ -66,9 +65,6 @@ class EnsembleAverage:
         Whether the flow was advanced by `delay`.
     baseline : Baseline
         The diastolic level of every beat, its drift, and whether that was removed.
-    pressure_harmonic_error, flow_harmonic_error : float array, shape (harmonic,)
-        Standard error of the amplitude of every harmonic of the cycle, the mean first: the scatter of the averaged
-        beats divided by the root of their number, mmHg and ml/s.
 
     Examples
     --------
@@ -89,8 +85,6 @@ class EnsembleAverage:
     delay: float
     delay_corrected: bool
     baseline: Baseline
-    pressure_harmonic_error: np.ndarray
-    flow_harmonic_error: np.ndarray
 
     def __repr__(self) -> str:
         used = sum(beat.averaged for beat in self.beats)
@@ -174,49 +168,50 @@ def average_beats(
     """
     _check_arguments(raw, beats, samples, harmonics, drift, zero_time)
     found = find_beats(raw, fiducial, heart_rates)
-    starts, ends = found.times[:-1], found.times[1:]
-    if len(starts) < beats:
+    if len(found.times) - 1 < beats:
         raise InputError(
-            f"{raw.source}: {len(starts)} whole beats found, {beats} wanted; record longer or average fewer"
+            f"{raw.source}: {len(found.times) - 1} whole beats found, {beats} wanted; record longer or average fewer"
         )
-    pressure, flow = (cut_beats(one, raw.sampling_rate, found.times, samples + 1) for one in (raw.pressure, raw.flow))
-    reasons = misshapen_beats(ends - starts, pressure, flow, length_tolerance, least_correlation)
-    baseline = find_baseline(starts, ends, pressure, flow, ~np.array([bool(reason) for reason in reasons]), zero_time)
-    levelled = pressure - baseline.drift_at(starts[:, None] + np.outer(ends - starts, np.linspace(0, 1, samples + 1)))
-    mark_steps(reasons, [step.beat for step in baseline.steps])
-    if reject_ventilation:
-        mark_inspiration(reasons, levelled, flow)
-    if drift == "remove" and baseline.sure and not baseline.own:
-        pressure, baseline = levelled, replace(baseline, removed=True)
+    cut = cut_all(raw, found.times, samples)
+    reasons = misshapen_beats(cut.ends - cut.starts, cut.pressure, cut.flow, length_tolerance, least_correlation)
+    cut, baseline = levelled(cut, reasons, zero_time, drift == "remove", reject_ventilation)
     used, run = choose_run(reasons, beats, raw.source)
-    period = float(np.mean((ends - starts)[used]))
-    cycles, notes = _mean_cycles({"pressure": pressure[used], "flow": flow[used]}, harmonics)
+    period = float(np.mean((cut.ends - cut.starts)[used]))
+    cycles, notes = _mean_cycles({"pressure": cut.pressure[used], "flow": cut.flow[used]}, harmonics)
     check_pressure(cycles[0], raw.source)
     check_flow(cycles[1], raw.source)
     delay = foot_delay(cycles[0], cycles[1], period)
-    deviations = [cut[used, :-1].std(axis=0, ddof=1) for cut in (pressure, flow)]
+    deviations = [values[used, :-1].std(axis=0, ddof=1) for values in (cut.pressure, cut.flow)]
     if correct_delay:
         cycles[1], deviations[1] = (advance(values, delay / period) for values in (cycles[1], deviations[1]))
         notes.append(f"the flow was advanced by the estimated p-q delay of {1e3 * delay:.2f} ms")
-    plateaus = describe_plateaus(find_plateaus(raw.pressure, raw.sampling_rate))
-    said = describe(baseline, starts[used[0]], ends[used[-1]], zero_time)
-    warned = [*found.notes, *plateaus[1], *(said if baseline.alarming else [])]
-    warned += odd_values(cycles[0], cycles[1], period) + lost_in_run(reasons, run, beats)
+    first, last = float(cut.starts[used[0]]), float(cut.ends[used[-1]])
+    said, warned = _said(raw, baseline, first, last, zero_time)
+    warned = [*found.notes, *warned, *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, beats)]
     for message in warned:
         warnings.warn(f"{raw.source}: {message}", VasowaveWarning, stacklevel=2)
-    notes += plateaus[0] + ([] if baseline.alarming else said)
-    summary = summarize(found.fiducial, reasons, beats, starts[used[0]], ends[used[-1]])
+    summary = summarize(found.fiducial, reasons, beats, first, last)
+    errors = (harmonic_error(values[used, :-1]) for values in (cut.pressure, cut.flow))
+    notes = [*raw.notes, summary, *notes, *said, *warned]
     return EnsembleAverage(
-        Recording(cycles[0], cycles[1], period, raw.source, (*raw.notes, summary, *notes, *warned)),
+        Recording(cycles[0], cycles[1], period, raw.source, tuple(notes), *errors),
         deviations[0],
         np.maximum(deviations[1], 0.0),
-        _listed(starts, ends, set(used.tolist()), reasons),
+        _listed(cut.starts, cut.ends, set(used.tolist()), reasons),
         found.fiducial,
         delay,
         correct_delay,
         baseline,
-        *(harmonic_error(cut[used, :-1]) for cut in (pressure, flow)),
     )
+
+
+def _said(
+    raw: RawRecording, baseline: Baseline, first: float, last: float, zero_time: float
+) -> tuple[list[str], list[str]]:
+    """Return what is to be noted and what to be warned of: plateaus of the signal, and its baseline."""
+    notes, warned = describe_plateaus(find_plateaus(raw.pressure, raw.sampling_rate))
+    said = describe(baseline, first, last, zero_time)
+    return (notes, [*warned, *said]) if baseline.alarming else ([*notes, *said], warned)
 
 
 def _check_arguments(

@@ -66,11 +66,12 @@ def harmonic_errors(cycle: EnsembleAverage | Recording, signal: str = "pressure"
     """
     if signal not in ("pressure", "flow"):
         raise InputError(f"signal '{signal}' is neither 'pressure' nor 'flow'")
-    if isinstance(cycle, EnsembleAverage):
-        values: np.ndarray = getattr(cycle.recording, signal)
-        return HarmonicErrors(_modulus(values), getattr(cycle, f"{signal}_harmonic_error"), "beats")
-    values = getattr(cycle, signal)
+    recording = cycle.recording if isinstance(cycle, EnsembleAverage) else cycle
+    values, known = getattr(recording, signal), getattr(recording, f"{signal}_error")
     modulus = _modulus(values)
+    if known is not None:
+        count = min(len(modulus), len(known))
+        return HarmonicErrors(modulus[:count], known[:count], "beats")
     floor = _floor(modulus)
     rounding = _quantum(values) / np.sqrt(12.0) * np.sqrt(2.0 / len(values))
     error = np.full(len(modulus), max(floor, rounding))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.notebook import card
 from vasowave.recording.channels import Comment
 
 SHORTEST = 1.0
@@ -88,6 +89,17 @@ class RawRecording:
     def __repr__(self) -> str:
         ecg = "with" if self.ecg is not None else "without"
         return f"RawRecording({self.duration:.4g} s at {self.sampling_rate:g} samples/s, {ecg} ECG, {self.source})"
+
+    def _repr_html_(self) -> str:
+        facts = {
+            "length": f"{self.duration:.4g} s at {self.sampling_rate:g} samples/s",
+            "pressure": f"{self.pressure.min():.1f} to {self.pressure.max():.1f} mmHg",
+            "flow": f"{self.flow.min():.3g} to {self.flow.max():.3g} ml/s",
+            "ECG": "yes" if self.ecg is not None else "no; beats are found in the pressure",
+            "comments": f"{len(self.comments)}",
+            "source": self.source,
+        }
+        return card("Continuous recording", facts, self.notes)
 
     @property
     def time(self) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 from vasowave import units
 from vasowave.errors import InputError, VasowaveWarning, did_you_mean
 from vasowave.recording.blocks import read_blocks
-from vasowave.recording.channels import Block, Channel
+from vasowave.recording.channels import Block, Channel, Comment
 from vasowave.recording.raw import RawRecording
 from vasowave.textfile import Progress
 
@@ -97,22 +97,17 @@ def read_raw_recording(
             notes.append("no ECG: beats can be found from the pressure only")
             continue
         values, words = _canonical(channel, name, given[name])
-        values = _stretch(channel, values, start, end)
-        signals[name], more = _at_rate(values, channel, rate)
+        signals[name], more = _at_rate(_stretch(channel, values, start, end), channel, rate)
         notes += words + more
     count = min(map(len, signals.values()))
-    origin = start or 0.0
-    last = origin + count / rate
-    comments = tuple(replace(c, time=c.time - origin) for c in chosen.comments if origin <= c.time <= last)
-    return RawRecording(
-        pressure=signals["pressure"][:count],
-        flow=signals["flow"][:count],
-        sampling_rate=rate,
-        ecg=signals["ecg"][:count] if "ecg" in signals else None,
-        source=str(path),
-        notes=tuple(notes),
-        comments=comments,
-    )
+    cut = {name: values[:count] for name, values in signals.items()}
+    comments = _comments(chosen, start or 0.0, count / rate)
+    return RawRecording(**cut, sampling_rate=rate, source=str(path), notes=tuple(notes), comments=comments)
+
+
+def _comments(block: Block, origin: float, lasts: float) -> tuple[Comment, ...]:
+    """Return the remarks in a stretch of a block, s; their times count from its beginning."""
+    return tuple(replace(c, time=c.time - origin) for c in block.comments if origin <= c.time <= origin + lasts)
 
 
 def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[int, list[str]]:

@@ -7,11 +7,16 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from vasowave.figures.marks import lettered
 from vasowave.figures.rendering import svg
 from vasowave.report.wording import Row, table_rows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+REPORT, SUPPLEMENT = "report", "supplement"
+"""Names of the two documents, and of their files."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,14 @@ class Bullets:
 
     items: Sequence[str]
     kind: str = "bullets"
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Questions, each with its answer in one sentence or two."""
+
+    items: Sequence[tuple[str, str]]
+    kind: str = "answers"
 
 
 @dataclass(frozen=True)
@@ -104,7 +117,8 @@ class Drawing:
 
     @cached_property
     def svg(self) -> str:
-        """The figure as SVG text."""
+        """The figure as SVG text, its panels lettered."""
+        lettered(self.figure)
         return svg(self.figure)
 
 
@@ -118,7 +132,21 @@ class Fold:
     kind: str = "fold"
 
 
-Block = Paragraph | Heading | Bullets | Notice | Remarks | Table | Drawing | Fold
+@dataclass(frozen=True)
+class Columns:
+    """Blocks side by side where there is room, else one after the other."""
+
+    left: Sequence["Block"]
+    right: Sequence["Block"]
+    kind: str = "columns"
+
+    @property
+    def blocks(self) -> Sequence["Block"]:
+        """All of them in order."""
+        return [*self.left, *self.right]
+
+
+Block = Paragraph | Heading | Bullets | Answers | Notice | Remarks | Table | Drawing | Fold | Columns
 
 
 @dataclass(frozen=True)
@@ -132,10 +160,12 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """A whole report.
+    """A whole document.
 
     Attributes
     ----------
+    name : str
+        Of its files, and of the template of its page.
     title, subtitle : str
     synthetic : str
         In words what was not measured, empty if all was.
@@ -143,14 +173,21 @@ class Report:
     provenance : dict of str to str
     records : dict of str to DataFrame
         Tables that become files only.
+    glossary : dict of str to str
+        Symbol to meaning.
+    animals : sequence of str
+        Names, which a reader may pick.
     """
 
+    name: str
     title: str
     subtitle: str
     synthetic: str
     sections: Sequence[Section]
     provenance: dict[str, str] = field(default_factory=dict)
     records: dict[str, pd.DataFrame] = field(default_factory=dict)
+    glossary: dict[str, str] = field(default_factory=dict)
+    animals: Sequence[str] = ()
 
     def tables(self) -> list[Table]:
         """Return all tables that have files."""
@@ -168,5 +205,5 @@ class Report:
 def _unfolded(blocks: Sequence[Block]) -> Iterator[Block]:
     for block in blocks:
         yield block
-        if isinstance(block, Fold):
+        if isinstance(block, Fold | Columns):
             yield from _unfolded(block.blocks)

@@ -1,48 +1,83 @@
-"""What a report holds: its sections in order, and where everything came from."""
+"""What the two documents hold: one result, and behind it every table and figure; and where everything came from."""
 
 from collections.abc import Mapping
 from dataclasses import replace
 
-from vasowave.animal.reading import data_of, name_of
+from vasowave.animal.reading import data_of, is_synthetic, name_of
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import Comparison, compare
+from vasowave.cohort.primary import Family, Primary
 from vasowave.provenance import provenance
-from vasowave.report.blocks import Report, Section, Table
+from vasowave.report.answer.page import answer_sections
+from vasowave.report.blocks import REPORT, SUPPLEMENT, Report, Section, Table
+from vasowave.report.glossary import glossary, glossary_table
 from vasowave.report.sections.animals import animal_sections, animals_section
 from vasowave.report.sections.data import data_section
 from vasowave.report.sections.groups import groups_section
 from vasowave.report.sections.methods import methods_section
 from vasowave.report.sections.models import model_section
-from vasowave.report.sections.summary import summary_section, synthetic_banner
-from vasowave.report.tables.cells import symbols
+from vasowave.report.tables.cells import named, symbols
 from vasowave.report.tables.records import records
 
 _SAID_ELSEWHERE = ("title", "Conventions", "animal", "group", "synthetic", "notes")
 
 
-def report_of(cohort: Cohort, failures: Mapping[str, str], title: str = "") -> Report:
-    """Return the report of a cohort, which may be one animal."""
-    comparisons = {} if cohort.single else {source: compare(cohort, source) for source in cohort.sources}
+def report_of(cohort: Cohort, primary: Primary, family: Family, failures: Mapping[str, str], title: str = "") -> Report:
+    """Return the document of one result."""
     heading, subtitle = _titles(cohort)
     return Report(
+        REPORT,
         title or heading,
         subtitle,
         synthetic_banner(cohort),
-        _sections(cohort, comparisons, failures),
-        origin(cohort),
-        records(cohort),
+        answer_sections(cohort, primary, family, failures),
+        provenance(),
+        glossary=glossary(cohort),
+        animals=[name_of(tree) for tree in cohort.trees],
     )
 
 
-def _sections(cohort: Cohort, comparisons: Mapping[str, Comparison], failures: Mapping[str, str]) -> list[Section]:
+def supplement_of(cohort: Cohort, primary: Primary, title: str = "") -> Report:
+    """Return the document of every table and figure."""
+    heading, subtitle = _titles(cohort)
+    comparisons = {} if cohort.single else {source: compare(cohort, source) for source in cohort.sources}
+    return Report(
+        SUPPLEMENT,
+        f"Supplement: {title or heading}",
+        subtitle,
+        synthetic_banner(cohort),
+        _sections(cohort, primary, comparisons),
+        origin(cohort),
+        records(cohort),
+        glossary(cohort),
+        [name_of(tree) for tree in cohort.trees],
+    )
+
+
+def synthetic_banner(cohort: Cohort) -> str:
+    """Say which animals are synthetic; empty if none is."""
+    made = [tree for tree in cohort.trees if is_synthetic(tree)]
+    if not made:
+        return ""
+    which = f"All {len(made)} animals were" if len(made) == len(cohort.trees) else f"The animals {named(made)} were"
+    return (
+        f"{'This animal was' if cohort.single else which} made by a model, not measured. The numbers show how the "
+        "program works and say nothing about any living animal."
+    )
+
+
+def _sections(cohort: Cohort, primary: Primary, comparisons: Mapping[str, Comparison]) -> list[Section]:
     written = symbols(cohort.trees)
-    models = [model_section(cohort, written)] if cohort.walls else []
-    first, last = summary_section(cohort, comparisons, failures, written), methods_section(cohort, comparisons)
+    models = [model_section(cohort, primary.law, written)] if cohort.walls else []
+    last = [
+        methods_section(cohort, primary, comparisons),
+        Section("glossary", "Glossary", [glossary_table(glossary(cohort))]),
+    ]
     if cohort.single:
         own, search = animal_sections(cohort, written)
-        return list(map(_of_one, [first, own, data_section(cohort), *models, search, last]))
-    groups, animals = groups_section(cohort, comparisons, written), animals_section(cohort, written)
-    return [first, data_section(cohort), *models, groups, animals, last]
+        return [*map(_of_one, [own, data_section(cohort), *models, search]), *last]
+    groups, animals = groups_section(cohort, primary, comparisons, written), animals_section(cohort, written)
+    return [groups, data_section(cohort), *models, animals, *last]
 
 
 def _of_one(section: Section) -> Section:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from vasowave.columns import spreadsheet_cell
 from vasowave.report.blocks import Drawing, Table
 
 _LATEX = {
@@ -44,7 +45,8 @@ def write_tables(tables: Sequence[Table], records: Mapping[str, pd.DataFrame], f
 
 
 def _write_csv(data: pd.DataFrame, path: Path) -> None:
-    data.to_csv(path, index=False, lineterminator="\n")
+    safe = data.map(lambda value: spreadsheet_cell(value) if isinstance(value, str) else value)
+    safe.rename(columns=spreadsheet_cell).to_csv(path, index=False, lineterminator="\n")
 
 
 def latex_table(table: Table) -> str:

@@ -1,9 +1,10 @@
-"""A report as one HTML page that needs no network."""
+"""A document as one HTML page that needs no network."""
 
 import re
 from typing import TYPE_CHECKING
 
 from vasowave.report.blocks import Drawing, Report
+from vasowave.report.glossary import explained
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -22,13 +23,21 @@ def templates() -> "Environment":
     )
 
 
-def page(report: Report) -> str:
-    """Return the page as HTML text with the figures inside."""
+def page(report: Report, others: dict[str, str]) -> str:
+    """Return the page as HTML text with the figures inside.
+
+    Parameters
+    ----------
+    report : Report
+    others : dict of str to str
+        Files that stand beside it, by what a link calls them.
+    """
     from markupsafe import Markup
 
     environment = templates()
     environment.globals["drawn"] = lambda drawing: Markup(embedded(drawing))
-    return environment.get_template("report.html").render(report=report)
+    environment.filters["explained"] = explained(report.glossary)
+    return environment.get_template("report.html").render(report=report, others=others)
 
 
 def embedded(drawing: Drawing) -> str:

@@ -2,10 +2,25 @@
 
 import tempfile
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 
 from vasowave.errors import VasowaveWarning
-from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Heading, Notice, Paragraph, Remarks, Report, Table
+from vasowave.report.blocks import (
+    SUPPLEMENT,
+    Answers,
+    Block,
+    Bullets,
+    Columns,
+    Drawing,
+    Fold,
+    Heading,
+    Notice,
+    Paragraph,
+    Remarks,
+    Report,
+    Table,
+)
 
 _STYLE = """
 #set page(paper: "a4", margin: (x: 1.8cm, y: 2cm), numbering: "1 / 1")
@@ -19,11 +34,12 @@ _STYLE = """
 #show figure.caption: it => align(left, text(7.5pt, it.body))
 #let boxed(tint, edge, body) = block(fill: tint, stroke: (left: 3pt + edge), inset: 8pt, width: 100%, body)
 """
+_KEPT_WHOLE = 24  # rows of a table that is not broken over pages
 _WIDE, _VERY_WIDE = 8, 12  # columns from which a table gets smaller letters
 
 
-def write_pdf(report: Report, path: Path, figures: Path) -> bool:
-    """Write the report to `path` and each figure to the folder `figures`; return whether that was possible.
+def write_pdf(reports: Sequence[Report], folder: Path, figures: Path) -> bool:
+    """Write ``NAME.pdf`` of every document to `folder`, each figure to `figures`; return whether that was possible.
 
     Warns
     -----
@@ -43,17 +59,20 @@ def write_pdf(report: Report, path: Path, figures: Path) -> bool:
 
     fonts = [str(Path(matplotlib.get_data_path()) / "fonts" / "ttf")]
     with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for drawing in report.drawings():
-            (folder / f"{drawing.name}.svg").write_text(drawing.svg, encoding="utf-8")
-        (folder / "report.typ").write_text(markup(report), encoding="utf-8")
-        alone = "#set page(width: auto, height: auto, margin: 0pt)\n"
-        compiler = Compiler(root=str(folder), font_paths=fonts, ignore_system_fonts=True)
-        for drawing in report.drawings():
-            source = folder / f"{drawing.name}.typ"
-            source.write_text(f"{alone}#image({quoted(drawing.name + '.svg')})", encoding="utf-8")
-            compiler.compile(str(source), output=str(figures / f"{drawing.name}.pdf"), format="pdf")
-        compiler.compile(str(folder / "report.typ"), output=str(path), format="pdf")
+        drafts = Path(name)
+        compiler = Compiler(root=str(drafts), font_paths=fonts, ignore_system_fonts=True)
+
+        def typeset(text: str, target: Path) -> None:
+            source = drafts / f"{target.stem}.typ"
+            source.write_text(text, encoding="utf-8")
+            compiler.compile(str(source), output=str(target), format="pdf")
+
+        for report in reports:
+            for drawing in report.drawings():
+                (drafts / f"{drawing.name}.svg").write_text(drawing.svg, encoding="utf-8")
+                alone = f"#set page(width: auto, height: auto, margin: 0pt)\n#image({quoted(drawing.name + '.svg')})"
+                typeset(alone, figures / f"{drawing.name}.pdf")
+            typeset(markup(report), folder / f"{report.name}.pdf")
     return True
 
 
@@ -68,8 +87,12 @@ def markup(report: Report) -> str:
     if report.synthetic:
         words = f"*Synthetic data.* #{quoted(report.synthetic)}"
         parts.append(f'#boxed(rgb("fdf0d5"), rgb("b26a00"))[{words}]')
+    if report.name == SUPPLEMENT:
+        parts.append("#outline(title: none, depth: 2, indent: 0pt)")
     for section in report.sections:
         parts += [f"== #{quoted(section.title)}", *map(_block, section.blocks)]
+    if report.name != SUPPLEMENT:
+        return "\n\n".join([*parts, ""])
     origin = Table("", "", ("program or input", "version or SHA-256"), list(report.provenance.items()))
     return "\n\n".join([*parts, "== Provenance", _block(origin), ""])
 
@@ -88,6 +111,10 @@ def _block(block: Block) -> str:
             return f"=== #{quoted(block.text)}"
         case Bullets():
             return _bullets(block.items)
+        case Answers():
+            return "\n\n".join(f"*#{quoted(question)}.* #{quoted(answer)}" for question, answer in block.items)
+        case Columns():
+            return _columns(block)
         case Notice():
             return f'#boxed(rgb("fdecea"), rgb("a4262c"))[*#{quoted(block.title)}*\n{_bullets(block.items)}\n]'
         case Remarks():
@@ -102,6 +129,17 @@ def _block(block: Block) -> str:
             if not block.printed:
                 return ""
             return "\n\n".join([f"=== #{quoted(block.title)}", *map(_block, block.blocks)])
+
+
+def _columns(block: Columns) -> str:
+    """Two figures stand side by side; words and figures follow each other."""
+    pictures = [one for one in block.blocks if isinstance(one, Drawing)]
+    if len(pictures) < 2 or len(pictures) < len(block.blocks):
+        return "\n\n".join(map(_block, block.blocks))
+    cells = ", ".join(
+        f"[#image({quoted(one.name + '.svg')}, width: 100%)\n#text(7.5pt, {quoted(one.caption)})]" for one in pictures
+    )
+    return f"#grid(columns: {len(pictures)}, gutter: 10pt, {cells})"
 
 
 def _bullets(items: object) -> str:
@@ -119,4 +157,5 @@ def _table(table: Table) -> str:
     )
     caption = f"#block(below: 0.4em, sticky: true)[*#{quoted(table.caption)}*]\n" if table.caption else ""
     note = f"\n#text(7pt, fill: luma(90), {quoted(table.note)})" if table.note else ""
-    return f"{caption}{body}{note}"
+    whole = f"{caption}{body}{note}"
+    return f"#block(breakable: false)[{whole}]" if len(table.rows) <= _KEPT_WHOLE else whole

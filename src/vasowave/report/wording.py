@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from vasowave.columns import split_unit
 
@@ -29,6 +30,51 @@ def number(value: Any, digits: int = 3) -> str:
         return f"{mantissa}·10" + str(int(exponent)).translate(_SUPERSCRIPT)
     decimals = max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0
     return f"{value:.{decimals}f}"
+
+
+def with_error(value: float, error: float) -> str:
+    """Return ``value ± error`` to the error's two leading digits: ``0.180 ± 0.030``, ``77 ± 21``."""
+    if not (math.isfinite(error) and error > 0):
+        return number(value)
+    if not 1e-4 <= abs(value) < 1e5:
+        power = math.floor(math.log10(abs(value))) if value else 0
+        tens = "10" + str(power).translate(_SUPERSCRIPT)
+        return f"({with_error(value / 10.0**power, error / 10.0**power)})·{tens}"
+    decimals = _decimals(error)
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}"
+
+
+def with_interval(value: float, low: float, high: float) -> str:
+    """Return ``value [low, high]`` to two leading digits of the nearer end's distance: ``2.86 [1.76, 3.93]``."""
+    near = max(min(value - low, high - value), (high - low) / 10)  # at a bound one end is the value
+    if not (math.isfinite(high - low) and near > 0):
+        return number(value)
+    if not 1e-4 <= abs(value) < 1e5:
+        power = math.floor(math.log10(abs(value)))
+        scaled = (one / 10.0**power for one in (value, low, high))
+        return f"{with_interval(*scaled)}·10{str(power).translate(_SUPERSCRIPT)}"
+    decimals = _decimals(near)
+    return f"{value:.{decimals}f} [{low:.{decimals}f}, {high:.{decimals}f}]"
+
+
+def value_text(value: xr.DataArray, with_unit: bool = True) -> str:
+    """Return a stored number with its interval, if known, and its unit."""
+    low, high = value.attrs.get("interval_low"), value.attrs.get("interval_high")
+    size = number(float(value)) if low is None or high is None else with_interval(float(value), float(low), float(high))
+    return f"{size} {unit(str(value.attrs.get('units', '1')))}".rstrip() if with_unit else size
+
+
+def probability(p: float) -> str:
+    """Return ``p = 0.023``, two digits, and a bound where it is very small."""
+    return "p < 0.0001" if p < 1e-4 else f"p = {number(float(p), 2)}"
+
+
+def _decimals(error: float) -> int:
+    """Return how many decimals show two leading digits of an error."""
+    digits = 1 - math.floor(math.log10(error))
+    if round(error, digits) >= 10.0 ** (2 - digits):  # 0.0996 is written 0.10
+        digits -= 1
+    return max(0, digits)
 
 
 def unit(text: str) -> str:

@@ -1,4 +1,4 @@
-"""A report as files: one page, its PDF, every figure and table."""
+"""A report as files: the page of one result and the supplement, their PDF, every figure and table."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -6,16 +6,19 @@ from pathlib import Path
 import xarray as xr
 
 from vasowave.cohort.cohort import gathered
+from vasowave.cohort.primary import Family, primary_comparison
 from vasowave.errors import InputError
 from vasowave.figures.style import style
 from vasowave.files import write_folder
-from vasowave.report.blocks import Report
-from vasowave.report.contents import report_of
+from vasowave.report.blocks import REPORT, SUPPLEMENT, Report
+from vasowave.report.contents import report_of, supplement_of
 from vasowave.report.files import write_figures, write_tables
 from vasowave.report.html import page
 from vasowave.report.pdf import write_pdf
 
-PAGE, PDF, FIGURES, TABLES = "report.html", "report.pdf", "figures", "tables"
+PAGE, FIGURES, TABLES = f"{REPORT}.html", "figures", "tables"
+PDFS = f"{REPORT}.pdf", f"{SUPPLEMENT}.pdf"
+_OURS = (PAGE, f"{SUPPLEMENT}.html", *PDFS, FIGURES, TABLES)
 _MARK = 'name="generator" content="vasowave'
 
 Failures = Mapping[str, str] | Iterable[tuple[str, str]]
@@ -29,8 +32,9 @@ def write_report(
     pdf: bool = True,
     reference: str | None = None,
     title: str = "",
+    family: Family | None = None,
 ) -> Path:
-    """Write ``report.html``, ``report.pdf``, ``figures/`` and ``tables/`` into `folder`; return the page's path.
+    """Write ``report`` and ``supplement`` (.html, .pdf), ``figures/`` and ``tables/``; return the report's page.
 
     Parameters
     ----------
@@ -46,12 +50,14 @@ def write_report(
         Group that the others are compared with; by default CTL, or the first.
     title : str
         Of the page; by default what it is about.
+    family : Family, optional
+        The primary law and quantities, which one p holds for together.
 
     Raises
     ------
     InputError
-        No animal, two of the same name, an unknown reference, or a folder that holds another report or cannot be
-        written.
+        No animal, two of the same name, an unknown reference, law or quantity, or a folder that holds another report
+        or cannot be written.
 
     Warns
     -----
@@ -74,20 +80,34 @@ def write_report(
             "; ".join(["there is no animal to report", *(f"{name}: {text}" for name, text in why.items())])
         )
     with style():
-        report = report_of(gathered(trees, reference), why, title)
-    _place(report, folder, pdf)
+        cohort, chosen = gathered(trees, reference), family or Family()
+        primary = primary_comparison(cohort, chosen)
+        documents = (
+            report_of(cohort, primary, chosen, why, title),
+            supplement_of(cohort, primary, title),
+        )
+    _place(documents, folder, pdf)
     return folder / PAGE
 
 
-def _place(report: Report, folder: Path, pdf: bool) -> None:
+def _place(documents: Sequence[Report], folder: Path, pdf: bool) -> None:
     with write_folder(folder) as fresh:
-        write_figures(report.drawings(), fresh / FIGURES)
-        write_tables(report.tables(), report.records, fresh / TABLES)
-        if pdf:
-            write_pdf(report, fresh / PDF, fresh / FIGURES)
-        (fresh / PAGE).write_text(page(report), encoding="utf-8")
-    if not pdf:
-        (folder / PDF).unlink(missing_ok=True)  # an earlier one would contradict the page
+        for document in documents:
+            write_figures(document.drawings(), fresh / FIGURES)
+            write_tables(document.tables(), document.records, fresh / TABLES)
+        typeset = pdf and write_pdf(documents, fresh, fresh / FIGURES)
+        for document in reversed(documents):
+            (fresh / f"{document.name}.html").write_text(page(document, _others(document, typeset)), encoding="utf-8")
+    if not typeset:
+        for name in PDFS:
+            (folder / name).unlink(missing_ok=True)  # an earlier one would contradict the page
+
+
+def _others(document: Report, typeset: bool) -> dict[str, str]:
+    """Return the files that a document leads to, by what a link calls them."""
+    first = document.name == REPORT
+    found = {"Supplement": f"{SUPPLEMENT}.html"} if first else {"The result on one page": PAGE}
+    return found | ({"PDF": f"{document.name}.pdf"} if typeset else {})
 
 
 def _check_free(folder: Path) -> None:
@@ -97,6 +117,6 @@ def _check_free(folder: Path) -> None:
     there = folder / PAGE
     if there.is_file() and _MARK in there.read_text(encoding="utf-8", errors="replace")[:2000]:
         return
-    for name in (PAGE, PDF, FIGURES, TABLES):
+    for name in _OURS:
         if (folder / name).exists():
             raise InputError(f"{folder / name} is not of an earlier vasowave report; give another folder or move it")

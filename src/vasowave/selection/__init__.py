@@ -1,6 +1,20 @@
 """Which wall law the data prefer: AICc and BIC under every model of the noise."""
 
+from vasowave.selection.averaging import Averaged, averaged, law_weights
 from vasowave.selection.compare import Comparing, compare_models, compare_residuals
 from vasowave.selection.criteria import UNDECIDED, aicc, bic, verdicts
+from vasowave.selection.stiffening import stiffening
 
-__all__ = ["UNDECIDED", "Comparing", "aicc", "bic", "compare_models", "compare_residuals", "verdicts"]
+__all__ = [
+    "UNDECIDED",
+    "Averaged",
+    "Comparing",
+    "aicc",
+    "averaged",
+    "bic",
+    "compare_models",
+    "compare_residuals",
+    "law_weights",
+    "stiffening",
+    "verdicts",
+]

@@ -11,7 +11,7 @@ from vasowave.calibration.result import Fit
 from vasowave.errors import InputError
 from vasowave.noise.fitting import NOISE, Sharing, fit_noise
 from vasowave.noise.models import Noise
-from vasowave.recording import resample, samples_needed
+from vasowave.recording import resample
 from vasowave.selection.table import dataset, noise_bic, preferred, scored
 from vasowave.solver.simulate import Numerics
 
@@ -75,8 +75,8 @@ def compare_models(
         Scores at the least-squares optimum (the paper; takes seconds), and at the generalized-least-squares optimum
         under the same covariance (simulates some tens to hundred times for every row).
     samples : int, optional
-        N is at most this (the paper's 512), and at most what the harmonics in the measured cycle need: an average that
-        kept 20 harmonics has 41 independent samples. Longer residuals are resampled in Fourier space. None: as fitted.
+        N is at most this (the paper's 512); longer residuals are resampled in Fourier space. A fit that compared the
+        harmonics with signal has fewer. None: as fitted.
     numerics : Numerics, optional
         As given to `calibrate`, for the GLS optimum.
     progress : callable, optional
@@ -102,7 +102,7 @@ def compare_models(
     ['linear', 'tangent']
     """
     _check_fits(fits, optima)
-    N = fits[0].N if samples is None else min(samples, samples_needed(fits[0].recording.pressure))
+    N = fits[0].N if samples is None else min(samples, fits[0].N)
     residuals = {fit.wall: resample(fit.pressure_residual, N) for fit in fits}
     counts = {fit.wall: int(fit.parameters["free"].sum()) for fit in fits}
 
@@ -198,8 +198,11 @@ def _check_fits(fits: Sequence[Fit], optima: Sequence[str]) -> None:
     first = fits[0].recording
     for fit in fits[1:]:
         same = fit.recording.period == first.period and np.array_equal(fit.recording.pressure, first.pressure)
-        if not same:
-            raise InputError(f"the {fit.wall} wall was fitted to another recording than the {fits[0].wall} wall")
+        if not (same and fit.N == fits[0].N):
+            raise InputError(
+                f"the {fit.wall} wall was fitted to another recording, or to other harmonics of it, than the "
+                f"{fits[0].wall} wall"
+            )
     unknown = [one for one in optima if one not in ("OLS", "GLS")]
     if unknown or not optima:
         raise InputError(f"optimum '{unknown[0] if unknown else ''}': give 'OLS', 'GLS' or both")

@@ -3,9 +3,6 @@
 Half steps lie at t = 0, dt, 2dt …: inflow, outlets and output live there, and nothing is interpolated in time.
 """
 
-import hashlib
-import inspect
-import sys
 from functools import cache
 from typing import Any
 
@@ -13,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from vasowave import walls
+from vasowave.kernels import kept
 from vasowave.solver import cells as cell_kernels
 from vasowave.solver import grid, laws, trigonometry
 from vasowave.solver import nodes as node_kernels
@@ -55,17 +53,13 @@ def record_stations(sample, vessels, faces, out):
             out[kind, sample, v, 2] = values[k]
 
 
-def _source_fingerprint() -> str:
-    """Hash of everything that is compiled: it stands in the kernel's closure, so that no stale binary is ever run."""
-    modules = (walls, laws, trigonometry, grid, cell_kernels, node_kernels, sys.modules[__name__])
-    return hashlib.sha256("".join(inspect.getsource(module) for module in modules).encode()).hexdigest()
+PARTS = walls, laws, trigonometry, grid, cell_kernels, node_kernels
+"""Modules of which a cycle is compiled."""
 
 
-@cache
-def _compiled(fingerprint: str, kept: bool) -> Any:
-    @njit(cache=kept, **OPTIONS)
+def _compiled() -> Any:
+    @njit(**OPTIONS)
     def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, inlet_area, out, cell_out):
-        _ = fingerprint
         area, flow, memory = state
         wall, end_wall = law
         vessels, cells, ends = parts
@@ -113,10 +107,15 @@ def _compiled(fingerprint: str, kept: bool) -> Any:
     return advance_cycle
 
 
+@cache
+def _kernels() -> tuple[Any, Any]:
+    return kept(_compiled(), *PARTS), _compiled()
+
+
 def cycle_kernel(law: type) -> Any:
     """Return the compiled cycle for models with this wall law (its class).
 
-    Kernels of our own laws are kept on disk. One with a law from elsewhere is compiled in each process: Numba's index
-    of kept kernels names the law's module, and could not be read where that is missing.
+    Kernels of our own laws are kept on disk. One with a law from elsewhere is compiled in each process: nobody knows
+    which files it consists of.
     """
-    return _compiled(_source_fingerprint(), law.__module__ == walls.__name__)
+    return _kernels()[law.__module__ != walls.__name__]

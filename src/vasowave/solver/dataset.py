@@ -45,7 +45,7 @@ def as_dataset(run: Run) -> xr.Dataset:
         dims = ("time", "station", "vessel")
         coords = {"vessel": ("vessel", np.array(network.name)), "station": ("station", np.array(STATIONS))}
     wall = type(run.model.wall)(*(value[rows] for value in run.model.wall))
-    pressure = walls.pressure(wall, area, network.area0[rows])
+    pressure = walls.pressure(wall, area, run.model.area0[rows])
     values = {
         "pressure": pressure,
         "flow": flow,

@@ -26,7 +26,7 @@ class Extremes(NamedTuple):
     lowest_pressure : Extreme
         Transmural, mmHg.
     area_strain : Extreme
-        Largest A/A0 - 1.
+        Largest area over that of the network, minus 1.
     grid_error : Extreme
         Error of the pressure that the cells' dispersion leaves by the end of a vessel, mmHg, summed from the root.
     """
@@ -40,7 +40,7 @@ class Extremes(NamedTuple):
 def find_extremes(grid: Grid, period: float, steps: int, p: np.ndarray) -> Extremes:
     """Return the extremes of the waves of pressure (mmHg, shape (sample, station, vessel)) on a grid."""
     model, network = grid.model, grid.model.network
-    A = np.asarray(walls.area(model.wall, p, network.area0))
+    A = np.asarray(walls.area(model.wall, p, model.area0))
     c = np.asarray(walls.wave_speed(model.wall, p, model.blood.inertia))
     dx = grid.spacing[grid.vessels.first]
     rise = np.abs(np.diff(p, axis=0)) * (len(p) / period)
@@ -54,7 +54,7 @@ def find_extremes(grid: Grid, period: float, steps: int, p: np.ndarray) -> Extre
     return Extremes(
         largest(rise * dx / c[:-1] / pulse),
         largest(p, -1.0),
-        largest(A / network.area0 - 1.0),
+        largest(A / network.area - 1.0),
         largest(_dispersion(p, c.mean(axis=(0, 1)), grid, period, steps)),
     )
 

@@ -18,7 +18,7 @@ def left_law(grid: Grid, state: State, slot: int, area: float, time: float) -> L
     """Return the error for a slot whose `area` (cm²) left the range of its wall law."""
     vessel = grid.vessel[slot]
     low, high = (np.broadcast_to(limit, grid.vessel.shape)[slot] for limit in grid.wall.limits(*grid.wall))
-    share = area / grid.model.network.area0[vessel]
+    share = area / grid.model.area0[vessel]
     if share >= high:
         reason = (
             f"the wall reaches its largest area, {high:.3g} times the undeformed one; it cannot hold the flow that "
@@ -57,7 +57,7 @@ def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, most:
     v = int(np.argmax(demand))
     others = np.delete(demand, v)
     beside = f"; of {len(others)} others the next asks for {np.max(others):.0f}" if len(others) else ""
-    compliance = network.length * walls.area_compliance(model.wall, linear.mean_pressure, network.area0)
+    compliance = network.length * walls.area_compliance(model.wall, linear.mean_pressure, model.area0)
     fall = float(linear.resistance[v] * network.length[v] * linear.flow[0, v].real)
     return NumericalError(
         f"vessel '{network.name[v]}' ({network.length[v]:.4g} cm, radius {network.radius[v]:.4g} cm) asks for "
@@ -92,7 +92,7 @@ def _speed(grid: Grid, state: State, vessel: int) -> str:
     wall = type(grid.wall)(*(value[rows] for value in grid.wall))
     area, flow = state.area[rows], state.flow[rows]
     with np.errstate(invalid="ignore", divide="ignore"):
-        p = walls.pressure(wall, area, grid.model.network.area0[vessel])
+        p = walls.pressure(wall, area, grid.model.area0[vessel])
         mach = np.abs(flow / area) / walls.wave_speed(wall, p, grid.model.blood.inertia)
     if not np.any(mach >= 1):
         return ""

@@ -117,7 +117,7 @@ class Grid:
             face=face.astype(np.uintp),
             cell=cell.astype(np.uintp),
             inner=inner.astype(np.uintp),
-            area0=self.model.network.area0[vessel],
+            area0=self.model.area0[vessel],
             half=dt / (2 * self.spacing[cell]),
             dt=np.full(len(vessel), dt),
         )
@@ -128,7 +128,7 @@ class Grid:
 
     def cells(self, dt: float) -> Cells:
         """Return the slots' constants for the time step `dt` (s)."""
-        area0 = self.model.network.area0[self.vessel]
+        area0 = self.model.area0[self.vessel]
         low, high = self.wall.limits(*self.wall)
         step = np.where(self.is_cell, dt, 0.0)
         return Cells(1 / area0, low * area0, high * area0, step / (2 * self.spacing), step)
@@ -165,7 +165,7 @@ def _error_of_one_cell(model: Model, steady: LinearSolution) -> np.ndarray:
     inlet = steady.pressure[0].real
     outlet = inlet - steady.resistance * model.network.length * steady.flow[0].real
     p = outlet + np.linspace(0.0, 1.0, 9)[:, np.newaxis] * (inlet - outlet)
-    A = np.asarray(walls.area(model.wall, np.maximum(p, 0.0), model.network.area0))
+    A = np.asarray(walls.area(model.wall, np.maximum(p, 0.0), model.area0))
     k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, steady.period)
     drag = (k0 + k1 * np.sqrt(A)) / A  # the fall per length is proportional to drag/A
     simpson = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24

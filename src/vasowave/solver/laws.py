@@ -153,7 +153,7 @@ def _remember(outlet, memory, j, step, q):
     return keep
 
 
-@njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@njit(nogil=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def _past_flow(response, history, step):
     """Sum response[k] · flow k steps ago over one period; `history` is a ring whose next place is `step`."""
     total = 0.0

@@ -1,6 +1,6 @@
 """The periodic state: the fixed point of the map from the state at the start of a cycle to the state at its end."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,3 +88,58 @@ def _combine(end: np.ndarray, change: np.ndarray, changes: np.ndarray, ends: np.
         return end
     weights = np.linalg.lstsq(changes.T, change, rcond=1e-12)[0]
     return end - ends.T @ weights
+
+
+def affine_fixed_point(
+    cycle: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    start: np.ndarray,
+    tolerance: float,
+    most: int,
+    learned: Secants | None = None,
+) -> np.ndarray | None:
+    """Find the outputs at the fixed points of maps that share one linear part, x = M x + b with a b for each row of x.
+
+    Every cycle tells what M does to as many vectors as there are rows, and all rows use all of them. As the outputs are
+    linear too, those of the fixed points are combined from those of the cycles, and no last cycle is needed.
+
+    Parameters
+    ----------
+    cycle : callable
+        Returns the rows' ends and outputs.
+    start : array, shape (row, variable)
+    tolerance : float
+        Change over a cycle that counts as none, as a share of the row's largest value.
+    most : int
+        Largest number of cycles.
+    learned : Secants, optional
+        Of a map whose linear part is nearly M.
+
+    Returns
+    -------
+    array, shape (row, output), or None if the tolerance was not met.
+    """
+    x = start
+    history: list[tuple[np.ndarray, ...]] = []
+    for _ in range(most):
+        end, output = cycle(x)
+        change = end - x
+        history.append((change, end, output))
+        own = [_differences(of_all_cycles) for of_all_cycles in zip(*history, strict=True)]
+        weights = _cancelling(own[0], change)
+        left = np.max(np.abs(change - weights @ own[0]), axis=1)
+        if np.all(left <= tolerance * np.max(np.abs(end), axis=1)):
+            return output - weights @ own[2]
+        known = own[:2] if learned is None else [np.vstack(pair) for pair in zip(learned, own[:2], strict=True)]
+        x = end - _cancelling(known[0], change) @ known[1]
+    return None
+
+
+def _differences(of_all_cycles: Sequence[np.ndarray]) -> np.ndarray:
+    """Return by how much the rows differ from one cycle to the next, all below each other; first a zero for each."""
+    return np.concatenate(np.diff(np.array(of_all_cycles), axis=0, prepend=of_all_cycles[:1]))
+
+
+def _cancelling(secants: np.ndarray, changes: np.ndarray) -> np.ndarray:
+    """Return the amounts of the secants whose sum is nearest to each change, shape (row, secant)."""
+    size = np.max(np.abs(secants), axis=1, initial=1e-300, keepdims=True)
+    return np.linalg.lstsq((secants / size).T, changes.T, rcond=1e-13)[0].T / size.T

@@ -12,7 +12,7 @@ from vasowave.recording.cycle import resample
 from vasowave.solver.extremes import Extreme, Extremes, find_extremes
 from vasowave.solver.grid import Grid
 from vasowave.solver.periodic import Convergence
-from vasowave.solver.state import State
+from vasowave.solver.state import Scale, State
 from vasowave.solver.validity import notes_of
 
 
@@ -36,6 +36,8 @@ class Run:
     end : State
         State at the end of the cycle.
     convergence : Convergence
+    scale : Scale
+        Of the variables, in which the convergence was judged.
     courant : float
         Largest Courant number of the last cycle.
     mach : Extreme
@@ -56,6 +58,7 @@ class Run:
     cells: np.ndarray
     end: State
     convergence: Convergence
+    scale: Scale
     courant: float
     mach: Extreme
     volume_error: float
@@ -81,13 +84,18 @@ class Run:
     def pressure(self) -> np.ndarray:
         """Pressure at inlet, middle and outlet, mmHg, shape (sample, station, vessel)."""
         area = np.moveaxis(self.stations[0], 1, -1)
-        return np.asarray(walls.pressure(self.model.wall, area, self.model.network.area0))
+        return np.asarray(walls.pressure(self.model.wall, area, self.model.area0))
 
     def inlet_pressure(self, samples: int) -> np.ndarray:
         """Pressure at the root's inlet, mmHg, at `samples` evenly spaced times of the cycle."""
         root = self.model.network.root
         wall = type(self.model.wall)(*(value[root] for value in self.model.wall))
-        pressure = np.asarray(walls.pressure(wall, self.inlet_area, self.model.network.area0[root]))
-        if self.steps % samples == 0:
-            return pressure[:: self.steps // samples]
-        return resample(pressure, samples)
+        pressure = np.asarray(walls.pressure(wall, self.inlet_area, self.model.area0[root]))
+        return at_samples(pressure, samples)
+
+
+def at_samples(signal: np.ndarray, samples: int) -> np.ndarray:
+    """Return what is known at every step of a cycle at `samples` evenly spaced times."""
+    if len(signal) % samples == 0:
+        return signal[:: len(signal) // samples]
+    return resample(signal, samples)

@@ -62,7 +62,7 @@ def _periodic(stepper: Stepper, start: Start, numerics: Numerics) -> Run:
     x, convergence = fixed_point(cycle, began, numerics.tolerance, numerics.most_cycles, allowed, start.secants)
     if not convergence.converged:
         raise not_periodic(start.grid.model.outlets, convergence.changes, numerics.tolerance, stepper.period)
-    return _finished(stepper, scale.state(x), convergence, numerics)
+    return _finished(stepper, scale.state(x), convergence, scale, numerics)
 
 
 def run_cycles(model: Model, inflow: Inflow, numerics: Numerics, count: int) -> Run:
@@ -78,16 +78,18 @@ def run_cycles(model: Model, inflow: Inflow, numerics: Numerics, count: int) -> 
         for _ in range(count):
             before, state = state, stepper.cycle(state)
             changes.append(float(np.max(np.abs(scale.vector(state) - scale.vector(before)))))
-        return _finished(stepper, state, Convergence(tuple(changes), changes[-1] <= numerics.tolerance), numerics)
+        return _finished(
+            stepper, state, Convergence(tuple(changes), changes[-1] <= numerics.tolerance), scale, numerics
+        )
 
     return _with_stable_step(attempt, start.steps(numerics), numerics)
 
 
-def _finished(stepper: Stepper, end: State, convergence: Convergence, numerics: Numerics) -> Run:
+def _finished(stepper: Stepper, end: State, convergence: Convergence, scale: Scale, numerics: Numerics) -> Run:
     require_subcritical(stepper.mach)
     return Run(
         stepper.grid, stepper.period, stepper.steps, stepper.inlet_area, stepper.stations, stepper.cells, end,
-        convergence, stepper.courant, stepper.mach, stepper.volume_error, numerics.tolerance,
+        convergence, scale, stepper.courant, stepper.mach, stepper.volume_error, numerics.tolerance,
     )  # fmt: skip
 
 

@@ -73,7 +73,7 @@ class FromLinear:
         pressure, flow = linear.in_time(linear.pressure, times), linear.in_time(linear.flow, times)
         pressure = np.clip(pressure, *_range_of_pressure(model))
         speed = walls.wave_speed(model.wall, pressure, model.blood.inertia)
-        speed = speed + np.abs(flow) / walls.area(model.wall, pressure, model.network.area0)
+        speed = speed + np.abs(flow) / walls.area(model.wall, pressure, model.area0)
         return np.max(speed, axis=0) / self.grid.spacing[self.grid.vessels.first] * (linear.period / AIM)
 
     def mean_pressure(self) -> np.ndarray:
@@ -85,7 +85,7 @@ class FromLinear:
         grid, linear, model = self.grid, self.linear, self.grid.model
         cell, step = grid.is_cell, linear.period / steps
         P, Q = linear.at(grid.vessel[cell], grid.position[cell])
-        area, flow = model.network.area0[grid.vessel].copy(), np.zeros(len(grid.vessel))
+        area, flow = model.area0[grid.vessel].copy(), np.zeros(len(grid.vessel))
         wall = type(grid.wall)(*(value[cell] for value in grid.wall))
         pressure = np.clip(linear.in_time(P, -0.5 * step), *_range_of_pressure(model))
         area[cell] = walls.area(wall, pressure, area[cell])
@@ -122,17 +122,17 @@ class FromNeighbor:
     def mean_pressure(self) -> np.ndarray:
         """Return the neighbour's mean pressures in the middle of its vessels, mmHg."""
         model, area = self.run.model, self.run.stations[0, :, :, 1].mean(axis=0)
-        return np.maximum(np.asarray(walls.pressure(model.wall, area, model.network.area0)), 0.0)
+        return np.maximum(np.asarray(walls.pressure(model.wall, area, model.area0)), 0.0)
 
     def state(self, outlet: OutletSteps, steps: int) -> State:
         """Return the neighbour's pressures, flows and memory at the end of its cycle."""
         grid, end, before = self.grid, self.run.end, self.run.grid
-        area0 = grid.model.network.area0[grid.vessel]
+        area0 = grid.model.area0[grid.vessel]
         if len(end.area) != len(area0) or end.memory.shape[1] != len(outlet.remembered()):
             raise NumericalError("the neighbouring run has another grid; start without it")
         pressure: walls.Values = np.zeros(len(area0))
         if type(before.wall) is type(grid.wall):
-            pressure = walls.pressure(before.wall, end.area, before.model.network.area0[grid.vessel])
+            pressure = walls.pressure(before.wall, end.area, before.model.area0[grid.vessel])
         return State(np.asarray(walls.area(grid.wall, pressure, area0)), end.flow, end.memory)
 
 
@@ -154,9 +154,13 @@ class FromRest:
 
     def state(self, outlet: OutletSteps, steps: int) -> State:
         """Return undeformed vessels without flow."""
-        grid = self.grid
-        memory = np.zeros((len(grid.model.network.terminals), len(outlet.remembered())))
-        return State(grid.model.network.area0[grid.vessel].copy(), np.zeros(len(grid.vessel)), memory)
+        return at_rest(self.grid, outlet)
+
+
+def at_rest(grid: Grid, outlet: OutletSteps) -> State:
+    """Return undeformed vessels without flow, whose outlets remember none."""
+    memory = np.zeros((len(grid.model.network.terminals), len(outlet.remembered())))
+    return State(grid.model.area0[grid.vessel].copy(), np.zeros(len(grid.vessel)), memory)
 
 
 def _range_of_pressure(model: Model) -> tuple[float, float]:

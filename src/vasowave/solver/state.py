@@ -31,7 +31,7 @@ class Scale:
 
     def __init__(self, grid: Grid, mean_pressure: np.ndarray, outlet: OutletSteps) -> None:
         model = grid.model
-        area0 = model.network.area0
+        area0 = model.area0
         compliance = np.asarray(walls.area_compliance(model.wall, mean_pressure, area0))
         area = walls.area(model.wall, mean_pressure, area0)
         speed = walls.wave_speed(model.wall, mean_pressure, model.blood.inertia)
@@ -59,3 +59,8 @@ class Scale:
         area, flow = self.ghost_area.copy(), np.zeros(len(self.cell))
         area[self.cell], flow[self.cell] = x[:n] * self.compliance, x[n : 2 * n] / self.impedance
         return State(area, flow, x[2 * n :].reshape(self.memory.shape) / self.memory)
+
+    def change(self, x: np.ndarray) -> State:
+        """Return the difference between two states whose vectors differ by `x`."""
+        change = self.state(x)
+        return State(np.where(self.cell, change.area, 0.0), change.flow, change.memory)

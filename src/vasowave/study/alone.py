@@ -10,10 +10,11 @@ import xarray as xr
 from vasowave.animal.reading import data_of, wall_laws
 from vasowave.errors import InputError
 from vasowave.files import check_writable
-from vasowave.study.animals import AnimalRow
+from vasowave.study.names import checked_name
 from vasowave.study.plan import RESULTS, Study
 from vasowave.study.reading import STUDY_FILE
 from vasowave.study.results import INDEX
+from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile
 
 
@@ -54,7 +55,7 @@ def animal_alone(
         if not file.is_file():
             raise InputError(f"{file}: {'is a folder' if file.is_dir() else 'there is no such file'}")
     kind = "cycle" if len(recordings) == 2 or period is not None else ""
-    row = AnimalRow(animal, settings.groups[0], network, tuple(recordings), 0, kind, period)  # type: ignore[arg-type]
+    row = AnimalRow(checked_name(animal), settings.groups[0], network, tuple(recordings), 0, kind, period)  # type: ignore[arg-type]
     return Study(folder / STUDY_FILE, settings, (row,))
 
 

@@ -2,42 +2,20 @@
 
 import math
 import re
+import unicodedata
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, cast
 
 from vasowave import units
 from vasowave.columns import Columns, read_columns
 from vasowave.errors import InputError, did_you_mean
+from vasowave.study.names import checked_name
 from vasowave.study.problems import Problem
+from vasowave.study.rows import COLUMNS, NEEDED, AnimalRow
 
-COLUMNS = {
-    "animal": "Name of the animal, each once.",
-    "group": "One of the groups of study.yaml.",
-    "network": "File of its vessels: name, parent, length [cm], radius [cm]. Animals may share one.",
-    "recording": "File of its recording: one averaged cycle, or a continuous recording.",
-    "flow": "File of the flow, if the recording holds the pressure only (averaged cycles).",
-    "kind": "cycle (one averaged cycle) or raw (continuous, beats are found and averaged); empty: told from the file.",
-    "period [s]": "Period of an averaged cycle without a time column.",
-    "pressure unit": "Unit of the pressure, where its file names none.",
-    "flow unit": "Unit of the flow, where its file names none.",
-    "pressure channel": "raw: title of the pressure channel, where the titles do not tell.",
-    "flow channel": "raw: title of the flow channel.",
-    "ecg channel": "raw: title of the ECG channel.",
-    "block": "raw: block of a LabChart file, counted from 1; the longest by default.",
-    "start [s]": "raw: start of the stretch to use, since the start of the block.",
-    "end [s]": "raw: end of the stretch to use.",
-    "sampling rate [1/s]": "raw: samples per second of a table without a time column.",
-    "synthetic": "yes if the recording was made and not measured; the report then says so.",
-    "R_T [mmHg s/ml]": "Total resistance known from elsewhere (a published table): `check` compares, `run` ignores it.",
-    "C_T [ml/mmHg]": "Total compliance known from elsewhere, likewise.",
-    "tau [s]": "Time constant known from elsewhere, likewise.",
-}
-"""Columns of animals.csv and what they hold; the first four are needed."""
-
-NEEDED = ("animal", "group", "network", "recording")
 _NUMBERS = {
+    "image pressure [mmHg]": "image_pressure",
     "period [s]": "period",
     "block": "block",
     "start [s]": "start",
@@ -50,41 +28,6 @@ _NUMBERS = {
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]")
 _CYCLE_ONLY = ("flow", "period [s]")
 Say = Callable[..., None]
-_NAME = re.compile(r"\w[\w .,+()-]*")
-
-
-@dataclass(frozen=True)
-class AnimalRow:
-    """One row of the table; a number is None and a text empty where the cell is.
-
-    An empty `kind` is told from the file, see `study.kind`.
-    """
-
-    animal: str
-    group: str
-    network: Path
-    recordings: tuple[Path, ...]
-    line: int
-    kind: Literal["", "cycle", "raw"] = ""
-    period: float | None = None
-    pressure_unit: str = ""
-    flow_unit: str = ""
-    pressure_channel: str = ""
-    flow_channel: str = ""
-    ecg_channel: str = ""
-    block: int | None = None
-    start: float | None = None
-    end: float | None = None
-    sampling_rate: float | None = None
-    synthetic: bool = False
-    R_T: float | None = None
-    C_T: float | None = None
-    tau: float | None = None
-
-    @property
-    def files(self) -> tuple[Path, ...]:
-        """Every file that is read for this animal."""
-        return (self.network, *self.recordings)
 
 
 def read_animals(path: Path, groups: Sequence[str] | None) -> tuple[list[AnimalRow], list[Problem]]:
@@ -152,6 +95,7 @@ def _row(
 ) -> tuple[AnimalRow | None, list[Problem]]:
     line = table.lines[number]
     cell = dict.fromkeys(COLUMNS, "") | {title: table.cells[number][i].strip() for title, i in where.items()}
+    cell |= {title: unicodedata.normalize("NFC", cell[title]) for title in ("animal", "group")}
     wrong: list[Problem] = []
 
     def say(title: str, message: str, error: bool = True) -> None:
@@ -183,8 +127,10 @@ def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | Non
     for title in NEEDED:
         if not cell[title]:
             say(title, "the cell is empty")
-    if cell["animal"] and not _NAME.fullmatch(cell["animal"]):
-        say("animal", f"'{cell['animal']}': a name consists of letters, digits, blanks and . , _ + - ( )")
+    try:
+        checked_name(cell["animal"] or "empty")
+    except InputError as error:
+        say("animal", str(error))
     if cell["group"] and groups is not None and cell["group"] not in groups:
         hint = did_you_mean(cell["group"], groups)
         say("group", f"'{cell['group']}' is not a group of the study{hint}; its groups: {', '.join(groups)}")

@@ -3,17 +3,19 @@
 import hashlib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import VasowaveError
 from vasowave.nominal import Nominal, estimate_nominal, oddities
 from vasowave.recording import INDEX_UNITS
-from vasowave.study.animals import AnimalRow
 from vasowave.study.document import Document, read_document
 from vasowave.study.loading import load_animal
+from vasowave.study.overview import AnimalRead, read_of
 from vasowave.study.plan import Study, inspect_study
-from vasowave.study.problems import Problem
+from vasowave.study.problems import Problem, one_per_cause
+from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
 
 NORMAL = {
@@ -43,8 +45,16 @@ _TAU = (0.02, 0.6)
 _SLIP = 3.0  # a known value that differs by more than this factor is no other method, but another number
 
 
-def check_study(path: Path) -> list[Problem]:
-    """Return everything that is wrong or odd, in the order of the files.
+class Checked(NamedTuple):
+    """What is wrong or odd, in the order of the files, and what was read of every animal whose files are in order."""
+
+    problems: list[Problem]
+    read: list[AnimalRead]
+    settings: StudyFile | None
+
+
+def check_study(path: Path) -> Checked:
+    """Return everything that is wrong or odd, and what was read.
 
     Reads the study file, the table of animals and every file that it names, averages the beats of continuous
     recordings and makes the closed-form estimates of the nominal parameters.
@@ -56,12 +66,24 @@ def check_study(path: Path) -> list[Problem]:
     """
     study, problems = inspect_study(path)
     if study is None:
-        return problems
-    document = read_document(study.path)
+        return Checked(one_per_cause(problems), [], None)
+    document, read = read_document(study.path), []
     problems += _settings(study, document)
     for row in study.animals:
-        problems += _animal(study, row, document)
-    return problems + _same_files(study)
+        place = f"{study.table}, line {row.line} ('{row.animal}')"
+        try:
+            animal = load_animal(row, study.settings, study.folder)
+            problems += _animal(study, row, animal, document, place)
+            read.append(read_of(animal))
+        except VasowaveError as error:
+            problems.append(_unreadable(place, row, str(error)))
+    return Checked(one_per_cause(problems + _same_files(study)), read, study.settings)
+
+
+def _unreadable(place: str, row: AnimalRow, message: str) -> Problem:
+    """Return the problem that one of an animal's files is wrong, so that the same in another's is known as the same."""
+    file = next((str(one) for one in row.files if message.startswith(f"{one}: ")), "")
+    return Problem(place, message.removeprefix(f"{file}: ") if file else message, file=file)
 
 
 def _settings(study: Study, document: Document) -> list[Problem]:
@@ -103,15 +125,10 @@ def _settings(study: Study, document: Document) -> list[Problem]:
     return found
 
 
-def _animal(study: Study, row: AnimalRow, document: Document) -> list[Problem]:
-    """Return what is wrong or odd about the files of one animal."""
-    place = f"{study.table}, line {row.line} ('{row.animal}')"
-    try:
-        animal = load_animal(row, study.settings, study.folder)
-        settings = animal_settings(study.settings)
-        nominal = estimate_nominal(animal.network, animal.recording, settings.blood)
-    except VasowaveError as error:
-        return [Problem(place, str(error))]
+def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, place: str) -> list[Problem]:
+    """Return what is wrong or odd about what the files of one animal hold."""
+    settings = animal_settings(study.settings)
+    nominal = estimate_nominal(animal.network, animal.recording, settings.blood)
     said = [
         *_odd_notes(animal),
         *_physiology(animal, nominal, study.settings),
@@ -126,7 +143,9 @@ def _animal(study: Study, row: AnimalRow, document: Document) -> list[Problem]:
 
 def _odd_notes(animal: Animal) -> list[str]:
     """Return those of a recording's notes that ask for a look."""
-    return [note for note in animal.recording.notes if "?" in note or ("rejected" in note and "were" in note)]
+    moved = animal.beats is not None and animal.beats.baseline.alarming
+    asking = [note for note in animal.recording.notes if "?" in note or ("rejected" in note and "were" in note)]
+    return asking + [note for note in animal.recording.notes if moved and note.startswith("baseline: ")]
 
 
 def _physiology(animal: Animal, nominal: Nominal, settings: StudyFile) -> list[str]:

@@ -13,7 +13,7 @@ from typing import Any
 from vasowave.errors import InputError, VasowaveError
 from vasowave.files import is_full
 from vasowave.study.fingerprint import source_digest
-from vasowave.threads import VARIABLE
+from vasowave.threads import VARIABLE, cores
 
 Pools = Callable[[int], AbstractContextManager[Executor]]
 """Gives an executor with (up to) the stated number of workers."""
@@ -127,10 +127,14 @@ class _Run:
         self.failures: dict[str, str] = {}
         self.done = 0
         self.started = time.monotonic()
+        self.at_once = 1
+        self.began: dict[str, float] = {}
+        self.lasted: list[float] = []
 
     def round(self, executor: Executor, waiting: deque[Job], at_once: int) -> list[Job]:
         """Compute the waiting jobs; after a process died, return those that were being computed."""
         running: dict[Future[Any], Job] = {}
+        self.at_once = at_once
         while waiting or running:
             try:
                 while waiting and len(running) < at_once:
@@ -152,6 +156,7 @@ class _Run:
         return []
 
     def submit(self, executor: Executor, job: Job, arguments: tuple[Any, ...]) -> Future[Any]:
+        self.began[job.name] = time.monotonic()
         return executor.submit(perform, self.function, arguments, self.threads, source_digest())
 
     def loaded(self, job: Job) -> tuple[Any, ...] | None:
@@ -183,8 +188,20 @@ class _Run:
 
     def tell(self, job: Job, what: str, message: str = "") -> None:
         self.done += 1
-        each = (time.monotonic() - self.started) / self.done
-        self.progress(Progress(job.name, what, self.done, self.count, each * (self.count - self.done), message))
+        began = self.began.pop(job.name, None)
+        if began is not None:
+            self.lasted.append(time.monotonic() - began)
+        self.progress(Progress(job.name, what, self.done, self.count, self.left(), message))
+
+    def left(self) -> float | None:
+        """Return the time left, s, if the animals that are not done take as long as those that are, on average."""
+        if not self.lasted:
+            return None
+        now, each, rest = time.monotonic(), sum(self.lasted) / len(self.lasted), self.count - self.done
+        if self.at_once > cores():  # a cluster: how many it computes at once shows only in what it has done
+            return (now - self.started) / self.done * rest
+        running = sum(max(each - (now - began), 0.0) for began in self.began.values())
+        return (running + each * (rest - len(self.began))) / min(self.at_once, max(rest, 1))
 
 
 def perform(function: Callable[..., Any], arguments: tuple[Any, ...], threads: int | None, source: str) -> Any:

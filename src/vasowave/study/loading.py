@@ -11,14 +11,15 @@ import xarray as xr
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress, analyze
-from vasowave.errors import VasowaveWarning
+from vasowave.errors import InputError, VasowaveWarning
 from vasowave.laws import law_file
-from vasowave.network import read_network
+from vasowave.network import Network, read_network
 from vasowave.provenance import sha256
 from vasowave.recording import Recording, average_beats, read_raw_recording, read_recording
-from vasowave.study.animals import AnimalRow
 from vasowave.study.fingerprint import fingerprint
+from vasowave.study.journal import Journal
 from vasowave.study.kind import kind_of
+from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
 
 SYNTHETIC_MARK = b"SYNTHETIC"
@@ -44,7 +45,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     files |= {name: file for name, file in laws.items() if file is not None}
     ignored = {"network", "recordings", "line", "R_T", "C_T", "tau"}
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
-    what["settings"] = animal_settings(study).as_json()
+    what["settings"], what["image pressure"] = animal_settings(study).as_json(), study.image_pressure
     what["kind"] = row.kind or kind_of(row.recordings)
     if what["kind"] == "raw":
         what["averaging"] = study.averaging.model_dump()
@@ -64,7 +65,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", VasowaveWarning)
-        network = read_network(row.network)
+        network = _filled(read_network(row.network), row, study)
         if (row.kind or kind_of(row.recordings)) == "cycle":
             recording = read_recording(*row.recordings, period=row.period, **_units(row))
             animal = Animal(row.animal, row.group, network, recording)
@@ -88,6 +89,16 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     return replace(animal, recording=_relative(animal.recording, said, folder), synthetic=synthetic)
 
 
+def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
+    """Return the network with the pressure of its image: what its file says, else the row, else the study."""
+    if network.pressure and row.image_pressure not in (None, network.pressure):
+        raise InputError(
+            f"{row.network}: its vessels were imaged at {network.pressure:g} mmHg, the table of animals says "
+            f"{row.image_pressure:g}; correct one of the two"
+        )
+    return replace(network, pressure=network.pressure or row.image_pressure or study.image_pressure)
+
+
 def _says_synthetic(row: AnimalRow) -> bool:
     """Whether a recording says of itself, near its beginning, that no animal was measured."""
     for file in row.recordings:
@@ -98,17 +109,20 @@ def _says_synthetic(row: AnimalRow) -> bool:
 
 
 def analyze_animal(
-    animal: Animal, settings: Settings, hashes: Mapping[str, str], progress: Progress | None = None
+    animal: Animal, settings: Settings, hashes: Mapping[str, str], journal: str, progress: Progress | None = None
 ) -> xr.DataTree:
-    """Analyze one animal; the SHA-256 of its files stands among the attributes of the tree."""
-    tree = analyze(animal, settings, progress)
+    """Analyze one animal; searches that its journal (a file) knows are not made again.
+
+    The SHA-256 of its files stands among the attributes of the tree.
+    """
+    tree = analyze(animal, settings, progress, Journal(Path(journal)).of)
     tree.attrs |= {f"sha256 of {role}": found for role, found in hashes.items()}
     return tree
 
 
-def analyzed_bytes(animal: Animal, settings: Settings, hashes: Mapping[str, str]) -> bytes:
+def analyzed_bytes(animal: Animal, settings: Settings, hashes: Mapping[str, str], journal: str) -> bytes:
     """Return the tree of `analyze_animal` as the bytes of a netCDF-4 file. Runs in a worker."""
-    return to_bytes(analyze_animal(animal, settings, hashes))
+    return to_bytes(analyze_animal(animal, settings, hashes, journal))
 
 
 def _units(row: AnimalRow) -> dict[str, str | None]:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.files import not_written
+from vasowave.locks import lock_open_file
 
 _OPEN = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0)
 
@@ -38,7 +39,7 @@ def locked(path: Path) -> Iterator[None]:
         raise not_written(path, error) from None
     with os.fdopen(handle, "a+", encoding="utf-8") as file:
         try:
-            _lock(file.fileno())
+            lock_open_file(file.fileno())
         except BlockingIOError:
             file.seek(0)
             holder = file.read().strip() or "another program"
@@ -57,17 +58,14 @@ def locked(path: Path) -> Iterator[None]:
         yield
 
 
-def _lock(handle: int) -> None:
-    """Lock an open file; `BlockingIOError` if it is locked already."""
-    if os.name == "nt":
-        import msvcrt
-
-        os.lseek(handle, 1 << 20, os.SEEK_SET)  # a byte that nobody reads
-        try:
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
-        except PermissionError as error:
-            raise BlockingIOError from error
-    else:
-        import fcntl
-
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+def holder(path: Path) -> str | None:
+    """Return who holds the lock file `path`, as it wrote itself there; None if nobody does."""
+    try:
+        with path.open("r+", encoding="utf-8") as file:
+            try:
+                lock_open_file(file.fileno())
+            except BlockingIOError:
+                return file.read().strip() or "another program"
+    except OSError:
+        pass
+    return None

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vasowave.laws import look_in
-from vasowave.study.animals import AnimalRow, read_animals
+from vasowave.study.animals import read_animals
 from vasowave.study.problems import Problem, refuse
 from vasowave.study.reading import read_settings, study_path
+from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile
 
 RESULTS = "results"

@@ -24,6 +24,7 @@ import xarray as xr
 from vasowave.animal.files import read_tree
 from vasowave.errors import InputError
 from vasowave.files import made_inside, write_file
+from vasowave.notebook import card
 from vasowave.provenance import provenance
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import piece_digest
@@ -100,6 +101,14 @@ class Results:
     def __len__(self) -> int:
         """Return how many animals were analyzed."""
         return len(self.animals)
+
+    def _repr_html_(self) -> str:
+        members = {label: [one.animal for one in self.animals if one.group == label] for label in self.settings.groups}
+        facts: dict[str, object] = {label: f"{len(names)}: {', '.join(names)}" for label, names in members.items()}
+        facts["wall laws"] = ", ".join(self.settings.calibration.walls)
+        facts["run"] = ", ".join(f"{name} {version}" for name, version in self.versions.items())
+        failed = [f"{name} failed: {why}" for name, why in self.failures.items()]
+        return card(f"Study: {self.settings.title}", facts, failed)
 
     def trees(self) -> list[xr.DataTree]:
         """Return the trees of all animals, in the order of their groups."""

@@ -13,6 +13,7 @@ from vasowave.errors import InputError
 from vasowave.files import made_inside
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
+from vasowave.study.journal import FOLDER, remove_journals
 from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
 from vasowave.study.lock import locked
 from vasowave.study.plan import RESULTS, Study
@@ -21,7 +22,9 @@ from vasowave.study.settings import animal_settings
 from vasowave.study.store import Store
 from vasowave.threads import cores
 
-_LOCK = "running.lock"
+LOCK = "running.lock"
+"""The lock file, in the folder of the results."""
+
 _ON_CLUSTER = 256  # animals that are handed to a cluster at once
 
 
@@ -97,7 +100,7 @@ def run_study(
     ('mouse 6',)
     """
     say = progress or (lambda step: None)
-    with locked(made_inside(study.folder, RESULTS) / _LOCK):
+    with locked(made_inside(study.folder, RESULTS) / LOCK):
         store = Store(study.results)
         pieces, jobs, failures = _plan(study, store)
         kept = tuple(pieces)
@@ -114,6 +117,8 @@ def run_study(
             pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs))
             failures |= run_jobs(jobs, analyzed_bytes, keep, pools, at_once, threads, shifted)
         results = _write(study, pieces, failures)
+        if not failures:
+            remove_journals(study.results)
     computed = tuple(job.name for job in jobs if job.name in pieces)
     return Done(results, computed, kept, failures)
 
@@ -139,16 +144,18 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
         No start of a calibration could be simulated.
     """
     (row,) = study.animals
-    with locked(made_inside(study.folder, RESULTS) / _LOCK):
+    with locked(made_inside(study.folder, RESULTS) / LOCK):
         store = Store(study.results)
         pieces, jobs, failures = _plan(study, store)
         if failures:
             raise InputError(failures[row.animal])
         for job in jobs:
-            animal, settings, hashes = job.load()
-            tree = analyze_animal(animal, settings, hashes, progress)
+            animal, settings, hashes, journal = job.load()
+            tree = analyze_animal(animal, settings, hashes, journal, progress)
             key = f"interrupted-{job.key}" if tree.attrs["interrupted"] else job.key
             pieces[row.animal] = store.keep(key, to_bytes(tree))
+            if not tree.attrs["interrupted"]:
+                remove_journals(study.results)
         results = _write(study, pieces, {})
     computed = tuple(job.name for job in jobs)
     return Done(results, computed, () if computed else (row.animal,), {})
@@ -169,7 +176,7 @@ def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[
     pieces: dict[str, Path] = {}
     jobs: list[Job] = []
     failures: dict[str, str] = {}
-    settings = animal_settings(study.settings)
+    settings, journals = animal_settings(study.settings), made_inside(study.results, FOLDER)
     for row in study.animals:
         try:
             key = animal_key(row, study.settings, study.folder)
@@ -185,7 +192,7 @@ def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[
             animal, hashes = load_animal(row, study.settings, study.folder), file_hashes(row, study.folder)
             if animal_key(row, study.settings, study.folder) != key:
                 raise InputError("its files changed while they were being read; run again")
-            return animal, settings, hashes
+            return animal, settings, hashes, str(journals / f"{key}.jsonl")
 
         jobs.append(Job(row.animal, key, load))
     return pieces, jobs, failures

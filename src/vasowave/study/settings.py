@@ -6,16 +6,20 @@ The template, the editor's schema, the documentation and the options of `vasowav
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from annotated_types import MinLen
+from annotated_types import Ge, Le, MinLen
 from pydantic import BaseModel, ConfigDict, Field, create_model, field_validator, model_validator
 
+from vasowave.analysis import WavesAt
 from vasowave.animal.animal import Settings
 from vasowave.blood import FRICTIONS, Blood
 from vasowave.calibration import Search
 from vasowave.calibration.calibrate import NUMERICS
+from vasowave.cohort.primary import Family
+from vasowave.network import HIGHEST
 from vasowave.recording import average_beats
-from vasowave.settings import Setting, settings_of
+from vasowave.settings import Check, Setting, settings_of
 from vasowave.solver import Numerics
+from vasowave.study.names import checked_name
 
 _ANIMAL, _NUMERICS, _BLOOD = settings_of(Settings), settings_of(Numerics), settings_of(Blood)
 _EXAMPLES: dict[str, Any] = {"bounds": {"beta": [10, 400], "c1": [0.05, 5]}, "fixed": {"gamma": 2}}
@@ -65,20 +69,20 @@ class _FrictionBelongs(Section):
         return self
 
 
-class ReportSection(Section):
-    """The report."""
-
-    pdf: bool = Field(True, description="Whether the page is also written as PDF.")
-
-
 class _First(Section):
     title: Text = Field("Pulmonary arteries of two groups", description="Title of the report.")
     animals: Text = Field("animals.csv", description="The table of animals, beside this file.")
     species: Literal["mouse", "rat", "other"] = Field(
         "mouse", description="Whose physiology `check` compares with: mouse, rat or other (no comparison)."
     )
-    groups: Annotated[list[Text], MinLen(1)] = Field(
+    groups: Annotated[list[Annotated[Text, Check(checked_name)]], MinLen(1)] = Field(
         ["CTL", "HPH"], description="Group labels in the order of tables; the first is the reference."
+    )
+
+    image_pressure: Annotated[float, Ge(0), Le(HIGHEST)] = Field(
+        0.0,
+        description="Transmural pressure at which the vessels were filled for the image, mmHg, of the animals whose "
+        "network or row does not say it; 0 where it is not known.",
     )
 
     @field_validator("groups")
@@ -103,7 +107,7 @@ _All: Any = create_model(
         "The fit of each wall law to each recording.",
         _chosen(_ANIMAL, ("walls", *settings_of(Search))),
     ),
-    **_fields(_chosen(_ANIMAL, ("model_selection", "selection_optima"))),
+    **_fields(_chosen(_ANIMAL, ("model_selection", "selection_optima", "waves_at"))),
     blood=_section(
         "Blood",
         "Blood and its friction at the wall.",
@@ -118,7 +122,11 @@ _All: Any = create_model(
             for name in ("cell_size", "tolerance", "most_cycles", "cycles_from_rest")
         },
     ),
-    report=(ReportSection, ReportSection()),
+    report=_section(
+        "ReportSection",
+        "The report: its files, and what of it is primary.",
+        {"pdf": Setting(bool, True, "Whether the pages are also written as PDF.")} | settings_of(Family),
+    ),
 )
 
 
@@ -130,9 +138,10 @@ class StudyFile(_All):
         calibration: Any
         model_selection: bool
         selection_optima: tuple[Literal["OLS", "GLS"], ...]
+        waves_at: WavesAt
         blood: Any
         numerics: Any
-        report: ReportSection
+        report: Any
 
 
 def animal_settings(study: StudyFile) -> Settings:
@@ -143,6 +152,7 @@ def animal_settings(study: StudyFile) -> Settings:
         **study.calibration.model_dump(),
         model_selection=study.model_selection,
         selection_optima=study.selection_optima,
+        waves_at=study.waves_at,
         blood=Blood(blood["density"], blood["viscosity"], law(**{name: blood[name] for name in settings_of(law)})),
         numerics=Numerics(**study.numerics.model_dump()),
     )

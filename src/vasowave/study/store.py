@@ -12,6 +12,8 @@ from vasowave.errors import InputError
 from vasowave.files import made_inside, remove_parts, write_file
 from vasowave.provenance import sha256
 
+CACHE = "cache"
+
 
 class Store:
     """The folder `name` of finished pieces in `folder`. One program at a time may write to it (see `study.lock`).
@@ -23,7 +25,7 @@ class Store:
         Made if missing; unfinished files of an earlier program are removed.
     """
 
-    def __init__(self, folder: Path, name: str = "cache") -> None:
+    def __init__(self, folder: Path, name: str = CACHE) -> None:
         self.folder = made_inside(folder, name)
         remove_parts(self.folder)
 

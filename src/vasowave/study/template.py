@@ -1,6 +1,7 @@
 """A new study: a commented study file, its schema for editors, an empty table of animals, folders for the files."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
@@ -9,8 +10,9 @@ from pydantic import BaseModel
 
 from vasowave.errors import InputError
 from vasowave.files import made_inside, write_file, write_folder
-from vasowave.study.animals import COLUMNS, NEEDED
-from vasowave.study.reading import STUDY_FILE
+from vasowave.study.problems import refuse
+from vasowave.study.reading import STUDY_FILE, parse_settings
+from vasowave.study.rows import COLUMNS, NEEDED
 from vasowave.study.settings import StudyFile
 
 SCHEMA_FILE = "study.schema.json"
@@ -18,16 +20,17 @@ FOLDERS = ("networks", "recordings")
 _WIDTH = 100
 
 
-def new_study(folder: Path) -> list[Path]:
+def new_study(folder: Path, groups: Sequence[str] = ("CTL", "HPH")) -> list[Path]:
     """Write the files of a new study and return them.
 
     Raises
     ------
     InputError
-        One of them exists already; nothing was written then. The folder cannot be written.
+        One of them exists already; nothing was written then. The folder cannot be written. A label that cannot be one.
     """
     folder = Path(folder)
-    texts = {STUDY_FILE: study_text(), SCHEMA_FILE: schema_text(), "animals.csv": animals_text()}
+    texts = {STUDY_FILE: study_text(groups), SCHEMA_FILE: schema_text(), "animals.csv": animals_text()}
+    refuse(parse_settings(texts[STUDY_FILE].encode())[1])
     for name in texts:
         if (folder / name).exists():
             raise InputError(f"{folder / name} exists already; give another folder, nothing was changed")
@@ -39,7 +42,7 @@ def new_study(folder: Path) -> list[Path]:
     return [folder / name for name in texts]
 
 
-def study_text() -> str:
+def study_text(groups: Sequence[str] = ("CTL", "HPH")) -> str:
     """Return ``study.yaml`` with every key, its meaning and its default."""
     lines = [
         f"# yaml-language-server: $schema={SCHEMA_FILE}",
@@ -53,9 +56,10 @@ def study_text() -> str:
         if isinstance(section, type) and issubclass(section, BaseModel):
             lines += [*_comment((section.__doc__ or "").strip(), ""), f"{name}:"]
             for key, inner in section.model_fields.items():
-                lines += [*_comment(inner.description or "", "  "), *_key(key, inner, "  ")]
+                lines += [*_comment(inner.description or "", "  "), *_key(key, inner, "  ", _standard(inner))]
         else:
-            lines += [*_comment(field.description or "", ""), *_key(name, field, "")]
+            value = list(groups) if name == "groups" else _standard(field)
+            lines += [*_comment(field.description or "", ""), *_key(name, field, "", value)]
     return "\n".join(lines) + "\n"
 
 
@@ -105,7 +109,7 @@ def columns_table() -> str:
 
 
 def _default(field: Any) -> str:
-    value = field.get_default(call_default_factory=True)
+    value = _standard(field)
     return "empty" if value is None else f"`{written(value)}`"
 
 
@@ -113,8 +117,11 @@ def _comment(text: str, indent: str) -> list[str]:
     return [f"{indent}# {line}" for line in wrap(text, _WIDTH)]
 
 
-def _key(name: str, field: Any, indent: str) -> list[str]:
-    value = field.get_default(call_default_factory=True)
+def _standard(field: Any) -> Any:
+    return field.get_default(call_default_factory=True)
+
+
+def _key(name: str, field: Any, indent: str, value: Any) -> list[str]:
     lines = [f"{indent}{name}:{'' if value is None else ' ' + written(value)}"]
     return lines + [f"{indent}# {name}: {written(example)}" for example in field.examples or ()]
 

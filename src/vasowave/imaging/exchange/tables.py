@@ -19,14 +19,14 @@ def write_network_table(measured: Measurement, path: str | Path, doubts: Sequenc
     names = [network.name[p] if p >= 0 else "" for p in network.parent]
     columns = (network.length, network.radius, measured.radius_sd, measured.inscribed, measured.densitometric)
     heads = ("length", "radius", "radius_sd", "radius_inscribed", "radius_densitometric")
+    known = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
     with Path(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["name", "parent", *(f"{head} [cm]" for head in heads), "radius_reliable", "doubts"])
+        writer.writerow(["name", "parent", *(f"{head} [cm]" for head in heads), *known, "radius_reliable", "doubts"])
         for row, name in enumerate(network.name):
             cells = [repr(float(column[row])) if np.isfinite(column[row]) else "" for column in columns]
-            writer.writerow(
-                [name, names[row], *cells, "yes" if measured.reliable[row] else "no", "; ".join(doubted[name])]
-            )
+            reliable = "yes" if measured.reliable[row] else "no"
+            writer.writerow([name, names[row], *cells, *known.values(), reliable, "; ".join(doubted[name])])
 
 
 def write_points(tree: Tree, names: tuple[str, ...], path: str | Path) -> None:

@@ -1,6 +1,6 @@
 """What was measured of every vessel."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -57,6 +57,11 @@ def measured_in(tree: Tree, volume: Volume) -> Measurement:
     network = Network(first.name, first.parent, first.length, radius)
     unknown = np.full(len(tree), np.nan)
     return Measurement(network, tree, first.radius, dense, unknown, reliable, unknown, grey)
+
+
+def filled_at(measured: Measurement, pressure: float) -> Measurement:
+    """Return `measured` of vessels that were filled at `pressure` (mmHg, transmural) for the image."""
+    return replace(measured, network=replace(measured.network, pressure=pressure))
 
 
 def measured_alone(tree: Tree) -> Measurement:

@@ -115,7 +115,7 @@ def part_of(measured: Measurement, rows: Sequence[int] | np.ndarray) -> Measurem
     names = tuple(whole.name[row] for row in rows)
     return replace(
         measured,
-        network=Network(names, parent, whole.length[rows], whole.radius[rows]),
+        network=Network(names, parent, whole.length[rows], whole.radius[rows], pressure=whole.pressure),
         tree=Tree(tuple(measured.tree.lines[row] for row in rows), parent),
         inscribed=measured.inscribed[rows],
         densitometric=measured.densitometric[rows],
@@ -131,7 +131,7 @@ def scaled(measured: Measurement, factor: float) -> Measurement:
     whole = measured.network
     return replace(
         measured,
-        network=Network(whole.name, whole.parent, whole.length * factor, whole.radius * factor),
+        network=replace(whole, length=whole.length * factor, radius=whole.radius * factor),
         tree=measured.tree.times(factor),
         inscribed=measured.inscribed * factor,
         densitometric=measured.densitometric * factor,

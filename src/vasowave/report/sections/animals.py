@@ -30,7 +30,9 @@ def animal_sections(cohort: Cohort, written: dict[str, str]) -> tuple[Section, S
     (tree,) = cohort.trees
     color = group_looks(cohort.groups)[group_of(tree)].color
     return (
-        Section("animal", "Fit and values", _animal(tree, 1, color, written)),
+        Section(
+            "animal", "Fit and values", [*_sentences(tree, written), *_animal(tree, 1, color, written), *_notes(tree)]
+        ),
         Section("search", "Search, correlations, numerics", _search(tree, written)),
     )
 
@@ -45,6 +47,12 @@ def _title(tree: xr.DataTree) -> str:
 def _remarks(tree: xr.DataTree) -> list[Block]:
     notes = notes_of(tree)
     return [Remarks("Notes", notes)] if notes else []
+
+
+def _notes(tree: xr.DataTree) -> list[Block]:
+    """Return the notes folded, as they stand with the animals of a cohort."""
+    found = _remarks(tree)
+    return [Fold(f"Notes ({len(notes_of(tree))})", found)] if found else []
 
 
 def _sentences(tree: xr.DataTree, written: dict[str, str]) -> list[Block]:

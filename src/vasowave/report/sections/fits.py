@@ -2,13 +2,12 @@
 
 from collections.abc import Mapping
 
-import numpy as np
 import pandas as pd
 import xarray as xr
 
 from vasowave.animal.reading import data_of, law_of
 from vasowave.report.tables.animal import estimates_frame
-from vasowave.report.wording import listed, number, unit
+from vasowave.report.wording import listed, number, unit, with_error
 
 
 def fit_sentences(tree: xr.DataTree, wall: str, written: Mapping[str, str]) -> list[str]:
@@ -33,7 +32,7 @@ def _with_error(row: pd.Series) -> str:
     if not row["free"]:
         return f"{number(row['value'])}{units} (held)"
     error = float(row.get("standard_error_correlated", row["standard_error"]))
-    return f"{number(row['value'])}{f' ± {number(error, 2)}' if np.isfinite(error) else ''}{units}"
+    return f"{with_error(float(row['value']), error)}{units}"
 
 
 def _beds(fit: xr.Dataset) -> str:

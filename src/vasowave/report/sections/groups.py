@@ -6,17 +6,24 @@ import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import PARAMETERS, Comparison, importance
+from vasowave.cohort.primary import Primary
 from vasowave.cohort.table import INDICES
 from vasowave.figures.compared import importance_figure, ratios_figure
 from vasowave.report.blocks import Block, Drawing, Fold, Heading, Paragraph, Remarks, Section
 from vasowave.report.tables import groups as tables
 from vasowave.report.tables.cells import source_title
+from vasowave.report.tables.primary import primary_tables
 from vasowave.report.wording import column_label, listed, name_and_unit
 
 
-def groups_section(cohort: Cohort, comparisons: Mapping[str, Comparison], written: dict[str, str]) -> Section:
+def groups_section(
+    cohort: Cohort, primary: Primary, comparisons: Mapping[str, Comparison], written: dict[str, str]
+) -> Section:
     """Importance indices, contrasts and tests by every source, and all quantities described."""
     blocks: list[Block] = []
+    if len(primary.rows):
+        blocks += [Heading("Primary comparison"), *primary_tables(primary, written)]
+        blocks += [Heading("The paper's comparison, each source by itself")]
     if len(cohort.groups) > 1:
         blocks.append(_importance(cohort, written))
     else:

@@ -8,6 +8,7 @@ from vasowave.animal.reading import data_of, network, period, wall_laws
 from vasowave.blood import boundary_layer
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import Comparison
+from vasowave.cohort.primary import Primary, relabelings
 from vasowave.report.blocks import Paragraph, Section
 from vasowave.report.tables.cells import named, span, symbols
 from vasowave.report.wording import friction_words, listed, number
@@ -19,14 +20,14 @@ _SEARCHES = {
 }
 
 
-def methods_section(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> Section:
+def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, Comparison]) -> Section:
     """Return the paragraphs on data, model, calibration, analyses and statistics."""
     texts = [_data(cohort)]
     if cohort.walls:
         texts += [_model(cohort), _calibration(cohort)]
     texts.append(_analyses())
     if not cohort.single:
-        texts.append(_statistics(cohort, comparisons))
+        texts += [*_primary(primary), _statistics(cohort, comparisons)]
     return Section("methods", "Methods", [Paragraph(text) for text in texts])
 
 
@@ -135,6 +136,26 @@ def _analyses() -> str:
     )
 
 
+def _primary(primary: Primary) -> list[str]:
+    if not len(primary.rows):
+        return []
+    row = primary.rows.iloc[0]
+    written = listed(list(dict.fromkeys(primary.rows["quantity"].astype(str))))
+    law = f" of the {primary.law} wall law and of the recordings" if primary.law else ""
+    return [
+        f"Primary, and declared before, was one family of quantities{law}: {written}. Groups were compared by ratios "
+        "on "
+        "logarithms: within each group the animals were pooled by random effects (restricted maximum likelihood; "
+        "weights "
+        "from the standard errors of their estimates), intervals after Hartung and Knapp, not below those of the "
+        "errors "
+        "alone, with Satterthwaite's degrees of freedom; quantities without standard errors so have Welch's interval. "
+        "p "
+        "values are family-wise, by Westfall and Young's step-down max-|t| over "
+        f"{relabelings((int(row['n reference']), int(row['n other'])))} relabelings of the animals."
+    ]
+
+
 def _statistics(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> str:
     counts = {source: len(one.contrasts) for source, one in comparisons.items()}
     tests = "; ".join(f"{source}: {count} tests" for source, count in counts.items() if count)
@@ -142,9 +163,10 @@ def _statistics(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> str:
         return "Groups are described by mean, SD, median and quartiles; nothing was compared."
     several = " More than two groups were compared by a permutation Kruskal-Wallis test first."
     return (
-        f"Groups were compared by exact two-sided Mann-Whitney tests, p values adjusted by Holm's method within each "
+        "As in the paper, groups were also compared by exact two-sided Mann-Whitney tests, p values adjusted by "
+        "Holm's method within each "
         f"source ({tests}), ratios of geometric means with Welch intervals, and Hedges' g with intervals from the "
         f"noncentral t distribution; the importance index η (eq. 20) is relative to {cohort.reference}."
-        f"{several if len(cohort.groups) > 2 else ''} Every comparison was repeated without each animal in turn where "
+        f"{several if len(cohort.groups) > 2 else ''} Every ratio was computed again without each animal in turn where "
         "groups had three animals or more."
     )

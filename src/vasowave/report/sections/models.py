@@ -10,14 +10,14 @@ from vasowave.figures.compared import boxes_figure
 from vasowave.figures.style import group_looks
 from vasowave.report.blocks import Block, Drawing, Fold, Section, Table
 from vasowave.report.tables import models as tables
-from vasowave.report.tables.selection import selection_table
+from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
 from vasowave.report.wording import column_label
 
 _BEDS = ("R_T", "C_T", "C_p_over_C_T", "tau", "a")
 _SOURCES = "Sources differ by their hatch and stand below their boxes."
 
 
-def model_section(cohort: Cohort, written: Mapping[str, str]) -> Section:
+def model_section(cohort: Cohort, law: str, written: Mapping[str, str]) -> Section:
     """What the calibrated models say."""
     blocks = [
         *_waveforms(cohort),
@@ -32,7 +32,8 @@ def model_section(cohort: Cohort, written: Mapping[str, str]) -> Section:
                 "grey circles: harmonics whose flow is near the noise.", figures.impedance_figure(cohort)),
         Drawing("Residuals", "Measured minus simulated pressure and its autocorrelation; inside the grey band an "
                 "autocorrelation cannot be told from that of independent noise.", figures.residuals_figure(cohort)),
-        *_selection(cohort),
+        misfit_table(cohort),
+        *_selection(cohort, law),
     ]  # fmt: skip
     return Section("models", "Calibrated model" if cohort.single else "Calibrated models", blocks)
 
@@ -89,11 +90,13 @@ def _waves(cohort: Cohort, written: Mapping[str, str]) -> list[Block]:
     return [*blocks, tables.waves(cohort)]
 
 
-def _selection(cohort: Cohort) -> list[Block]:
+def _selection(cohort: Cohort, law: str) -> list[Block]:
     if not cohort.compared:
         return []
     table: Table = selection_table(cohort)
-    return [table] if cohort.single else [Fold("Model selection, animal by animal", [table])]
+    if cohort.single:
+        return [table]
+    return [preference_table(cohort, law), Fold("Model selection, animal by animal", [table])]
 
 
 def _harmonics(cohort: Cohort) -> int:

@@ -8,7 +8,7 @@ from vasowave.animal.reading import data_of, sources, wall_laws
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import with_unit
 from vasowave.report.tables.models import MARKS, mark
-from vasowave.report.wording import Row, number, unit
+from vasowave.report.wording import Row, number, unit, value_text
 
 _NUMERICS = {
     "period": ("period", "s"),
@@ -96,13 +96,8 @@ def starts_frame(tree: xr.DataTree, wall: str) -> pd.DataFrame:
 
 def _value(tree: xr.DataTree, source: str, name: str) -> str:
     value = data_of(tree, f"{source}/quantities")[name]
-    text = number(float(value))
-    if source != "measured":
-        text += mark(data_of(tree, f"{source}/calibration"), name)
-    if "interval_low" not in value.attrs:
-        return text
-    low, high = float(value.attrs["interval_low"]), float(value.attrs["interval_high"])
-    return f"{text} [{number(low, 2)}, {number(high, 2)}]"
+    text = value_text(value, with_unit=False)
+    return text if source == "measured" else text + mark(data_of(tree, f"{source}/calibration"), name)
 
 
 def _setting(key: str, value: object) -> str:

@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.animal.reading import data_of, group_of, name_of, sources
-from vasowave.report.wording import name_and_unit, number
+from vasowave.report.wording import name_and_unit, number, with_error, with_interval
 
 _SUBSCRIPTS = {"_0": "₀", "_1": "₁", "_2": "₂", "cm2": "cm²"}
 
@@ -61,19 +61,19 @@ def with_unit(label: object, written: dict[str, str]) -> str:
 
 def mean_sd(row: pd.Series) -> str:
     """Return mean ± SD of a row of `describe`."""
-    return number(row["mean"]) + (f" ± {number(row['SD'], 2)}" if np.isfinite(row["SD"]) else "")
+    return with_error(float(row["mean"]), float(row["SD"]))
 
 
 def median_iqr(row: pd.Series) -> str:
     """Return median and quartiles of a row of `describe`; of one animal its value."""
     if not np.isfinite(row["SD"]):
         return number(row["median"])
-    return f"{number(row['median'])} [{number(row['Q1'])}, {number(row['Q3'])}]"
+    return with_interval(*(float(row[label]) for label in ("median", "Q1", "Q3")))
 
 
 def interval(row: pd.Series, center: str, name: str) -> str:
     """Return an estimate with its interval from a row of `contrasts`."""
-    return f"{number(row[center], 2)} [{number(row[f'{name} low'], 2)}, {number(row[f'{name} high'], 2)}]"
+    return with_interval(*(float(row[label]) for label in (center, f"{name} low", f"{name} high")))
 
 
 def span(values: np.ndarray, digits: int = 3) -> str:

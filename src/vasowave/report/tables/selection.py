@@ -1,12 +1,14 @@
-"""Which wall law each noise model prefers, for every animal ("AICcBIC")."""
+"""Which wall law the residuals prefer, for every animal ("AICcBIC") and pooled; how well the laws meet the data."""
 
 import pandas as pd
 
 from vasowave.animal.reading import data_of
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.votes import ballots
+from vasowave.cohort.misfit import WORSE_THAN_BEST, WORST_SHARE, misfits
+from vasowave.cohort.votes import differences
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import who
+from vasowave.report.wording import number, with_interval
 
 _NOTE = (
     "λ: weight of the regularization; noise models that need more than allowed are discarded and stand last. D: fitted "
@@ -16,9 +18,58 @@ _NOTE = (
 
 def selection_table(cohort: Cohort) -> Table:
     """AICc and BIC of the wall laws under every noise model, for every animal, likeliest noise model first."""
-    parts = [ballots(tree).assign(**who(tree)) for tree in cohort.compared]  # type: ignore[arg-type]
+    pairs = zip(cohort.ballots, cohort.compared, strict=True)
+    parts = [one.table.assign(**who(tree)) for one, tree in pairs]  # type: ignore[arg-type]
     data = pd.concat(parts, ignore_index=True)
     data = data[["animal", "group", *(label for label in data.columns if label not in ("animal", "group"))]]
     verdict = data_of(cohort.compared[0], "selection")["AICc_verdict"].attrs.get("long_name", "")
     note = f"Prefers: {verdict}. {_NOTE}" if verdict else _NOTE
     return Table.of("AICcBIC", "AICc and BIC of the wall laws; the lower score is better", data, note)
+
+
+def preference_table(cohort: Cohort, law: str) -> Table:
+    """How much worse than `law` every other law is, pooled over animals, by noise model."""
+    parts = [differences(cohort.ballots, law).assign(noise="likeliest of each animal")]
+    for covariance in dict.fromkeys(name for one in cohort.ballots for name in one.table["covariance"]):
+        parts.append(differences(cohort.ballots, law, covariance=str(covariance)).assign(noise=str(covariance)))
+    data = pd.concat([part for part in parts if len(part)] or parts[:1], ignore_index=True)
+    cells = [
+        (str(row["wall"]), str(row["noise"]), str(row["n"]),
+         with_interval(float(row["mean"]), float(row["low"]), float(row["high"])), number(float(row["sum"])))
+        for _, row in data.iterrows()
+    ]  # fmt: skip
+    header = ("wall", "noise model", "animals", f"AICc minus that of the {law} wall, per animal [95 %]", "sum")
+    note = (
+        f"Positive numbers speak for the {law} wall. The interval is Student's, from the scatter between animals; "
+        "joint "
+        "covariance, least-squares optimum. What the noise model changes, the data have not decided."
+    )
+    return Table("Preference", "Wall laws compared over all animals", header, cells, note, data)
+
+
+def misfit_table(cohort: Cohort) -> Table:
+    """What every law leaves of the data, beside the error of the averaged cycle."""
+    data = misfits(cohort)
+    cells = [
+        (row["animal"], row["group"], row["wall"], number(row["RMSE"], 2), number(row["error"], 2),
+         f"{100 * row['share']:.1f} %", number(row["over best"], 2), "misses" if row["missed"] else "")
+        for _, row in data.iterrows()
+    ]  # fmt: skip
+    header = (
+        "animal",
+        "group",
+        "wall",
+        "RMSE [mmHg]",
+        "error of the cycle [mmHg]",
+        "of the pulse",
+        "over the best law",
+        "",
+    )
+    note = (
+        "Error of the cycle: standard error of the averaged beats (– if a cycle was given). A law misses its data "
+        "where it "
+        f"leaves more than {WORSE_THAN_BEST:g} times what the animal's best law leaves, or more than "
+        f"{100 * WORST_SHARE:g} % "
+        "of the pulse pressure."
+    )
+    return Table("Misfit", "What the wall laws leave of the data", header, cells, note, data)

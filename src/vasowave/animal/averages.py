@@ -1,0 +1,74 @@
+"""What the wall laws of one animal say together, as labelled data."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from vasowave.animal.quantities import SHARES
+from vasowave.errors import InputError
+from vasowave.selection.averaging import LEVEL, averaged, law_weights
+
+AVERAGED = ("wave_speed", "area_compliance", "R_T", "a", "C_p")
+"""Quantities that mean the same under every law."""
+
+
+def averages_dataset(selection: xr.Dataset, quantities: Mapping[str, xr.Dataset]) -> xr.Dataset | None:
+    """Return the quantities averaged over the laws by their weights, None if no noise model gives weights.
+
+    Parameters
+    ----------
+    selection : Dataset
+        From `compare_models`.
+    quantities : mapping of str to Dataset
+        Those of each wall law.
+
+    Returns
+    -------
+    Dataset
+        ``weight`` by ``covariance`` and ``wall``, and each quantity of `AVERAGED`, with its 95 % interval and
+        ``between_laws`` (the share of its variance that lies between laws) as attributes: the laws weighted under the
+        likeliest noise model, which stands first, is named in the attribute ``covariance`` and makes the weights.
+    """
+    try:
+        weights = law_weights(selection)
+    except InputError:
+        return None
+    first = weights.isel(covariance=0)
+    laws = [str(wall) for wall in first["wall"].values]
+    found: dict[str, xr.Variable | xr.DataArray] = {"weight": weights}
+    for name in AVERAGED:
+        each = [quantities[wall][name] for wall in laws]
+        if all(_spread(one) is not None for one in each):
+            found[name] = _variable(each, first.values)
+    said = "the recording's error and the model's discrepancy within each law, and the choice between these laws"
+    return xr.Dataset(found, attrs={"covariance": str(first["covariance"].values), "interval_holds": said})
+
+
+def _variable(each: list[xr.DataArray], weights: np.ndarray) -> xr.Variable:
+    spreads = [spread for one in each if (spread := _spread(one)) is not None]
+    errors, freedoms = zip(*spreads, strict=True)
+    mean = averaged([float(one) for one in each], errors, freedoms, list(weights))
+    attrs = {name: each[0].attrs[name] for name in ("units", "long_name", "symbol")}
+    high = min(mean.high, 1.0) if each[0].name in SHARES else mean.high
+    attrs |= {"interval_low": mean.low, "interval_high": high, "interval_level": LEVEL}
+    return xr.Variable((), mean.value, attrs | {"between_laws": mean.between})
+
+
+def _spread(quantity: xr.DataArray) -> tuple[float, float] | None:
+    """Standard error of the logarithm of a quantity and its degrees of freedom, None where they are not known.
+
+    What is stored is the error and the interval: the quantile between them tells the degrees of freedom.
+    """
+    from scipy.optimize import brentq
+    from scipy.special import ndtri, stdtrit
+
+    error, low = quantity.attrs.get("standard_error", 0.0) / float(quantity), quantity.attrs.get("interval_low", 0.0)
+    if not (error > 0 and low > 0):
+        return None
+    ratio, share = np.log(float(quantity) / low) / error, 0.5 + 0.5 * LEVEL
+    if ratio <= 1.001 * ndtri(share):
+        return error, np.inf
+    if ratio >= stdtrit(1.0, share):
+        return error, 1.0
+    return error, float(brentq(lambda n: stdtrit(n, share) - ratio, 1.0, 1e9))

@@ -1,0 +1,162 @@
+"""Many starts of one fit: all of them look for the way, and only those that may lead elsewhere are followed.
+
+First every start searches until a step gains little. The best of them goes on to its optimum. Another need not where
+the linear model of that optimum explains its residual: between the two there is no other valley. What is left is
+followed until even the linear model of its own place promises nothing better than the best.
+"""
+
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+
+from vasowave.calibration.compared import Compared
+from vasowave.calibration.objective import Objective
+from vasowave.calibration.parameters import Space
+from vasowave.calibration.search import ROUGH, Found, search
+from vasowave.errors import NumericalError
+from vasowave.solver.simulate import Numerics
+from vasowave.threads import threads
+
+Progress = Callable[[int, int, float], None]
+
+SCOUT = "scout"
+"""The first stage: every start looks for the way."""
+
+SAME = 1e-3
+"""Share by which the S of starts may differ that ended at the same optimum."""
+
+_NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
+_GAIN = 1e-2  # relative gain of S below which a start waits
+_UNEXPLAINED = 0.25  # share of a residual's change that the linear model of the best optimum may leave unexplained
+_DERIVATIVES = 3e-3  # exactness of derivatives while searching
+
+
+def starting_points(space: Space, count: int, seed: int) -> list[np.ndarray]:
+    """Return logarithms of the free parameters to start from: the nominal ones, and others nearby."""
+    low, high = space.log_bounds
+    inside = 0.02 * (high - low)
+    nominal = np.log(space.nominal[space.free])
+    random = np.random.default_rng(seed)
+    moved = nominal + random.uniform(-_NEARBY, _NEARBY, (count - 1, len(nominal)))
+    return [np.clip(x, low + inside, high - inside) for x in (nominal, *moved)]
+
+
+class Ends(Protocol):
+    """Where the ends of the searches of one fit are kept, by stage and number of the start."""
+
+    def find(self, stage: str, start: int) -> Found | None:
+        """Return where a search ended, if that is known."""
+        ...
+
+    def keep(self, stage: str, start: int, found: Found) -> None:
+        """Keep where a search ended; called from several threads."""
+        ...
+
+
+def search_all(
+    space: Space,
+    compared: Compared,
+    numerics: Numerics,
+    starts: Sequence[np.ndarray],
+    method: str,
+    progress: Progress | None = None,
+    ends: Ends | None = None,
+) -> tuple[list[Found], bool]:
+    """Search from every start, as many at once as there are cores; returns what was found, and if it was stopped.
+
+    Every search of every stage begins with nothing but its place, so that one whose end is known from `ends` need not
+    be made, and all others are the same as without.
+
+    Raises
+    ------
+    NumericalError
+        No start could be simulated.
+    """
+    stages = _Stages(space, compared, numerics, starts, method, progress, ends)
+    found = stages.found
+    try:
+        stages.follow(SCOUT, range(len(starts)), _GAIN if len(starts) > 1 else ROUGH)
+        best = min(sorted(found), key=lambda i: found[i].S)
+        if len(starts) > 1 and np.isfinite(found[best].S):
+            stages.follow("best", [best], ROUGH)
+            found |= _joined(stages.objective(), found, best)
+            alone = [i for i, one in sorted(found.items()) if np.isfinite(one.S) and not one.joined and i != best]
+            stages.follow("alone", alone, ROUGH, (1 + SAME) * found[best].S)
+    except KeyboardInterrupt:
+        if not any(np.isfinite(one.S) for one in found.values()):
+            raise
+    if not any(np.isfinite(one.S) for one in found.values()):
+        raise NumericalError(f"no start of the fit could be simulated; the first: {found[0].message}")
+    return [found[number] for number in sorted(found)], stages.stop.is_set()
+
+
+@dataclass(eq=False)
+class _Stages:
+    """The searches of one fit, and what they have found by number of the start."""
+
+    space: Space
+    compared: Compared
+    numerics: Numerics
+    starts: Sequence[np.ndarray]
+    method: str
+    progress: Progress | None
+    ends: Ends | None
+    found: dict[int, Found] = field(default_factory=dict)
+    stop: threading.Event = field(default_factory=threading.Event)
+
+    def objective(self) -> Objective:
+        """Return an objective that remembers nothing yet."""
+        workers = max(1, threads() // len(self.starts))
+        return Objective(self.space, self.compared, self.numerics, workers, self.stop, _DERIVATIVES)
+
+    def follow(self, stage: str, chosen: Sequence[int], tolerance: float, enough: float = np.inf) -> None:
+        """Search from the chosen starts, or from where the stage before ended."""
+        for number, one in _finished(chosen, lambda number: self.end(stage, number, tolerance, enough), self.stop):
+            before = self.found[number].simulations if number in self.found else 0
+            self.found[number] = replace(one, simulations=before + one.simulations)
+            if stage == SCOUT and self.progress is not None:
+                self.progress(len(self.found), len(self.starts), min(one.S for one in self.found.values()))
+
+    def end(self, stage: str, number: int, tolerance: float, enough: float) -> Found:
+        """Return where a search ends, from what is known or by searching."""
+        known = self.ends.find(stage, number) if self.ends is not None else None
+        if known is None:
+            begin = self.starts[number] if stage == SCOUT else self.found[number].x
+            known = search(self.objective(), begin, self.method, tolerance, enough)
+            if self.ends is not None:
+                self.ends.keep(stage, number, known)
+        return known
+
+
+def _finished(
+    chosen: Sequence[int], task: Callable[[int], Found], stop: threading.Event
+) -> Iterator[tuple[int, Found]]:
+    """Run the task for every chosen number, and yield what is finished; whatever ends this sets `stop`."""
+    with ThreadPoolExecutor(max(1, min(threads(), len(chosen)))) as pool:
+        pending: dict[Future[Found], int] = {pool.submit(task, number): number for number in chosen}
+        try:
+            while pending:
+                for future in wait(pending, timeout=0.2, return_when=FIRST_COMPLETED).done:
+                    yield pending.pop(future), future.result()
+        except BaseException:
+            stop.set()
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _joined(objective: Objective, found: dict[int, Found], best: int) -> dict[int, Found]:
+    """Return the starts that lie in the bowl of the best optimum: its linear model explains their residuals."""
+    optimum, joined = found[best], {}
+    jacobian = objective.jacobian(optimum.x)
+    for number, one in found.items():
+        if number != best and np.isfinite(one.S):
+            change = one.residual - optimum.residual
+            left = change - jacobian @ (one.x - optimum.x)
+            if left @ left <= _UNEXPLAINED * (change @ change):
+                message = "in the bowl of the best optimum, to which it need not be followed"
+                joined[number] = replace(one, converged=True, joined=True, message=message)
+    return joined

@@ -1,0 +1,141 @@
+"""A run of a study as it goes on: rows with stages on a terminal, lines elsewhere, or JSON for programs."""
+
+import json
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Protocol
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bars
+
+from vasowave.errors import InputError
+from vasowave.study.engine import Progress
+from vasowave.study.loading import animal_key
+from vasowave.study.plan import Study
+from vasowave.study.status import searches_of
+
+_LOOK = 1.0  # s between looks into the journals
+_SAY = 60.0  # s between lines where there is no terminal
+_WORDS = {"kept": "kept from earlier", "computed": "computed", "failed": "FAILED"}
+Searches = Mapping[str, Mapping[str, tuple[int, int]]]
+
+
+class Show(Protocol):
+    """What is told of a run."""
+
+    def step(self, step: Progress) -> None:
+        """Tell that an animal is done."""
+        ...
+
+    def searches(self, found: Searches) -> None:
+        """Tell how many searches of which animals have ended."""
+        ...
+
+
+@contextmanager
+def watched(study: Study, as_json: bool) -> Iterator[Show]:
+    """Give what takes the steps of a run, and tell meanwhile which searches of its animals end."""
+    console = Console(stderr=True)
+    with _bars(console, len(study.animals)) as bars:
+        show: Show = JsonLines() if as_json else Rows(console, bars)
+        ended = threading.Event()
+        watcher = threading.Thread(target=_watch, args=(study, show, ended), daemon=True)
+        watcher.start()
+        try:
+            yield show
+        finally:
+            ended.set()
+            watcher.join()
+
+
+def event(event: str, /, **facts: Any) -> None:
+    """Print one event of a run as a line of JSON."""
+    typer.echo(json.dumps({"event": event, **facts}, ensure_ascii=False))
+
+
+class JsonLines:
+    """Every step as a line of JSON on the standard output."""
+
+    def __init__(self) -> None:
+        self.said: dict[tuple[str, str], int] = {}
+
+    def step(self, step: Progress) -> None:
+        """Tell that an animal is done."""
+        left = None if step.left is None else round(step.left, 1)
+        event("animal", animal=step.name, what=step.what, done=step.done, count=step.count, left_s=left,
+              message=step.message)  # fmt: skip
+
+    def searches(self, found: Searches) -> None:
+        """Tell how many searches of which animals have ended, where that is more than before."""
+        for animal, walls in found.items():
+            for wall, (done, count) in walls.items():
+                if self.said.get((animal, wall)) != done:
+                    self.said[animal, wall] = done
+                    event("searches", animal=animal, wall=wall, done=done, count=count)
+
+
+class Rows:
+    """A bar for the study and a row for every animal that is being computed; lines where there is no terminal."""
+
+    def __init__(self, console: Console, bars: Bars) -> None:
+        self.console, self.bars = console, bars
+        self.rows: dict[str, TaskID] = {}
+        self.finished: set[str] = set()
+        self.said = time.monotonic()
+
+    def step(self, step: Progress) -> None:
+        """Tell that an animal is done."""
+        left = _left(step)
+        self.finished.add(step.name)
+        if step.name in self.rows:
+            self.bars.remove_task(self.rows.pop(step.name))
+        self.bars.update(self.bars.task_ids[0], completed=step.done, left=left)
+        why = f": {step.message}" if step.message else ""
+        self._print(f"{step.done} of {step.count}: {step.name} {_WORDS[step.what]}{why}{f' ({left})' if left else ''}")
+
+    def searches(self, found: Searches) -> None:
+        """Tell how many searches of which animals have ended."""
+        stages = {name: _stage(walls) for name, walls in found.items() if name not in self.finished}
+        for name, stage in stages.items():
+            if name not in self.rows:
+                self.rows[name] = self.bars.add_task(name, total=None, left="")
+            done, count = (sum(one[i] for one in found[name].values()) for i in (0, 1))
+            self.bars.update(self.rows[name], completed=done, total=count, left=stage)
+        if not self.console.is_terminal and stages and time.monotonic() - self.said > _SAY:
+            self.said = time.monotonic()
+            self._print("; ".join(f"{name}: {stage}" for name, stage in stages.items()))
+
+    def _print(self, text: str) -> None:
+        self.console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+def _stage(walls: Mapping[str, tuple[int, int]]) -> str:
+    wall, (done, count) = list(walls.items())[-1]
+    return f"{wall} wall, {done} of {count} searches" if done < count else f"{wall} wall fitted, going on"
+
+
+def _watch(study: Study, show: Show, ended: threading.Event) -> None:
+    try:
+        keys = {row.animal: animal_key(row, study.settings, study.folder) for row in study.animals}
+    except InputError:  # the run itself says which file it is
+        return
+    while not ended.wait(_LOOK):
+        show.searches(searches_of(Path(study.results), keys))
+
+
+def _bars(console: Console, count: int) -> Bars:
+    columns = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()]
+    bars = Bars(*columns, TextColumn("{task.fields[left]}"), console=console, disable=not console.is_terminal)
+    bars.add_task("animals", total=count, left="")
+    return bars
+
+
+def _left(step: Progress) -> str:
+    if step.left is None or step.done == step.count:
+        return ""
+    return f"about {step.left:.0f} s left" if step.left < 90 else f"about {step.left / 60:.0f} min left"

@@ -1,0 +1,127 @@
+"""The figures of the first page: measured waveforms of all animals, and the network with what the model says of it."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from vasowave.animal.reading import data_of, name_of, network, wall_laws
+from vasowave.cohort.cohort import Cohort
+from vasowave.figures.fit import plot_flow, plot_pressure
+from vasowave.figures.groups import plot_waveforms
+from vasowave.figures.marks import mark, readable
+from vasowave.figures.network import plot_network
+from vasowave.figures.style import group_looks, new_figure, short
+from vasowave.network import Network
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_COLORS = "cividis"  # its lightness rises evenly: readable in grey and by the colour-blind
+
+
+def waveforms_figure(cohort: Cohort) -> "Figure":
+    """Measured pressure and flow of every animal, one column per group; of one animal with its fits."""
+    if cohort.single:
+        return _one_animal(cohort)
+    figure = new_figure(min(17.0, 1.5 + 5.2 * len(cohort.groups)), 8.6)
+    axes = figure.subplots(2, len(cohort.groups), squeeze=False, sharex="col", sharey="row")
+    looks = group_looks(cohort.groups)
+    for column, (group, trees) in enumerate(cohort.groups.items()):
+        axes[0, column].set_title(f"{short(group, 18)} (n = {len(trees)})")
+        for row, quantity in enumerate(("pressure", "flow")):
+            plot_waveforms(axes[row, column], trees, quantity, looks[group].color)
+            axes[row, column].locator_params(axis="x", nbins=3)
+    for ax in axes.flat:  # limits are shared, so they are final now; then inner labels go
+        readable(ax)
+    for ax in axes.flat:
+        ax.label_outer()
+    return figure
+
+
+def _one_animal(cohort: Cohort) -> "Figure":
+    (tree,) = cohort.trees
+    figure = new_figure(12.0, 10.0)
+    pressure, flow = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
+    color = next(iter(group_looks(cohort.groups).values())).color
+    _plot_scatter(pressure, tree)
+    plot_pressure(pressure, tree, color)
+    plot_flow(flow, tree, color)
+    for ax in (pressure, flow):
+        for line in ax.get_lines():
+            mark(line, str(line.get_label()), name_of(tree))
+        readable(ax)
+    pressure.set_xlabel("")
+    return figure
+
+
+def _plot_scatter(ax: "Axes", tree: xr.DataTree) -> None:
+    """Draw a band of one standard deviation of the beats, where they are known."""
+    recording = data_of(tree, "recording")
+    if "pressure_sd" in recording.data_vars:
+        mean, deviation = recording["pressure"].values, recording["pressure_sd"].values
+        ax.fill_between(
+            recording["time"].values, mean - deviation, mean + deviation, color="0.8", lw=0, label="SD of the beats"
+        )
+
+
+def tree_figure(cohort: Cohort, wall: str) -> "Figure":
+    """The network of each group's shown animal, coloured by the mean pressure that a wall law gives."""
+    trees = {group: tree for group, tree in cohort.shown.items() if wall in wall_laws(tree)}
+    means = {group: mean_pressures(tree, wall) for group, tree in trees.items()}
+    figure = new_figure(12.0, sum(_height(network(tree)) for tree in trees.values()) + 1.2)
+    heights = [_height(network(tree)) for tree in trees.values()]
+    axes = figure.subplots(len(trees), 1, squeeze=False, height_ratios=heights)[:, 0]
+    scale = _Scale(np.concatenate(list(means.values())))
+    for ax, (group, tree) in zip(axes, trees.items(), strict=True):
+        whole = network(tree)
+        plot_network(ax, whole, scale.colors(means[group]), _tips(tree, wall, whole, means[group]), size=6.5)
+        if not cohort.single:
+            ax.set_title(short(cohort.name(group), 40))
+    scale.draw(figure, list(axes), f"mean pressure [mmHg], {wall} wall")
+    return figure
+
+
+def mean_pressures(tree: xr.DataTree, wall: str) -> np.ndarray:
+    """Return the mean pressure at the middle of every vessel, mmHg, in the order of the network."""
+    pressure = data_of(tree, f"{wall}/simulation")["pressure"].sel(station="middle").mean("time")
+    return pressure.sel(vessel=list(network(tree).name)).values
+
+
+class _Scale:
+    """Values as colours, and the bar that explains them."""
+
+    def __init__(self, values: np.ndarray) -> None:
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import Normalize
+
+        self._map = ScalarMappable(Normalize(float(values.min()), float(values.max())), _COLORS)
+
+    def colors(self, values: np.ndarray) -> list[str]:
+        from matplotlib.colors import to_hex
+
+        return [to_hex(tuple(color)) for color in self._map.to_rgba(values)]
+
+    def draw(self, figure: "Figure", axes: "list[Axes]", label: str) -> None:
+        bar = figure.colorbar(self._map, ax=axes, orientation="horizontal", aspect=45, pad=0.02, label=label)
+        bar.outline.set_visible(False)
+
+
+def _height(whole: Network) -> float:
+    return min(14.0, max(2.4, 0.42 * len(whole.terminals)))
+
+
+def _tips(tree: xr.DataTree, wall: str, whole: Network, mean: np.ndarray) -> list[str]:
+    speed = dict(
+        zip(data_of(tree, f"{wall}/tree")["vessel"].values, data_of(tree, f"{wall}/tree")["wave_speed"].values)
+    )
+    return [
+        f"vessel {name}: radius {whole.radius[row]:.3g} cm, length {whole.length[row]:.3g} cm, "
+        f"{100 * whole.flow_fraction[row]:.2g} % of the flow; mean pressure {mean[row]:.1f} mmHg, wave speed "
+        f"{speed[name]:.0f} cm/s"
+        for row, name in enumerate(whole.name)
+    ]
+
+
+__all__ = ["mean_pressures", "tree_figure", "waveforms_figure"]

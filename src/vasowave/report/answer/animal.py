@@ -1,0 +1,40 @@
+"""What one animal's recording and model say: numbers with their intervals, one sentence for each question."""
+
+from collections.abc import Mapping, Sequence
+
+import xarray as xr
+
+from vasowave.animal.reading import data_of
+from vasowave.cohort.primary import Family, question_of
+from vasowave.cohort.table import INDICES
+from vasowave.report.answer.groups import Called
+from vasowave.report.wording import listed, value_text
+
+
+def animal_answers(tree: xr.DataTree, law: str, family: Family, called: Called) -> list[tuple[str, str]]:
+    """Return question and answer: what was measured, then what the wall law says."""
+    found = [("Pressure and flow", _measured(tree))]
+    by_question: dict[str, list[str]] = {}
+    for name in family.quantities if law else ():
+        if name not in INDICES:
+            by_question.setdefault(question_of(name), []).append(name)
+    quantities: Mapping[str, xr.DataArray] = data_of(tree, f"{law}/quantities").data_vars if law else {}  # type: ignore[assignment]
+    for question, names in by_question.items():
+        there = [name for name in names if name in quantities]
+        if there:
+            found.append((question, f"{_listed(there, quantities, called)} ({law} wall)."))
+    return found
+
+
+def _listed(names: Sequence[str], quantities: Mapping[str, xr.DataArray], called: Called) -> str:
+    text = listed([f"{called(name)} {value_text(quantities[name])}" for name in names])
+    return f"{text[0].upper()}{text[1:]}"
+
+
+def _measured(tree: xr.DataTree) -> str:
+    data = data_of(tree, "measured/quantities")
+    text = {name: value_text(data[name]) for name in INDICES}
+    return (
+        f"Mean pressure {text['mPAP']} (systolic {text['sPAP']}, diastolic {text['dPAP']}) at {text['CO']} and "
+        f"{text['HR']}: vascular resistance PVR {text['PVR']}."
+    )

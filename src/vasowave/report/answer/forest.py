@@ -1,0 +1,92 @@
+"""The rows of the forest plot: groups against each other, or one animal against its own data."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.animal.reading import data_of, wall_laws
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.primary import Family, Primary, question_of
+from vasowave.cohort.table import INDICES, column, rows_of
+from vasowave.columns import split_unit
+from vasowave.figures.forest import Dot, Point, Row
+from vasowave.figures.style import short
+from vasowave.report.answer.groups import Called
+from vasowave.report.wording import number, probability, unit, value_text, with_interval
+
+_FROM_DATA = {"stiffness": "up-slope of pressure and flow", "R_T": "mean pressure over mean flow",
+              "tau": "diastolic decay"}  # fmt: skip
+"""What the recording alone says of a quantity, at the same pressure and of the same part; others are not the same."""
+
+
+def group_rows(cohort: Cohort, primary: Primary, called: Called) -> list[Row]:
+    """Return one row for each quantity and group, every animal as a multiple of the reference group's mean."""
+    several = primary.rows["other"].nunique() > 1
+    # Questions stay together, whichever groups they are about.
+    order = {question: place for place, question in enumerate(primary.rows["question"].unique())}
+    rows = primary.rows.sort_values("question", key=lambda one: one.map(order), kind="stable")
+    return [_group_row(cohort, primary, row, called, several) for _, row in rows.iterrows()]
+
+
+def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called, several: bool) -> Row:
+    name, other = str(row["quantity"]), str(row["other"])
+    size = with_interval(row["ratio"], row["low"], row["high"])
+    heading = f"{row['question']}{f': {short(other, 20)}' if several else ''}"
+    tip = f"{called(name)}: {other} {size} times {row['reference']} ({row['source']}), {probability(row['p'])}"
+    beside = primary.others
+    if len(beside):
+        beside = beside[(beside["other"] == other) & (beside["quantity"] == name)]
+    p = probability(row["p"]).removeprefix("p ").removeprefix("= ")
+    point = Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
+    return Row(heading, called(name), size, p, point, [_beside(one, called) for _, one in beside.iterrows()],
+               _dots(cohort, str(row["source"]), name, other))  # fmt: skip
+
+
+def _beside(one: pd.Series, called: Called) -> Point:
+    size = with_interval(one["ratio"], one["low"], one["high"])
+    tip = f"{called(one['quantity'])}: {size} times ({one['source']} wall)"
+    return Point(one["ratio"], one["low"], one["high"], str(one["source"]), tip)
+
+
+def _dots(cohort: Cohort, source: str, name: str, other: str) -> list[Dot]:
+    rows = rows_of(cohort.table, source)
+    label = column(rows, name)
+    units = unit(split_unit(label)[1])
+    values = rows[label].astype(float)
+    values = values[np.isfinite(values) & (values > 0) & rows["group"].isin([cohort.reference, other])]
+    center = float(np.exp(np.log(values[rows["group"] == cohort.reference]).mean()))
+    return [
+        Dot(value / center, group, animal, f"{animal}: {number(value)} {units}".rstrip())
+        for animal, group, value in zip(
+            map(str, values.index), rows["group"][values.index], values.tolist(), strict=True
+        )
+    ]
+
+
+def animal_rows(tree: xr.DataTree, law: str, family: Family, called: Called) -> list[Row]:
+    """Return one row for each quantity of the model, as a multiple of the primary law's value."""
+    data = data_of(tree, f"{law}/quantities")
+    names = dict.fromkeys(["R_T", *family.quantities])
+    there = [name for name in names if name not in INDICES and name in data]
+    questions = list(dict.fromkeys([*map(question_of, family.quantities), *map(question_of, there)]))
+    there.sort(key=lambda name: questions.index(question_of(name)))
+    return [_animal_row(tree, law, name, called) for name in there]
+
+
+def _animal_row(tree: xr.DataTree, law: str, name: str, called: Called) -> Row:
+    value = data_of(tree, f"{law}/quantities")[name]
+    center = float(value)
+    beside = [_relative(tree, wall, name, center, called) for wall in wall_laws(tree) if wall != law]
+    measured = data_of(tree, "measured/quantities")
+    if name in _FROM_DATA and name in measured:
+        alone = float(measured[name])
+        tip = f"{called(name)} from the recording alone ({_FROM_DATA[name]}): {value_text(measured[name])}"
+        beside.append(Point(alone / center, alone / center, alone / center, "data", tip))
+    point = _relative(tree, law, name, center, called)
+    return Row(question_of(name), called(name), value_text(value), "", point, beside)
+
+
+def _relative(tree: xr.DataTree, wall: str, name: str, center: float, called: Called) -> Point:
+    value = data_of(tree, f"{wall}/quantities")[name]
+    low, high = (float(value.attrs.get(f"interval_{end}", value)) / center for end in ("low", "high"))
+    return Point(float(value) / center, low, high, wall, f"{called(name)}: {value_text(value)} ({wall} wall)")

@@ -1,0 +1,92 @@
+"""What is not known: geometry that animals share, what data leave open, what a model cannot say of its own error."""
+
+from collections import Counter
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+from vasowave.animal.reading import data_of
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.misfit import misfits
+from vasowave.report.wording import listed, number
+
+
+def model_limits(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[str]:
+    """Return sentences on what the fits leave open; nothing where nothing was fitted."""
+    if not law:
+        return []
+    return [*_residual(cohort, law), *_open(cohort, law, written), *_held(cohort, written)]
+
+
+def one_geometry(cohort: Cohort) -> list[str]:
+    """Say where animals of a group have one network: of its geometry there is one measurement, whatever n is."""
+    if cohort.single or not cohort.walls:
+        return []
+    alike = [group for group, trees in cohort.groups.items() if len(trees) > 1 and _share_a_network(trees)]
+    if not alike:
+        return []
+    first, *others = cohort.groups
+    radius = {group: float(data_of(trees[0], "network")["radius"].values[0]) for group, trees in cohort.groups.items()}
+    factors = listed([f"{number((radius[group] / radius[first]) ** 4, 2)} in {group}" for group in others])
+    alone = f", here by {factors} against {first}" if others else ""
+    return [
+        f"Within {listed(alike)} all animals have one network: of its geometry n is 1. Stiffness grows with the fourth "
+        f"power of the root's radius{alone}; no interval and no p knows of it."
+    ]
+
+
+def _share_a_network(trees: list[xr.DataTree]) -> bool:
+    first, *rest = (data_of(tree, "network") for tree in trees)
+    return all(one.sizes == first.sizes and np.array_equal(one["radius"], first["radius"]) for one in rest)
+
+
+def _residual(cohort: Cohort, law: str) -> list[str]:
+    table = misfits(cohort)
+    table = table[table["wall"] == law]
+    left, error = float(table["RMSE"].median()), float(table["error"].median())
+    typical = "" if cohort.single else " (median)"
+    if not np.isfinite(error):
+        return [f"The {law} wall leaves {number(left, 2)} mmHg{typical}; how well the cycle itself is known is not."]
+    said = "not noise but the model's error" if left > 2 * error else "what the beats' scatter explains"
+    return [
+        f"The {law} wall leaves {number(left, 2)} mmHg{typical}, {number(left / error, 2)} times the error of the "
+        "averaged "
+        f"cycle ({number(error, 2)} mmHg): {said}."
+    ]
+
+
+def _open(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[str]:
+    fits = cohort.calibrations(law)
+    count = Counter(
+        str(name)
+        for fit in fits
+        for name in fit["parameter"].values[fit["free"].values.astype(bool) & ~fit["determined"].values.astype(bool)]
+    )
+    if not count:
+        return []
+    names = [
+        written.get(name, name) + ("" if cohort.single else f" in {n} of {len(fits)}") for name, n in count.items()
+    ]
+    return [f"The data do not determine {listed(names)} ({law} wall; ends of the interval differ by more than a factor "
+            "of 4, or at a bound)."]  # fmt: skip
+
+
+def _held(cohort: Cohort, written: Mapping[str, str]) -> list[str]:
+    """Name what was not fitted: a value that somebody chose, or the bound at which a search stopped."""
+    said = []
+    for wall in cohort.walls:
+        fits = cohort.calibrations(wall)
+        fixed = {
+            f"{written.get(str(name), str(name))} = {number(float(value))}"
+            for fit in fits
+            for name, value, free in zip(fit["parameter"].values, fit["value"].values, fit["free"].values)
+            if not free
+        }
+        if fixed:
+            said.append(f"Held, not fitted ({wall} wall): {listed(sorted(fixed))}; its results hold for that value.")
+        bound = Counter(str(n) for fit in fits for n in fit["parameter"].values[fit["at_bound"].values.astype(bool)])
+        if bound:
+            names = [written.get(n, n) + ("" if cohort.single else f" in {k} of {len(fits)}") for n, k in bound.items()]
+            said.append(f"Stopped at its bound ({wall} wall): {listed(names)}; there the number is the bound's.")
+    return said

@@ -1,0 +1,109 @@
+"""The first page: answers beside the forest plot, the waveforms and the network, what is not known, what is wrong."""
+
+from collections.abc import Mapping
+
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.permutation import MOST_RELABELINGS
+from vasowave.cohort.primary import Family, Primary, relabelings
+from vasowave.figures.forest import forest_figure
+from vasowave.figures.overview import tree_figure, waveforms_figure
+from vasowave.figures.style import group_looks, short, source_looks
+from vasowave.report.answer.animal import animal_answers
+from vasowave.report.answer.forest import animal_rows, group_rows
+from vasowave.report.answer.groups import Called, group_answers, influence, other_laws
+from vasowave.report.answer.limits import model_limits, one_geometry
+from vasowave.report.answer.problems import problem_blocks
+from vasowave.report.answer.walls import wall_answer
+from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
+from vasowave.report.glossary import symbol, words
+from vasowave.report.tables.cells import meanings, symbols
+
+
+def answer_sections(cohort: Cohort, primary: Primary, family: Family, failures: Mapping[str, str]) -> list[Section]:
+    """Return the sections of the one result."""
+    written = symbols(cohort.trees)
+    called = _caller(cohort, written)
+    forest = _forest(cohort, primary, family, called)
+    return [
+        Section("answer", "The answer", [Columns([Answers(_answers(cohort, primary, family, called))], forest)]),
+        Section("animals", "What was measured", [Columns(*_pictures(cohort, primary.law))]),
+        Section("open", "What is not known", _open(cohort, primary, failures, written, called)),
+    ]
+
+
+def _caller(cohort: Cohort, written: Mapping[str, str]) -> Called:
+    known = meanings(cohort.trees)
+
+    def called(name: str) -> str:
+        said, sign = words(name, known), symbol(name, written)
+        return said if said == sign else f"{said} {sign}"
+
+    return called
+
+
+def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[tuple[str, str]]:
+    wall = [wall_answer(cohort, primary.law)] if primary.law else []
+    if cohort.single:
+        return [*animal_answers(cohort.trees[0], primary.law, family, called), *wall]
+    if len(cohort.groups) < 2:
+        return [("Groups", "There is one group; nothing is compared between groups."), *wall]
+    return [*group_answers(primary, called), *_not_compared(primary), *wall]
+
+
+def _not_compared(primary: Primary) -> list[tuple[str, str]]:
+    reasons: dict[str, list[str]] = {}
+    for what, why in primary.left_out.items():
+        reasons.setdefault(why, []).append(short(what, 60))
+    said = [f"{', '.join(names)}: {why}" for why, names in reasons.items()]
+    return [("Not compared", f"{'; '.join(said)}.")] if said else []
+
+
+def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[Block]:
+    looks, sources = group_looks(cohort.groups), source_looks([*cohort.sources, "data"])
+    if cohort.single:
+        rows = animal_rows(cohort.trees[0], primary.law, family, called) if primary.law else []
+        axis, columns = f"relative to the {primary.law} wall [1]", ("value [95 %]", "")
+        caption = (
+            f"The {primary.law} wall's values with their 95 % intervals (diamonds), and on the same scale those of "
+            "other "
+            "walls and what the recording alone says."
+        )
+    else:
+        rows = group_rows(cohort, primary, called) if len(primary.rows) else []
+        axis, columns = f"ratio to {short(cohort.reference)} [1]", ("ratio [95 %]", "p")
+        caption = _ratios_caption(cohort, primary)
+    return [Drawing("Forest", caption, forest_figure(rows, looks, sources, axis, columns))] if rows else []
+
+
+def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
+    row, reference = primary.rows.iloc[0], short(cohort.reference, 40)
+    count = relabelings((int(row["n reference"]), int(row["n other"])))
+    which = "random" if count == MOST_RELABELINGS else "all" if len(cohort.groups) > 2 else f"all {count}"
+    model = f"; model: {primary.law} wall (other walls small)" if primary.law else ""
+    return (
+        f"Ratio to {reference} with 95 % interval, animals weighted by how well each is known{model}. p holds "
+        "for all "
+        f"{len(primary.rows)} rows together ({which} relabelings). Faint: every animal over the mean of "
+        f"{reference}."
+    )
+
+
+def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
+    single = "Measured (black) and fitted pressure and flow at the inlet; grey: SD of the beats."
+    caption = single if cohort.single else "Measured pressure and flow of every animal."
+    waves: list[Block] = [Drawing("Measured", caption, waveforms_figure(cohort))]
+    if not law:
+        return waves, []
+    who = "" if cohort.single else " of the animal nearest to its group's medians"
+    text = f"The network{who}: width follows the radius, color the mean pressure in the model."
+    return waves, [Drawing("Pressures", text, tree_figure(cohort, law))]
+
+
+def _open(
+    cohort: Cohort, primary: Primary, failures: Mapping[str, str], written: Mapping[str, str], called: Called
+) -> list[Block]:
+    known = [*one_geometry(cohort), *model_limits(cohort, primary.law, written)]
+    if len(primary.rows):
+        known += [*influence(primary, called), *other_laws(primary, called)]
+    left: list[Block] = [Bullets(known)] if known else []
+    return [Columns(left, problem_blocks(cohort, failures))]

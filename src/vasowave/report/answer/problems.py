@@ -1,0 +1,83 @@
+"""What is wrong and must be looked at; routine notes are none of it."""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from vasowave.animal.reading import data_of, name_of, notes_of, wall_laws
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.misfit import WORSE_THAN_BEST, misfits
+from vasowave.figures.style import short
+from vasowave.report.blocks import Block, Notice, Remarks
+from vasowave.report.wording import listed, number
+
+_MOST_NAMED = 4
+
+
+def problems(cohort: Cohort, failures: Mapping[str, str]) -> list[str]:
+    """Return what is wrong: animals lost, laws that miss their data, searches that found their optimum only once."""
+    found = [f"{name} failed: {why}" for name, why in failures.items()]
+    for wall in cohort.walls:
+        lost = [name_of(tree) for tree in cohort.trees if wall not in wall_laws(tree)]
+        if lost:
+            found.append(f"Not calibrated with the {wall} wall: {_some(lost)}.")
+    interrupted = [name_of(tree) for tree in cohort.trees if int(tree.attrs.get("interrupted", 0))]
+    if interrupted:
+        found.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
+    if differing := cohort.differing_settings:
+        found.append(f"The animals were not all analyzed with the same settings: {', '.join(differing)}.")
+    return [*found, *_missed(cohort), *_alone(cohort)]
+
+
+def problem_blocks(cohort: Cohort, failures: Mapping[str, str]) -> list[Block]:
+    """Return the problems as an alarm, and quietly where routine notes stand."""
+    found = problems(cohort, failures)
+    blocks: list[Block] = [Notice("Problems", found)] if found else []
+    count = sum(len(notes_of(tree)) for tree in cohort.trees)
+    none = [] if found else ["No problem was found: nothing failed, and no law misses its data."]
+    notes = [f"{count} routine notes stand with the animals in the supplement."] if count else []
+    return [*blocks, *([Remarks("Checks", [*none, *notes])] if none or notes else [])]
+
+
+def _missed(cohort: Cohort) -> list[str]:
+    if not cohort.walls:
+        return []
+    table = misfits(cohort)
+    return [_miss(str(wall), rows) for wall, rows in table[table["missed"]].groupby("wall", sort=False)]
+
+
+def _miss(wall: str, rows: pd.DataFrame) -> str:
+    worst = rows.iloc[int(rows["RMSE"].to_numpy().argmax())]
+    against = (
+        f"{number(float(worst['over best']), 2)} times what the best law leaves"
+        if worst["over best"] > WORSE_THAN_BEST
+        else f"{number(100 * float(worst['share']), 2)} % of the pulse pressure"
+    )
+    return (
+        f"The {wall} wall misses the data of {_some(rows['animal'].tolist())}: it leaves up to "
+        f"{number(float(worst['RMSE']), 2)} mmHg, {against}. Do not use its numbers there."
+    )
+
+
+def _alone(cohort: Cohort) -> list[str]:
+    """Name searches of several starts of which only one came to the best optimum."""
+    found = []
+    for wall in cohort.walls:
+        names = [
+            name_of(tree)
+            for tree in cohort.calibrated(wall)
+            for fit in [data_of(tree, f"{wall}/calibration")]
+            if fit.sizes["start"] > 2 and int(fit["start_agrees"].sum()) == 1
+        ]
+        if names:
+            found.append(
+                f"Only one start reached the best optimum ({wall} wall): {_some(names)}. Others may be better: raise "
+                "`starts`."
+            )
+    return found
+
+
+def _some(names: list[str]) -> str:
+    names = [short(name, 40) for name in names]
+    more = len(names) - _MOST_NAMED
+    return listed(names) if more <= 0 else f"{', '.join(names[:_MOST_NAMED])} and {more} more"

@@ -1,0 +1,87 @@
+"""What symbols mean: in a few words where they are spoken of, in full where a reader asks."""
+
+import re
+from collections.abc import Callable, Mapping
+
+from vasowave.cohort.cohort import Cohort
+from vasowave.report.blocks import Table
+from vasowave.report.tables.cells import meanings, symbols
+
+_WORDS = {
+    "mPAP": "mean pressure",
+    "sPAP": "systolic pressure",
+    "dPAP": "diastolic pressure",
+    "pPAP": "pulse pressure",
+    "CO": "cardiac output",
+    "HR": "heart rate",
+    "PVR": "vascular resistance",
+    "stiffness": "wall stiffness",
+    "wave_speed": "wave speed",
+    "R_T": "resistance of the beds",
+    "C_p": "compliance of the beds",
+    "C_T": "total compliance",
+    "C_v": "compliance of the network",
+    "tau": "time constant",
+    "a": "proximal resistance share",
+    "I_R": "wave reflection",
+}
+_OWN = {
+    "S": "least-squares objective, the sum of squared pressure residuals (eq. 14)",
+    "η": "importance index: relative change of a group's mean (eq. 20)",
+    "AICc": "Akaike's information criterion, corrected for small samples; lower is better (eq. 22)",
+    "BIC": "Bayesian information criterion; lower is better (eq. 23)",
+    "IQR": "from the first to the third quartile",
+    "RMSE": "root-mean-square pressure residual",
+}
+
+
+def words(name: str, known: Mapping[str, str]) -> str:
+    """Return a quantity in a few words; `known` holds the long ones."""
+    return _WORDS.get(name) or known.get(name, name).split(",")[0]
+
+
+def symbol(name: str, written: Mapping[str, str]) -> str:
+    """Return the symbol of a quantity, without what defines it."""
+    return written.get(name, name).split(" = ")[0]
+
+
+def glossary(cohort: Cohort) -> dict[str, str]:
+    """Return the meaning of every symbol of the animals."""
+    written, known = symbols(cohort.trees), meanings(cohort.trees)
+    return {symbol(name, written): meaning for name, meaning in known.items()} | _OWN
+
+
+def glossary_table(entries: Mapping[str, str]) -> Table:
+    """Return the glossary as a table."""
+    return Table("", "What the symbols mean", ("symbol", "meaning"), list(entries.items()))
+
+
+def explained(entries: Mapping[str, str]) -> Callable[[str], str]:
+    """Return a function that marks the symbols of a text as HTML, each with its meaning.
+
+    In running text only what cannot be a word: symbols of two signs or more, and Greek letters.
+    """
+    from markupsafe import Markup, escape
+
+    safe = [one for one in entries if len(one) > 1 or not one.isascii()]
+    longest = sorted(map(re.escape, safe), key=len, reverse=True)
+    pattern = re.compile(rf"(?<![\w/])({'|'.join(longest)})(?![\w/(₀-₉])") if longest else None
+
+    def mark(found: re.Match[str]) -> str:
+        # A table's first column and its header may hold single letters: they are whole cells.
+        return f'<abbr tabindex="0" title="{escape(entries[found[1]])}">{escape(found[1])}</abbr>'
+
+    def of(text: str) -> str:
+        whole = re.fullmatch(r"(\S+)( = \S+)?( \[.*\])?", text)
+        if whole and whole[1] in entries:
+            rest = escape(text[len(whole[1]) :])
+            return Markup(f'<abbr tabindex="0" title="{escape(entries[whole[1]])}">{escape(whole[1])}</abbr>{rest}')
+        if pattern is None:
+            return escape(text)
+        parts, end = [], 0
+        for found in pattern.finditer(text):
+            parts += [str(escape(text[end : found.start()])), mark(found)]
+            end = found.end()
+        return Markup("".join([*parts, str(escape(text[end:]))]))
+
+    return of

@@ -1,0 +1,114 @@
+"""What several wall laws say together: each law's answer by its weight, the spread within and between laws as one."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from vasowave.errors import InputError
+
+LEVEL = 0.95
+"""Level of the intervals."""
+
+
+class Averaged(NamedTuple):
+    """One quantity over several laws.
+
+    Attributes
+    ----------
+    value : float
+        Weighted geometric mean.
+    low, high : float
+        95 % interval of the mixture of the laws' own distributions.
+    between : float
+        Share of the variance of the logarithm that lies between laws; where it is large, the law is the answer.
+    """
+
+    value: float
+    low: float
+    high: float
+    between: float
+
+
+def law_weights(selection: xr.Dataset) -> xr.DataArray:
+    """Weights exp(-ΔAICc/2) of the wall laws, which sum to 1 (Burnham & Anderson).
+
+    Parameters
+    ----------
+    selection : Dataset
+        From `compare_models`. Rows at the least-squares optimum with the covariance from the joint likelihood are read,
+        where there are any, that are not discarded.
+
+    Returns
+    -------
+    DataArray
+        Dims ``covariance`` (noise models, the likeliest first) and ``wall``. A weight is as good as the noise model
+        behind it: where the rows disagree, so do the answers.
+
+    Raises
+    ------
+    InputError
+        No noise model is left.
+    """
+    table = selection.to_dataframe()
+    table = table[~table["discarded"].astype(bool) & (table["optimum"] == table["optimum"].iloc[0])]
+    joint = table[table["sharing"] == "joint"]
+    table = joint if len(joint) else table.drop_duplicates(["covariance", "wall"])
+    if not len(table):
+        raise InputError("every noise model of the comparison is discarded; there are no weights")
+    differences = table.pivot(index="covariance", columns="wall", values="AICc_difference")
+    differences = differences.loc[table["covariance"].drop_duplicates()]
+    relative = np.exp(-0.5 * differences.to_numpy(float))
+    return xr.DataArray(
+        relative / relative.sum(axis=1, keepdims=True),
+        {"covariance": differences.index.to_numpy(object), "wall": differences.columns.to_numpy(object)},
+        ("covariance", "wall"),
+        attrs={"units": "1", "long_name": "weight of the wall law, exp(-ΔAICc/2)"},
+    )
+
+
+def averaged(
+    values: Sequence[float], errors: Sequence[float], freedoms: Sequence[float], weights: Sequence[float]
+) -> Averaged:
+    """Average a positive quantity over laws.
+
+    Parameters
+    ----------
+    values : sequence of float, one a law
+    errors : sequence of float
+        Standard errors of their logarithms.
+    freedoms : sequence of float
+        Degrees of freedom: a law's logarithm has Student's t distribution around its value.
+    weights : sequence of float
+        Of the laws; they are made to sum to 1.
+
+    Raises
+    ------
+    InputError
+        A value or error that is not positive, or no weight.
+
+    Examples
+    --------
+    >>> from vasowave.selection import averaged
+    >>> round(averaged([100.0, 400.0], [0.1, 0.1], [50, 50], [0.5, 0.5]).value, 6)
+    200.0
+    """
+    from scipy.optimize import brentq
+    from scipy.special import stdtr, stdtrit
+
+    q, s, n, w = (np.asarray(one, dtype=float) for one in (values, errors, freedoms, weights))
+    if not (np.all(np.isfinite(q) & (q > 0) & (s > 0)) and np.all(w >= 0) and w.sum() > 0):
+        raise InputError("an average over laws needs positive values, errors and weights")
+    w = w / w.sum()
+    mean = float(w @ np.log(q))
+    n = np.minimum(n, 1e9)
+    reach = stdtrit(n, 0.5 + 0.5 * LEVEL) * s
+
+    def quantile(share: float) -> float:
+        ends = float(np.min(np.log(q) - 2 * reach)), float(np.max(np.log(q) + 2 * reach))
+        return float(brentq(lambda x: float(w @ stdtr(n, (x - np.log(q)) / s)) - share, *ends))
+
+    low, high = quantile(0.5 - 0.5 * LEVEL), quantile(0.5 + 0.5 * LEVEL)
+    between, within = float(w @ (np.log(q) - mean) ** 2), float(w @ s**2)
+    return Averaged(float(np.exp(mean)), float(np.exp(low)), float(np.exp(high)), between / (between + within))

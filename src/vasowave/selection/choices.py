@@ -1,0 +1,154 @@
+"""How the answer moves with what an analyst chooses: the harmonics that are compared, the pressure of the image."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from vasowave.blood import Blood
+from vasowave.calibration import Fit, Search, calibrate
+from vasowave.network import Network
+from vasowave.recording import Recording
+from vasowave.selection.compare import Comparing, compare_models
+from vasowave.solver.numerics import Numerics
+from vasowave.walls import area_compliance, wave_speed
+
+Progress = Callable[[int, int], None]
+"""Called with finished and all fits."""
+
+LIKELY = 6.3
+"""Pressure at which the paper's lungs were filled for the image, mmHg."""
+
+WALLS = ("linear", "tangent", "power")
+
+
+def answers_by_harmonics(
+    network: Network,
+    recording: Recording,
+    walls: Sequence[str | type] = WALLS,
+    harmonics: Sequence[int | str] = (10, "signal", 20, "all"),
+    *,
+    search: Search | None = None,
+    blood: Blood | None = None,
+    numerics: Numerics | None = None,
+    covariance: str = "circulant",
+    progress: Progress | None = None,
+) -> pd.DataFrame:
+    """Fit every wall law to more and more harmonics of the pressure, and compare the laws each time.
+
+    Parameters
+    ----------
+    network, recording, blood, numerics
+        As `calibrate` takes them.
+    walls : sequence of str or type
+    harmonics : sequence of {"signal", "all"} or int
+        As `Search.pressure_harmonics`.
+    search : Search, optional
+    covariance : str
+        Noise model of the comparison, of `noise.NOISE`; one for all laws, from their joint likelihood.
+    progress : callable, optional
+        Called with finished and all fits.
+
+    Returns
+    -------
+    DataFrame
+        Indexed by ``harmonics`` and ``wall``: ``N``, ``S [mmHg2]``, ``mean square [mmHg2]``, ``AICc difference`` to the
+        best law, every parameter, ``R_T [mmHg s/ml]``, ``a``, ``C_p [ml/mmHg]``, and the root's ``wave speed [cm/s]``
+        and ``area compliance [cm2/mmHg]`` at the measured mean pressure.
+
+    Raises
+    ------
+    InputError
+        As `calibrate` and `compare_models`.
+    """
+    plan = search or Search()
+    searches = [replace(plan, pressure_harmonics=number) for number in harmonics]
+    groups = _fits([(network, one) for one in searches], recording, walls, blood, numerics, progress)
+    tables = [answers(fits, covariance).assign(harmonics=fits[0].compared.harmonics) for fits in groups]
+    return pd.concat(tables).reset_index().set_index(["harmonics", "wall"])
+
+
+def answers_by_image_pressure(
+    network: Network,
+    recording: Recording,
+    walls: Sequence[str | type] = WALLS,
+    pressures: Sequence[float] | None = None,
+    *,
+    search: Search | None = None,
+    blood: Blood | None = None,
+    numerics: Numerics | None = None,
+    covariance: str = "circulant",
+    progress: Progress | None = None,
+) -> pd.DataFrame:
+    """Fit every wall law with the radii taken as those at other pressures, and compare the laws each time.
+
+    Parameters
+    ----------
+    pressures : sequence of float, optional
+        mmHg; 0 and the network's own, or, where that is not known, 0 and `LIKELY`.
+    network, recording, walls, search, blood, numerics, covariance, progress
+        As in `answers_by_harmonics`.
+
+    Returns
+    -------
+    DataFrame
+        As from `answers_by_harmonics`, indexed by ``image pressure [mmHg]`` and ``wall``.
+
+    Raises
+    ------
+    InputError
+        As `Network`, `calibrate` and `compare_models`.
+    """
+    asked = (0.0, network.pressure or LIKELY) if pressures is None else pressures
+    networks = [replace(network, pressure=pressure) for pressure in asked]
+    groups = _fits([(one, search or Search()) for one in networks], recording, walls, blood, numerics, progress)
+    label = "image pressure [mmHg]"
+    tables = [answers(fits, covariance).assign(**{label: one}) for fits, one in zip(groups, asked, strict=True)]
+    return pd.concat(tables).reset_index().set_index([label, "wall"])
+
+
+def _fits(
+    choices: Sequence[tuple[Network, Search]],
+    recording: Recording,
+    walls: Sequence[str | type],
+    blood: Blood | None,
+    numerics: Numerics | None,
+    progress: Progress | None,
+) -> list[list[Fit]]:
+    """Return the fits of all wall laws for each choice of a network and a search."""
+    groups: list[list[Fit]] = [[] for _ in choices]
+    for i, (network, search) in enumerate(choices):
+        for wall in walls:
+            groups[i].append(calibrate(network, recording, wall, blood=blood, search=search, numerics=numerics))
+            if progress is not None:
+                progress(i * len(walls) + len(groups[i]), len(choices) * len(walls))
+    return groups
+
+
+def answers(fits: Sequence[Fit], covariance: str = "circulant") -> pd.DataFrame:
+    """One row for each fit of one recording, indexed by ``wall``; columns as in `answers_by_harmonics`."""
+    table = pd.DataFrame([answer(fit) for fit in fits], index=pd.Index([fit.wall for fit in fits], name="wall"))
+    if len(fits) > 1:
+        compared = compare_models(fits, Comparing(covariances=(covariance,), sharings=("joint",)), samples=None)
+        differences = pd.Series(compared["AICc_difference"].values, index=compared["wall"].values.astype(str))
+        table.insert(3, "AICc difference", differences)
+    return table
+
+
+def answer(fit: Fit) -> dict[str, float]:
+    """What a fit says, each number with its unit in its name."""
+    model, mean = fit.model, fit.recording.mean_pressure
+    root = model.network.root
+    speed = np.asarray(wave_speed(model.wall, mean, model.blood.inertia))
+    return {
+        "N": fit.N,
+        "S [mmHg2]": fit.S,
+        "mean square [mmHg2]": fit.mean_square,
+        **{f"{name} [{row['unit']}]": float(row["value"]) for name, row in fit.parameters.iterrows()},
+        "R_T [mmHg s/ml]": fit.total_resistance,
+        "a": fit.resistance_ratio,
+        "C_p [ml/mmHg]": fit.peripheral_compliance,
+        "wave speed [cm/s]": float(speed[root]),
+        "area compliance [cm2/mmHg]": float(np.asarray(area_compliance(model.wall, mean, model.area0))[root]),
+    }

@@ -1,0 +1,173 @@
+"""The scheme where vessels end (`nodes`), linearized: how small changes pass from vessel to vessel and into outlets.
+
+At every end the flow changes by ``r + m dA``: m is the slope of its characteristic's line, and r what the cells of its
+vessel, its wall and its length bring. The area changes by ``C (dp - g)``: C is the compliance, and g what the wall
+brings. The flows into a node stay in balance, which is one linear equation for its dp.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from vasowave.solver.cells import OPTIONS
+from vasowave.solver.laws import slope_at
+from vasowave.solver.variations import SHIFT, differentiate_slowed
+
+
+class EndSlopes(NamedTuple):
+    """Derivatives of r and g at every end, and what they are made of; scratch memory."""
+
+    cell_pressure: np.ndarray  # (end,) of the pressure of the cell next to the end, by its area
+    cell_drag: np.ndarray  # (end,) of its drag
+    end_area: np.ndarray  # (end,) A at the end, cm²
+    compliance: np.ndarray  # (end,) C
+    line: np.ndarray  # (end,) ± m C
+    speed: np.ndarray  # (end,) c next to the end, cm/s
+    by_softness: np.ndarray  # (end,) of c by dA/dp, in central differences
+    area: np.ndarray  # (end,) of r by the area of the cell next to the end
+    flow: np.ndarray  # (end,) by its flow
+    inner_area: np.ndarray  # (end,) by the area of the cell behind that one
+    inner_flow: np.ndarray  # (end,)
+    length: np.ndarray  # (end,) by the logarithm of the vessel's length
+    by_speed: np.ndarray  # (end,) by c
+    wall: np.ndarray  # (parameter + 1, end) by the logarithms of the law's parameters and of A0
+    pressure: np.ndarray  # (parameter + 1, end) of g by the same
+
+
+class EndChanges(NamedTuple):
+    """Changes in one direction; scratch memory."""
+
+    flow: np.ndarray  # (end,) r
+    wall: np.ndarray  # (end,) g
+    balance: np.ndarray  # (end,) flow into the node at an unchanged pressure
+    pressure: np.ndarray  # (node,)
+
+
+class OutletChanges(NamedTuple):
+    """Changes of `laws.WindkesselSteps` in every direction, shape (direction, terminal)."""
+
+    decay_half: np.ndarray
+    decay: np.ndarray
+    gain_half: np.ndarray
+    gain: np.ndarray
+    R1: np.ndarray
+
+
+@njit(**OPTIONS)
+def gather_slopes(ends, nodes, faces, cell_slopes, face_slopes, slopes):
+    """Collect what the ends need of the derivatives in their cells and at their faces."""
+    for e in range(len(ends.face)):
+        cell, face = ends.cell[e], ends.face[e]
+        slopes.cell_pressure[e], slopes.cell_drag[e] = cell_slopes.pressure[cell], cell_slopes.drag[cell]
+        slopes.end_area[e], slopes.compliance[e] = faces.area[face], 1.0 / face_slopes.pressure[face]
+        slopes.line[e] = ends.side[e] * nodes.slope[e] * slopes.compliance[e]
+    for k in range(len(slopes.wall)):
+        for e in range(len(ends.face)):
+            slopes.wall[k, e] = cell_slopes.wall[k, ends.cell[e]]
+            slopes.pressure[k, e] = face_slopes.wall[k, ends.face[e]]
+
+
+@njit(**OPTIONS)
+def differentiate_speeds(ends, fluid, wall, shifted, nodes, slopes):
+    """Derivatives of the wave speed c next to every end; `slopes.wall` has those of the pressure, then of c."""
+    last = len(slopes.wall) - 1
+    for e in range(len(ends.face)):
+        p, A = nodes.cell_pressure[e], nodes.area[e]
+        softness, shift = slope_at(wall, e, p), SHIFT * A * slopes.cell_pressure[e]
+        softer = slope_at(wall, e, p + shift) - slope_at(wall, e, p - shift)
+        c = np.sqrt(A / (ends.area0[e] * fluid.inertia * softness))
+        slopes.speed[e], slopes.by_softness[e] = c, -0.25 * c / (SHIFT * softness)
+        slopes.wall[last, e] = -0.5 * c - slopes.by_softness[e] * softer
+    k = 0
+    for up, down in shifted:
+        for e in range(len(ends.face)):
+            p, shift = nodes.cell_pressure[e], SHIFT * slopes.wall[k, e]
+            softer = slope_at(up, e, p + shift) - slope_at(down, e, p - shift)
+            slopes.wall[k, e] = slopes.by_softness[e] * softer
+        k += 1  # noqa: SIM113  as in `variations`
+
+
+@njit(**OPTIONS)
+def differentiate_characteristics(ends, nodes, slopes):
+    """Derivatives of r at every end, by the chain from the foot of the characteristic on."""
+    last = len(slopes.wall) - 1
+    for e in range(len(ends.face)):
+        A, q, side, half, c = nodes.area[e], nodes.flow[e], ends.side[e], ends.half[e], slopes.speed[e]
+        u = q / A
+        reach = 0.5 - side * (u + side * c) * half
+        to_end_area, to_end_flow = A - nodes.inner_area[e], q - nodes.inner_flow[e]
+        foot_area, foot_flow = A + reach * to_end_area, q + reach * to_end_flow
+        foot_speed, rest = foot_flow / foot_area, slopes.end_area[e] - foot_area
+        E, Phi, dE, dPhi = differentiate_slowed(0.5 * ends.dt[e] * nodes.drag[e])
+
+        by_slope = rest * Phi / foot_area
+        by_foot_flow, by_foot_area = E + by_slope, -nodes.slope[e] - by_slope * foot_speed
+        by_reach = by_foot_flow * to_end_flow + by_foot_area * to_end_area
+        by_velocity = -side * half * by_reach
+        by_speed = -side * rest * Phi - half * by_reach
+        by_drag = 0.5 * ends.dt[e] * (dE * foot_flow + rest * dPhi * (foot_speed - side * c))
+        slopes.flow[e] = by_foot_flow * (1.0 + reach) + by_velocity / A
+        by_area = by_foot_area * (1.0 + reach) + by_drag * slopes.cell_drag[e]
+        slopes.area[e] = by_area - (by_velocity * u + by_speed * slopes.wall[last, e]) / A
+        slopes.inner_flow[e], slopes.inner_area[e] = -by_foot_flow * reach, -by_foot_area * reach
+        slopes.length[e], slopes.by_speed[e] = (0.5 - reach) * by_reach, by_speed
+    for k in range(len(slopes.wall)):
+        for e in range(len(ends.face)):
+            slopes.wall[k, e] *= slopes.by_speed[e]
+
+
+@njit(**OPTIONS)
+def change_characteristics(dA, dq, ends, slopes, weight, longer, changes):
+    """Changes r and g at every end."""
+    for e in range(len(ends.face)):
+        end, inner = ends.cell[e], ends.inner[e]
+        r = slopes.area[e] * dA[end] + slopes.flow[e] * dq[end]
+        r += slopes.inner_area[e] * dA[inner] + slopes.inner_flow[e] * dq[inner]
+        changes.flow[e], changes.wall[e] = r + slopes.length[e] * longer[e], 0.0
+    for k in range(len(weight)):
+        for e in range(len(ends.face)):
+            changes.flow[e] += slopes.wall[k, e] * weight[k, e]
+            changes.wall[e] += slopes.pressure[k, e] * weight[k, e]
+    for e in range(len(ends.face)):
+        changes.balance[e] = ends.side[e] * changes.flow[e] - slopes.line[e] * changes.wall[e]
+
+
+@njit(**OPTIONS)
+def change_nodes(d, before, memory, outlet, outlets, ends, faces, slopes, changes):
+    """Changes of the pressures of all nodes in direction d.
+
+    `before` is what the outlets remembered before this step, `memory` its change, `outlets` the changes of the outlets.
+    """
+    first = len(changes.pressure) - len(ends.terminal_node)
+    for k in range(len(changes.pressure)):
+        flow, slope = 0.0, 0.0
+        for e in range(ends.start[k], ends.start[k + 1]):
+            flow += changes.balance[e]
+            slope += slopes.line[e]
+        if k < first:
+            changes.pressure[k] = -flow / slope
+        else:
+            j, q = k - first, faces.flow[ends.face[ends.start[k]]]
+            resistance = outlet.R1[j] + outlet.gain_half[j]
+            rise = outlet.decay_half[j] * memory[j, 0] + outlets.decay_half[d, j] * before[j]
+            rise += (outlets.R1[d, j] + outlets.gain_half[d, j]) * q
+            changes.pressure[k] = (rise + resistance * flow) / (1.0 - resistance * slope)
+
+
+@njit(**OPTIONS)
+def change_ends(ends, nodes, slopes, changes, face_dA, face_dq):
+    """Changes of area and flow at all ends."""
+    for e in range(len(ends.face)):
+        area = slopes.compliance[e] * (changes.pressure[ends.node[e]] - changes.wall[e])
+        face_dA[ends.face[e]] = area
+        face_dq[ends.face[e]] = changes.flow[e] + nodes.slope[e] * area
+
+
+@njit(**OPTIONS)
+def change_memory(d, before, memory, outlet, outlets, ends, faces, face_dq):
+    """Change in direction d of what the outlets remember of this step."""
+    for j in range(len(ends.terminal_node)):
+        face = ends.face[ends.start[ends.terminal_node[j]]]
+        memory[j, 0] = outlet.decay[j] * memory[j, 0] + outlets.decay[d, j] * before[j]
+        memory[j, 0] += outlet.gain[j] * face_dq[face] + outlets.gain[d, j] * faces.flow[face]

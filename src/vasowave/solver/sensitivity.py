@@ -1,0 +1,68 @@
+"""Exact derivatives of a run's inlet pressure by whatever its model is made of."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from vasowave.errors import NumericalError
+from vasowave.recording import Inflow
+from vasowave.solver.direction import Direction
+from vasowave.solver.numerics import Numerics
+from vasowave.solver.periodic import affine_fixed_point
+from vasowave.solver.result import Run
+from vasowave.solver.varied_stepper import VariedStepper
+
+_MOST = 20  # cycles; 3 or 4 reach 1e-6
+
+
+def pressure_derivatives(
+    run: Run,
+    inflow: Inflow,
+    directions: Sequence[Direction],
+    numerics: Numerics,
+    tolerance: float = 1e-6,
+    workers: int = 1,
+) -> np.ndarray:
+    """Return the derivatives of the inlet pressure, mmHg, at every step, shape (direction, step).
+
+    The scheme itself is linearized about the run, so that these are the derivatives of what `simulate_run` returns on
+    the same grid and with the same steps, and the linearized cycle is brought to its own periodic state.
+
+    Parameters
+    ----------
+    run : Run
+        Of the model at which derivatives are asked.
+    inflow : Inflow
+        With which it was made.
+    directions : sequence of Direction
+    numerics : Numerics
+        With which it was made; a run of so many cycles from rest has the derivatives of these cycles.
+    tolerance : float
+        Change from cycle to cycle that counts as periodic, as a share of the largest change of the state.
+    workers : int
+        Threads that share the directions.
+
+    Raises
+    ------
+    NumericalError
+        The linearized cycle does not become periodic.
+    """
+    parts = [part for part in np.array_split(np.arange(len(directions)), workers) if len(part)]
+    steppers = [VariedStepper(run, inflow, [directions[d] for d in part]) for part in parts]
+    if numerics.cycles_from_rest is not None:
+        return np.concatenate([stepper.from_rest(numerics.cycles_from_rest) for stepper in steppers])
+
+    def cycle(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        done = list(pool.map(lambda stepper, part: stepper.cycle(x[part]), steppers, parts))
+        return np.concatenate([end for end, _ in done]), np.concatenate([output for _, output in done])
+
+    start = np.zeros((len(directions), steppers[0].size))
+    with ThreadPoolExecutor(len(parts)) as pool:
+        found = affine_fixed_point(cycle, start, tolerance, _MOST, run.convergence.secants)
+    if found is None or not np.all(np.isfinite(found)):
+        raise NumericalError(
+            f"the derivatives of the pressure do not become periodic within {_MOST} cycles; the state is at the edge "
+            "of its stability: look for a vessel near collapse or near its largest area"
+        )
+    return found

@@ -1,0 +1,111 @@
+"""Cycles of a finished run with changes beside them: what `stepper` is for the linearized scheme."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vasowave.outlets import Windkessel
+from vasowave.recording import Inflow
+from vasowave.solver.cells import Fluxes
+from vasowave.solver.direction import Direction
+from vasowave.solver.laws import outlet_steps
+from vasowave.solver.node_variations import EndChanges, EndSlopes, OutletChanges
+from vasowave.solver.numerics import Numerics
+from vasowave.solver.result import Run
+from vasowave.solver.start import at_rest
+from vasowave.solver.state import State
+from vasowave.solver.stepper import Stepper
+from vasowave.solver.variations import SHIFT, Slopes, Stencil, Weights
+from vasowave.solver.varied_cycle import varied_cycle_kernel
+
+_COMPLEX = 1e-30  # step of the complex derivatives of what an outlet does in one step
+
+
+class VariedStepper:
+    """Runs cycles of the changes in all directions beside those of a finished run; owns the scratch memory."""
+
+    def __init__(self, run: Run, inflow: Inflow, directions: Sequence[Direction]) -> None:
+        self.run, self.stepper = run, Stepper(run.grid, inflow, Numerics(samples=1), run.steps)
+        ends, vessel = self.stepper.parts[2], run.grid.vessel
+        self.weights = _weights(directions, vessel), _weights(directions, ends.vessel)
+        self.outlets = _outlet_changes(run, directions)
+        self.shifted = tuple(map(_beside, self.stepper.law))
+        slots, count, nodes = len(vessel), len(ends.face), len(ends.start) - 1
+        rows = len(run.grid.wall) + 1
+        self.base = *self.stepper.scratch, Fluxes(*np.ones((3, slots)))
+        self.scratch = (
+            _ones(Slopes, [*3 * [(slots,)], *[(rows, slots)]]),
+            _ones(Slopes, [*3 * [(slots,)], *[(rows, slots)]]),
+            _ones(Stencil, [*5 * [(slots,)], *[(rows, slots)]]),
+            _ones(Stencil, [*5 * [(slots,)], *[(rows, slots)]]),
+            _ones(EndSlopes, [*13 * [(count,)], *2 * [(rows, count)]]),
+            _ones(EndChanges, [*3 * [(count,)], *[(nodes,)]]),
+            np.zeros(slots),
+            np.zeros(slots),
+            np.zeros(len(ends.terminal_node)),
+        )
+        self.output = np.zeros((len(directions), run.steps))
+
+    @property
+    def size(self) -> int:
+        """Number of variables of a state."""
+        return len(self.run.scale.vector(self.run.end))
+
+    def cycle(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the changes at the end of a cycle for those at its start, and the change of the inlet pressure.
+
+        Shapes (direction, variable) and (direction, step), mmHg.
+        """
+        return self._cycle(self.run.end, x)[1], self.output.copy()
+
+    def from_rest(self, count: int) -> np.ndarray:
+        """Return the change of the inlet pressure, mmHg, in the last of `count` cycles from rest."""
+        state, scale = at_rest(self.run.grid, self.stepper.outlets), self.run.scale
+        wider = [State(state.area * row[-1], state.flow, state.memory) for row in self.weights[0].wall]
+        x = np.array([scale.vector(one) for one in wider])
+        for _ in range(count):
+            state, x = self._cycle(state, x)
+        return self.output
+
+    def _cycle(self, start: State, x: np.ndarray) -> tuple[State, np.ndarray]:
+        stepper, scale = self.stepper, self.run.scale
+        state = State(start.area.copy(), start.flow.copy(), start.memory.copy())
+        changes = [scale.change(row) for row in x]
+        changed = tuple(np.array([getattr(one, name) for one in changes]) for name in ("area", "flow", "memory"))
+        varied_cycle_kernel(type(stepper.grid.wall))(
+            (state.area, state.flow, state.memory), changed, stepper.inflow, stepper.law, self.shifted,
+            stepper.outlets, self.outlets, stepper.parts[1:], self.weights, stepper.fluid, self.base, self.scratch,
+            self.output,
+        )  # fmt: skip
+        return state, np.array([scale.vector(State(*change)) for change in zip(*changed, strict=True)])
+
+
+def _ones(kind: Any, shapes: Sequence[tuple[int, ...]]) -> Any:
+    return kind(*map(np.ones, shapes))
+
+
+def _weights(directions: Sequence[Direction], vessel: np.ndarray) -> Weights:
+    """Return the directions' relative changes at the slots or ends of these vessels."""
+    wall = np.array([[*one.wall, one.area0] for one in directions])[:, :, vessel]
+    length = np.array([one.length for one in directions])[:, vessel]
+    rows = [max((k + 1 for k in range(len(one)) if np.any(one[k])), default=0) for one in wall]
+    return Weights(np.ascontiguousarray(wall), np.ascontiguousarray(length), np.array(rows))
+
+
+def _beside(wall: Any) -> tuple[tuple[Any, Any], ...]:
+    """Return the wall with each of its parameters a little larger, and a little smaller."""
+
+    def shifted(k: int, factor: float) -> Any:
+        return type(wall)(*(value * factor if i == k else value for i, value in enumerate(wall)))
+
+    return tuple((shifted(k, 1 + SHIFT), shifted(k, 1 - SHIFT)) for k in range(len(wall)))
+
+
+def _outlet_changes(run: Run, directions: Sequence[Direction]) -> OutletChanges:
+    """Return how the outlets' steps change, by complex steps in R1, R2 and C."""
+    beds, found = np.array(run.model.outlets, dtype=float), []
+    for one in directions:
+        moved: Any = Windkessel(*(beds * (1 + 1j * _COMPLEX * one.outlets)))
+        found.append([value.imag / _COMPLEX for value in outlet_steps(moved, run.steps, run.period)])
+    return OutletChanges(*(np.array(value) for value in zip(*found, strict=True)))

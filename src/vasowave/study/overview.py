@@ -1,0 +1,63 @@
+"""What was read of every animal, and how much work a study is: the table that a person looks at before it runs."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from vasowave.animal.animal import Animal
+from vasowave.study.settings import StudyFile
+
+_SECONDS = 0.8
+"""CPU of one start of a fit with one wall law in a network of 21 vessels, s: measured, and rough."""
+
+_VESSELS = 21
+
+
+class AnimalRead(NamedTuple):
+    """What the files of one animal hold.
+
+    `duration` (s) and `beats` (averaged, found) are those of a continuous recording; 0 of an averaged cycle. Heart rate
+    in beats/min, mean pressure in mmHg, mean flow in ml/s; `drift` in mmHg over the recording.
+    """
+
+    animal: str
+    group: str
+    vessels: int
+    kind: str
+    duration: float
+    beats: tuple[int, int]
+    heart_rate: float
+    mean_pressure: float
+    mean_flow: float
+    drift: float
+
+    def row(self) -> tuple[str, ...]:
+        """Return the cells of `HEADER`."""
+        raw = self.kind == "raw"
+        return (
+            self.animal, self.group, f"{self.vessels}", "raw" if raw else "cycle",
+            f"{self.duration:.3g}" if raw else "", f"{self.beats[0]}/{self.beats[1]}" if raw else "",
+            f"{self.heart_rate:.0f}", f"{self.mean_pressure:.1f}", f"{self.mean_flow:.3f}",
+            f"{self.drift:+.1f}" if raw else "",
+        )  # fmt: skip
+
+
+HEADER = (
+    "animal", "group", "vessels", "kind", "length [s]", "beats", "HR [1/min]", "mPAP [mmHg]", "CO [ml/s]",
+    "drift [mmHg]",
+)  # fmt: skip
+
+
+def read_of(animal: Animal) -> AnimalRead:
+    """Return what was read of an animal."""
+    indices, beats, raw = animal.recording.indices(), animal.beats, animal.raw
+    used = (sum(one.averaged for one in beats.beats), len(beats.beats)) if beats else (0, 0)
+    return AnimalRead(
+        animal.name, animal.group, len(animal.network), "raw" if raw else "cycle", raw.duration if raw else 0.0, used,
+        indices["HR"], indices["mPAP"], indices["CO"], beats.baseline.size if beats and beats.baseline.sure else 0.0,
+    )  # fmt: skip
+
+
+def expected_seconds(read: Sequence[AnimalRead], settings: StudyFile, cores: int) -> float:
+    """Return roughly how long the fits of these animals take on so many cores, s, without compiling."""
+    fits = len(settings.calibration.walls) * settings.calibration.starts
+    return sum(_SECONDS * fits * one.vessels / _VESSELS for one in read) / max(1, min(cores, len(read)))

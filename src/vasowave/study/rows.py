@@ -1,0 +1,67 @@
+"""One animal as its row in the table says it: group, files, and what the files do not tell."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+COLUMNS = {
+    "animal": "Name of the animal, each once.",
+    "group": "One of the groups of study.yaml.",
+    "network": "File of its vessels: name, parent, length [cm], radius [cm]. Animals may share one.",
+    "image pressure [mmHg]": "Pressure at which its vessels were imaged, where the network's file does not say it.",
+    "recording": "File of its recording: one averaged cycle, or a continuous recording.",
+    "flow": "File of the flow, if the recording holds the pressure only (averaged cycles).",
+    "kind": "cycle (one averaged cycle) or raw (continuous, beats are found and averaged); empty: told from the file.",
+    "period [s]": "Period of an averaged cycle without a time column.",
+    "pressure unit": "Unit of the pressure, where its file names none.",
+    "flow unit": "Unit of the flow, where its file names none.",
+    "pressure channel": "raw: title of the pressure channel, where the titles do not tell.",
+    "flow channel": "raw: title of the flow channel.",
+    "ecg channel": "raw: title of the ECG channel.",
+    "block": "raw: block of a LabChart file, counted from 1; the longest by default.",
+    "start [s]": "raw: start of the stretch to use, since the start of the block.",
+    "end [s]": "raw: end of the stretch to use.",
+    "sampling rate [1/s]": "raw: samples per second of a table without a time column.",
+    "synthetic": "yes if the recording was made and not measured; the report then says so.",
+    "R_T [mmHg s/ml]": "Total resistance known from elsewhere (a published table): `check` compares, `run` ignores it.",
+    "C_T [ml/mmHg]": "Total compliance known from elsewhere, likewise.",
+    "tau [s]": "Time constant known from elsewhere, likewise.",
+}
+"""Columns of animals.csv and what they hold; the first four are needed."""
+
+NEEDED = ("animal", "group", "network", "recording")
+
+
+@dataclass(frozen=True)
+class AnimalRow:
+    """One row of the table; a number is None and a text empty where the cell is.
+
+    An empty `kind` is told from the file, see `study.kind`.
+    """
+
+    animal: str
+    group: str
+    network: Path
+    recordings: tuple[Path, ...]
+    line: int
+    kind: Literal["", "cycle", "raw"] = ""
+    period: float | None = None
+    pressure_unit: str = ""
+    flow_unit: str = ""
+    pressure_channel: str = ""
+    flow_channel: str = ""
+    ecg_channel: str = ""
+    block: int | None = None
+    start: float | None = None
+    end: float | None = None
+    sampling_rate: float | None = None
+    image_pressure: float | None = None
+    synthetic: bool = False
+    R_T: float | None = None
+    C_T: float | None = None
+    tau: float | None = None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Every file that is read for this animal."""
+        return (self.network, *self.recordings)

@@ -1,0 +1,82 @@
+"""How far a study is: what is kept of every animal, read from the files of a run that may be going on elsewhere."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from vasowave.calibration.starts import SCOUT
+from vasowave.errors import InputError
+from vasowave.study.journal import FOLDER, read_journal
+from vasowave.study.loading import animal_key
+from vasowave.study.lock import holder
+from vasowave.study.plan import Study
+from vasowave.study.running import LOCK
+from vasowave.study.store import CACHE
+
+
+class AnimalStatus(NamedTuple):
+    """How far one animal is.
+
+    Attributes
+    ----------
+    animal : str
+    state : {"done", "begun", "waiting", "unreadable"}
+        Finished and kept; some searches are kept; nothing is; its files cannot be read.
+    searches : dict of str to (int, int)
+        For every wall law that was begun, searches that have ended and all of them.
+    message : str
+        Why it is unreadable.
+    """
+
+    animal: str
+    state: str
+    searches: dict[str, tuple[int, int]]
+    message: str = ""
+
+    def __str__(self) -> str:
+        """Return the state in words."""
+        if self.state != "begun":
+            return f"unreadable: {self.message}" if self.message else self.state
+        return ", ".join(f"{wall} {done} of {count} searches" for wall, (done, count) in self.searches.items())
+
+
+class StudyStatus(NamedTuple):
+    """How far a study is; `runner` says who is running it now, None if nobody is."""
+
+    animals: tuple[AnimalStatus, ...]
+    runner: str | None
+
+
+def study_status(study: Study) -> StudyStatus:
+    """Return how far a study is; animals whose files, settings or program changed since count as not begun.
+
+    On a cluster without a common disk, searches are not kept: its animals are done, or waiting.
+    """
+    found = []
+    for row in study.animals:
+        try:
+            found.append(_status(row.animal, animal_key(row, study.settings, study.folder), study.results))
+        except InputError as error:
+            found.append(AnimalStatus(row.animal, "unreadable", {}, str(error)))
+    return StudyStatus(tuple(found), holder(study.results / LOCK))
+
+
+def searches_of(results: Path, keys: Mapping[str, str]) -> dict[str, dict[str, tuple[int, int]]]:
+    """Return, for every animal of `keys` that was begun, the searches that have ended and all, by wall law."""
+    found = {animal: _searches(results, key) for animal, key in keys.items()}
+    return {animal: searches for animal, searches in found.items() if searches}
+
+
+def _status(animal: str, key: str, results: Path) -> AnimalStatus:
+    if any((results / CACHE).glob(f"{key}-*.nc")):
+        return AnimalStatus(animal, "done", {})
+    searches = _searches(results, key)
+    return AnimalStatus(animal, "begun" if searches else "waiting", searches)
+
+
+def _searches(results: Path, key: str) -> dict[str, tuple[int, int]]:
+    found: dict[str, tuple[int, int]] = {}
+    for one in read_journal(results / FOLDER / f"{key}.jsonl"):
+        before = found.get(one["wall"], (0, 0))[0]
+        found[one["wall"]] = (before + (one["stage"] == SCOUT), one["starts"])
+    return found

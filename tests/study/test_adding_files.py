@@ -1,0 +1,187 @@
+"""From the files a lab has to a study that runs: `new`, `add`, and nothing left to mend."""
+
+import csv
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from vasowave.cli import app
+from vasowave.datasets import control_network, virtual_mouse
+from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
+from vasowave.datasets.virtual_files import labchart_text
+from vasowave.network import write_network
+from vasowave.recording import Recording
+from vasowave.study.adding import add_files
+from vasowave.study.checking import check_study
+
+QUIET = Disturbances(pressure_drift=0.0)
+
+
+def exported(number, mean, *, drift=0.0, ecg=True):
+    """Return LabChart's text of 12 s in which the pressure has this mean, in mmHg, at the start."""
+    mouse = virtual_mouse()
+    cycle = Recording(mouse.pressure + mean - mouse.pressure.mean(), mouse.flow, mouse.period)
+    made = synthetic_raw_recording(
+        cycle, np.random.default_rng(number), duration=12.0, sampling_rate=1000.0, disturbances=QUIET, ecg=ecg,
+        baseline=lambda t: drift * t / 12.0,
+    )  # fmt: skip
+    return labchart_text(made.raw)
+
+
+def with_decimal_commas_and_a_short_block(text):
+    """Return an export of two blocks, the second long, with decimal commas."""
+    head, body = text.split("UnitName", 1)
+    first = head + "UnitName" + "\n".join(body.split("\n")[:1500])
+    return (first + "\n" + text).replace(".", ",")
+
+
+def without_ecg(text):
+    """Return the export with its last channel left out."""
+    lines = text.replace("\tECG", "").replace("\tmV", "").replace("\t10 mV", "").split("\n")
+    return "\n".join("\t".join(line.split("\t")[:3]) if line[:1].isdigit() else line for line in lines)
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    """Return a folder of six exports in two groups, a network from a spreadsheet, and the true mean pressures."""
+    folder = tmp_path_factory.mktemp("lab")
+    for name in ("normoxia", "hypoxia"):
+        (folder / name).mkdir()
+    texts = {
+        "normoxia/M11.txt": (14.2, exported(1, 14.2)),
+        "normoxia/M12.txt": (15.3, exported(2, 15.3, drift=-4.0)),
+        "normoxia/M13.txt": (13.6, without_ecg(exported(3, 13.6, ecg=False))),
+        "hypoxia/M21.txt": (27.9, with_decimal_commas_and_a_short_block(exported(4, 27.9))),
+        "hypoxia/M22.txt": (30.2, exported(5, 30.2, drift=6.0)),
+        "hypoxia/M23.txt": (25.4, exported(6, 25.4)),
+    }
+    for name, (_, text) in texts.items():
+        (folder / name).write_text(text, encoding="cp1252", errors="replace")
+    network = control_network()
+    rows = [
+        f"{name};{network.name[parent] if parent >= 0 else ''};{10 * length:.4f};{10 * radius:.4f}".replace(".", ",")
+        for name, parent, length, radius in zip(network.name, network.parent, network.length, network.radius)
+    ]
+    (folder / "lung.csv").write_text("\ufeffName;Parent;Length (mm);Radius (mm)\n" + "\n".join(rows), encoding="utf-8")
+    return folder, {name.split("/")[1][:3]: truth for name, (truth, _) in texts.items()}
+
+
+def test_six_exports_and_a_spreadsheet_become_a_study_that_can_run_in_two_commands(lab, tmp_path):
+    folder, truth = lab
+    study = tmp_path / "my-study"
+    assert CliRunner().invoke(app, ["new", str(study), "--groups", "normoxia,hypoxia"]).exit_code == 0
+    done = CliRunner().invoke(app, ["add", str(study), str(folder)])
+    assert done.exit_code == 0, done.output
+    assert "6 new rows" in done.output
+    assert "The study can run" in done.output
+    problems, read, _ = check_study(study)
+    assert [problem for problem in problems if problem.error] == []
+    assert {one.animal: one.group for one in read} == {
+        name: "normoxia" if name.startswith("M1") else "hypoxia" for name in truth
+    }
+    for one in read:
+        assert one.mean_pressure == pytest.approx(truth[one.animal], abs=0.1), one.animal
+    drifted = {one.animal: one.drift for one in read if abs(one.drift) > 1}
+    assert drifted == {"M12": pytest.approx(-4, abs=0.3), "M22": pytest.approx(6, abs=0.3)}
+    said = "\n".join(map(str, problems))
+    assert "drifts by -4" in said
+    assert "drifts by +6" in said or "drifts by +5.9" in said
+
+
+def test_a_recording_that_stands_in_the_table_is_not_added_twice_and_the_table_keeps_its_rows(lab, tmp_path):
+    folder, _ = lab
+    study = tmp_path / "s"
+    CliRunner().invoke(app, ["new", str(study), "--groups", "normoxia,hypoxia"])
+    add_files(study, [folder / "normoxia", folder / "lung.csv"])
+    before = (study / "animals.csv").read_text()
+    again = add_files(study, [folder / "normoxia" / "M11.txt", folder / "hypoxia" / "M21.txt"])
+    assert any("is in the table already" in one for one in again.said)
+    after = (study / "animals.csv").read_text()
+    assert after.startswith(before.rstrip("\n"))
+    rows = list(csv.DictReader(line for line in after.splitlines() if not line.startswith("#")))
+    assert [row["animal"] for row in rows] == ["M11", "M12", "M13", "M21"]
+    assert rows[3]["network"] == rows[0]["network"]  # the only one the study has
+
+
+def test_pressure_and_flow_in_files_of_their_own_are_one_animal(tmp_path):
+    mouse, study = virtual_mouse(), tmp_path / "s"
+    CliRunner().invoke(app, ["new", str(study)])
+    place = study / "recordings" / "CTL"
+    place.mkdir()
+    np.savetxt(place / "p_C6.dat", mouse.pressure)
+    np.savetxt(place / "q_C6.dat", mouse.flow)
+    np.savetxt(place / "p_C7.dat", mouse.pressure)
+    write_network(control_network(), study / "networks" / "ctl.csv")
+    added = add_files(study, [place], period=0.11)
+    assert [(row["animal"], row["group"], row["kind"], row["network"]) for row in added.rows] == [
+        ("C6", "CTL", "cycle", "networks/ctl.csv")
+    ]
+    assert any("p_C7.dat" in one and "flow is not among these" in one for one in added.said)
+
+
+def test_what_nothing_tells_is_said_and_left_empty_and_what_is_no_recording_is_named(lab, tmp_path):
+    folder, _ = lab
+    study = tmp_path / "s"
+    CliRunner().invoke(app, ["new", str(study)])
+    (tmp_path / "notes.txt").write_text("weights of the mice\n")
+    added = add_files(study, [folder / "normoxia" / "M11.txt", tmp_path / "notes.txt"])
+    assert added.rows[0]["group"] == ""
+    assert any("no group is told" in one and "M11" in one for one in added.said)
+    assert any("there is no network" in one for one in added.said)
+    assert any("notes.txt" in one for one in added.said)
+    nothing = CliRunner().invoke(app, ["add", str(study), str(tmp_path / "notes.txt")])
+    assert nothing.exit_code != 0
+    assert "no recording among these files" in str(nothing.exception)
+
+
+def test_one_cause_is_one_error_with_all_its_lines(tmp_path):
+    study = tmp_path / "s"
+    CliRunner().invoke(app, ["new", str(study)])
+    write_network(control_network(), study / "networks" / "ctl.csv")
+    for i in range(6):
+        (study / "recordings" / f"{i}.txt").write_text(
+            exported(i, 15.0).replace("ChannelTitle=\tPAP", "ChannelTitle=\tCh1")
+        )
+    rows = [f"m{i},CTR,networks/ctl.csv,recordings/{i}.txt" for i in range(6)]
+    (study / "animals.csv").write_text("\n".join(["animal,group,network,recording", *rows]))
+    errors = [problem for problem in check_study(study).problems if problem.error]
+    assert len(errors) == 1
+    assert "'CTR' is not a group" in str(errors[0])
+    assert "the same in lines 3, 4, 5, 6, 7" in str(errors[0])
+    (study / "animals.csv").write_text("\n".join(["animal,group,network,recording", *rows]).replace("CTR", "CTL"))
+    errors = [problem for problem in check_study(study).problems if problem.error]
+    assert len(errors) == 1
+    assert "no channel says that it holds pressure" in str(errors[0])
+    added = add_files(study, [study / "recordings"])
+    assert added.rows == ()
+
+
+def test_a_channel_whose_unit_leaves_one_answer_needs_no_naming(tmp_path):
+    study = tmp_path / "s"
+    CliRunner().invoke(app, ["new", str(study)])
+    write_network(control_network(), study / "networks" / "ctl.csv")
+    (study / "recordings" / "CTL-1.txt").write_text(exported(1, 15.0).replace("\tPAP\tFlow", "\tChannel 1\tTransonic"))
+    added = add_files(study, [study / "recordings"])
+    assert added.rows[0]["pressure channel"] == "Channel 1"
+    assert added.rows[0]["flow channel"] == "Transonic"
+    assert not [problem for problem in check_study(study).problems if problem.error]
+
+
+@pytest.mark.parametrize("name", ["$\\x$", "a" * 61, "=cmd|x", "a/b"])
+def test_a_name_that_no_file_figure_or_spreadsheet_takes_is_refused_before_anything_is_computed(tmp_path, name):
+    study = tmp_path / "s"
+    refused = CliRunner().invoke(app, ["new", str(study), "--groups", f"CTL,{name}"])
+    assert refused.exit_code != 0
+    assert not study.exists()
+
+
+def test_a_letter_that_unicode_writes_in_two_ways_is_one_name(tmp_path):
+    study = tmp_path / "s"
+    CliRunner().invoke(app, ["new", str(study), "--groups", "\u212b,B"])
+    write_network(control_network(), study / "n.csv")
+    (study / "1.txt").write_text(exported(1, 15.0))
+    (study / "animals.csv").write_text("animal,group,network,recording\nA\u030a 1,\u00c5,n.csv,1.txt\n")
+    problems, read, _ = check_study(study)
+    assert [(one.animal, one.group) for one in read] == [("\u00c5 1", "\u00c5")]
+    assert not [problem for problem in problems if problem.error]

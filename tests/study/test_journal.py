@@ -1,0 +1,112 @@
+"""Every search of a fit is kept as it ends, a killed run goes on from there, and anyone can see how far it is."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from vasowave.calibration import Found, Search, calibrate
+from vasowave.cli import app
+from vasowave.datasets import control_network, virtual_mouse
+from vasowave.study.engine import _Run
+from vasowave.study.journal import FOLDER, Journal, read_journal
+from vasowave.study.plan import read_study
+from vasowave.study.results import read_results
+from vasowave.study.status import study_status
+
+END = Found(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the tolerance", np.array([1e-17, 2.0]))
+
+
+def test_an_end_comes_back_from_the_journal_to_the_last_bit(tmp_path):
+    Journal(tmp_path / "a.jsonl").of("linear", 4).keep("scout", 2, END)
+    found = Journal(tmp_path / "a.jsonl").of("linear", 4).find("scout", 2)
+    assert np.array_equal(found.x, END.x)
+    assert np.array_equal(found.residual, END.residual)
+    assert (found.S, found.simulations, found.converged, found.message) == (12.5, 31, True, END.message)
+    assert Journal(tmp_path / "a.jsonl").of("tangent", 4).find("scout", 2) is None
+
+
+def test_a_line_that_was_cut_off_or_damaged_counts_for_nothing_and_the_next_one_counts(tmp_path):
+    path = tmp_path / "a.jsonl"
+    ends = Journal(path).of("linear", 4)
+    for start in range(3):
+        ends.keep("scout", start, END)
+    text = path.read_text()
+    first, second, third = text.splitlines()
+    path.write_text(f"{first}\n{second.replace('12.5', '12.4')}\n{third[:-20]}")
+    Journal(path).of("linear", 4).keep("scout", 3, END)
+    assert [one["start"] for one in read_journal(path)] == [0, 3]
+
+
+def test_a_journal_that_cannot_be_written_does_not_stop_the_fit(tmp_path):
+    Journal(tmp_path / "nowhere" / "a.jsonl").of("linear", 1).keep("scout", 0, END)
+    assert not (tmp_path / "nowhere").exists()
+
+
+def test_a_fit_that_goes_on_from_a_journal_is_the_same_fit_and_makes_only_the_searches_that_are_missing(tmp_path):
+    network, mouse, search = control_network(), virtual_mouse(), Search(starts=3)
+    whole = Journal(tmp_path / "whole.jsonl")
+    first = calibrate(network, mouse, search=search, ends=whole.of("linear", 3))
+    lines = (tmp_path / "whole.jsonl").read_text().splitlines(keepends=True)
+    (tmp_path / "part.jsonl").write_text("".join(lines[:2]))
+    again = calibrate(network, mouse, search=search, ends=Journal(tmp_path / "part.jsonl").of("linear", 3))
+    assert np.array_equal(first.parameters["value"], again.parameters["value"])
+    assert first.starts.equals(again.starts)
+    assert (tmp_path / "part.jsonl").read_text().count('"scout"') == 3
+
+
+def begun(folder, least, patience=120.0):
+    """Start the run of a study as a process; return it when so many searches are kept."""
+    command = [sys.executable, "-m", "vasowave.cli", "run", str(folder), "--no-report", "--workers", "1"]
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    until = time.monotonic() + patience
+    while time.monotonic() < until and process.poll() is None:
+        if sum(len(read_journal(path)) for path in (folder / "results" / FOLDER).glob("*.jsonl")) >= least:
+            return process
+        time.sleep(0.05)
+    raise AssertionError("the run did not come so far")
+
+
+def test_a_run_that_is_killed_after_its_third_search_keeps_three_and_ends_with_the_same_numbers(make_study):
+    settings = "groups: [CTL]\ncalibration: {walls: [linear], starts: 8}\n"
+    folder = make_study("killed", 1, settings)
+    (folder / "animals.csv").write_text("animal,group,network,recording\na,CTL,n.csv,recordings/0.csv\n")
+    process = begun(folder, 3)
+    assert study_status(read_study(folder)).runner.startswith("process")
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    (status,), runner = study_status(read_study(folder))
+    assert runner is None
+    kept = status.searches["linear"][0]
+    assert status.state == "begun"
+    assert 3 <= kept <= 8
+    shown = CliRunner().invoke(app, ["status", str(folder)])
+    assert f"a: linear {kept} of 8 searches" in shown.output
+    told = CliRunner().invoke(app, ["run", str(folder), "--no-report", "--json", "--workers", "1"])
+    events = [json.loads(line) for line in told.stdout.splitlines() if line.startswith("{")]
+    assert [one["what"] for one in events if one["event"] == "animal"] == ["computed"]
+    assert events[-1]["event"] == "done"
+    assert not list((folder / "results" / FOLDER).iterdir())
+    resumed = read_results(folder)["a"]
+    other = make_study("whole", 1, settings)
+    (other / "animals.csv").write_text("animal,group,network,recording\na,CTL,n.csv,recordings/0.csv\n")
+    assert CliRunner().invoke(app, ["run", str(other), "--no-report", "--workers", "1"]).exit_code == 0
+    whole = read_results(other)["a"]
+    assert resumed["linear/calibration"].identical(whole["linear/calibration"])
+
+
+@pytest.mark.parametrize(("at_once", "expected"), [(2, 10.0 / 2 + 7 * 10.0 / 2), (1, 0.0 + 8 * 10.0)])
+def test_the_time_left_counts_what_is_under_way_and_how_many_are_computed_at_once(monkeypatch, at_once, expected):
+    now = [100.0]
+    monkeypatch.setattr("vasowave.study.engine.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("vasowave.study.engine.cores", lambda: 2)
+    run = _Run(lambda: None, lambda *_: None, None, 9, lambda _: None)
+    run.at_once, run.done, run.lasted = at_once, 1, [10.0]
+    run.began = {"b": 100.0} if at_once == 2 else {}
+    assert run.left() == pytest.approx(expected)

@@ -1,0 +1,107 @@
+"""Compiled kernels: made once for all processes, in a place that can be written, never met by another source."""
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import vasowave
+
+SCRIPT = """
+import sys
+from numba import njit
+from vasowave import kernels
+kernels.inspect.getsource = lambda module: sys.argv[1]
+
+@kernels.kept
+@njit
+def doubled(x):
+    return 2.0 * x
+
+assert doubled(3.0) == 6.0
+print(sum(doubled.stats.cache_hits.values()), sum(doubled.stats.cache_misses.values()), doubled.stats.cache_path)
+"""
+
+
+def installed(folder, writable=True):
+    """A copy of what keeps kernels, where nothing can be written beside it unless it is writable."""
+    package = folder / "vasowave"
+    package.mkdir(parents=True)
+    for name in ("__init__.py", "__init__.pyi", "errors.py", "kernels.py", "locks.py"):
+        shutil.copy(Path(vasowave.__file__).parent / name, package)
+    if not writable:
+        (package / "__pycache__").write_text("a file where a folder would have to be")
+        package.chmod(0o555)  # for all but the administrator, to whom nothing is forbidden
+    return folder
+
+
+def started(folder, home, source="one", code=SCRIPT, **environment):
+    script = home / "script.py"
+    script.write_text(code)
+    variables = {**os.environ, "PYTHONPATH": str(folder), "HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")}
+    variables.pop("NUMBA_CACHE_DIR", None)
+    variables |= {"PYTHONDONTWRITEBYTECODE": "1", **environment}
+    command = [sys.executable, str(script), source]
+    return subprocess.Popen(command, env=variables, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def told(process):
+    out, error = process.communicate(timeout=120)
+    assert process.returncode == 0, error
+    hits, misses, path = out.strip().split(" ", 2)
+    return int(hits), int(misses), Path(path)
+
+
+@pytest.fixture(scope="module")
+def sealed(tmp_path_factory):
+    return installed(tmp_path_factory.mktemp("sealed"), writable=False)
+
+
+def test_a_read_only_installation_compiles_once_for_all_processes_and_anew_for_another_source(sealed, tmp_path):
+    """Two start together: one compiles, the other waits and loads; one of another source meets none of it."""
+    first, second, other = map(told, [started(sealed, tmp_path, source) for source in ("one", "one", "another")])
+    assert sorted([first[:2], second[:2]]) == [(0, 1), (1, 0)]
+    assert other[:2] == (0, 1)
+    assert first[2] == second[2] != other[2]
+    assert (tmp_path / "cache") in first[2].parents
+
+
+@pytest.mark.validation
+def test_where_nothing_at_all_can_be_written_every_process_compiles(sealed, tmp_path):
+    (tmp_path / "cache").write_text("a file")
+    code = SCRIPT.rsplit("print", 1)[0] + "print(0, 1, doubled._cache.__class__.__name__)\n"
+    assert told(started(sealed, tmp_path, code=code))[2] == Path("NullCache")
+
+
+@pytest.mark.validation
+def test_a_writable_installation_keeps_its_kernels_beside_itself(tmp_path):
+    folder = installed(tmp_path / "here")
+    home = tmp_path / "home"
+    home.mkdir()
+    assert (folder / "vasowave") in told(started(folder, home))[2].parents
+
+
+def test_a_compilation_that_fails_keeps_nobody_waiting(tmp_path, monkeypatch):
+    """The lock of the failed one is let go of before the next is asked for."""
+    from numba import njit
+    from numba.core.errors import TypingError
+
+    from vasowave import kernels
+
+    monkeypatch.setattr(kernels.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(kernels, "_PATIENCE", 20.0)
+
+    def first(x):
+        return x[0]
+
+    taken = kernels.kept(njit(first))
+    began = time.monotonic()
+    for _ in range(2):
+        with pytest.raises(TypingError):
+            taken(1.0)
+    assert taken((1.0, 2.0)) == 1.0
+    assert time.monotonic() - began < 20.0

@@ -1,0 +1,137 @@
+"""The exponent that answers the wall question, and quantities averaged over wall laws by their weights."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import t as student
+
+from made_fit import made_fit
+from vasowave.animal.animal import Animal, Settings
+from vasowave.animal.averages import AVERAGED, averages_dataset
+from vasowave.animal.files import from_bytes, to_bytes
+from vasowave.animal.pipeline import tree_of
+from vasowave.calibration import Search, calibrate
+from vasowave.datasets import control_network
+from vasowave.datasets.virtual import virtual_mouse
+from vasowave.errors import InputError
+from vasowave.model import Model
+from vasowave.nominal import windkessels
+from vasowave.recording import Recording
+from vasowave.selection import Comparing, averaged, compare_models, law_weights, stiffening
+from vasowave.solver import Numerics, simulate
+from vasowave.walls import PowerWall
+
+
+def with_exponent(value, low, high, at_bound=False):
+    fit = made_fit("power")
+    table = fit.parameters.copy()
+    table.loc["m", ["value", "interval_low", "interval_high", "at_bound"]] = [value, low, high, at_bound]
+    return replace(fit, parameters=table)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "verdict", "words"),
+    [
+        ((2.0, 0.9, 4.0), "more", "stiffens with pressure more than the linear law"),
+        ((0.2, 0.1, 0.4), "less", "less than the linear law"),
+        ((2.0, 0.3, 13.0), "open", "does not tell"),
+        ((50.0, 20.0, 90.0, True), "open", "at its bound"),
+    ],
+)
+def test_the_exponents_interval_answers_the_wall_question(numbers, verdict, words):
+    found = stiffening(with_exponent(*numbers))
+    assert found.attrs["verdict"] == verdict
+    assert words in found.attrs["said"]
+    assert "pressure of the image is not known" in found.attrs["said"]
+    assert ("taper" in found.attrs["said"]) == (verdict != "open")
+    assert float(found["exponent"]) == numbers[0]
+
+
+def test_laws_without_an_exponent_and_a_held_exponent_say_nothing():
+    assert stiffening(made_fit("linear")) is None
+    assert stiffening(made_fit("tangent")) is None
+    held = made_fit("power")
+    table = held.parameters.copy()
+    table.loc["m", "free"] = False
+    assert stiffening(replace(held, parameters=table)) is None
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("true", [0.5, 3.0])
+def test_the_exponent_of_a_simulated_animal_is_found(true):
+    network, mouse = replace(control_network(), pressure=6.3), virtual_mouse()
+    model = Model(network, PowerWall(45.0 if true == 0.5 else 15.0, true), windkessels(network, 76.0, 0.12, 0.12))
+    inlet = simulate(model, mouse, Numerics(samples=256, tolerance=1e-8))["pressure"].sel(vessel="1", station="inlet")
+    recording = Recording(inlet.values, mouse.resampled(256).flow, mouse.period)
+    found = stiffening(calibrate(network, recording, "power", search=Search(starts=1)))
+    assert float(found["exponent"]) == pytest.approx(true, rel=0.01)
+    assert found.attrs["verdict"] == ("open" if true == 0.5 else "more")
+
+
+def test_equal_answers_of_all_laws_are_the_average_and_its_interval_their_own():
+    found = averaged([60.0, 60.0, 60.0], [0.1, 0.1, 0.1], [7, 7, 7], [0.2, 0.5, 0.3])
+    reach = student.ppf(0.975, 7) * 0.1
+    assert found == pytest.approx((60.0, 60 * np.exp(-reach), 60 * np.exp(reach), 0.0))
+
+
+def test_the_interval_over_laws_is_that_of_draws_from_their_mixture():
+    values, errors, freedoms, weights = [200.0, 390.0, 260.0], [0.1, 0.3, 0.05], [4, 9, 30], [0.5, 0.2, 0.3]
+    rng = np.random.default_rng(1)
+    laws = rng.choice(3, 400_000, p=weights)
+    draws = np.log(values)[laws] + np.array(errors)[laws] * rng.standard_t(np.array(freedoms)[laws])
+    found = averaged(values, errors, freedoms, weights)
+    assert np.log([found.low, found.high]) == pytest.approx(np.quantile(draws, [0.025, 0.975]), abs=0.01)
+    assert np.log(found.value) == pytest.approx(draws.mean(), abs=0.002)
+    between = np.var(np.repeat(np.log(values), [5, 2, 3]))
+    assert found.between == pytest.approx(between / (between + np.dot(weights, np.square(errors))))
+
+
+def test_a_law_without_weight_has_no_say():
+    alone = averaged([200.0], [0.1], [8], [1.0])
+    assert averaged([200.0, 900.0], [0.1, 0.1], [8, 8], [1.0, 0.0]) == pytest.approx(alone)
+    with pytest.raises(InputError, match="positive"):
+        averaged([200.0, -1.0], [0.1, 0.1], [8, 8], [0.5, 0.5])
+
+
+def three_fits():
+    return [made_fit(wall) for wall in ("linear", "tangent", "power")]
+
+
+def test_weights_are_those_of_the_differences_of_aicc_and_sum_to_one():
+    selection = compare_models(three_fits(), Comparing(covariances=("circulant", "independent")))
+    weights = law_weights(selection)
+    np.testing.assert_allclose(weights.sum("wall"), 1)
+    assert str(weights["covariance"].values[0]) == selection.attrs["preferred_covariance"]
+    table = selection.to_dataframe().query("sharing == 'joint' and covariance == 'independent'").set_index("wall")
+    one = weights.sel(covariance="independent")
+    ratio = float(one.sel(wall="linear") / one.sel(wall="tangent"))
+    expected = -0.5 * (table["AICc"]["linear"] - table["AICc"]["tangent"])
+    assert np.log(ratio) == pytest.approx(expected, abs=1e-6)
+
+
+def test_an_animals_tree_holds_the_average_and_how_the_wall_stiffens():
+    fits = three_fits()
+    animal = Animal("mouse", "CTL", fits[0].model.network, fits[0].recording, synthetic=True)
+    stored = from_bytes(to_bytes(tree_of(animal, fits, Settings(walls=("linear", "tangent", "power")))))
+    averages = stored["averages"].to_dataset()
+    for name in AVERAGED:
+        each = [float(stored[f"{wall}/quantities"][name]) for wall in ("linear", "tangent", "power")]
+        value, attrs = float(averages[name]), averages[name].attrs
+        assert min(each) * (1 - 1e-9) <= value <= max(each) * (1 + 1e-9)
+        assert attrs["interval_low"] < value < attrs["interval_high"]
+        assert 0 <= attrs["between_laws"] <= 1
+        assert attrs["units"] == stored["linear/quantities"][name].attrs["units"]
+    assert averages.attrs["covariance"] == stored["selection"].attrs["preferred_covariance"]
+    assert stored["power/stiffening"].attrs["verdict"] in ("more", "less", "open")
+    assert "stiffening" not in stored["linear"].children
+
+
+def test_quantities_without_an_error_are_not_averaged():
+    quantities = {
+        wall: xr.Dataset({name: ((), 1.0, {"units": "1", "long_name": name, "symbol": name}) for name in AVERAGED})
+        for wall in ("linear", "tangent", "power")
+    }
+    selection = compare_models(three_fits(), Comparing(covariances=("circulant",)))
+    assert list(averages_dataset(selection, quantities).data_vars) == ["weight"]
