@@ -109,6 +109,9 @@ class Settings(Search):
     waves_at : {"mean pressure", "paper"}
         Where waves take area and wave speed from: at mean pressure, measurement and models alike, or as the paper: A0
         and A0 Z_c/ρ for the measurement, those of each instant for a model.
+    inference : {"intervals", "posterior"}
+        What is said of the parameters beside their best values: the intervals of a fit, or its posterior too, with
+        geometry and the model's own error unknown (about a minute for each wall law).
 
     Raises
     ------
@@ -129,6 +132,7 @@ class Settings(Search):
     numerics: Numerics = NUMERICS
     harmonics: Annotated[int, Ge(1)] = 14
     waves_at: WavesAt = "mean pressure"
+    inference: Literal["intervals", "posterior"] = "intervals"
 
     def __post_init__(self) -> None:
         """Check the values."""

@@ -2,8 +2,10 @@
 
 import json
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+from typing import Protocol
 
 import xarray as xr
 
@@ -12,6 +14,7 @@ from vasowave.animal.beats import beats_dataset
 from vasowave.animal.comparison import compared_datasets, stiffening_dataset
 from vasowave.animal.datasets import calibration_dataset, network_dataset, nominal_dataset, recording_dataset
 from vasowave.animal.files import KIND
+from vasowave.animal.posterior import posterior_datasets
 from vasowave.animal.quantities import measured_quantities, model_quantities
 from vasowave.animal.signals import (
     flow_noise,
@@ -23,6 +26,7 @@ from vasowave.animal.signals import (
 from vasowave.animal.vessels import vessels_dataset
 from vasowave.calibration import Ends, Fit, calibrate
 from vasowave.errors import VasowaveWarning
+from vasowave.inference import Posterior, posterior
 from vasowave.nominal import estimate_nominal
 from vasowave.provenance import provenance
 
@@ -30,8 +34,16 @@ Progress = Callable[[str, int, int, float], None]
 """Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²)."""
 
 
-Kept = Callable[[str, int], Ends]
-"""Gives, for a wall law and a number of starts, where the ends of its searches are kept."""
+class Kept(Protocol):
+    """Where the unfinished work on one animal is kept."""
+
+    def of(self, wall: str, starts: int) -> Ends:
+        """Return where the ends of the searches with one wall law are kept."""
+        ...
+
+    def simulations(self, wall: str) -> Path | None:
+        """Return the file that keeps the simulations of the posterior of one wall law, if there can be one."""
+        ...
 
 
 def analyze(
@@ -45,8 +57,8 @@ def analyze(
     settings : Settings, optional
     progress : callable, optional
         Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²).
-    kept : callable, optional
-        Gives, for a wall law and a number of starts, where the ends of its searches are kept (see `calibrate`).
+    kept : Kept, optional
+        Where unfinished work is kept and found again (see `calibrate` and `posterior`).
 
     Returns
     -------
@@ -81,7 +93,8 @@ def analyze(
     settings = settings or Settings()
     with _collected() as warned:
         fits, interrupted = _fits(animal, settings, progress, kept)
-    return tree_of(animal, fits, settings, warned, interrupted)
+        drawn = _posteriors(animal, fits, settings, kept) if not interrupted else {}
+    return tree_of(animal, fits, settings, warned, interrupted, drawn)
 
 
 def tree_of(
@@ -90,16 +103,21 @@ def tree_of(
     settings: Settings,
     warned: Sequence[str] = (),
     interrupted: bool = False,
+    posteriors: Mapping[str, Posterior] | None = None,
 ) -> xr.DataTree:
     """Return the tree of `analyze` of an animal that is calibrated already; `warned` becomes part of its notes."""
+    posteriors = posteriors or {}
     with _collected() as more:
         groups = _measured(animal, settings)
         for fit in fits:
             groups |= _modeled(animal, fit, settings)
+        for wall, drawn in posteriors.items():
+            groups |= posterior_datasets(wall, drawn)
         if settings.model_selection and len(fits) > 1:
             groups |= compared_datasets(fits, settings, groups)
     own = (f"{fit.wall} wall: {note}" for fit in fits for note in _own(fit))
-    notes = [*animal.recording.notes, *warned, *more, *own]
+    doubts = (f"{wall} wall, posterior: {note}" for wall, one in posteriors.items() for note in one.warnings)
+    notes = [*animal.recording.notes, *warned, *more, *own, *doubts]
     tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
     tree.attrs = {
         "title": KIND,
@@ -173,8 +191,22 @@ def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progres
         search=settings.search(wall),
         numerics=settings.numerics,
         progress=say,
-        ends=kept(wall, settings.starts) if kept is not None else None,
+        ends=kept.of(wall, settings.starts) if kept is not None else None,
     )
+
+
+def _posteriors(animal: Animal, fits: Sequence[Fit], settings: Settings, kept: Kept | None) -> dict[str, Posterior]:
+    """Return the posterior of every fitted wall law, if it is asked for."""
+    if settings.inference != "posterior":
+        return {}
+    return {
+        fit.wall: posterior(
+            animal.network, animal.recording, type(fit.model.wall), fit=fit, blood=settings.blood,
+            search=settings.search(fit.wall), numerics=settings.numerics, seed=settings.seed,
+            path=kept.simulations(fit.wall) if kept is not None else None,
+        )
+        for fit in fits
+    }  # fmt: skip
 
 
 def _modeled(animal: Animal, fit: Fit, settings: Settings) -> dict[str, xr.Dataset]:

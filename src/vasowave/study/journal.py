@@ -5,6 +5,7 @@ search is made again. Whoever watches a run reads the journals of the animals th
 """
 
 import json
+import re
 import threading
 import zlib
 from collections.abc import Mapping
@@ -35,6 +36,11 @@ class Journal:
     def of(self, wall: str, starts: int) -> "WallEnds":
         """Return where the ends of the searches of one wall law are found and kept."""
         return WallEnds(self, wall, starts)
+
+    def simulations(self, wall: str) -> Path | None:
+        """Return the file that keeps the simulations of the posterior of one wall law, if its folder is here."""
+        name = re.sub(r"\W", "_", wall)
+        return self.path.with_name(f"{self.path.stem}-{name}.npz") if self.path.parent.is_dir() else None
 
     def write(self, entry: Mapping[str, Any]) -> None:
         """Add an end; what cannot be written is not kept, and the work goes on."""
@@ -76,8 +82,9 @@ def read_journal(path: Path) -> list[dict[str, Any]]:
 
 def remove_journals(folder: Path) -> None:
     """Remove the journals of animals that are done."""
-    for path in (folder / FOLDER).glob("*.jsonl"):
-        path.unlink(missing_ok=True)
+    for kind in ("*.jsonl", "*.npz"):
+        for path in (folder / FOLDER).glob(kind):
+            path.unlink(missing_ok=True)
 
 
 def _found(entry: Mapping[str, Any]) -> Found:

@@ -116,7 +116,7 @@ def analyze_animal(
 
     The SHA-256 of its files stands among the attributes of the tree.
     """
-    tree = analyze(animal, settings, progress, Journal(Path(journal)).of)
+    tree = analyze(animal, settings, progress, Journal(Path(journal)))
     tree.attrs |= {f"sha256 of {role}": found for role, found in hashes.items()}
     return tree
 

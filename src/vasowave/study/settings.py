@@ -107,7 +107,7 @@ _All: Any = create_model(
         "The fit of each wall law to each recording.",
         _chosen(_ANIMAL, ("walls", *settings_of(Search))),
     ),
-    **_fields(_chosen(_ANIMAL, ("model_selection", "selection_optima", "waves_at"))),
+    **_fields(_chosen(_ANIMAL, ("model_selection", "selection_optima", "waves_at", "inference"))),
     blood=_section(
         "Blood",
         "Blood and its friction at the wall.",
@@ -137,6 +137,7 @@ class StudyFile(_All):
         averaging: Any
         calibration: Any
         model_selection: bool
+        inference: str
         selection_optima: tuple[Literal["OLS", "GLS"], ...]
         waves_at: WavesAt
         blood: Any
@@ -151,6 +152,7 @@ def animal_settings(study: StudyFile) -> Settings:
     return Settings(
         **study.calibration.model_dump(),
         model_selection=study.model_selection,
+        inference=study.inference,  # type: ignore[arg-type]
         selection_optima=study.selection_optima,
         waves_at=study.waves_at,
         blood=Blood(blood["density"], blood["viscosity"], law(**{name: blood[name] for name in settings_of(law)})),

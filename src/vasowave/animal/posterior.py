@@ -1,0 +1,33 @@
+"""The posterior of one animal and wall law as labelled data beside its fit."""
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from vasowave.animal.datasets import table_dataset
+from vasowave.inference import Posterior
+
+
+def posterior_datasets(wall: str, drawn: Posterior) -> dict[str, xr.Dataset]:
+    """Return the groups of a posterior, by their place in the tree of an animal.
+
+    ``WALL/inference`` holds the table (``median, interval_low, interval_high, prior_low, prior_high, contraction`` and
+    the shares of the variance ``recording, image, model, prior``, by ``quantity``) and the diagnostics; the groups in
+    it are those that ArviZ reads (``posterior``, ``sample_stats``, …).
+    """
+    table = table_dataset(drawn.summary.rename_axis("quantity").reset_index(), "quantity")
+    for name, value in drawn.diagnostics._asdict().items():
+        table[name] = ((), float(value), {"units": "1"})
+    table.attrs = {
+        "trusted": int(drawn.diagnostics.trusted),
+        "warnings": json.dumps(drawn.warnings, ensure_ascii=False),
+    }
+    parts = {name: node.to_dataset() for name, node in drawn.tree.children.items()}
+    return {f"{wall}/inference": table} | {f"{wall}/inference/{name}": _plain(part) for name, part in parts.items()}
+
+
+def _plain(part: xr.Dataset) -> xr.Dataset:
+    """Return a group whose attributes netCDF can hold."""
+    kept = {key: int(value) if isinstance(value, bool | np.bool_) else value for key, value in part.attrs.items()}
+    return part.assign_attrs(kept)

@@ -1,0 +1,35 @@
+"""The posterior in an animal's results: asked for by one word, stored beside the fit, readable by ArviZ."""
+
+import json
+
+import numpy as np
+
+from vasowave.animal.animal import Animal, Settings
+from vasowave.animal.files import from_bytes, to_bytes
+from vasowave.animal.pipeline import analyze
+from vasowave.datasets import control_network, virtual_mouse
+from vasowave.study.journal import Journal
+
+
+def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_kept_simulations(tmp_path):
+    mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
+    settings = Settings(walls=("linear",), starts=1, inference="posterior")
+    journal = Journal(tmp_path / "key.jsonl")
+    tree = from_bytes(to_bytes(analyze(mouse, settings, kept=journal)))
+    table = tree["linear/inference"].to_dataset()
+    fitted = tree["linear/calibration"].to_dataset()
+    assert table["quantity"].values.tolist()[:1] == ["beta"]
+    assert np.all(table["interval_low"] < table["median"])
+    assert np.all(table["median"] < table["interval_high"])
+    beta = table.sel(quantity="beta")
+    assert float(beta["interval_low"]) < float(fitted["value"].sel(parameter="beta")) < float(beta["interval_high"])
+    shares = sum(table[name] for name in ("recording", "image", "model", "prior"))
+    np.testing.assert_allclose(shares, 1.0, atol=0.02)
+    assert tree["linear/inference/posterior"]["beta"].dims == ("chain", "draw")
+    said = json.loads(table.attrs["warnings"])
+    notes = json.loads(tree.attrs["notes"])
+    assert all(f"linear wall, posterior: {one}" in notes for one in said)
+    kept = journal.simulations("linear")
+    assert kept.is_file()
+    again = analyze(mouse, settings, kept=Journal(tmp_path / "key.jsonl"))
+    np.testing.assert_array_equal(again["linear/inference"]["median"], table["median"])
