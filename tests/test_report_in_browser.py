@@ -9,14 +9,19 @@ from vasowave.report import write_report
 WIDTHS = (400, 1200, 1920)
 
 
-def test_the_page_of_a_cohort_fits_into_every_width(cohort_page, tmp_path):
+def test_the_supplement_of_a_cohort_fits_into_every_width(cohort_page, tmp_path):
     assert_fits(cohort_page, tmp_path, at_least=20)
+
+
+def test_the_first_page_of_a_cohort_fits_into_every_width(cohort_answer, tmp_path):
+    assert_fits(cohort_answer, tmp_path, at_least=3)
 
 
 def test_the_page_of_an_animal_fits_into_every_width(tmp_path):
     browser()
     path = write_report(made_trees({"sham": 1}, raw=1), tmp_path / "animal", pdf=False)
-    assert_fits(path.read_text(encoding="utf-8"), tmp_path, at_least=10)
+    assert_fits(path.read_text(encoding="utf-8"), tmp_path, at_least=3)
+    assert_fits(path.with_name("supplement.html").read_text(encoding="utf-8"), tmp_path, at_least=10)
 
 
 def assert_fits(text, folder, at_least):

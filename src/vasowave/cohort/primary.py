@@ -39,7 +39,7 @@ class Family:
         question: pressure and flow, stiffness of the large arteries, small vessels, waves.
     """
 
-    law: str = ""
+    law: str | None = None
     quantities: tuple[str, ...] = ("mPAP", "CO", "PVR", "stiffness", "wave_speed", "C_p", "tau", "a", "I_R")
 
 

@@ -1,7 +1,7 @@
 """A forest plot: one row for each quantity, its effect and interval, the same by other sources, every animal."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -73,24 +73,32 @@ def forest_figure(
     places = _places(rows)
     height = 2.0 + _ROW * (1 - min(places))
     figure = new_figure(17, height)
-    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=[3.6, 7.0, 4.9])
+    widths = [4.5, 6.7, 5.0] if columns[1] else [4.5, 5.5, 6.2]  # values with their units are long
+    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=widths)
     for ax in (left, right):
         ax.set_axis_off()
     for y, row in zip(places, rows, strict=True):
         _draw(middle, y, row, groups, sources)
-        left.text(1.0, y, row.label, ha="right", va="center", fontsize=8.5)
-        right.text(0.0, y, row.effect, va="center", fontsize=8.5)
-        right.text(1.0, y, row.aside, va="center", ha="right", fontsize=8.5)
+        _write(left, 1.0, y, row.label, ha="right")
+        _write(right, 0.0, y, row.effect)
+        _write(right, 1.0, y, row.aside, ha="right")
     for y, heading in _headings(rows, places):
-        left.text(0.0, y, heading, fontweight="bold", va="center", fontsize=8.5)
-    for x, text, side in ((0.0, columns[0], "left"), (1.0, columns[1], "right")):
-        right.text(x, 0.9, text, ha=side, va="center", fontsize=8, color="0.35")
+        _write(left, 0.0, y, heading, fontweight="bold")
+    _write(right, 0.0, 0.9, columns[0], color="0.35")
+    _write(right, 1.0, 0.9, columns[1], color="0.35", ha="right")
     middle.set_ylim(min(places) - 0.8, 1.3)
-    _legend(middle, rows, groups, sources)
+    for ax in (left, right):
+        ax.set_xlim(0, 1)
+    _legend(figure, rows, groups, sources)
     _scale(middle, rows)
     label_axes(middle, axis, "").tick_params(axis="y", length=0, labelleft=False)
     middle.spines["left"].set_visible(False)
     return figure
+
+
+def _write(ax: "Axes", x: float, y: float, text: str, **look: Any) -> None:
+    """Write into a column; its width is given, whatever the text."""
+    ax.text(x, y, text, va="center", fontsize=8.5, **look).set_in_layout(False)
 
 
 def _places(rows: Sequence[Row]) -> list[float]:
@@ -144,7 +152,7 @@ def _scale(ax: "Axes", rows: Sequence[Row]) -> None:
 
 
 def _legend(
-    ax: "Axes", rows: Sequence[Row], groups: Mapping[str, GroupLook], sources: Mapping[str, SourceLook]
+    figure: "Figure", rows: Sequence[Row], groups: Mapping[str, GroupLook], sources: Mapping[str, SourceLook]
 ) -> None:
     from matplotlib.lines import Line2D
 
@@ -159,4 +167,4 @@ def _legend(
         name = source if source == "data" else f"{source} wall"
         entries.append(Line2D([], [], color="0.45", marker=marker, mfc="none", ms=3.5, lw=0.9, label=name))
     if entries:
-        ax.legend(handles=entries, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, borderaxespad=0.0)
+        figure.legend(handles=entries, loc="outside upper center", ncols=4)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MARK = "mark:"
-_FOUND = re.compile(rf'<g id="{_MARK}([^"]*)">')
+_FOUND = re.compile(rf"""<g id=(["']){_MARK}(.*?)\1>""")
 _LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
@@ -49,7 +49,7 @@ def _note(artist: "Artist", said: dict[str, Any]) -> None:
 
 
 def _written(found: re.Match[str]) -> str:
-    said = json.loads(html.unescape(found[1]))
+    said = json.loads(html.unescape(found[2]))
     tip = said.pop("tip", "")
     data = "".join(f' data-{key}="{html.escape(value)}"' for key, value in said.items())
     return f"<g{data}><title>{html.escape(tip)}</title>" if tip else f"<g{data}>"

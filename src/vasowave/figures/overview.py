@@ -32,9 +32,11 @@ def waveforms_figure(cohort: Cohort) -> "Figure":
         axes[0, column].set_title(f"{short(group, 18)} (n = {len(trees)})")
         for row, quantity in enumerate(("pressure", "flow")):
             plot_waveforms(axes[row, column], trees, quantity, looks[group].color)
-            axes[row, column].label_outer()
             axes[row, column].locator_params(axis="x", nbins=3)
-            readable(axes[row, column])
+    for ax in axes.flat:  # limits are shared, so they are final now; then inner labels go
+        readable(ax)
+    for ax in axes.flat:
+        ax.label_outer()
     return figure
 
 
@@ -46,11 +48,11 @@ def _one_animal(cohort: Cohort) -> "Figure":
     _plot_scatter(pressure, tree)
     plot_pressure(pressure, tree, color)
     plot_flow(flow, tree, color)
-    pressure.set_xlabel("")
     for ax in (pressure, flow):
         for line in ax.get_lines():
             mark(line, str(line.get_label()), name_of(tree))
         readable(ax)
+    pressure.set_xlabel("")
     return figure
 
 

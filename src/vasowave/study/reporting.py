@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from vasowave.cohort.primary import Family
 from vasowave.report import write_report
 from vasowave.study.reading import study_path
 from vasowave.study.results import read_results
@@ -26,12 +27,13 @@ def report_study(study: Path, pdf: bool | None = None) -> Path:
     """
     folder = study_path(Path(study)).parent
     results = read_results(folder)
-    trees = results.trees()
+    trees, asked = results.trees(), results.settings.report
     return write_report(
         trees,
         folder / REPORT_FOLDER,
         failures=results.failures,
-        pdf=results.settings.report.pdf if pdf is None else pdf,
+        pdf=asked.pdf if pdf is None else pdf,
         reference=trees[0].attrs["group"],
         title=results.settings.title,
+        family=Family(asked.law, asked.quantities),
     )

@@ -14,6 +14,7 @@ from vasowave.animal.animal import Settings
 from vasowave.blood import FRICTIONS, Blood
 from vasowave.calibration import Search
 from vasowave.calibration.calibrate import NUMERICS
+from vasowave.cohort.primary import Family
 from vasowave.network import HIGHEST
 from vasowave.recording import average_beats
 from vasowave.settings import Check, Setting, settings_of
@@ -66,12 +67,6 @@ class _FrictionBelongs(Section):
                 if key in given and given.get("friction", next(iter(FRICTIONS))) != name:
                     raise ValueError(f"{key} belongs to friction '{name}', not to '{self.model_dump()['friction']}'")
         return self
-
-
-class ReportSection(Section):
-    """The report."""
-
-    pdf: bool = Field(True, description="Whether the page is also written as PDF.")
 
 
 class _First(Section):
@@ -127,7 +122,11 @@ _All: Any = create_model(
             for name in ("cell_size", "tolerance", "most_cycles", "cycles_from_rest")
         },
     ),
-    report=(ReportSection, ReportSection()),
+    report=_section(
+        "ReportSection",
+        "The report: its files, and what of it is primary.",
+        {"pdf": Setting(bool, True, "Whether the pages are also written as PDF.")} | settings_of(Family),
+    ),
 )
 
 
@@ -142,7 +141,7 @@ class StudyFile(_All):
         waves_at: WavesAt
         blood: Any
         numerics: Any
-        report: ReportSection
+        report: Any
 
 
 def animal_settings(study: StudyFile) -> Settings:

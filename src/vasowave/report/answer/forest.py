@@ -22,20 +22,23 @@ _FROM_DATA = {"stiffness": "up-slope of pressure and flow", "R_T": "mean pressur
 def group_rows(cohort: Cohort, primary: Primary, called: Called) -> list[Row]:
     """Return one row for each quantity and group, every animal as a multiple of the reference group's mean."""
     several = primary.rows["other"].nunique() > 1
-    return [_group_row(cohort, primary, row, called, several) for _, row in primary.rows.iterrows()]
+    # Questions stay together, whichever groups they are about.
+    order = {question: place for place, question in enumerate(primary.rows["question"].unique())}
+    rows = primary.rows.sort_values("question", key=lambda one: one.map(order), kind="stable")
+    return [_group_row(cohort, primary, row, called, several) for _, row in rows.iterrows()]
 
 
 def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called, several: bool) -> Row:
     name, other = str(row["quantity"]), str(row["other"])
     size = with_interval(row["ratio"], row["low"], row["high"])
-    label = f"{called(name)}{f', {short(other, 12)}' if several else ''}"
+    heading = f"{row['question']}{f': {short(other, 20)}' if several else ''}"
     tip = f"{called(name)}: {other} {size} times {row['reference']} ({row['source']}), {probability(row['p'])}"
     beside = primary.others
     if len(beside):
         beside = beside[(beside["other"] == other) & (beside["quantity"] == name)]
     p = probability(row["p"]).removeprefix("p ").removeprefix("= ")
     point = Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
-    return Row(str(row["question"]), label, size, p, point, [_beside(one, called) for _, one in beside.iterrows()],
+    return Row(heading, called(name), size, p, point, [_beside(one, called) for _, one in beside.iterrows()],
                _dots(cohort, str(row["source"]), name, other))  # fmt: skip
 
 
@@ -75,15 +78,12 @@ def _animal_row(tree: xr.DataTree, law: str, name: str, called: Called) -> Row:
     center = float(value)
     beside = [_relative(tree, wall, name, center, called) for wall in wall_laws(tree) if wall != law]
     measured = data_of(tree, "measured/quantities")
-    aside = ""
     if name in _FROM_DATA and name in measured:
         alone = float(measured[name])
-        aside = f"data {number(alone)}"
         tip = f"{called(name)} from the recording alone ({_FROM_DATA[name]}): {value_text(measured[name])}"
         beside.append(Point(alone / center, alone / center, alone / center, "data", tip))
-    return Row(
-        question_of(name), called(name), value_text(value), aside, _relative(tree, law, name, center, called), beside
-    )
+    point = _relative(tree, law, name, center, called)
+    return Row(question_of(name), called(name), value_text(value), "", point, beside)
 
 
 def _relative(tree: xr.DataTree, wall: str, name: str, center: float, called: Called) -> Point:

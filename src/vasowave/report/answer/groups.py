@@ -6,38 +6,41 @@ import numpy as np
 import pandas as pd
 
 from vasowave.cohort.primary import Primary
+from vasowave.figures.style import short
 from vasowave.report.wording import listed, number, probability, with_interval
 
 CLEAR = 0.05
 """Family-wise p below which a difference is said to be shown."""
 
+_LONGEST = 40  # letters of a name in a sentence
 Called = Callable[[str], str]
 """Returns a quantity in words with its symbol."""
 
 
 def group_answers(primary: Primary, called: Called) -> list[tuple[str, str]]:
-    """Return question and answer; where there are more than two groups, one answer for each against the first."""
-    found = []
-    for (other, question), rows in primary.rows.groupby(["other", "question"], sort=False):
-        several = primary.rows["other"].nunique() > 1
-        found.append((f"{question}, {other}" if several else str(question), _answer(rows, called)))
-    return found
+    """Return question and answer; the answer goes through the groups, each against the first."""
+    answers: dict[str, list[str]] = {}
+    pairs = primary.rows["other"].nunique() if len(primary.rows) else 0
+    for (question, _), rows in primary.rows.groupby(["question", "other"], sort=False) if pairs else ():
+        answers.setdefault(str(question), []).append(_answer(rows, called, pairs))
+    return [(question, " ".join(texts)) for question, texts in answers.items()]
 
 
-def _answer(rows: pd.DataFrame, called: Called) -> str:
+def _answer(rows: pd.DataFrame, called: Called, pairs: int) -> str:
     untestable = rows["smallest p"] >= CLEAR
     if untestable.all():
-        return _too_few(rows, called)
+        return _too_few(rows, called, pairs)
     clear = rows["p"] < CLEAR
     higher, lower = rows[clear & (rows["ratio"] > 1)], rows[clear & (rows["ratio"] < 1)]
-    reference, other = rows.iloc[0][["reference", "other"]]
+    reference, other = (short(rows.iloc[0][which], _LONGEST) for which in ("reference", "other"))
     parts = [
         f"{way} in {other} than in {reference}: {listed([_effect(row, called) for _, row in some.iterrows()])}"
         for way, some in (("higher", higher), ("lower", lower))
         if len(some)
     ]
     if (~clear).any():
-        parts.append(f"not shown: {listed([_effect(row, called) for _, row in rows[~clear].iterrows()])}")
+        where = "" if parts else f" between {other} and {reference}"
+        parts.append(f"not shown{where}: {listed([_effect(row, called) for _, row in rows[~clear].iterrows()])}")
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}."
 
@@ -47,15 +50,16 @@ def _effect(row: pd.Series, called: Called, p: bool = True) -> str:
     return f"{called(row['quantity'])} {size} times{f' ({probability(row.p)})' if p else ''}"
 
 
-def _too_few(rows: pd.DataFrame, called: Called) -> str:
+def _too_few(rows: pd.DataFrame, called: Called, pairs: int) -> str:
     """Give the effects, and say in the same sentence that no test could confirm them."""
     row = rows.iloc[0]
     n, m = int(row["n reference"]), int(row["n other"])
     effects = listed([_effect(one, called, p=False) for _, one in rows.iterrows()])
+    counted = f" that counts for {pairs} pairs of groups" if pairs > 1 else ""
     return (
-        f"{row['other']} against {row['reference']}: {effects}{_separated(rows, called)}; with {n} + {m} animals no "
-        "rank "
-        f"or permutation test can fall below p = {number(float(row['smallest p']), 2)}."
+        f"{short(row['other'], _LONGEST)} against {short(row['reference'], _LONGEST)}: {effects}"
+        f"{_separated(rows, called)}; with {n} + {m} animals no rank or permutation test{counted} can fall below p = "
+        f"{number(float(row['smallest p']), 2)}."
     )
 
 
@@ -81,7 +85,7 @@ def influence(primary: Primary, called: Called) -> list[str]:
         else "; without any one animal every ratio stays inside its interval"
     )
     return [
-        f"One animal moves an effect most: without {row['without']}, {called(row['quantity'])} is "
+        f"One animal moves an effect most: without {short(row['without'], _LONGEST)}, {called(row['quantity'])} is "
         f"{number(float(row['ratio without']))} times instead of {number(float(row['ratio']))}{end}."
     ]
 

@@ -7,7 +7,7 @@ from vasowave.cohort.permutation import MOST_RELABELINGS
 from vasowave.cohort.primary import Family, Primary, relabelings
 from vasowave.figures.forest import forest_figure
 from vasowave.figures.overview import tree_figure, waveforms_figure
-from vasowave.figures.style import group_looks, source_looks
+from vasowave.figures.style import group_looks, short, source_looks
 from vasowave.report.answer.animal import animal_answers
 from vasowave.report.answer.forest import animal_rows, group_rows
 from vasowave.report.answer.groups import Called, group_answers, influence, other_laws
@@ -53,7 +53,7 @@ def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -
 def _not_compared(primary: Primary) -> list[tuple[str, str]]:
     reasons: dict[str, list[str]] = {}
     for what, why in primary.left_out.items():
-        reasons.setdefault(why, []).append(what)
+        reasons.setdefault(why, []).append(short(what, 60))
     said = [f"{', '.join(names)}: {why}" for why, names in reasons.items()]
     return [("Not compared", f"{'; '.join(said)}.")] if said else []
 
@@ -70,21 +70,21 @@ def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) ->
         )
     else:
         rows = group_rows(cohort, primary, called) if len(primary.rows) else []
-        axis, columns = f"ratio to {cohort.reference} [1]", ("ratio [95 %]", "p")
+        axis, columns = f"ratio to {short(cohort.reference)} [1]", ("ratio [95 %]", "p")
         caption = _ratios_caption(cohort, primary)
     return [Drawing("Forest", caption, forest_figure(rows, looks, sources, axis, columns))] if rows else []
 
 
 def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
-    row = primary.rows.iloc[0]
+    row, reference = primary.rows.iloc[0], short(cohort.reference, 40)
     count = relabelings((int(row["n reference"]), int(row["n other"])))
-    which = f"{count} random" if count == MOST_RELABELINGS else f"all {count}"
+    which = "random" if count == MOST_RELABELINGS else "all" if len(cohort.groups) > 2 else f"all {count}"
     model = f"; model: {primary.law} wall (other walls small)" if primary.law else ""
     return (
-        f"Ratio to {cohort.reference} with 95 % interval, animals weighted by how well each is known{model}. p holds "
+        f"Ratio to {reference} with 95 % interval, animals weighted by how well each is known{model}. p holds "
         "for all "
         f"{len(primary.rows)} rows together ({which} relabelings). Faint: every animal over the mean of "
-        f"{cohort.reference}."
+        f"{reference}."
     )
 
 

@@ -7,6 +7,7 @@ import pandas as pd
 from vasowave.animal.reading import data_of, name_of, notes_of, wall_laws
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.misfit import WORSE_THAN_BEST, misfits
+from vasowave.figures.style import short
 from vasowave.report.blocks import Block, Notice, Remarks
 from vasowave.report.wording import listed, number
 
@@ -22,7 +23,7 @@ def problems(cohort: Cohort, failures: Mapping[str, str]) -> list[str]:
             found.append(f"Not calibrated with the {wall} wall: {_some(lost)}.")
     interrupted = [name_of(tree) for tree in cohort.trees if int(tree.attrs.get("interrupted", 0))]
     if interrupted:
-        found.append(f"Interrupted before all fits were finished: {_some(interrupted)}.")
+        found.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
     if differing := cohort.differing_settings:
         found.append(f"The animals were not all analyzed with the same settings: {', '.join(differing)}.")
     return [*found, *_missed(cohort), *_alone(cohort)]
@@ -77,5 +78,6 @@ def _alone(cohort: Cohort) -> list[str]:
 
 
 def _some(names: list[str]) -> str:
+    names = [short(name, 40) for name in names]
     more = len(names) - _MOST_NAMED
     return listed(names) if more <= 0 else f"{', '.join(names[:_MOST_NAMED])} and {more} more"
