@@ -16,6 +16,7 @@ from vasowave.laws import law_file
 from vasowave.network import Network
 from vasowave.provenance import sha256
 from vasowave.recording import Recording, average_beats, read_raw_recording, read_recording
+from vasowave.solver.practice import PAPER
 from vasowave.study.fingerprint import fingerprint
 from vasowave.study.journal import Journal
 from vasowave.study.kind import kind_of
@@ -47,6 +48,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     ignored = {"network", "recordings", "line", "R_T", "C_T", "tau"}
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
     what["settings"], what["image pressure"] = animal_settings(study).as_json(), study.image_pressure
+    what["practice"] = study.practice
     what["kind"] = row.kind or kind_of(row.recordings)
     if what["kind"] == "raw":
         what["averaging"] = study.averaging.model_dump()
@@ -91,13 +93,14 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
 
 
 def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
-    """Return the network with the pressure of its image: what its file says, else the row, else the study."""
+    """Return the network with the pressure of its image (of its file, else the row, else the study), in our practice."""
     if network.pressure and row.image_pressure not in (None, network.pressure):
         raise InputError(
             f"{row.network}: its vessels were imaged at {network.pressure:g} mmHg, the table of animals says "
             f"{row.image_pressure:g}; correct one of the two"
         )
-    return replace(network, pressure=network.pressure or row.image_pressure or study.image_pressure)
+    filled = replace(network, pressure=network.pressure or row.image_pressure or study.image_pressure)
+    return PAPER.network(filled) if study.practice == "paper" else filled
 
 
 def _says_synthetic(row: AnimalRow) -> bool:

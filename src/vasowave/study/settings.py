@@ -19,6 +19,7 @@ from vasowave.network import HIGHEST
 from vasowave.recording import average_beats
 from vasowave.settings import Check, Setting, settings_of
 from vasowave.solver import Numerics
+from vasowave.solver.practice import PAPER
 from vasowave.study.names import checked_name
 
 _ANIMAL, _NUMERICS, _BLOOD = settings_of(Settings), settings_of(Numerics), settings_of(Blood)
@@ -85,6 +86,12 @@ class _First(Section):
         "network or row does not say it; 0 where it is not known.",
     )
 
+    practice: Literal["vasowave", "paper"] = Field(
+        "vasowave", description="paper: compute as the paper's program did (friction as at 0.07 cm in every vessel, its "
+        "constants and bounds, eight cycles from rest, lengths rounded down to 0.025 cm, all harmonics, radii as at zero "
+        "pressure), to compare with its tables; `blood`, `numerics` and `waves_at` are then its own."
+    )  # fmt: skip
+
     @field_validator("groups")
     @classmethod
     def _distinct(cls, value: list[str]) -> list[str]:
@@ -133,6 +140,13 @@ _All: Any = create_model(
 class StudyFile(_All):
     """Everything that ``study.yaml`` says."""
 
+    @model_validator(mode="after")
+    def _one_practice(self) -> "StudyFile":
+        own = [name for name in ("blood", "numerics", "waves_at") if name in self.model_dump(exclude_defaults=True)]
+        if self.practice == "paper" and own:
+            raise ValueError(f"practice 'paper' sets {', '.join(own)} itself; leave that out, or the practice")
+        return self
+
     if TYPE_CHECKING:  # made above
         averaging: Any
         calibration: Any
@@ -147,6 +161,8 @@ class StudyFile(_All):
 
 def animal_settings(study: StudyFile) -> Settings:
     """Return what the study file says about the analysis of an animal."""
+    if study.practice == "paper":
+        return _paper_settings(study)
     blood = study.blood.model_dump()
     law = FRICTIONS[blood["friction"]]
     return Settings(
@@ -157,4 +173,17 @@ def animal_settings(study: StudyFile) -> Settings:
         waves_at=study.waves_at,
         blood=Blood(blood["density"], blood["viscosity"], law(**{name: blood[name] for name in settings_of(law)})),
         numerics=Numerics(**study.numerics.model_dump()),
+    )
+
+
+def _paper_settings(study: StudyFile) -> Settings:
+    calibration = study.calibration.model_dump() | {"paper_bounds": True, "pressure_harmonics": "all"}
+    return Settings(
+        **calibration,
+        model_selection=study.model_selection,
+        selection_optima=study.selection_optima,
+        waves_at="paper",
+        inference=study.inference,  # type: ignore[arg-type]
+        blood=PAPER.blood,
+        numerics=PAPER.numerics,
     )
