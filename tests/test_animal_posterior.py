@@ -7,6 +7,7 @@ import numpy as np
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import from_bytes, to_bytes
 from vasowave.animal.pipeline import analyze
+from vasowave.animal.posterior import SHARES
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.study.journal import Journal
 
@@ -23,7 +24,7 @@ def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_k
     assert np.all(table["median"] < table["interval_high"])
     beta = table.sel(quantity="beta")
     assert float(beta["interval_low"]) < float(fitted["value"].sel(parameter="beta")) < float(beta["interval_high"])
-    shares = sum(table[name] for name in ("recording", "image", "model", "prior"))
+    shares = sum(table[f"share_{name}"] for name in SHARES)
     np.testing.assert_allclose(shares, 1.0, atol=0.02)
     assert tree["linear/inference/posterior"]["beta"].dims == ("chain", "draw")
     said = json.loads(table.attrs["warnings"])

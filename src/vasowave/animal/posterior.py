@@ -8,15 +8,19 @@ import xarray as xr
 from vasowave.animal.datasets import table_dataset
 from vasowave.inference import Posterior
 
+SHARES = ("recording", "image", "model", "prior")
+"""Where the variance of a quantity comes from."""
+
 
 def posterior_datasets(wall: str, drawn: Posterior) -> dict[str, xr.Dataset]:
     """Return the groups of a posterior, by their place in the tree of an animal.
 
-    ``WALL/inference`` holds the table (``median, interval_low, interval_high, prior_low, prior_high, contraction`` and
-    the shares of the variance ``recording, image, model, prior``, by ``quantity``) and the diagnostics; the groups in
-    it are those that ArviZ reads (``posterior``, ``sample_stats``, …).
+    ``WALL/inference`` holds the table by ``quantity`` (``median, interval_low, interval_high, prior_low, prior_high,
+    contraction`` and the shares of the variance, ``share_recording, share_image, share_model, share_prior``) and the
+    diagnostics; the groups in it are those that ArviZ reads (``posterior``, ``sample_stats``, …).
     """
-    table = table_dataset(drawn.summary.rename_axis("quantity").reset_index(), "quantity")
+    summary = drawn.summary.rename(columns={name: f"share_{name}" for name in SHARES})
+    table = table_dataset(summary.rename_axis("quantity").reset_index(), "quantity")
     for name, value in drawn.diagnostics._asdict().items():
         table[name] = ((), float(value), {"units": "1"})
     table.attrs = {

@@ -93,7 +93,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
 
 
 def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
-    """Return the network with the pressure of its image (of its file, else the row, else the study), in our practice."""
+    """Return the network with the pressure of its image: of its file, else the row, else the study; or the paper's."""
     if network.pressure and row.image_pressure not in (None, network.pressure):
         raise InputError(
             f"{row.network}: its vessels were imaged at {network.pressure:g} mmHg, the table of animals says "

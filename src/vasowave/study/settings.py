@@ -23,6 +23,11 @@ from vasowave.solver.practice import PAPER
 from vasowave.study.names import checked_name
 
 _ANIMAL, _NUMERICS, _BLOOD = settings_of(Settings), settings_of(Numerics), settings_of(Blood)
+_PRACTICE = (
+    "paper: compute as the paper's program did, to compare with its tables: friction as at 0.07 cm everywhere, its "
+    "constants and bounds, eight cycles from rest, lengths rounded down to 0.025 cm, all harmonics, radii as at zero "
+    "pressure; `blood`, `numerics` and `waves_at` are then its own."
+)
 _EXAMPLES: dict[str, Any] = {"bounds": {"beta": [10, 400], "c1": [0.05, 5]}, "fixed": {"gamma": 2}}
 Text = Annotated[str, MinLen(1)]
 
@@ -86,11 +91,7 @@ class _First(Section):
         "network or row does not say it; 0 where it is not known.",
     )
 
-    practice: Literal["vasowave", "paper"] = Field(
-        "vasowave", description="paper: compute as the paper's program did (friction as at 0.07 cm in every vessel, its "
-        "constants and bounds, eight cycles from rest, lengths rounded down to 0.025 cm, all harmonics, radii as at zero "
-        "pressure), to compare with its tables; `blood`, `numerics` and `waves_at` are then its own."
-    )  # fmt: skip
+    practice: Literal["vasowave", "paper"] = Field("vasowave", description=_PRACTICE)
 
     @field_validator("groups")
     @classmethod
