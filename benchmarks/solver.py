@@ -1,10 +1,13 @@
 """Print what a simulation, an ensemble, a Jacobian and a calibration cost, and how the cost grows with the network.
 
-uv run python benchmarks/solver.py
+uv run python benchmarks/solver.py           and the ratios to the stored run
+uv run python benchmarks/solver.py --keep    store this run
 
-Times are the shortest of several; ratios are of times of the same run.
+Times are the shortest of several, of the processor and not of the clock. For the comparison with the stored run they
+are counted in units of a fixed piece of compiled work, timed in the same run: not every machine counts instructions.
 """
 
+import json
 import os
 import subprocess
 import sys
@@ -12,14 +15,17 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
+from numba import njit
 
 from vasowave.blood import Blood
 from vasowave.calibration import Search, calibrate
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import parameter_space
+from vasowave.calibration.starts import DERIVATIVES
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import ejection, virtual_mouse
 from vasowave.model import Model
@@ -27,6 +33,7 @@ from vasowave.network import Network
 from vasowave.nominal import estimate_nominal, windkessels
 from vasowave.solver import Numerics
 from vasowave.solver.simulate import simulate_run, simulate_runs
+from vasowave.solver.trigonometry import tangent
 from vasowave.walls import LinearWall, TangentWall
 
 WALLS = {"linear": LinearWall(57.0), "tangent": TangentWall(7.0, 4.0)}
@@ -45,14 +52,40 @@ print(time.perf_counter() - start)
 """
 
 
-def timed(task: Callable[[], object], repeats: int = 7) -> float:
+STORED = Path(__file__).with_suffix(".json")
+
+
+def timed(task: Callable[[], object], repeats: int = 7, clock: Callable[[], float] = time.process_time) -> float:
     """Return the shortest of several times of `task`, s."""
     times = []
     for _ in range(repeats):
-        start = time.perf_counter()
+        start = clock()
         task()
-        times.append(time.perf_counter() - start)
+        times.append(clock() - start)
     return min(times)
+
+
+def unit() -> float:
+    """Return the time of a fixed piece of work, s: ten million tangents as the solver takes them."""
+    one = njit(tangent)
+
+    @njit
+    def work(count: int) -> float:
+        total = 0.0
+        for i in range(count):
+            total += one(1e-7 * i)
+        return total
+
+    work(1)
+    return timed(lambda: work(10_000_000))
+
+
+def compared(costs: dict[str, float]) -> None:
+    """Print every cost (in units of work) and its ratio to that of the stored run."""
+    stored = json.loads(STORED.read_text()) if STORED.exists() else {}
+    for name, cost in costs.items():
+        before = f"{cost / stored[name]:6.2f} of the stored run" if name in stored else "  not stored"
+        print(f"{name:32} {cost:8.3f} units {before}")
 
 
 def tree(count: int) -> Network:
@@ -75,8 +108,8 @@ def compiling() -> None:
     print(f"first simulation of a process: {first:.1f} s with compiling, {cached:.2f} s with what was compiled before")
 
 
-def one_simulation(name: str, wall: LinearWall | TangentWall) -> None:
-    """Print the cost of one simulation, of an ensemble and of a Jacobian."""
+def one_simulation(name: str, wall: LinearWall | TangentWall) -> dict[str, float]:
+    """Print and return the cost of one simulation and of a Jacobian, s; print that of an ensemble."""
     inflow, network = ejection(), control_network()
     model = Model(network, wall, windkessels(network, 76.0, 0.12, 0.12))
     run = simulate_run(model, inflow, Numerics())
@@ -87,15 +120,20 @@ def one_simulation(name: str, wall: LinearWall | TangentWall) -> None:
         f"{run.steps} steps, {cells} cells; {cells * run.steps * cycles / seconds:.3g} cell steps/s"
     )
     one, all_cores = (
-        timed(lambda w=w: simulate_runs([model] * 16, inflow, Numerics(), workers=w), 3) for w in (1, None)
+        timed(lambda w=w: simulate_runs([model] * 16, inflow, Numerics(), workers=w), 3, time.perf_counter)
+        for w in (1, None)
     )
     print(f"  ensemble of 16: {one / all_cores:.2f} times as fast on {os.cpu_count()} cores as on one")
-    alone, jacobian, free = cost_of_a_jacobian(name)
-    print(f"  a Jacobian of {free} parameters costs as much as {jacobian / alone:.1f} simulations near by")
+    alone, exact, rough, free = cost_of_a_jacobian(name)
+    print(
+        f"  a Jacobian of {free} parameters costs as much as {exact / alone:.2f} simulations near by, one for a search "
+        f"{rough / alone:.2f}"
+    )
+    return {f"{name}, simulation": seconds, f"{name}, near by": alone, f"{name}, Jacobian": exact}
 
 
-def cost_of_a_jacobian(name: str) -> tuple[float, float, int]:
-    """Return the time of a simulation from a neighbouring one and of a Jacobian, s, and the count of parameters."""
+def cost_of_a_jacobian(name: str) -> tuple[float, float, float, int]:
+    """Return times, s, of a simulation near by, a Jacobian, one for a search; and the count of parameters."""
     network, mouse = control_network(), virtual_mouse()
     space = parameter_space(name, network, estimate_nominal(network, mouse), Blood(), {}, {}, False)
     objective = Objective(space, compared_part(mouse), Numerics(tolerance=1e-7), 1, threading.Event())
@@ -104,7 +142,9 @@ def cost_of_a_jacobian(name: str) -> tuple[float, float, int]:
     start = objective.last
     model = space.model(space.values(x + 0.1))
     alone = timed(lambda: simulate_run(model, mouse.inflow, objective.numerics, start))
-    return alone, timed(lambda: objective.jacobian(x)), len(x)
+    exact = timed(lambda: objective.jacobian(x))
+    objective.exactness = DERIVATIVES
+    return alone, exact, timed(lambda: objective.jacobian(x)), len(x)
 
 
 def growth() -> None:
@@ -121,20 +161,34 @@ def growth() -> None:
         )
 
 
-def calibrations() -> None:
-    """Print the cost of the calibration of one mouse."""
+def calibrations() -> dict[str, float]:
+    """Print and return the cost of the calibration of one mouse, s."""
+    costs = {}
     for name in WALLS:
-        start = time.perf_counter()
+        start = time.process_time()
         fit = calibrate(control_network(), virtual_mouse(), name, search=Search(starts=4))
+        costs[f"{name}, 4 starts"] = time.process_time() - start
         print(
-            f"calibration, {name} wall, 4 starts, N = {fit.N}: {time.perf_counter() - start:.1f} s, "
-            f"{int(fit.starts['simulations'].sum())} simulations"
+            f"calibration, {name} wall, 4 starts, N = {fit.N}: {costs[f'{name}, 4 starts']:.1f} s, "
+            f"{int(fit.starts['simulations'].sum())} simulations and Jacobians"
         )
+    return costs
+
+
+def main() -> None:
+    """Print all costs; with --keep, store them."""
+    compiling()
+    seconds: dict[str, float] = {}
+    for law, parameters in WALLS.items():
+        seconds |= one_simulation(law, parameters)
+    growth()
+    seconds |= calibrations()
+    work = unit()
+    costs = {name: value / work for name, value in seconds.items()}
+    compared(costs)
+    if "--keep" in sys.argv[1:]:
+        STORED.write_text(json.dumps({name: round(cost, 4) for name, cost in costs.items()}, indent=2) + "\n")
 
 
 if __name__ == "__main__":
-    compiling()
-    for law, parameters in WALLS.items():
-        one_simulation(law, parameters)
-    growth()
-    calibrations()
+    main()

@@ -44,11 +44,11 @@ def made_fit(
     R1, R2, C = nominal.outlets
     model = Model(network, law, Windkessel(values["r1"] * R1, values["r2"] * R2, values["c1"] * C))
     simulation = made_simulation(model, recording, 0.25 if wall == "linear" else 0.15)
+    whole = compared_part(recording, "all")
+    inlet = simulation["pressure"].sel(vessel="1", station="inlet").to_numpy()
+    residual = whole.pressure - resample(inlet, whole.samples)
     names = list(values)
     correlation = pd.DataFrame(0.3 + 0.7 * np.eye(len(names)), index=names, columns=names)
-    whole = compared_part(recording, "all")
-    simulated = resample(simulation["pressure"].sel(vessel="1", station="inlet").to_numpy(), whole.samples)
-    residual = whole.pressure - simulated
     return Fit(
         wall, model, whole, nominal, made_parameters(values), correlation, made_starts(values, wall), simulation,
         residual, float(np.sum(residual**2)), ("r1 is not determined by the data",) if wall == "tangent" else (),

@@ -65,7 +65,11 @@ def search(
         x, S, converged, message = solve(objective, start, tolerance, enough)
     except _Hopeless:
         x = objective.reached(start)
-        S, converged, message = float(np.sum(objective.residuals(x) ** 2)), False, "cannot reach the best optimum"
+        S, converged, message = (
+            float(np.sum(objective.residuals(x) ** 2)),
+            False,
+            "far above the best optimum, and on no way to it",
+        )
     except NumericalError as error:  # no derivative: the search cannot go on from where it is
         x = objective.reached(start)
         S, converged, message = float(np.sum(objective.residuals(x) ** 2)), False, str(error)

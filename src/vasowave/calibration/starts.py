@@ -2,7 +2,7 @@
 
 First every start searches until a step gains little. The best of them goes on to its optimum. Another need not where
 the linear model of that optimum explains its residual: between the two there is no other valley. What is left is
-followed until even the linear model of its own place promises nothing better than the best.
+followed until it ends, or until even the linear model of its own place leads nowhere near the best.
 """
 
 import threading
@@ -29,10 +29,13 @@ SCOUT = "scout"
 SAME = 1e-3
 """Share by which the S of starts may differ that ended at the same optimum."""
 
+DERIVATIVES = 3e-3
+"""Exactness of derivatives while searching."""
+
 _NEARBY = 0.5  # other starts differ from the nominal one by up to this in every logarithm
 _GAIN = 1e-2  # relative gain of S below which a start waits
+_BEYOND = 1.1  # ratio to the best S above which a start is left that its linear model does not lead below it either
 _UNEXPLAINED = 0.25  # share of a residual's change that the linear model of the best optimum may leave unexplained
-_DERIVATIVES = 3e-3  # exactness of derivatives while searching
 
 
 def starting_points(space: Space, count: int, seed: int) -> list[np.ndarray]:
@@ -85,7 +88,7 @@ def search_all(
             stages.follow("best", [best], ROUGH)
             found |= _joined(stages.objective(), found, best)
             alone = [i for i, one in sorted(found.items()) if np.isfinite(one.S) and not one.joined and i != best]
-            stages.follow("alone", alone, ROUGH, (1 + SAME) * found[best].S)
+            stages.follow("alone", alone, ROUGH, _BEYOND * found[best].S)
     except KeyboardInterrupt:
         if not any(np.isfinite(one.S) for one in found.values()):
             raise
@@ -111,7 +114,7 @@ class _Stages:
     def objective(self) -> Objective:
         """Return an objective that remembers nothing yet."""
         workers = max(1, threads() // len(self.starts))
-        return Objective(self.space, self.compared, self.numerics, workers, self.stop, _DERIVATIVES)
+        return Objective(self.space, self.compared, self.numerics, workers, self.stop, DERIVATIVES)
 
     def follow(self, stage: str, chosen: Sequence[int], tolerance: float, enough: float = np.inf) -> None:
         """Search from the chosen starts, or from where the stage before ended."""
