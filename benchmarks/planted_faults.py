@@ -40,6 +40,11 @@ TUBES = "imaging/axes/tubes.py"
 STIFFNESS = "imaging/axes/stiffness.py"
 FAULTS = [
     Fault(
+        "walls anchored at rest",
+        "model.py",
+        (("return self.network.area / ratio", "return self.network.area"),),
+    ),
+    Fault(
         "friction halved",
         CELLS,
         (("0.5 * cells.dt[j] * drag", "0.25 * cells.dt[j] * drag"),),

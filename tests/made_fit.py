@@ -11,7 +11,7 @@ from vasowave.laws import find_law
 from vasowave.model import Model
 from vasowave.nominal import estimate_nominal
 from vasowave.outlets import Windkessel
-from vasowave.recording import Recording
+from vasowave.recording import Recording, resample
 from vasowave.walls import area, wave_speed
 
 PERIOD = 0.11
@@ -44,10 +44,11 @@ def made_fit(
     R1, R2, C = nominal.outlets
     model = Model(network, law, Windkessel(values["r1"] * R1, values["r2"] * R2, values["c1"] * C))
     simulation = made_simulation(model, recording, 0.25 if wall == "linear" else 0.15)
-    residual = recording.pressure - simulation["pressure"].sel(vessel="1", station="inlet").to_numpy()
+    whole = compared_part(recording, "all")
+    inlet = simulation["pressure"].sel(vessel="1", station="inlet").to_numpy()
+    residual = whole.pressure - resample(inlet, whole.samples)
     names = list(values)
     correlation = pd.DataFrame(0.3 + 0.7 * np.eye(len(names)), index=names, columns=names)
-    whole = compared_part(recording, "all")
     return Fit(
         wall, model, whole, nominal, made_parameters(values), correlation, made_starts(values, wall), simulation,
         residual, float(np.sum(residual**2)), ("r1 is not determined by the data",) if wall == "tangent" else (),

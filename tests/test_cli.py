@@ -17,8 +17,9 @@ from vasowave.cli import app
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.errors import InputError
-from vasowave.network import Network, write_network
+from vasowave.network import Network
 from vasowave.study.results import read_results
+from vasowave.vessel_table import write_network
 
 
 @pytest.mark.parametrize("command", [[], ["demo"], ["fit"], ["simulate"], ["extract"], ["match"]])
@@ -145,9 +146,9 @@ def test_a_file_that_cannot_be_written_is_refused_and_nothing_stays(tmp_path):
 def test_a_stiffness_of_zero_is_not_taken_for_none(tmp_path):
     network, cycle = _write_mouse(tmp_path)
     result = CliRunner().invoke(
-        app, ["simulate", str(network), str(cycle), "--beta", "0", "-o", str(tmp_path / "w.nc")]
+        app, ["simulate", str(network), str(cycle), "--set", "beta=0", "-o", str(tmp_path / "w.nc")]
     )
-    assert "beta = 0; it must be positive" in str(result.exception)
+    assert "beta: give positive numbers" in str(result.exception)
 
 
 def _write_labchart(folder, mouse, words=""):

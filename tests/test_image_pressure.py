@@ -21,13 +21,14 @@ from vasowave.imaging.options import Options
 from vasowave.imaging.tree import Line, Tree
 from vasowave.linear import linear_solution
 from vasowave.model import Model
-from vasowave.network import Network, read_network, unknown_pressure, write_network
+from vasowave.network import Network, unknown_pressure
 from vasowave.nominal import estimate_nominal, stiffness, windkessels
 from vasowave.recording import Recording, read_recording
 from vasowave.selection.choices import answers_by_image_pressure
 from vasowave.solver import Numerics, simulate
 from vasowave.study.loading import animal_key, load_animal
 from vasowave.study.plan import read_study
+from vasowave.vessel_table import read_network, write_network
 from vasowave.walls import LinearWall, PowerWall, TangentWall
 
 FILLED = 6.3  # mmHg, the paper's

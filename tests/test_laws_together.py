@@ -1,5 +1,6 @@
 """The exponent that answers the wall question, and quantities averaged over wall laws by their weights."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -135,3 +136,12 @@ def test_quantities_without_an_error_are_not_averaged():
     }
     selection = compare_models(three_fits(), Comparing(covariances=("circulant",)))
     assert list(averages_dataset(selection, quantities).data_vars) == ["weight"]
+
+
+def test_what_all_laws_share_is_said_once_and_the_rest_with_the_name_of_its_law():
+    fits = [replace(fit, warnings=("about the image", f"about {fit.wall}")) for fit in three_fits()]
+    animal = Animal("mouse", "CTL", fits[0].model.network, fits[0].recording, synthetic=True)
+    notes = json.loads(tree_of(animal, fits, Settings(model_selection=False)).attrs["notes"])
+    assert notes.count("about the image") == 1
+    assert "power wall: about power" in notes
+    assert not any("wall: about the image" in note for note in notes)

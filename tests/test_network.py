@@ -3,7 +3,8 @@ import pytest
 
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.network import Network, read_network, write_network
+from vasowave.network import Network
+from vasowave.vessel_table import read_network, write_network
 
 HEADER = "name,parent,length [cm],radius [cm]\n"
 

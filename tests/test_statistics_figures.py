@@ -40,7 +40,7 @@ def ax():
 
 @pytest.fixture(scope="module")
 def station():
-    return Station(Recording(P, Q, T), 0.007, 200.0)
+    return Station(Recording(P, Q, T), 0.007, 200.0, "mean pressure")
 
 
 def test_wave_intensity_is_drawn_as_computed_and_its_largest_waves_are_named(ax, station):

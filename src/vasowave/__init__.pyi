@@ -7,6 +7,7 @@ from vasowave.analysis import wave_intensity as wave_intensity
 from vasowave.animal.animal import Animal as Animal
 from vasowave.animal.animal import Settings as Settings
 from vasowave.animal.pipeline import analyze as analyze
+from vasowave.animal.stored import stored_model as stored_model
 from vasowave.blood import Blood as Blood
 from vasowave.blood import BoundaryLayer as BoundaryLayer
 from vasowave.blood import Poiseuille as Poiseuille
@@ -15,12 +16,13 @@ from vasowave.calibration import Search as Search
 from vasowave.calibration import profile_likelihood as profile_likelihood
 from vasowave.datasets import control_network as control_network
 from vasowave.datasets import virtual_mouse as virtual_mouse
+from vasowave.inference import Posterior as Posterior
+from vasowave.inference import Priors as Priors
+from vasowave.inference import posterior as posterior
 from vasowave.interactive import Fit as Fit
 from vasowave.interactive import calibrate as calibrate
 from vasowave.model import Model as Model
 from vasowave.network import Network as Network
-from vasowave.network import read_network as read_network
-from vasowave.network import write_network as write_network
 from vasowave.nominal import Nominal as Nominal
 from vasowave.nominal import estimate_nominal as estimate_nominal
 from vasowave.outlets import ImpedanceSpectrum as ImpedanceSpectrum
@@ -38,9 +40,12 @@ from vasowave.selection import Comparing as Comparing
 from vasowave.selection import compare_models as compare_models
 from vasowave.solver import Numerics as Numerics
 from vasowave.solver import simulate as simulate
+from vasowave.solver import sweep as sweep
 from vasowave.study.plan import read_study as read_study
 from vasowave.study.results import read_results as read_results
 from vasowave.study.running import run_study as run_study
+from vasowave.vessel_table import read_network as read_network
+from vasowave.vessel_table import write_network as write_network
 from vasowave.walls import LinearWall as LinearWall
 from vasowave.walls import TangentWall as TangentWall
 

@@ -1,6 +1,6 @@
 """Wall laws: how transmural pressure and cross-sectional area belong together.
 
-A wall law is one `NamedTuple` class: its fields are its parameters (numbers, or one value per vessel), its static
+A law is one `NamedTuple` class: its fields are its parameters (numbers, or one value per vessel), its static
 methods are its equations, written in the area ratio ``a = A/A0`` with NumPy functions, and `law` says in words, symbols
 and bounds what they are. The same lines serve arrays here and single cells inside the compiled solver, and no other
 file knows which laws there are: a further law is one more class in `BUILT_IN`, or in a file of your own (`laws`).

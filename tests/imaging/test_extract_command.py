@@ -19,7 +19,8 @@ from vasowave.imaging import Volume, read_volume, write_volume
 from vasowave.imaging.exchange.centerlines import read_centerlines
 from vasowave.imaging.matching import match, unmatched
 from vasowave.imaging.measure.sizes import network_of
-from vasowave.network import Network, read_network, write_network
+from vasowave.network import Network
+from vasowave.vessel_table import read_network, write_network
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,8 @@ from vasowave.imaging import Options, Volume, extract, read_volume, write_volume
 from vasowave.imaging.exchange.tables import write_network_table
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.matching import match
-from vasowave.network import Network, read_network
+from vasowave.network import Network
+from vasowave.vessel_table import read_network
 
 
 @pytest.fixture(scope="module")

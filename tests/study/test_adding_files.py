@@ -10,10 +10,10 @@ from vasowave.cli import app
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual_files import labchart_text
-from vasowave.network import write_network
 from vasowave.recording import Recording
 from vasowave.study.adding import add_files
 from vasowave.study.checking import check_study
+from vasowave.vessel_table import write_network
 
 QUIET = Disturbances(pressure_drift=0.0)
 

@@ -11,13 +11,14 @@ from typer.testing import CliRunner
 
 from vasowave.cli import app
 from vasowave.datasets import control_network, hypertensive_network
-from vasowave.network import Network, write_network
+from vasowave.network import Network
 from vasowave.recording import Recording
 from vasowave.study.animals import read_animals
 from vasowave.study.checking import NORMAL, check_study
 from vasowave.study.loading import load_animal
 from vasowave.study.plan import read_study
 from vasowave.study.rows import COLUMNS
+from vasowave.vessel_table import write_network
 
 
 def said(folder: Path) -> list[str]:

@@ -98,8 +98,7 @@ def tree_of(
             groups |= _modeled(animal, fit, settings)
         if settings.model_selection and len(fits) > 1:
             groups |= compared_datasets(fits, settings, groups)
-    own = (f"{fit.wall} wall: {note}" for fit in fits for note in _own(fit))
-    notes = [*animal.recording.notes, *warned, *more, *own]
+    notes = [*animal.recording.notes, *warned, *more, *_said(fits)]
     tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
     tree.attrs = {
         "title": KIND,
@@ -193,6 +192,14 @@ def _modeled(animal: Animal, fit: Fit, settings: Settings) -> dict[str, xr.Datas
         f"{fit.wall}/quantities": model_quantities(fit, station, waves, spectrum, vessels),
         **stiffening_dataset(fit),
     }
+
+
+def _said(fits: Sequence[Fit]) -> list[str]:
+    """Return the warnings of the fits: once what all laws share, what belongs to one with its name."""
+    each = {fit.wall: _own(fit) for fit in fits}
+    shared = [note for note in _own(fits[0]) if all(note in one for one in each.values())] if len(fits) > 1 else []
+    own = [f"{wall} wall: {note}" for wall, notes in each.items() for note in notes if note not in shared]
+    return [*shared, *own]
 
 
 def _own(fit: Fit) -> Sequence[str]:

@@ -1,4 +1,4 @@
-"""Commands on one animal: fit, simulate."""
+"""The command on one animal: fit."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -54,43 +54,3 @@ def _fit(study: "Study") -> None:
     for sentence in fit_sentences(tree):
         typer.echo(f"  {sentence}")
     typer.echo(f"Report: {report_study(study.folder)}")
-
-
-@app.command(epilog="Example: vasowave simulate network.csv cycle.csv --beta 60 --output waveforms.nc")
-def simulate(
-    network: Annotated[Path, typer.Argument(help="Vessel table, CSV.")],
-    recording: Annotated[list[Path], typer.Argument(help="One averaged cycle; its flow is the inflow.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="netCDF file to write.")] = Path("waveforms.nc"),
-    period: Annotated[float | None, _PERIOD] = None,
-    beta: Annotated[float | None, typer.Option(help="Stiffness of the linear wall, mmHg; default: nominal.")] = None,
-    ratio: Annotated[float, typer.Option(help="a = R1/R_T of the vascular beds.")] = 0.2,
-) -> None:
-    """Simulate the network with nominal parameters (or a given stiffness) and write the waveforms of every vessel."""
-    import xarray as xr
-
-    from vasowave import solver
-    from vasowave.animal.files import to_bytes
-    from vasowave.errors import InputError
-    from vasowave.files import check_file, write_file
-    from vasowave.model import Model
-    from vasowave.network import read_network
-    from vasowave.nominal import estimate_nominal, windkessels
-    from vasowave.recording import read_recording
-    from vasowave.walls import LinearWall
-
-    if not 0 < ratio < 1:
-        raise InputError(f"--ratio {ratio:g} must lie between 0 and 1")
-    check_file(output)
-    vessels = read_network(network)
-    cycle = read_recording(*recording, period=period)
-    nominal = estimate_nominal(vessels, cycle)
-    typer.echo(repr(nominal))
-    outlets = windkessels(vessels, nominal.total_resistance, nominal.time_constant, ratio)
-    result = solver.simulate(Model(vessels, LinearWall(nominal.beta if beta is None else beta), outlets), cycle)
-    write_file(output, to_bytes(xr.DataTree(result)))
-    pressure = result["pressure"].values[:, vessels.root, 0]
-    typer.echo(
-        f"Periodic after {result.attrs['cycles']} cycles (change {result.attrs['change']:.1g} mmHg, "
-        f"Courant number {result.attrs['courant']:.2f}); pressure at the root {pressure.min():.1f} to "
-        f"{pressure.max():.1f} mmHg, mean {pressure.mean():.1f}. Waveforms: {output}"
-    )

@@ -74,10 +74,13 @@ def leave_one_out(table: pd.DataFrame, quantities: list[str], reference: str, ot
         As `contrasts`; a group with fewer than three animals.
     """
     pair = table[table["group"].isin([reference, other])] if "group" in table.columns else table
-    everyone = contrasts(pair, quantities, reference, other)["ratio"].to_numpy()
+    smallest = min(values_of(pair, name, group).min() for name in quantities for group in (reference, other))
     if pair["group"].value_counts().min() < 3:
         raise InputError(f"leaving one animal out needs three animals in each of '{reference}' and '{other}'")
+    if smallest <= 0:
+        raise InputError(f"one of {', '.join(quantities)} holds a value that is not positive; a ratio needs them")
     logs, second = np.log(pair[quantities].to_numpy(float)), (pair["group"] == other).to_numpy()
+    everyone = np.exp(logs[second].mean(axis=0) - logs[~second].mean(axis=0))
     parts = []
     for row, animal in enumerate(pair.index):
         kept = np.arange(len(pair)) != row

@@ -6,7 +6,8 @@ from importlib.resources import as_file, files
 import pandas as pd
 
 from vasowave.errors import InputError, did_you_mean
-from vasowave.network import Network, read_network
+from vasowave.network import Network
+from vasowave.vessel_table import read_network
 
 _TABLES = (
     "hemodynamics",

@@ -73,7 +73,8 @@ def forest_figure(
     places = _places(rows)
     height = 2.0 + _ROW * (1 - min(places))
     figure = new_figure(17, height)
-    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=[4.5, 6.7, 5.0])
+    widths = [4.5, 6.7, 5.0] if columns[1] else [4.5, 5.5, 6.2]  # values with their units are long
+    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=widths)
     for ax in (left, right):
         ax.set_axis_off()
     for y, row in zip(places, rows, strict=True):

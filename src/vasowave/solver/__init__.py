@@ -2,5 +2,6 @@
 
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.simulate import simulate
+from vasowave.solver.sweep import changed_model, sweep
 
-__all__ = ["Numerics", "simulate"]
+__all__ = ["Numerics", "changed_model", "simulate", "sweep"]

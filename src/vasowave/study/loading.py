@@ -13,7 +13,7 @@ from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress, analyze
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.laws import law_file
-from vasowave.network import Network, read_network
+from vasowave.network import Network
 from vasowave.provenance import sha256
 from vasowave.recording import Recording, average_beats, read_raw_recording, read_recording
 from vasowave.study.fingerprint import fingerprint
@@ -21,6 +21,7 @@ from vasowave.study.journal import Journal
 from vasowave.study.kind import kind_of
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
+from vasowave.vessel_table import read_network
 
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""

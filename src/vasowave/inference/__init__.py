@@ -1,0 +1,7 @@
+"""What a recording says about an animal when geometry and model are uncertain too: the posterior."""
+
+from vasowave.inference.posterior import posterior
+from vasowave.inference.priors import Priors
+from vasowave.inference.result import Diagnostics, Posterior
+
+__all__ = ["Diagnostics", "Posterior", "Priors", "posterior"]

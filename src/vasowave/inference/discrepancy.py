@@ -1,0 +1,133 @@
+"""The likelihood of a residual: discrepancy of the model, errors of measurement and of single vessels, one Gaussian.
+
+What no parameters explain is a stationary process on the circle: its Fourier coefficients are independent. Their
+variance, σ² (1 + rk/s)^-s up to a factor that makes σ the standard deviation in the cycle, falls with the harmonic k by
+the rate r at first and as k^-s at last. It rises to the very mean: parameters take the lowest harmonics from every
+residual, so that a spectrum which became flat there would promise what no residual can show. σ, r and s are unknown;
+the likelihood is the mean over their priors. For each shape (r, s) all other covariances are diagonalized beside it
+once, so that each σ costs a sum.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from vasowave.noise.spectrum import harmonics
+
+_RATE = np.log(0.5), 0.5
+"""Mean and SD of log r: power falls to 1/e over two harmonics, as that of the residual of measured mouse C6."""
+
+_POWER = np.log(6.0), 0.5
+"""Mean and SD of log s."""
+
+_NODES = (-1.5, -0.75, 0.0, 0.75, 1.5), (-1.2, 0.0, 1.2)
+"""Nodes of the quadrature over log r and log s, in SD: rates of 0.24 to 1.1, powers of 3.3 to 11.
+
+The prior ends there. A rarer spectrum, with all its power at the mean and the first harmonic, would explain a wrong
+model away; it shall be seen as a poor evidence instead.
+"""
+_AMPLITUDES = tuple(np.linspace(-2.5, 2.5, 21))  # likewise over log σ, whose likelihood is narrower than the prior
+_MATTERS = 1e-3  # of the largest term of a sum
+
+
+@dataclass(frozen=True, eq=False)
+class Discrepancy:
+    """Likelihood of residuals given as orthonormal Fourier coefficients, shape (..., coefficient), mmHg.
+
+    Attributes
+    ----------
+    samples : int
+        Coefficients, an odd number: the mean and the cosines and sines of all harmonics.
+    amplitude : (float, float)
+        Median (mmHg) and SD of the logarithm of σ, the standard deviation of the discrepancy in the cycle.
+    measured : array, shape (coefficient, coefficient)
+        Covariance of the errors of measurement, mmHg².
+    vessels : array, shape (coefficient, error)
+        What one SD of each independent error of a single vessel changes, mmHg.
+    kept : (bool array, bool array), optional
+        Shapes and amplitudes that are summed over; all, if not given.
+    """
+
+    samples: int
+    amplitude: tuple[float, float]
+    measured: np.ndarray
+    vessels: np.ndarray
+    kept: tuple[np.ndarray, np.ndarray] | None = None
+
+    def narrowed(self, residuals: np.ndarray) -> "Discrepancy":
+        """Return the sum over only those spectra that matter for one of the residuals, (draw, coefficient)."""
+        log = replace(self, kept=None)._by_node(residuals)
+        share = np.exp(log - log.max(axis=(0, 2), keepdims=True)).max(axis=1)
+        return replace(self, kept=(share.max(axis=1) > _MATTERS, share.max(axis=0) > _MATTERS))
+
+    def log_likelihood(self, residuals: np.ndarray) -> np.ndarray:
+        """Return the logarithm of the density of residuals, shape (...)."""
+        log = self._by_node(np.atleast_2d(residuals))
+        largest = log.max(axis=(0, 2))
+        total = np.exp(log - largest[:, np.newaxis]).sum(axis=(0, 2))
+        return (largest + np.log(total)).reshape(residuals.shape[:-1])
+
+    def variance(self, residuals: np.ndarray) -> np.ndarray:
+        """Return the variance of each coefficient of the discrepancy, mmHg², averaged over residuals (draw, ...)."""
+        log = self._by_node(np.atleast_2d(residuals))
+        weight = np.exp(log - log.max(axis=(0, 2), keepdims=True))
+        share = (weight / weight.sum(axis=(0, 2), keepdims=True)).mean(axis=1)
+        return np.einsum("sa,a,sk->k", share, self._amplitudes[0] ** 2, self._shapes[0])
+
+    def draw_deviation(self, residuals: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return a draw of the standard deviation σ, mmHg, given each residual, shape (draw, coefficient)."""
+        log = self._by_node(residuals)
+        weight = np.exp(log - log.max(axis=(0, 2), keepdims=True)).sum(axis=0)
+        share = np.cumsum(weight, axis=1) / weight.sum(axis=1, keepdims=True)
+        node = (share < rng.random((len(residuals), 1))).sum(axis=1)
+        return self._amplitudes[0][node]
+
+    def _by_node(self, rows: np.ndarray) -> np.ndarray:
+        """Return log prior plus log density, shape (shape, draw, amplitude)."""
+        turn, precision, constant = self._nodes
+        return constant[:, np.newaxis] - 0.5 * ((rows @ turn) ** 2 @ precision)
+
+    @cached_property
+    def _nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """For every shape: rotation of the residual, precision there by amplitude, and what does not depend on it."""
+        turn, values, logdet = self._diagonal
+        sigma, log_prior = self._amplitudes
+        total = values[:, :, np.newaxis] + sigma**2
+        constant = -0.5 * (np.log(2 * np.pi * total).sum(axis=1) + logdet[:, np.newaxis])
+        return turn, 1 / total, constant + log_prior + self._shapes[1][:, np.newaxis]
+
+    @cached_property
+    def _shapes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Variances for σ = 1 of every shape, (shape, coefficient), with mean 1, and log prior weights."""
+        rate, last = (np.array(one) for one in _NODES)
+        rates, powers = np.exp(_RATE[0] + _RATE[1] * rate), np.exp(_POWER[0] + _POWER[1] * last)
+        k = harmonics(self.samples)
+        power = np.array([(1 + r * k / s) ** -s for r in rates for s in powers])
+        weight = _log_normal(np.add.outer(rate**2, last**2).ravel())
+        shown = slice(None) if self.kept is None else self.kept[0]
+        return (power / power.mean(axis=1, keepdims=True))[shown], weight[shown]
+
+    @cached_property
+    def _amplitudes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Nodes of σ, mmHg, and log prior weights."""
+        median, spread = self.amplitude
+        if spread == 0:
+            return np.array([median]), np.zeros(1)
+        score = np.array(_AMPLITUDES)
+        shown = slice(None) if self.kept is None else self.kept[1]
+        return (median * np.exp(spread * score))[shown], _log_normal(score**2)[shown]
+
+    @cached_property
+    def _diagonal(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """For every shape S: V with Vᵀ S V = 1 and Vᵀ (other covariance) V diagonal, that diagonal, and log det S."""
+        other = self.measured + self.vessels @ self.vessels.T
+        scale = np.sqrt(self._shapes[0])
+        white = other / (scale[:, :, np.newaxis] * scale[:, np.newaxis, :])
+        values, axes = np.linalg.eigh(white)
+        return axes / scale[:, :, np.newaxis], np.maximum(values, 0.0), 2 * np.log(scale).sum(axis=1)
+
+
+def _log_normal(square: np.ndarray) -> np.ndarray:
+    """Return log weights, adding up to 1, of nodes at these squared distances from the center."""
+    return -0.5 * square - np.log(np.exp(-0.5 * square).sum())

@@ -1,0 +1,137 @@
+"""What stands for the simulations: a Gaussian process, a polynomial of degree three and a smooth rest.
+
+All outputs share one covariance between points, so that one factorization serves them. Its scales are chosen by the
+errors at points left out, which have a closed form.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from itertools import combinations_with_replacement, product
+
+import numpy as np
+
+Coordinates = Callable[[np.ndarray], np.ndarray]
+"""Maps points, shape (point, unknown), to as many coordinates in which outputs bend less."""
+
+_DEGREE = 3
+_LARGEST = 30.0  # SD of the constant, in units of the errors that matter; a coefficient of degree d has decay^d of it
+_DECAYS = (0.3, 0.1)
+_LENGTHS = (2.5, 4.0)  # of the smooth rest, in SD of the points among which it will be used
+_NUGGET = 1e-4  # variance of single simulations, likewise
+
+
+@dataclass(frozen=True, eq=False)
+class Emulator:
+    """Outputs as smooth functions of the points, learned from simulations.
+
+    Attributes
+    ----------
+    coordinates : callable
+    center : array, shape (unknown,)
+    to_local : array, shape (unknown, unknown)
+        Local coordinates are (coordinates - center) @ to_local.
+    known : array, shape (simulation, unknown)
+        Local coordinates of the simulations.
+    base : array, shape (output,)
+    weights : array, shape (simulation, output)
+    coefficients : array, shape (term, output)
+    length : float
+    error : array, shape (output,)
+        Root-mean-square error at points left out.
+    """
+
+    coordinates: Coordinates
+    center: np.ndarray
+    to_local: np.ndarray
+    known: np.ndarray
+    base: np.ndarray
+    weights: np.ndarray
+    coefficients: np.ndarray
+    length: float
+    error: np.ndarray
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """Return the outputs at points, shape (point, output)."""
+        local = self.local(points)
+        return self.base + features(local) @ self.coefficients + _near(local, self.known, self.length) @ self.weights
+
+    def local(self, points: np.ndarray) -> np.ndarray:
+        """Return local coordinates, shape (point, unknown)."""
+        return (self.coordinates(points) - self.center) @ self.to_local
+
+    @property
+    def reach(self) -> float:
+        """Largest distance of a simulation from the center, in local coordinates."""
+        return float(np.sqrt((self.known**2).sum(axis=1).max()))
+
+    def jacobian(self, point: np.ndarray) -> np.ndarray:
+        """Return the derivatives at a point, shape (output, unknown)."""
+        step = 1e-3 * np.eye(len(point))
+        return (self(point + step) - self(point - step)).T / 2e-3
+
+
+def fit_emulator(
+    points: np.ndarray, outputs: np.ndarray, around: np.ndarray, scale: np.ndarray, coordinates: Coordinates
+) -> Emulator:
+    """Return what predicts left-out points best.
+
+    Parameters
+    ----------
+    points, outputs : array, shape (simulation, unknown), (simulation, output)
+    around : array, shape (draw, unknown)
+        Where it will be used: their mean and covariance make the local coordinates.
+    scale : array, shape (output,)
+        Errors of the outputs that count as equally bad.
+    coordinates : callable
+    """
+    there = coordinates(around)
+    center, spread = there.mean(axis=0), np.cov(there.T)
+    to_local = np.linalg.inv(np.linalg.cholesky(spread + 1e-9 * np.diag(np.diag(spread)))).T
+    local, base = (coordinates(points) - center) @ to_local, outputs.mean(axis=0)
+    target = (outputs - base) / scale
+    fits = [_regression(local, target, *choice) for choice in product(_DECAYS, _LENGTHS)]
+    weights, coefficients, length, missed = min(fits, key=lambda one: float(np.sum(one[3] ** 2)))
+    return Emulator(
+        coordinates, center, to_local, local, base, weights * scale, coefficients * scale, length, missed * scale
+    )
+
+
+def _regression(
+    local: np.ndarray, target: np.ndarray, decay: float, length: float
+) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+    """Return weights, coefficients of the monomials, length, and the error at points left out, per output."""
+    size = _LARGEST * decay ** _degrees(local.shape[1])
+    terms = features(local) * size
+    covariance = terms @ terms.T + _near(local, local, length) + _NUGGET * np.eye(len(local))
+    inverse = np.linalg.inv(covariance)
+    weights = inverse @ target
+    missed = weights / np.diag(inverse)[:, np.newaxis]
+    return weights, size[:, np.newaxis] * (terms.T @ weights), length, np.sqrt(np.mean(missed**2, axis=0))
+
+
+def _near(one: np.ndarray, other: np.ndarray, length: float) -> np.ndarray:
+    """Squared-exponential covariance of points, with variance 1."""
+    square = (one**2).sum(axis=1)[:, np.newaxis] + (other**2).sum(axis=1) - 2 * one @ other.T
+    return np.exp(-0.5 / length**2 * square)
+
+
+def features(local: np.ndarray) -> np.ndarray:
+    """Return all monomials up to the degree, shape (point, term)."""
+    padded = np.hstack([local, np.ones((len(local), 1))])
+    factors = _factors(local.shape[1])
+    found = padded[:, factors[:, 0]]
+    for i in range(1, _DEGREE):
+        found = found * padded[:, factors[:, i]]
+    return found
+
+
+@cache
+def _factors(count: int) -> np.ndarray:
+    """Return the unknowns whose product is each monomial, shape (term, degree); `count` stands for a factor of 1."""
+    terms = [term for d in range(_DEGREE + 1) for term in combinations_with_replacement(range(count), d)]
+    return np.array([[*term, *[count] * (_DEGREE - len(term))] for term in terms])
+
+
+def _degrees(count: int) -> np.ndarray:
+    return np.asarray((_factors(count) < count).sum(axis=1))

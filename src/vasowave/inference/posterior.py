@@ -1,0 +1,130 @@
+"""The posterior of one animal under one wall law, from network and recording to draws and words."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.blood import Blood
+from vasowave.calibration import Fit, Search
+from vasowave.calibration.compared import compared_part
+from vasowave.calibration.parameters import parameter_space
+from vasowave.errors import InputError
+from vasowave.inference.mode import climb
+from vasowave.inference.priors import Priors
+from vasowave.inference.problem import Problem
+from vasowave.inference.reporting import reported
+from vasowave.inference.result import Posterior
+from vasowave.inference.rounds import Target, explore
+from vasowave.inference.simulations import Simulations
+from vasowave.inference.unknowns import Unknowns
+from vasowave.network import Network
+from vasowave.nominal import estimate_nominal
+from vasowave.recording import Recording
+from vasowave.solver.simulate import Numerics
+from vasowave.threads import threads
+
+FEWEST_DRAWS = 40
+
+
+def posterior(
+    network: Network,
+    recording: Recording,
+    wall: str | type = "linear",
+    *,
+    priors: Priors | None = None,
+    fit: Fit | None = None,
+    blood: Blood | None = None,
+    search: Search | None = None,
+    numerics: Numerics | None = None,
+    draws: int = 400,
+    seed: int = 0,
+    workers: int | None = None,
+    path: str | Path | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Posterior:
+    """Draw what is compatible with a recording: parameters, geometry and structure together.
+
+    Polynomials stand for the simulations; they are learned in rounds where the posterior lies. The draws are then
+    simulated and weighted by what the polynomials missed, so that they are draws of the posterior itself.
+
+    Parameters
+    ----------
+    network : Network
+    recording : Recording
+        One that comes from averaged beats brings the standard errors of its harmonics along.
+    wall : str or class
+        As for `calibrate`.
+    priors : Priors, optional
+        What is assumed before.
+    fit : Fit, optional
+        Of the same animal and law: where to start. Without one the search starts at the medians of the priors.
+    blood : Blood, optional
+    search : Search, optional
+        Its ``fixed`` parameters are held, its ``pressure_harmonics`` are compared; the rest does not matter here.
+    numerics : Numerics, optional
+    draws : int
+        Draws that are simulated and weighted, at least 40.
+    seed : int
+        Of everything random; the same seed gives the same result.
+    workers : int, optional
+        Threads; by default as many as the process may use.
+    path : str or Path, optional
+        File in which simulations are kept as they are made; a run that was killed goes on from it.
+    progress : callable, optional
+        Called with the number of simulations so far.
+
+    Raises
+    ------
+    InputError
+        Wrong wall, priors of parameters that there are none, a fit of another law, too few draws, a file of another
+        problem; a recording without nominal parameters.
+    NumericalError
+        The start, or nearly all points near it, cannot be simulated.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.posterior(vw.control_network(), vw.virtual_mouse(), draws=40)
+    Posterior(linear wall: beta ... [..., ...], r1 ...; Pareto k ...)
+    """
+    if draws < FEWEST_DRAWS:
+        raise InputError(f"{draws} draws are too few for a 95 % interval; at least {FEWEST_DRAWS}")
+    problem = _problem(network, recording, wall, priors, blood, search, numerics, workers)
+    start = _start(problem.unknowns, fit)
+    place = None if path is None else Path(path)
+    simulations = Simulations(problem.simulate, place, problem.key, progress)
+    climbed = climb(simulations, problem.measured, problem.discrepancy(), start)
+    noise = problem.discrepancy(problem.vessels(climbed.middle))
+    target = Target(simulations, problem.measured, noise, problem.seen)
+    explored = explore(target, climbed, np.random.default_rng(seed), draws)
+    return reported(problem, noise, explored, simulations.asked, np.random.default_rng([seed, 1]))
+
+
+def _problem(
+    network: Network,
+    recording: Recording,
+    wall: str | type,
+    priors: Priors | None,
+    blood: Blood | None,
+    search: Search | None,
+    numerics: Numerics | None,
+    workers: int | None,
+) -> Problem:
+    blood, plan = blood or Blood(), search or Search()
+    nominal = estimate_nominal(network, recording, blood)
+    space = parameter_space(wall, network, nominal, blood, {}, plan.fixed, False)
+    unknowns = Unknowns(space, nominal, priors or Priors())
+    return Problem(
+        unknowns, compared_part(recording, plan.pressure_harmonics), numerics or Numerics(), workers or threads()
+    )
+
+
+def _start(unknowns: Unknowns, fit: Fit | None) -> np.ndarray:
+    """Return the scores of the fit's optimum, at most two SD from the medians: what a fit leaves open runs away."""
+    if fit is None:
+        return np.zeros(len(unknowns.all))
+    if type(fit.model.wall) is not unknowns.space.law:
+        raise InputError(f"the fit is one of the {fit.wall} wall, not of {unknowns.space.law.law().name}")
+    values = {str(name): float(value) for name, value in fit.parameters["value"].items()}
+    return np.clip(unknowns.scores(values), -2.0, 2.0)

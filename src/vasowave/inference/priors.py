@@ -1,0 +1,67 @@
+"""What is assumed before the recording is seen: priors of parameters, geometry, structure, and of the model's error."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated
+
+from annotated_types import Ge, Le
+
+from vasowave.settings import Positive, check_settings
+
+Spread = Annotated[float, Ge(0), Le(2)]
+
+PARAMETERS = {"r2": 0.5}
+"""SD of the logarithm of a parameter around its nominal value, where it is not `UNKNOWN`.
+
+R2 carries nearly all of the resistance, which mean pressure over mean flow gives within a few ten percent.
+"""
+UNKNOWN = 1.0
+"""SD of the logarithm of every other parameter: the nominal value is right within a factor of 7 (95 %)."""
+
+
+@dataclass(frozen=True)
+class Priors:
+    """Priors of one animal. All of them are normal, of logarithms where a number is positive; an SD of 0 fixes it.
+
+    Attributes
+    ----------
+    parameters : mapping of str to (float, float)
+        Median (in the unit of the parameter) and SD of the logarithm of single parameters of the model, in place of
+        the nominal value and 1 (0.5 for r2).
+    radius_scale : float
+        SD of the logarithm of a factor common to all radii: threshold and voxel size of the image.
+    radius : float
+        SD of the logarithm of each vessel's own error, where the network has no ``radius_sd`` (cm).
+    length_scale, length : float
+        Likewise for lengths.
+    stiffening : float
+        SD of the exponent k of a wall stiffness that varies with the radius, β ∝ (r/r_root)^-k, around 0: in pulmonary
+        arteries distensibility is nearly uniform (k = 0), down the systemic ones k near 0.7 is usual.
+    image_pressure : float
+        SD of the logarithm of the pressure at which the image was taken, where the network has one.
+    zero : float
+        SD of the zero of the pressure, mmHg: catheter and the pressure behind the vascular beds, which counts as 0.
+    discrepancy : (float, float)
+        Median (mmHg) and SD of the logarithm of the standard deviation of what no parameters of the model explain. The
+        residuals of the twelve published mice are 0.11 to 0.65 mmHg.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Priors(radius_scale=0.1, parameters={"c1": (1.0, 0.3)}).radius_scale
+    0.1
+    """
+
+    parameters: Mapping[str, tuple[Positive, Spread]] = field(default_factory=dict)
+    radius_scale: Spread = 0.05
+    radius: Spread = 0.05
+    length_scale: Spread = 0.05
+    length: Spread = 0.05
+    stiffening: Spread = 0.5
+    image_pressure: Spread = 0.3
+    zero: Annotated[float, Ge(0)] = 0.5
+    discrepancy: tuple[Positive, Spread] = (0.3, 0.7)
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        check_settings(self)

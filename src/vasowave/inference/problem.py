@@ -1,0 +1,159 @@
+"""One animal as a problem of inference: from a point to the harmonics of its simulated inlet pressure, and the data."""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib.metadata import version
+
+import numpy as np
+
+from vasowave.calibration.compared import Compared
+from vasowave.errors import NumericalError, VasowaveError
+from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.unknowns import Unknowns
+from vasowave.model import Model
+from vasowave.noise.spectrum import fourier, harmonics
+from vasowave.recording import Recording, resample
+from vasowave.solver.result import Run
+from vasowave.solver.simulate import Numerics, simulate_runs
+
+_SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions.md
+_LEAST = 1e-12  # of a strain or compliance whose logarithm is taken
+_SAMPLES = 64  # the solver chooses its step in multiples of this
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What the recording says, and what a point says it should be; both as orthonormal Fourier coefficients, mmHg.
+
+    Attributes
+    ----------
+    unknowns : Unknowns
+    compared : Compared
+        The harmonics of the pressure that a fit compares, with their errors.
+    numerics : Numerics
+    workers : int
+        Threads.
+    """
+
+    unknowns: Unknowns
+    compared: Compared
+    numerics: Numerics
+    workers: int
+
+    @property
+    def recording(self) -> Recording:
+        """The cycle."""
+        return self.compared.recording
+
+    @property
+    def samples(self) -> int:
+        """Coefficients that are compared: the mean and two for each harmonic, an odd number."""
+        return 2 * ((self.compared.samples - 1) // 2) + 1
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """Coefficients of the measured pressure, shape (coefficient,)."""
+        return fourier(resample(self.recording.pressure, self.samples))
+
+    @cached_property
+    def measurement_error(self) -> np.ndarray:
+        """Variance of each coefficient by scatter of the beats (or rounding), grid, and zero, mmHg²."""
+        k = harmonics(self.samples)
+        beats = self.compared.error_power()[k] * np.where(k == 0, 1.0, 0.5) * self.samples
+        zero = np.where(k == 0, self.samples * self.unknowns.priors.zero**2, 0.0)
+        return beats + _SOLVER**2 + zero
+
+    def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
+        """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""
+        change = np.zeros((self.samples, 1)) if vessels is None else vessels
+        return Discrepancy(self.samples, self.unknowns.priors.discrepancy, np.diag(self.measurement_error), change)
+
+    def vessels(self, point: np.ndarray) -> np.ndarray:
+        """Return what one SD of each vessel's own radius and length changes, shape (coefficient, 2 vessel), mmHg.
+
+        Raises
+        ------
+        NumericalError
+            A model with one vessel wider or longer by one SD cannot be simulated.
+        """
+        radii, lengths = (np.diag(errors) for errors in self.unknowns.own_errors)
+        models = [self.unknowns.model(point)]
+        models += [self.unknowns.model(point, radii=one) for one in radii if one.any()]
+        models += [self.unknowns.model(point, lengths=one) for one in lengths if one.any()]
+        found = self._simulated(models)
+        if not np.isfinite(found).all():
+            raise NumericalError(
+                "a model with one vessel wider or longer by its assumed error cannot be simulated; give smaller errors "
+                "of radius and length, or other numerics"
+            )
+        return (found[1:] - found[0]).T if len(found) > 1 else np.zeros((self.samples, 1))
+
+    def seen(self, points: np.ndarray) -> np.ndarray:
+        """Return coordinates of points, shape (point, unknown), in which the pressure bends less.
+
+        In place of the wall law's first two parameters: the logarithms of compliance and strain at mean pressure.
+        """
+        law, names = self.unknowns.space.law, list(self.unknowns.all)
+        values, found = self.unknowns.values(points), np.array(points)
+        parameters = [values[name] for name in law._fields]
+        mean = self.recording.mean_pressure
+        shown = (law.slope_at(mean, *parameters), law.ratio_at(mean, *parameters) - 1.0)
+        for name, quantity in zip(law._fields, shown, strict=False):
+            if name in names:
+                found[:, names.index(name)] = np.log(np.maximum(quantity, _LEAST))
+        return found
+
+    def in_time(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return the signals, shape (..., sample), mmHg, that coefficients (..., coefficient) stand for."""
+        n, K = self.samples, self.samples // 2
+        spectrum = np.array(coefficients[..., : K + 1], dtype=complex)
+        spectrum[..., 1:] = (spectrum[..., 1:] - 1j * coefficients[..., K + 1 :]) / np.sqrt(2)
+        return np.fft.irfft(spectrum * np.sqrt(n), n, axis=-1)
+
+    def simulate(self, points: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
+        """Return the coefficients at points, shape (point, coefficient); NaN where a point cannot be simulated."""
+        return self._simulated([self._model(point) for point in points])
+
+    def _simulated(self, models: Sequence[Model | None]) -> np.ndarray:
+        """Return the coefficients of models.
+
+        Every simulation starts from its linear solution, which takes fewer cycles than from a neighbor as far away as
+        draws are from each other; and what a point gives does not depend on the points before it.
+        """
+        whole = [model for model in models if model is not None]
+        found = np.full((len(models), self.samples), np.nan)
+        runs = iter(simulate_runs(whole, self.recording.inflow, self._numerics, workers=self.workers) if whole else [])
+        for i, model in enumerate(models):
+            run = next(runs) if model is not None else None
+            if isinstance(run, Run):
+                found[i] = fourier(run.inlet_pressure(self.samples))
+        return found
+
+    @property
+    def _numerics(self) -> Numerics:
+        """The step is free in multiples of few samples, unless a number of steps or cycles was asked for."""
+        given = replace(self.numerics, every_cell=False)
+        fixed = given.cycles_from_rest is not None or given.steps_per_cycle is not None
+        return given if fixed else replace(given, samples=_SAMPLES)
+
+    @cached_property
+    def key(self) -> str:
+        """SHA-256 of everything that enters a simulation and its harmonics."""
+        unknowns, network = self.unknowns, self.unknowns.network
+        parts = [unknowns.space.law, unknowns.space.free_names, unknowns.all, network.name, self.unknowns.space.blood]
+        numbers = [network.parent, network.length, network.radius, self.recording.flow, unknowns.space.nominal]
+        text = repr([parts, self._numerics, self.samples, self.recording.period, version("vasowave")])
+        rest = [unknowns.nominal.total_resistance, unknowns.nominal.time_constant, network.pressure]
+        digest = hashlib.sha256(text.encode())
+        for array in [*numbers, rest]:
+            digest.update(np.ascontiguousarray(array, dtype=float).tobytes())
+        return digest.hexdigest()
+
+    def _model(self, point: np.ndarray) -> Model | None:
+        """Return the model at a point, or nothing where some number of it overflows."""
+        try:
+            return self.unknowns.model(point)
+        except VasowaveError:
+            return None

@@ -1,0 +1,126 @@
+"""From explored points to the posterior as a value: equally weighted draws, table, shares, words."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.inference.derived import QUANTITIES, derived
+from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.problem import Problem
+from vasowave.inference.result import Diagnostics, Posterior
+from vasowave.inference.rounds import Explored
+from vasowave.inference.shares import variance_shares
+from vasowave.inference.wording import sentences
+
+CHAINS = 4
+_PRIOR_DRAWS = 400
+_STEP = 1e-3
+_TAILS = (0.025, 0.5, 0.975)
+
+
+def reported(
+    problem: Problem, noise: Discrepancy, explored: Explored, simulations: int, rng: np.random.Generator
+) -> Posterior:
+    """Return the posterior that explored points are."""
+    rows = _resampled(explored.weights.log_weight, rng)
+    values = _values(problem, explored.points[rows])
+    values["discrepancy"] = noise.draw_deviation(explored.residuals[rows], rng)
+    before = _values(problem, rng.standard_normal((_PRIOR_DRAWS, len(problem.unknowns.all))))
+    median, spread = noise.amplitude
+    before["discrepancy"] = median * np.exp(spread * rng.standard_normal(_PRIOR_DRAWS))
+    found = Diagnostics(
+        explored.weights.k_hat, explored.weights.effective,
+        float(np.sqrt(np.nanmean(explored.missed**2))), explored.log_error, explored.log_evidence,
+        explored.log_evidence_error, simulations, explored.rounds, problem.samples // 2, len(explored.points),
+    )  # fmt: skip
+    units = _units(problem)
+    summary = _summary(values, before, units).join(_shares(problem, noise, explored, rows))
+    scores = pd.Series(np.median(explored.points[rows], axis=0), index=list(problem.unknowns.all))
+    said = sentences(summary, scores, problem.unknowns.all, found)
+    wall = problem.unknowns.space.law.law().name
+    return Posterior(wall, _tree(problem, explored, rows, values, before, units), summary, found, said)
+
+
+def _resampled(log_weight: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return rows of equally weighted draws, in random order: each is taken as often as its weight says."""
+    count = len(log_weight) // CHAINS * CHAINS
+    places = (np.arange(count) + rng.random()) / count
+    rows = np.searchsorted(np.cumsum(np.exp(log_weight)), places * (1 - 1e-12))
+    return rng.permutation(np.minimum(rows, len(log_weight) - 1))
+
+
+def _values(problem: Problem, points: np.ndarray) -> dict[str, np.ndarray]:
+    """Return unknowns and derived quantities at points, shape (point,) each."""
+    unknowns, mean = problem.unknowns, problem.recording.mean_pressure
+    known = {name: value for name, value in unknowns.values(points).items() if name in unknowns.all}
+    rows = [derived(unknowns.model(point), mean) for point in points]
+    return known | {name: np.array([row[name] for row in rows]) for name in QUANTITIES}
+
+
+def _units(problem: Problem) -> dict[str, tuple[str, str]]:
+    """Return unit and meaning of every variable."""
+    found = {name: (one.unit, one.meaning) for name, one in problem.unknowns.all.items()}
+    found |= {name: (one.unit, one.meaning) for name, one in QUANTITIES.items()}
+    return found | {"discrepancy": ("mmHg", "standard deviation of what no parameters of the model explain")}
+
+
+def _summary(
+    values: dict[str, np.ndarray], before: dict[str, np.ndarray], units: dict[str, tuple[str, str]]
+) -> pd.DataFrame:
+    rows = {}
+    for name, draws in values.items():
+        low, middle, high = np.quantile(draws, _TAILS)
+        first, _, last = np.quantile(before[name], _TAILS)
+        scale = np.log if draws.min() > 0 and before[name].min() > 0 else np.asarray
+        contraction = 1 - np.var(scale(draws)) / np.var(scale(before[name]))
+        rows[name] = (units[name][0], middle, low, high, first, last, contraction)
+    columns = ["unit", "median", "interval_low", "interval_high", "prior_low", "prior_high", "contraction"]
+    return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("quantity")
+
+
+def _shares(problem: Problem, noise: Discrepancy, explored: Explored, rows: np.ndarray) -> pd.DataFrame:
+    """Return the sources of the variance of every quantity, to first order at the middle of the posterior."""
+    middle = explored.points[rows].mean(axis=0)
+    steps = _STEP * np.eye(len(middle))
+    up, down = _values(problem, middle + steps), _values(problem, middle - steps)
+    slopes = {}
+    for name, ends in up.items():
+        scale = np.log if min(ends.min(), down[name].min()) > 0 else np.asarray
+        slopes[name] = (scale(ends) - scale(down[name])) / (2 * _STEP)
+    sources = [one.source for one in problem.unknowns.all.values()]
+    frame = pd.DataFrame.from_dict(slopes, orient="index")
+    return variance_shares(frame, sources, explored.emulator.jacobian(middle), noise, explored.residuals[rows])
+
+
+def _tree(
+    problem: Problem,
+    explored: Explored,
+    rows: np.ndarray,
+    values: dict[str, np.ndarray],
+    before: dict[str, np.ndarray],
+    units: dict[str, tuple[str, str]],
+) -> xr.DataTree:
+    time = np.arange(problem.samples) * (problem.recording.period / problem.samples)
+    simulated = problem.in_time(problem.measured - explored.residuals[rows]).reshape(CHAINS, -1, problem.samples)
+    mmhg, seconds = {"units": "mmHg"}, {"units": "s"}
+    axis = {"time": ("time", time, seconds)}
+    predicted = xr.Dataset({"pressure": (("chain", "draw", "time"), simulated, mmhg)}, coords=axis)
+    observed = xr.Dataset({"pressure": ("time", problem.in_time(problem.measured), mmhg)}, coords=axis)
+    weights = {"log_weight": (("chain", "draw"), explored.weights.log_weight[np.newaxis])}
+    groups = {
+        "posterior": _labelled(values, units, CHAINS),
+        "prior": _labelled(before, units, 1),
+        "sample_stats": xr.Dataset(weights, attrs={"note": "importance draws before resampling"}),
+        "posterior_predictive": predicted,
+        "observed_data": observed,
+    }
+    return xr.DataTree.from_dict(groups)
+
+
+def _labelled(values: dict[str, np.ndarray], units: dict[str, tuple[str, str]], chains: int) -> xr.Dataset:
+    found = {
+        name: (("chain", "draw"), draws.reshape(chains, -1), {"units": units[name][0], "long_name": units[name][1]})
+        for name, draws in values.items()
+    }
+    count = len(next(iter(values.values()))) // chains
+    return xr.Dataset(found, coords={"chain": np.arange(chains), "draw": np.arange(count)})

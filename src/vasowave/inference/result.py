@@ -1,0 +1,118 @@
+"""The posterior of one animal and one wall law: draws, table, diagnostics, and what they mean in words."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.files import write_file
+from vasowave.inference.reweighting import trusted
+from vasowave.notebook import card
+
+
+class Diagnostics(NamedTuple):
+    """How far the draws can be trusted.
+
+    Attributes
+    ----------
+    k_hat : float
+        Shape of the tail of the importance weights (Pareto k); above 0.7 weighted means cannot be trusted.
+    effective : float
+        Number of equally weighted draws that would be worth as much.
+    missed : float
+        Root-mean-square difference between emulated and simulated pressure at the draws, mmHg.
+    log_error : float
+        Standard deviation of the emulator's error of the log-likelihood at the draws.
+    log_evidence, log_evidence_error : float
+        Logarithm of the probability density of the measured harmonics under this law, and its standard error; of two
+        laws, compared at the same harmonics, the exponential of the difference is the Bayes factor.
+    simulations : int
+        Simulations that the posterior rests on.
+    rounds : int
+        Rounds of the emulator.
+    harmonics : int
+        Harmonics of the pressure that were compared.
+    draws : int
+        Draws that were weighted.
+    """
+
+    k_hat: float
+    effective: float
+    missed: float
+    log_error: float
+    log_evidence: float
+    log_evidence_error: float
+    simulations: int
+    rounds: int
+    harmonics: int
+    draws: int
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the numbers may be believed: Pareto k is at most 0.7, or weights hardly differ."""
+        return trusted(self.k_hat, self.effective / self.draws)
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """What one recording says about one animal under one wall law, with geometry and structure unknown.
+
+    Attributes
+    ----------
+    wall : str
+    tree : DataTree
+        As ArviZ reads it: groups ``posterior`` (every unknown and derived quantity, dims chain, draw, equally
+        weighted), ``sample_stats`` (the importance draws before resampling: log_weight), ``posterior_predictive`` and
+        ``observed_data`` (pressure at the inlet, mmHg, by time), ``prior`` (draws of the same quantities).
+    summary : DataFrame
+        One row per unknown and derived quantity: ``unit, median, interval_low, interval_high`` (95 %), ``prior_low,
+        prior_high`` (95 %), ``contraction`` (1 - variance over prior variance, of the logarithm where it is positive)
+        and the shares of the variance ``recording, image, model, prior``, which add up to 1.
+    diagnostics : Diagnostics
+    warnings : tuple of str
+        What a reader must know.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network, mouse = vw.control_network(), vw.virtual_mouse()
+    >>> found = vw.posterior(network, mouse, priors=vw.Priors(radius=0, length=0), draws=40)
+    >>> found.summary.loc["wave_speed", ["interval_low", "median", "interval_high"]].is_monotonic_increasing
+    True
+    """
+
+    wall: str
+    tree: xr.DataTree
+    summary: pd.DataFrame
+    diagnostics: Diagnostics
+    warnings: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        rows = (f"{name} {row['median']:.4g} [{row['interval_low']:.3g}, {row['interval_high']:.3g}]"
+                for name, row in self.summary.iterrows())  # fmt: skip
+        return f"Posterior({self.wall} wall: {', '.join(rows)}; Pareto k {self.diagnostics.k_hat:.2f})"
+
+    def _repr_html_(self) -> str:
+        facts = {
+            f"{name} [{row['unit']}]" if row["unit"] != "1" else str(name): f"{row['median']:.4g} "
+            f"[{row['interval_low']:.3g}, {row['interval_high']:.3g}]"
+            for name, row in self.summary.iterrows()
+        }
+        return card(f"Posterior, {self.wall} wall", facts, self.warnings)
+
+    def draws(self, name: str) -> np.ndarray:
+        """Return the equally weighted draws of an unknown or derived quantity, shape (draw,)."""
+        return np.asarray(self.tree["posterior"][name].values).ravel()
+
+    def write(self, path: str | Path) -> Path:
+        """Write the draws as netCDF with one group each, which ``arviz.from_netcdf`` reads; returns the path.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        return write_file(Path(path), bytes(self.tree.to_netcdf()))

@@ -1,0 +1,81 @@
+"""Simulations that are kept as they are made, so that a run that was killed goes on where it stopped."""
+
+import io
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.files import write_file
+
+Simulate = Callable[[np.ndarray], np.ndarray]
+"""Maps points (point, unknown) to outputs (point, output); a row of NaN where a point cannot be simulated."""
+
+_BATCH = 32  # simulations between two writes of the file: less than a second of work, more than a write
+
+
+class Simulations:
+    """Outputs at points, computed once each.
+
+    It remembers, which is its purpose: every random choice of a run follows from its seed, so that a run that starts
+    again asks for the same points and finds them here.
+
+    Parameters
+    ----------
+    simulate : callable
+    path : Path, optional
+        File in which outputs are kept. One that belongs to another problem is refused.
+    key : str
+        Stands for everything that enters a simulation.
+    progress : callable, optional
+        Called with the number of points asked for so far.
+    """
+
+    def __init__(
+        self,
+        simulate: Simulate,
+        path: Path | None = None,
+        key: str = "",
+        progress: Callable[[int], None] | None = None,
+    ) -> None:
+        self._simulate, self._path, self._key, self._progress = simulate, path, key, progress
+        self._known: dict[bytes, np.ndarray] = {} if path is None or not path.exists() else _read(path, key)
+        self.asked = 0
+        self.computed = 0
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """Return the outputs at points, shape (point, output)."""
+        points = np.ascontiguousarray(points, dtype=float)
+        missing = [point for point in points if point.tobytes() not in self._known]
+        self.asked += len(points) - len(missing)
+        for first in range(0, len(missing), _BATCH):
+            batch = np.array(missing[first : first + _BATCH])
+            for point, output in zip(batch, self._simulate(batch), strict=True):
+                self._known[point.tobytes()] = output
+            self.asked += len(batch)
+            self.computed += len(batch)
+            self._save()
+            if self._progress is not None:
+                self._progress(self.asked)
+        return np.array([self._known[point.tobytes()] for point in points])
+
+    def _save(self) -> None:
+        if self._path is None:
+            return
+        points = np.array([np.frombuffer(one) for one in self._known])
+        content = io.BytesIO()
+        np.savez(content, key=np.array(self._key), points=points, outputs=np.array(list(self._known.values())))
+        write_file(self._path, content.getvalue())
+
+
+def _read(path: Path, key: str) -> dict[bytes, np.ndarray]:
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+            found, points, outputs = str(kept["key"]), kept["points"], kept["outputs"]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        raise InputError(f"{path}: not a file of simulations, or damaged; remove it or give another path") from None
+    if found != key:
+        raise InputError(f"{path} holds simulations of another problem; remove it or give another path")
+    return {point.tobytes(): output for point, output in zip(points, outputs, strict=True)}

@@ -1,0 +1,150 @@
+"""The unknowns of one animal: names, units, priors, and the model that their values make."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.calibration.parameters import Space
+from vasowave.errors import InputError, did_you_mean
+from vasowave.inference.priors import PARAMETERS, UNKNOWN, Priors
+from vasowave.model import Model
+from vasowave.network import Network
+from vasowave.nominal import Nominal, windkessels
+
+
+class Unknown(NamedTuple):
+    """One unknown number and its normal prior, which is that of its logarithm if the number is positive.
+
+    Attributes
+    ----------
+    unit, meaning : str
+    center : float
+        Median.
+    spread : float
+        SD of the logarithm, or of the number itself.
+    positive : bool
+    source : str
+        Where ignorance of it comes from: ``recording`` (what it is measured by), ``image`` or ``model``.
+    """
+
+    unit: str
+    meaning: str
+    center: float
+    spread: float
+    positive: bool
+    source: str
+
+    def value(self, score: np.ndarray) -> np.ndarray:
+        """Return the number whose distance from the center is `score` SD of the prior."""
+        if not self.positive:
+            return self.center + self.spread * score
+        with np.errstate(over="ignore"):  # what is infinite is refused as a model
+            return self.center * np.exp(self.spread * score)
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns:
+    """All unknowns. A point is given by scores, shape (unknown,): distances from the medians in SD of the prior.
+
+    In scores every prior is the standard normal distribution.
+
+    Attributes
+    ----------
+    space : Space
+        The law, the parameters, and what is held.
+    nominal : Nominal
+    priors : Priors
+    """
+
+    space: Space
+    nominal: Nominal
+    priors: Priors
+
+    def __post_init__(self) -> None:
+        """Check that priors speak of parameters that there are."""
+        for name in self.priors.parameters:
+            if name not in self.space.names:
+                known = ", ".join(self.space.names)
+                raise InputError(f"prior of '{name}'{did_you_mean(name, self.space.names)}; parameters are: {known}")
+        if not self.all:
+            raise InputError("every parameter is held and every prior has no width: nothing is unknown")
+
+    @property
+    def network(self) -> Network:
+        """The network as the image shows it."""
+        return self.space.network
+
+    @cached_property
+    def all(self) -> dict[str, Unknown]:
+        """Every unknown by its name."""
+        found = self._parameters() | self._structure()
+        return {name: one for name, one in found.items() if one.spread > 0}
+
+    def _parameters(self) -> dict[str, Unknown]:
+        found, values = {}, dict(zip(self.space.names, self.space.nominal, strict=True))
+        for name in self.space.free_names:
+            usual = (values[name], PARAMETERS.get(name, UNKNOWN))
+            center, spread = self.priors.parameters.get(name, usual)
+            said = self.space.parameters[name]
+            found[name] = Unknown(said.unit, said.meaning, float(center), float(spread), True, "recording")
+        return found
+
+    def _structure(self) -> dict[str, Unknown]:
+        priors, image = self.priors, self.network.pressure
+        found = {
+            "radius_scale": Unknown("1", "factor of all radii", 1.0, priors.radius_scale, True, "image"),
+            "length_scale": Unknown("1", "factor of all lengths", 1.0, priors.length_scale, True, "image"),
+            "k": Unknown("1", "exponent of a stiffness ∝ radius^-k", 0.0, priors.stiffening, False, "model"),
+        }
+        if image:
+            meaning = "pressure at which the image was taken"
+            found["image_pressure"] = Unknown("mmHg", meaning, float(image), priors.image_pressure, True, "image")
+        return found
+
+    def values(self, scores: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the numbers at scores of shape (..., unknown), by name; those that are held or fixed too."""
+        held = {name: np.asarray(value) for name, value in zip(self.space.names, self.space.nominal, strict=True)}
+        fixed = {name: np.asarray(one.center) for name, one in self._structure().items()}
+        return held | fixed | {name: one.value(scores[..., i]) for i, (name, one) in enumerate(self.all.items())}
+
+    def scores(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the scores of a point; unknowns that `values` does not name stand at their medians."""
+        found = np.zeros(len(self.all))
+        for i, (name, one) in enumerate(self.all.items()):
+            if name in values:
+                change = np.log(values[name] / one.center) if one.positive else values[name] - one.center
+                found[i] = change / one.spread
+        return found
+
+    def model(self, scores: np.ndarray, radii: np.ndarray | None = None, lengths: np.ndarray | None = None) -> Model:
+        """Return the model at scores of shape (unknown,), with each vessel's own errors of logarithms, (vessel,).
+
+        Nominal vascular beds share the flow by Poiseuille's law in the changed network, as in the one of the image.
+        """
+        value = self.values(scores)
+        changed = {
+            "radius": self.network.radius * value["radius_scale"] * np.exp(0.0 if radii is None else radii),
+            "length": self.network.length * value["length_scale"] * np.exp(0.0 if lengths is None else lengths),
+        }
+        if "image_pressure" in value:
+            changed["pressure"] = float(value["image_pressure"])
+        network = replace(self.network, **changed)
+        stiffer = (network.radius / network.radius[network.root]) ** -value["k"]
+        law = self.space.law
+        wall = law(*(value[name] * self.space.parameters[name].scale(stiffer) for name in law._fields))
+        beds = windkessels(network, self.nominal.total_resistance, self.nominal.time_constant)
+        factors = (float(value[name]) for name in self.space.names[len(law._fields) :])
+        return Model(network, wall, beds.scaled(*factors), self.space.blood)
+
+    @cached_property
+    def own_errors(self) -> tuple[np.ndarray, np.ndarray]:
+        """SD of the logarithms of each vessel's radius and length, shape (vessel,) each."""
+        count, given = len(self.network), getattr(self.network, "radius_sd", None)
+        radii = np.full(count, self.priors.radius)
+        if given is not None:
+            known = np.isfinite(np.asarray(given, dtype=float))
+            radii[known] = np.asarray(given, dtype=float)[known] / self.network.radius[known]
+        return radii, np.full(count, self.priors.length)

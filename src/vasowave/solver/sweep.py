@@ -1,0 +1,190 @@
+"""One model over a grid of parameter values: what each value does to pressure and flow, in bounded memory."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import islice, product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vasowave.errors import InputError, VasowaveError, did_you_mean
+from vasowave.model import Model
+from vasowave.nominal import windkessels
+from vasowave.outlets import Windkessel
+from vasowave.recording import Inflow, Recording
+from vasowave.recording.cycle import resample
+from vasowave.solver.numerics import Numerics
+from vasowave.solver.result import Run
+from vasowave.solver.simulate import simulate_runs
+
+_BEDS = {"R_T": "mmHg s/ml", "a": "1", "tau": "s"}
+_SIZES = {"radius": "1", "length": "1"}
+_AT_ONCE = 64  # models whose waves are in memory together
+_MIDDLE = 1
+
+_KEPT = {
+    "root_pressure": ("mmHg", "pressure at the inlet of the root"),
+    "mean_pressure": ("mmHg", "mean pressure in the middle of the vessel"),
+    "pulse_pressure": ("mmHg", "pulse pressure in the middle of the vessel"),
+    "mean_flow": ("ml/s", "mean flow in the middle of the vessel"),
+    "mach": ("1", "largest |u|/c"),
+}
+
+
+def sweep(
+    model: Model,
+    inflow: Inflow | Recording,
+    values: Mapping[str, Sequence[float]],
+    numerics: Numerics | None = None,
+    *,
+    samples: int = 128,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.Dataset:
+    """Simulate a model with every combination of parameter values.
+
+    Parameters
+    ----------
+    model : Model
+        What is not varied stays as it is here.
+    inflow : Inflow or Recording
+    values : mapping of str to sequence of float
+        Parameters of the wall law, for all vessels alike (``beta``, ``p1``, ``gamma``, ``m`` …); of the vascular beds
+        ``R_T`` (total resistance, mmHg s/ml), ``a`` (R1/R_T) and ``tau`` (s), distributed as the paper does; and
+        ``radius``, ``length``: factors of all radii and lengths.
+    numerics : Numerics, optional
+    samples : int
+        Samples of the pressure that is kept.
+    progress : callable, optional
+        Called with the number of finished and of all simulations.
+
+    Returns
+    -------
+    Dataset
+        One dimension for every parameter, whose coordinate holds the values, with ``root_pressure`` (…, time),
+        ``mean_pressure``, ``pulse_pressure``, ``mean_flow`` (…, vessel), ``mach`` (largest |u|/c), ``failure`` (why a
+        combination could not be simulated; its numbers are NaN) and ``notes`` (why it should not be believed).
+
+    Raises
+    ------
+    InputError
+        An unknown parameter, no values, values that are not positive.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network, mouse = vw.control_network(), vw.virtual_mouse()
+    >>> nominal = vw.estimate_nominal(network, mouse)
+    >>> model = vw.Model(network, nominal.wall(vw.LinearWall), nominal.outlets)
+    >>> stiffer = vw.sweep(model, mouse, {"beta": [40.0, 80.0]})
+    >>> pulse = stiffer.pulse_pressure.sel(vessel=network.name[network.root])
+    >>> bool(pulse.sel(beta=80.0) > pulse.sel(beta=40.0))
+    True
+    """
+    axes = {name: _checked(model, name, given) for name, given in values.items()}
+    if not axes:
+        raise InputError("nothing to sweep; name a parameter and its values, as in {'beta': [40, 60, 80]}")
+    flow = inflow.inflow if isinstance(inflow, Recording) else inflow
+    numerics = numerics or Numerics()
+    count = int(np.prod([len(one) for one in axes.values()]))
+    kept: list[dict[str, Any]] = []
+    for outcomes in _outcomes(model, flow, numerics, axes):
+        kept += [_reduced(outcome, model, samples) for outcome in outcomes]
+        if progress is not None:
+            progress(len(kept), count)
+    return _labelled(kept, model, flow, axes, samples)
+
+
+def _checked(model: Model, name: str, given: Sequence[float]) -> np.ndarray:
+    known = (*model.wall._fields, *_BEDS, *_SIZES)
+    if name not in known:
+        raise InputError(f"'{name}' cannot be swept{did_you_mean(name, known)}; there are: {', '.join(known)}")
+    found = np.atleast_1d(np.asarray(given, dtype=float))
+    if found.ndim != 1 or not len(found) or not np.all(np.isfinite(found) & (found > 0)):
+        raise InputError(f"{name}: give positive numbers, not {given!r}")
+    if name == "a" and found.max() >= 1:
+        raise InputError(f"a: {found.max():g}; R1 is a part of the total resistance, so a lies below 1")
+    return found
+
+
+def _outcomes(
+    model: Model, inflow: Inflow, numerics: Numerics, axes: Mapping[str, np.ndarray]
+) -> Iterator[list[Run | VasowaveError]]:
+    combinations = product(*axes.values())
+    while some := list(islice(combinations, _AT_ONCE)):
+        models: list[Model | VasowaveError] = [_made(model, dict(zip(axes, one, strict=True))) for one in some]
+        good = [one for one in models if isinstance(one, Model)]
+        runs = iter(simulate_runs(good, inflow, numerics)) if good else iter(())
+        yield [next(runs) if isinstance(one, Model) else one for one in models]
+
+
+def changed_model(model: Model, values: Mapping[str, float]) -> Model:
+    """Return a model with other values of the parameters that `sweep` names.
+
+    Raises
+    ------
+    InputError
+        An unknown parameter, a value that is not positive, or a model that cannot be.
+    """
+    values = {name: float(_checked(model, name, [value])[0]) for name, value in values.items()}
+    network, beds = model.network, model.outlets
+    sizes = {name: getattr(network, name) * values[name] for name in _SIZES if name in values}
+    wall = model.wall._replace(**{name: value for name, value in values.items() if name in model.wall._fields})
+    if sizes:
+        network = replace(network, **sizes)
+    if any(name in values for name in _BEDS):
+        if not isinstance(beds, Windkessel):
+            raise InputError("R_T, a and tau are those of Windkessel outlets; this model has others")
+        tau = float(np.median((beds.R1 + beds.R2) * beds.C))
+        usual = {"R_T": beds.total_resistance(), "a": beds.resistance_ratio(), "tau": tau}
+        now = usual | {name: values[name] for name in _BEDS if name in values}
+        beds = windkessels(network, now["R_T"], now["tau"], now["a"])
+    return model.changed(network=network, wall=wall, outlets=beds)
+
+
+def _made(model: Model, values: Mapping[str, float]) -> Model | VasowaveError:
+    try:
+        return changed_model(model, values)
+    except VasowaveError as error:
+        return error
+
+
+def _reduced(outcome: Run | VasowaveError, model: Model, samples: int) -> dict[str, Any]:
+    """Return of one simulation what is kept."""
+    vessels = len(model.network)
+    if isinstance(outcome, VasowaveError):
+        empty, lost = np.full(vessels, np.nan), np.full(samples, np.nan)
+        numbers = dict.fromkeys(("mean_pressure", "pulse_pressure", "mean_flow"), empty)
+        return numbers | {"root_pressure": lost, "mach": np.nan, "failure": str(outcome), "notes": ""}
+    pressure, flow = outcome.pressure[:, _MIDDLE], outcome.stations[1, :, :, _MIDDLE]
+    return {
+        "root_pressure": resample(outcome.inlet_pressure(outcome.steps), samples),
+        "mean_pressure": pressure.mean(axis=0),
+        "pulse_pressure": np.ptp(pressure, axis=0),
+        "mean_flow": flow.mean(axis=0),
+        "mach": outcome.mach.value,
+        "failure": "",
+        "notes": "\n".join(outcome.notes),
+    }
+
+
+def _labelled(
+    kept: Sequence[Mapping[str, Any]], model: Model, inflow: Inflow, axes: Mapping[str, np.ndarray], samples: int
+) -> xr.Dataset:
+    shape, units = tuple(len(one) for one in axes.values()), _units(model)
+    more = {"root_pressure": ("time",), "mean_pressure": ("vessel",), "pulse_pressure": ("vessel",),
+            "mean_flow": ("vessel",)}  # fmt: skip
+    variables: dict[str, Any] = {}
+    for name in kept[0]:
+        values = np.array([one[name] for one in kept])
+        unit, meaning = _KEPT.get(name, ("", ""))
+        attrs = {"units": unit, "long_name": meaning} if unit else {}
+        variables[name] = ((*axes, *more.get(name, ())), values.reshape(*shape, *values.shape[1:]), attrs)
+    coords: dict[str, Any] = {name: (name, values, {"units": units[name]}) for name, values in axes.items()}
+    coords["time"] = ("time", np.arange(samples) * (inflow.period / samples), {"units": "s"})
+    coords["vessel"] = ("vessel", np.array(model.network.name))
+    return xr.Dataset(variables, coords)
+
+
+def _units(model: Model) -> dict[str, str]:
+    return dict(zip(model.wall._fields, (one.unit for one in model.wall.law().parameters))) | _BEDS | _SIZES

@@ -1,0 +1,59 @@
+"""The likelihood with its spectrum integrated out, against dense covariances summed node by node."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from vasowave.inference.discrepancy import Discrepancy
+from vasowave.noise.spectrum import fourier, harmonics
+
+SAMPLES = 11
+
+
+@pytest.fixture
+def noise():
+    rng = np.random.default_rng(1)
+    return Discrepancy(SAMPLES, (0.3, 0.7), np.diag(rng.uniform(0.01, 0.1, SAMPLES)), rng.normal(0, 0.2, (SAMPLES, 4)))
+
+
+def dense(noise):
+    """Every covariance of the quadrature, with its weight, built from the definition."""
+    other = noise.measured + noise.vessels @ noise.vessels.T
+    for corner in (-1.5, -0.75, 0.0, 0.75, 1.5):
+        for slope in (-1.2, 0.0, 1.2):
+            r, s = 0.5 * np.exp(0.5 * corner), 6.0 * np.exp(0.5 * slope)
+            power = (1 + r * harmonics(SAMPLES) / s) ** -s
+            for score in np.linspace(-2.5, 2.5, 21):
+                sigma = 0.3 * np.exp(0.7 * score)
+                weight = np.exp(-0.5 * (corner**2 + slope**2 + score**2))
+                yield np.diag(sigma**2 * power / power.mean()) + other, weight, sigma
+
+
+def test_the_likelihood_is_the_mean_over_all_spectra(noise):
+    residuals = np.random.default_rng(2).normal(0, 0.5, (3, SAMPLES))
+    nodes = list(dense(noise))
+    total = sum(weight for _, weight, _ in nodes)
+    expected = sum(w / total * multivariate_normal(cov=S).pdf(residuals) for S, w, _ in nodes)
+    assert noise.log_likelihood(residuals) == pytest.approx(np.log(expected), abs=1e-9)
+
+
+def test_the_deviation_is_drawn_from_its_posterior(noise):
+    residual = np.random.default_rng(3).normal(0, 0.5, SAMPLES)
+    likely = [(w * multivariate_normal(cov=S).pdf(residual), sigma) for S, w, sigma in dense(noise)]
+    expected = sum(p * sigma for p, sigma in likely) / sum(p for p, _ in likely)
+    drawn = noise.draw_deviation(np.tile(residual, (4000, 1)), np.random.default_rng(4))
+    assert drawn.mean() == pytest.approx(expected, abs=4 * drawn.std() / np.sqrt(4000))
+
+
+def test_the_deviation_is_that_of_the_cycle():
+    noise = Discrepancy(201, (0.4, 0.0), 1e-12 * np.eye(201), np.zeros((201, 1)))
+    variance = noise.variance(np.zeros((1, 201)))
+    wave = np.random.default_rng(5).normal(0, 1, (201, 5000)) * np.sqrt(variance)[:, np.newaxis]
+    assert np.mean(wave**2) == pytest.approx(0.16, rel=0.05)  # orthonormal: mean square of coefficients and samples
+    assert np.mean(fourier(np.ones(201)) ** 2) == pytest.approx(1.0)
+
+
+def test_strong_noise_makes_the_likelihood_flat():
+    noise = Discrepancy(SAMPLES, (0.3, 0.7), 1e8 * np.eye(SAMPLES), np.zeros((SAMPLES, 1)))
+    found = noise.log_likelihood(np.random.default_rng(6).normal(0, 5, (20, SAMPLES)))
+    assert np.ptp(found) < 1e-4

@@ -1,0 +1,53 @@
+"""The emulator: exact where it must be, honest about its error where it cannot be."""
+
+import numpy as np
+import pytest
+
+from vasowave.inference.emulator import fit_emulator
+
+
+def same(points):
+    return points
+
+
+def cubic(points):
+    x, y = points.T
+    return np.stack([1 + x - 2 * y + x * y**2, 3 * y + 0.2 * x**3], axis=1)
+
+
+def wavy(points):
+    x, y = points.T
+    return np.stack([np.sin(1.5 * x) + np.cos(y), np.exp(0.5 * x + 0.3 * y)], axis=1)
+
+
+@pytest.fixture
+def points():
+    return np.random.default_rng(1).standard_normal((80, 2))
+
+
+def test_a_cubic_is_learned_to_the_noise_that_is_allowed(points):
+    emulator = fit_emulator(points, cubic(points), points, np.ones(2), same)
+    fresh = np.random.default_rng(2).standard_normal((50, 2))
+    assert np.abs(emulator(fresh) - cubic(fresh)).max() < 0.03  # a simulation may be off by 0.01 of the scale
+
+
+def test_the_error_at_points_left_out_is_that_at_new_ones():
+    points, fresh = (np.random.default_rng(seed).uniform(-2, 2, (count, 2)) for seed, count in ((2, 80), (3, 2000)))
+    emulator = fit_emulator(points, wavy(points), points, np.ones(2), same)
+    missed = np.sqrt(np.mean((emulator(fresh) - wavy(fresh)) ** 2, axis=0))
+    assert np.all(emulator.error < 4 * missed)
+    assert np.all(missed < 4 * emulator.error)
+
+
+def test_the_jacobian_is_the_derivative(points):
+    emulator = fit_emulator(points, cubic(points), points, np.ones(2), same)
+    assert emulator.jacobian(np.zeros(2)) == pytest.approx(np.array([[1.0, -2.0], [0.0, 3.0]]), abs=0.05)
+
+
+def test_coordinates_that_straighten_the_function_make_it_exact(points):
+    bent = np.exp(2 * points[:, :1])  # a straight line in exp(2x)
+    straight = fit_emulator(points, bent, points, np.ones(1), lambda x: np.column_stack([np.exp(2 * x[:, 0]), x[:, 1]]))
+    plain = fit_emulator(points, bent, points, np.ones(1), same)
+    fresh = np.random.default_rng(4).standard_normal((200, 2))
+    truth = np.exp(2 * fresh[:, :1])
+    assert np.mean((straight(fresh) - truth) ** 2) < 0.1 * np.mean((plain(fresh) - truth) ** 2)

@@ -1,0 +1,124 @@
+"""The posterior of whole animals: a virtual one whose truth is known, and measured mouse C6 against a direct search."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.stats import ks_2samp
+
+from vasowave.calibration import Search, calibrate
+from vasowave.datasets import control_network, virtual_mouse
+from vasowave.datasets.virtual import TRUTH
+from vasowave.errors import InputError
+from vasowave.inference import Priors, posterior
+from vasowave.inference.mode import climb
+from vasowave.inference.posterior import _problem
+from vasowave.inference.rounds import log_prior
+from vasowave.recording import read_recording
+
+SHAPE_ONLY = Priors(radius_scale=0, length_scale=0, stiffening=0)
+"""Parameters alone are drawn; the vessels' own errors are part of the likelihood."""
+
+
+@pytest.fixture(scope="module")
+def found():
+    return posterior(control_network(), virtual_mouse(), draws=100)
+
+
+def test_intervals_of_a_virtual_mouse_hold_the_truth(found):
+    table = found.summary
+    for name in ("beta", "R_T", "a"):
+        assert table.loc[name, "interval_low"] < TRUTH[name] < table.loc[name, "interval_high"]
+
+
+def test_what_geometry_leaves_open_is_said_to_come_from_the_image(found):
+    assert found.summary.loc["wave_speed", "image"] > 0.5
+    assert any("a better image would narrow it" in one and "wave_speed" in one for one in found.warnings)
+
+
+def test_a_scale_of_all_lengths_that_the_data_do_not_see_keeps_its_prior(found):
+    row = found.summary.loc["length_scale"]
+    assert row["contraction"] < 0.3
+    assert row["median"] == pytest.approx(1.0, abs=0.03)
+
+
+def test_shares_add_up_for_every_quantity(found):
+    shares = found.summary[["recording", "image", "model", "prior"]].dropna()
+    assert shares.sum(axis=1).to_numpy() == pytest.approx(1.0)
+    assert list(found.summary.index.difference(shares.index)) == ["discrepancy"]
+
+
+def test_predictions_go_through_the_measured_pressure(found):
+    predicted, measured = found.tree["posterior_predictive"]["pressure"], found.tree["observed_data"]["pressure"]
+    assert predicted.dims == ("chain", "draw", "time")
+    distance = (predicted.mean(("chain", "draw")) - measured).to_numpy()
+    assert np.sqrt(np.mean(distance**2)) < 0.5  # noise of 0.15 mmHg, and a free mean
+
+
+def test_the_file_holds_the_groups_that_arviz_reads(found, tmp_path):
+    path = found.write(tmp_path / "draws.nc")
+    with xr.open_datatree(path) as tree:
+        assert {"posterior", "prior", "sample_stats", "posterior_predictive", "observed_data"} <= set(tree.children)
+        beta = tree["posterior"]["beta"]
+        assert beta.dims == ("chain", "draw")
+        assert beta.attrs["units"] == "mmHg"
+        assert np.array_equal(beta.to_numpy().ravel(), found.draws("beta"))
+
+
+def test_a_run_goes_on_from_its_file_with_the_same_result(tmp_path):
+    path, counts = tmp_path / "kept.npz", []
+
+    def stop_after_two_batches(count):
+        counts.append(count)
+        if len(counts) == 3:
+            raise KeyboardInterrupt
+
+    given = {"priors": SHAPE_ONLY, "draws": 40, "path": path}
+    network, mouse = control_network(), virtual_mouse()
+    with pytest.raises(KeyboardInterrupt):
+        posterior(network, mouse, progress=stop_after_two_batches, **given)
+    first = posterior(network, mouse, **given)
+    second = posterior(network, mouse, **given)
+    assert np.array_equal(first.draws("beta"), second.draws("beta"))
+    assert first.diagnostics == second.diagnostics
+
+
+def test_a_fit_of_another_law_is_refused():
+    network, mouse = control_network(), virtual_mouse()
+    fit = calibrate(network, mouse, "linear", search=Search(starts=1))
+    with pytest.raises(InputError, match="not of tangent"):
+        posterior(network, mouse, "tangent", fit=fit)
+
+
+def test_too_few_draws_are_refused():
+    with pytest.raises(InputError, match="at least 40"):
+        posterior(control_network(), virtual_mouse(), draws=10)
+
+
+@pytest.mark.validation
+def test_the_posterior_of_mouse_c6_is_that_of_a_direct_search(shared):
+    """emcee with every step simulated: no emulator, no weights; some 6 400 simulations."""
+    emcee = pytest.importorskip("emcee")
+    folder = shared / "mouse-c6"
+    mouse = read_recording(folder / "pC6_1024.dat", folder / "qC6_1024.dat", period=0.11)
+    found = posterior(control_network(), mouse, priors=SHAPE_ONLY)
+    assert found.diagnostics.trusted
+    problem = _problem(control_network(), mouse, "linear", SHAPE_ONLY, None, None, None, None)
+    climbed = climb(problem.simulate, problem.measured, problem.discrepancy(), np.zeros(4))
+    noise = problem.discrepancy(problem.vessels(climbed.middle))
+
+    def density(points):
+        outputs = problem.simulate(points)
+        values = np.full(len(points), -np.inf)
+        good = np.isfinite(outputs).all(axis=1)
+        values[good] = noise.log_likelihood(problem.measured - outputs[good]) + log_prior(points[good])
+        return values
+
+    direct = emcee.EnsembleSampler(32, 4, density, vectorize=True)
+    direct.random_state = np.random.RandomState(1).get_state()
+    begin = climbed.middle + np.random.default_rng(2).standard_normal((32, 4)) @ climbed.root.T
+    direct.run_mcmc(begin, 200)
+    chain = direct.get_chain(discard=60, thin=35, flat=True)  # about one autocorrelation time apart
+    for i, name in enumerate(problem.unknowns.all):
+        theirs = problem.unknowns.all[name].value(chain[:, i])
+        ours = np.unique(found.draws(name))
+        assert ks_2samp(ours, theirs).pvalue > 0.01, name

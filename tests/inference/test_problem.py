@@ -1,0 +1,145 @@
+"""One animal as a problem: models at points, harmonics of simulations, sensitivities to single vessels, errors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vasowave.blood import Blood
+from vasowave.calibration.compared import compared_part
+from vasowave.calibration.parameters import parameter_space
+from vasowave.datasets import control_network, virtual_mouse
+from vasowave.errors import InputError
+from vasowave.inference.priors import Priors
+from vasowave.inference.problem import Problem
+from vasowave.inference.unknowns import Unknowns
+from vasowave.model import Model
+from vasowave.nominal import estimate_nominal, windkessels
+from vasowave.recording.cycle import resample
+from vasowave.solver import Numerics, simulate
+
+
+def problem(priors=None, wall="linear", fixed=None):
+    network, mouse = control_network(), virtual_mouse()
+    nominal = estimate_nominal(network, mouse)
+    space = parameter_space(wall, network, nominal, Blood(), {}, fixed or {}, False)
+    return Problem(Unknowns(space, nominal, priors or Priors()), compared_part(mouse), Numerics(), 1)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return problem()
+
+
+def test_at_the_medians_the_model_is_the_nominal_one_of_the_image(whole):
+    model = whole.unknowns.model(np.zeros(len(whole.unknowns.all)))
+    nominal = whole.unknowns.nominal
+    assert np.allclose(model.wall.beta, nominal.beta)
+    assert np.allclose(model.outlets.R2, nominal.outlets.R2)
+    assert np.array_equal(model.network.radius, control_network().radius)
+
+
+def test_one_score_is_one_sd_of_the_prior(whole):
+    unknowns = whole.unknowns
+    at = {name: i for i, name in enumerate(unknowns.all)}
+    point = np.zeros(len(at))
+    point[[at["radius_scale"], at["k"], at["beta"]]] = 1.0, 2.0, -1.0
+    model, network = unknowns.model(point), control_network()
+    assert np.allclose(model.network.radius, np.exp(0.05) * network.radius)
+    narrow = network.radius / network.radius[network.root]
+    assert np.allclose(model.wall.beta, unknowns.nominal.beta * np.exp(-1.0) * narrow**-1.0)  # k = 2 · 0.5
+
+
+def test_scores_and_values_are_inverse(whole):
+    point = np.random.default_rng(1).standard_normal(len(whole.unknowns.all))
+    values = {name: float(value) for name, value in whole.unknowns.values(point).items()}
+    assert whole.unknowns.scores(values) == pytest.approx(point)
+
+
+def test_harmonics_are_those_of_the_simulated_pressure(whole):
+    point = whole.unknowns.scores({"beta": 57.0})
+    waves = simulate(whole.unknowns.model(point), whole.recording, Numerics(samples=512))
+    inlet = waves["pressure"].to_numpy()[:, control_network().root, 0]
+    found = whole.in_time(whole.simulate([point]))[0]
+    assert found == pytest.approx(resample(inlet, whole.samples), abs=2e-3)  # two tolerances of 1e-4, other steps
+
+
+def test_signals_and_coefficients_are_inverse(whole):
+    assert whole.in_time(whole.measured) == pytest.approx(resample(whole.recording.pressure, whole.samples))
+
+
+def test_what_one_vessel_changes_is_what_a_network_with_that_vessel_changes(whole):
+    point = whole.unknowns.scores({"beta": 57.0, "r1": 0.6})
+    columns = whole.in_time(whole.vessels(point).T)
+    network, model, waves = control_network(), whole.unknowns.model(point), []
+    longer = network.length.copy()
+    longer[2] *= np.exp(0.05)
+    for one in (network, replace(network, length=longer)):
+        beds = windkessels(one, whole.unknowns.nominal.total_resistance, whole.unknowns.nominal.time_constant)
+        changed = Model(one, model.wall, beds.scaled(0.6, 1.0, 1.0))
+        waves.append(
+            simulate(changed, whole.recording, Numerics(samples=512))["pressure"].to_numpy()[:, network.root, 0]
+        )
+    expected = resample(waves[1] - waves[0], whole.samples)
+    assert columns.shape == (42, whole.samples)
+    assert columns[21 + 2] == pytest.approx(expected, abs=2e-3)  # tolerances of four simulations
+    assert np.abs(expected).max() > 0.02
+
+
+def test_the_errors_of_measurement_are_zero_grid_and_beats(whole):
+    wide = problem(Priors(zero=2.0))
+    assert wide.measurement_error[0] - whole.measurement_error[0] == pytest.approx(whole.samples * (2.0**2 - 0.5**2))
+    assert np.array_equal(wide.measurement_error[1:], whole.measurement_error[1:])
+    assert whole.measurement_error.min() >= 0.02**2
+
+
+def test_known_radii_replace_the_assumed_error(whole):
+    class Measured:
+        radius_sd = np.array([0.001, *[np.nan] * 20])
+
+        def __getattr__(self, name):
+            return getattr(control_network(), name)
+
+        def __len__(self):
+            return 21
+
+    space = replace(whole.unknowns.space, network=Measured())
+    radii, lengths = Unknowns(space, whole.unknowns.nominal, Priors(radius=0.08)).own_errors
+    assert radii[0] == pytest.approx(0.001 / control_network().radius[0])
+    assert np.all(radii[1:] == 0.08)
+    assert np.all(lengths == 0.05)
+
+
+def test_the_pressure_of_the_image_is_unknown_and_anchors_the_wall(whole):
+    space = replace(whole.unknowns.space, network=replace(control_network(), pressure=6.3))
+    unknowns = Unknowns(space, whole.unknowns.nominal, Priors())
+    found = unknowns.all["image_pressure"]
+    assert (found.center, found.unit, found.source) == (6.3, "mmHg", "image")
+    model = unknowns.model(unknowns.scores({"image_pressure": 8.0, "beta": 50.0}))
+    assert model.network.pressure == pytest.approx(8.0)
+    assert np.allclose(
+        model.area0 * (1 + 8.0 / 50.0) ** 2, control_network().area
+    )  # eq. 3 at the pressure of the image
+
+
+def test_what_has_no_width_is_not_unknown():
+    fixed = problem(Priors(radius_scale=0, length_scale=0, stiffening=0), fixed={"c1": 1.0})
+    assert list(fixed.unknowns.all) == ["beta", "r1", "r2"]
+
+
+def test_a_prior_of_something_else_is_an_error_that_names_what_there_is():
+    with pytest.raises(InputError, match=r"prior of 'betta' \(did you mean 'beta'\?\); parameters are: beta, r1"):
+        problem(Priors(parameters={"betta": (50.0, 0.3)}))
+
+
+def test_a_point_whose_numbers_overflow_is_a_row_of_nan(whole):
+    point = np.zeros(len(whole.unknowns.all))
+    point[0] = 2000.0
+    assert np.isnan(whole.simulate([point])).all()
+
+
+def test_everything_that_enters_a_simulation_enters_its_key(whole):
+    keys = {whole.key, problem(wall="tangent").key, problem(Priors(stiffening=0.1)).key, problem(fixed={"c1": 2.0}).key}
+    keys.add(replace(whole, numerics=Numerics(cell_size=0.05)).key)
+    assert len(keys) == 5
+    assert problem().key == whole.key

@@ -1,0 +1,120 @@
+"""Rounds and reweighting on problems whose posterior is known, or that emcee can answer without an emulator."""
+
+import numpy as np
+import pytest
+from scipy.stats import ks_2samp, multivariate_normal
+
+from vasowave.errors import NumericalError
+from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.mode import climb
+from vasowave.inference.rounds import Target, explore, log_prior
+
+SAMPLES, UNKNOWNS = 9, 3
+J = np.random.default_rng(7).normal(0, 1, (SAMPLES, UNKNOWNS))
+DATA = np.random.default_rng(8).normal(0, 1.5, SAMPLES)
+
+
+def white(variance, amplitude=1e-6):
+    """Noise without a discrepancy worth the name."""
+    return Discrepancy(SAMPLES, (amplitude, 0.0), variance * np.eye(SAMPLES), np.zeros((SAMPLES, 1)))
+
+
+def target(simulate, noise):
+    return Target(simulate, DATA, noise, lambda points: points)
+
+
+def linear(points):
+    return points @ J.T
+
+
+def bent(points):
+    moved = points.copy()
+    moved[:, 0] = np.exp(0.4 * points[:, 0]) + 0.3 * points[:, 1] ** 2
+    return moved @ J.T
+
+
+def explored_by(target, seed, draws=400):
+    climbed = climb(target.simulate, target.measured, target.noise, np.zeros(UNKNOWNS))
+    return explore(target, climbed, np.random.default_rng(seed), draws)
+
+
+def weighted(explored):
+    return np.exp(explored.weights.log_weight)
+
+
+def test_the_posterior_of_a_linear_problem_is_the_normal_one():
+    explored = explored_by(target(linear, white(0.25)), 1, 1000)
+    covariance = np.linalg.inv(J.T @ J / 0.25 + np.eye(UNKNOWNS))
+    mean = covariance @ J.T @ DATA / 0.25
+    found = weighted(explored) @ explored.points
+    spread = np.cov(explored.points.T, aweights=weighted(explored))
+    assert np.all(np.abs(found - mean) < 5 * np.sqrt(np.diag(covariance) / 1000))
+    assert spread == pytest.approx(covariance, abs=0.2 * np.diag(covariance).max())
+    assert explored.weights.trusted
+
+
+def test_the_evidence_of_a_linear_problem_is_its_closed_form():
+    explored = explored_by(target(linear, white(0.25)), 2, 400)
+    expected = multivariate_normal(cov=J @ J.T + 0.25 * np.eye(SAMPLES)).logpdf(DATA)
+    assert explored.log_evidence == pytest.approx(expected, abs=max(0.05, 5 * explored.log_evidence_error))
+
+
+def test_without_data_the_posterior_is_the_prior():
+    explored = explored_by(target(linear, white(1e8)), 3, 1000)
+    found = weighted(explored) @ explored.points
+    assert np.abs(found).max() < 0.16  # five standard errors of 1000 draws
+    assert np.cov(explored.points.T, aweights=weighted(explored)) == pytest.approx(np.eye(UNKNOWNS), abs=0.25)
+
+
+def test_a_bent_problem_has_the_posterior_that_emcee_finds_without_an_emulator():
+    emcee = pytest.importorskip("emcee")
+    noise = white(0.3, amplitude=0.5)
+    explored = explored_by(target(bent, noise), 4, 1000)
+    assert explored.weights.trusted
+
+    def density(points):
+        return noise.log_likelihood(DATA - bent(points)) + log_prior(points)
+
+    direct = emcee.EnsembleSampler(60, UNKNOWNS, density, vectorize=True)
+    direct.random_state = np.random.RandomState(5).get_state()
+    direct.run_mcmc(0.1 * np.random.default_rng(6).standard_normal((60, UNKNOWNS)), 1200)
+    theirs = direct.get_chain(discard=400, thin=60, flat=True)
+    rows = np.random.default_rng(9).choice(1000, 600, p=weighted(explored))
+    ours = explored.points[np.unique(rows)]
+    for one, other in zip(ours.T, theirs.T, strict=True):
+        assert ks_2samp(one, other).pvalue > 0.005
+
+
+def test_an_emulator_that_is_wrong_is_corrected_by_the_weights():
+    """Its reach covers one mode only as far as simulations go; a kink inside it is nothing a polynomial can follow."""
+
+    def kinked(points):
+        return linear(points) + 0.4 * np.abs(points[:, :1])
+
+    noise = white(0.25)
+    explored = explored_by(target(kinked, noise), 10, 1000)
+    grid = np.random.default_rng(11).standard_normal((200_000, UNKNOWNS))  # from the prior, weighted by the likelihood
+    log = noise.log_likelihood(DATA - kinked(grid))
+    exact = np.exp(log - log.max()) @ grid / np.exp(log - log.max()).sum()
+    assert np.abs(weighted(explored) @ explored.points - exact).max() < 0.08
+
+
+def test_points_that_cannot_be_simulated_have_no_weight():
+    def half(points):
+        found = linear(points)
+        found[points[:, 0] > 0.8] = np.nan
+        return found
+
+    explored = explored_by(target(half, white(2.0)), 12, 100)
+    assert np.all(weighted(explored)[explored.points[:, 0] > 0.8] == 0.0)
+
+
+def test_a_start_that_cannot_be_simulated_is_an_error():
+    with pytest.raises(NumericalError, match="start"):
+        explored_by(target(lambda points: np.full((len(points), SAMPLES), np.nan), white(1.0)), 13)
+
+
+def test_the_same_seed_gives_the_same_draws():
+    first, second = (explored_by(target(bent, white(0.3)), 14, 100) for _ in range(2))
+    assert np.array_equal(first.points, second.points)
+    assert first.log_evidence == second.log_evidence

@@ -1,0 +1,51 @@
+"""The ensemble sampler and the evidence, against closed forms and against emcee."""
+
+import numpy as np
+import pytest
+from scipy.stats import ks_2samp
+
+from vasowave.inference.ensemble import sample
+from vasowave.inference.evidence import log_integral
+
+
+def banana(points):
+    """Log density of a bent valley; its integral is 2π · 0.5 · 1, its second marginal has mean 1."""
+    return -0.5 * points[:, 0] ** 2 - 0.5 * ((points[:, 1] - points[:, 0] ** 2) / 0.5) ** 2
+
+
+def drawn(density, rng, count=2, walkers=100, steps=2000):
+    ensemble = sample(density, rng.standard_normal((walkers, count)), steps, rng, keep_every=20)
+    half = len(ensemble.points) // 2
+    return ensemble.points[half:].reshape(-1, count), ensemble.log_density[half:].ravel()
+
+
+def test_draws_have_the_moments_of_the_density():
+    points, _ = drawn(banana, np.random.default_rng(1))
+    assert points[:, 0].var() == pytest.approx(1.0, abs=0.08)  # 5000 draws, correlated over about two
+    assert points[:, 1].mean() == pytest.approx(1.0, abs=0.1)
+    assert points[:, 1].var() == pytest.approx(2.25, rel=0.2)
+
+
+def test_draws_are_distributed_like_those_of_emcee():
+    emcee = pytest.importorskip("emcee")
+    rng = np.random.default_rng(2)
+    ours, _ = drawn(banana, rng)
+    other = emcee.EnsembleSampler(100, 2, banana, vectorize=True)
+    other.random_state = np.random.RandomState(3).get_state()
+    other.run_mcmc(rng.standard_normal((100, 2)), 1000)
+    theirs = other.get_chain(discard=400, thin=60, flat=True)
+    for ours_one, theirs_one in zip(ours[::5].T, theirs.T, strict=True):
+        assert ks_2samp(ours_one, theirs_one).pvalue > 0.01
+
+
+def test_stored_log_densities_belong_to_the_points():
+    points, values = drawn(banana, np.random.default_rng(4), steps=100)
+    assert np.allclose(values, banana(points))
+
+
+def test_the_evidence_of_a_bent_valley_is_its_integral():
+    rng = np.random.default_rng(5)
+    points, values = drawn(banana, rng)
+    found, error = log_integral(banana, points, values, rng)
+    assert error < 0.05
+    assert found == pytest.approx(np.log(2 * np.pi * 0.5), abs=4 * error)
