@@ -12,15 +12,23 @@ import pytest
 import vasowave
 
 SCRIPT = """
-import sys
+import sys, time
 from numba import njit
+from numba.extending import overload
 from vasowave import kernels
 kernels.inspect.getsource = lambda module: sys.argv[1]
+
+def twice(x): ...
+
+@overload(twice)
+def compile_twice(x):
+    time.sleep(4.0)  # so that processes that start together meet here
+    return lambda x: 2.0 * x
 
 @kernels.kept
 @njit
 def doubled(x):
-    return 2.0 * x
+    return twice(x)
 
 assert doubled(3.0) == 6.0
 print(sum(doubled.stats.cache_hits.values()), sum(doubled.stats.cache_misses.values()), doubled.stats.cache_path)

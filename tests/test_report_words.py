@@ -75,6 +75,22 @@ def test_wall_laws_are_compared_by_the_mean_over_animals_and_its_scatter(cohort_
     assert re.match(r"The residuals speak for the tangent wall: .* 12\.5 \[8\.8, 16\.2\] lower per animal", said)
 
 
+def test_how_the_wall_stiffens_is_told_by_the_exponent_pooled_over_animals():
+    trees = made_trees({"CTL": 3}, walls=("power",))
+    one = trees[0]["power/stiffening"].to_dataset()["exponent"]
+    assert (float(one), float(one.attrs["interval_low"])) == pytest.approx((1.7, 0.85))
+    alone = wall_answer(gathered(trees), "power")[1]
+    assert "power law; 0.5 is linear" in alone
+    assert "Only the power wall was fitted; nothing is known of others." in alone
+    two = made_trees({"CTL": 3}, walls=("linear", "power"))
+    said = wall_answer(gathered(two), "linear")[1]
+    # Alike and equally known: the errors of the logarithm, ln(4)/(2·1.96), decide, over √3, two degrees of freedom.
+    reach = stats.t.ppf(0.975, 2) * np.log(4) / (2 * stats.norm.ppf(0.975)) / np.sqrt(3)
+    size = with_interval(1.7, 1.7 * np.exp(-reach), 1.7 * np.exp(reach))
+    assert f"m = {size} (power law; 0.5 is linear; 3 animals pooled)" in said
+    assert "can look like curvature" in said
+
+
 def test_discarded_noise_models_stand_last_and_decide_nothing(cohort_trees):
     scores = {
         "se": ({"linear": -900.0, "tangent": -800.0}, 1),

@@ -16,7 +16,21 @@ def model_limits(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[s
     """Return sentences on what the fits leave open; nothing where nothing was fitted."""
     if not law:
         return []
-    return [*_residual(cohort, law), *_open(cohort, law, written), *_held(cohort, written)]
+    return [*_image_pressure(cohort), *_residual(cohort, law), *_open(cohort, law, written), *_held(cohort, written)]
+
+
+def _image_pressure(cohort: Cohort) -> list[str]:
+    """Say at which pressure the radii were measured, where the results tell."""
+    known = [float(data_of(tree, "network")["image_pressure"]) for tree in cohort.trees
+             if "image_pressure" in data_of(tree, "network")]  # fmt: skip
+    if not known:
+        return []
+    if not any(known):
+        return ["The pressure of the image is not known; radii are taken as those at 0 mmHg, which stiffness hangs on."]
+    low, high = number(min(known)), number(max(known))
+    return [
+        f"Radii are those at the image's pressure, {low if low == high else f'{low} to {high}'} mmHg, taken as exact."
+    ]
 
 
 def one_geometry(cohort: Cohort) -> list[str]:

@@ -1,9 +1,14 @@
 """Which wall law: what the residuals prefer, pooled over animals, and what can look like it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
+import xarray as xr
 
+from vasowave.animal.reading import data_of
 from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.pooling import pooled_mean
 from vasowave.cohort.votes import differences
 from vasowave.report.wording import number, with_interval
 
@@ -14,16 +19,55 @@ DECISIVE = 2.0
 
 def wall_answer(cohort: Cohort, law: str) -> tuple[str, str]:
     """Return question and answer."""
-    question = "Which wall?"
+    question, exponents = "Which wall?", _exponents(cohort)
+    caveat = [_LOOKS_LIKE] if exponents else []
     if len(cohort.walls) < 2:
-        return question, f"Only the {law} wall was fitted; nothing is known of others."
+        return question, " ".join([*exponents, f"Only the {law} wall was fitted; nothing is known of others.", *caveat])
     if not cohort.compared:
-        return question, "Several laws were fitted, but not compared by their residuals."
+        return question, " ".join([*exponents, "The laws were not compared by their residuals.", *caveat])
     table = differences(cohort.ballots, law)
     if not len(table):
-        return question, "No noise model of the residuals could be kept, so they prefer no law."
+        lost = "No noise model of the residuals could be kept, so they prefer no law."
+        return question, " ".join([*exponents, lost])
     said = [_one(row, law) if cohort.single else _pooled(row, law) for _, row in table.iterrows()]
-    return question, " ".join([*said, _LOOKS_LIKE])
+    return question, " ".join([*exponents, *said, _LOOKS_LIKE])
+
+
+def _exponents(cohort: Cohort) -> list[str]:
+    """Say how the wall stiffens where a law has a parameter for it, pooled over animals."""
+    said = []
+    for wall in cohort.walls:
+        trees = [tree for tree in cohort.calibrated(wall) if "stiffening" in tree[wall].children]
+        found = [data_of(tree, f"{wall}/stiffening")["exponent"] for tree in trees]
+        inside = [one for one in found if not int(one.attrs["at_bound"])]
+        if inside:
+            said.append(_exponent(wall, inside, len(found)))
+    return said
+
+
+def _exponent(wall: str, found: Sequence[xr.DataArray], count: int) -> str:
+    name, linear = found[0].attrs["parameter"], float(found[0].attrs["linear_at"])
+    value, low, high = _pooled_exponent(found)
+    verdict = "stiffens more than" if low > linear else "stiffens less than" if high < linear else ""
+    start = f"The wall {verdict}" if verdict else "Open is whether the wall stiffens more or less than"
+    animals = "" if count == 1 else f"; {len(found)} animals pooled"
+    others = f", {count - len(found)} at a bound left out" if len(found) < count else ""
+    size = with_interval(value, low, high)
+    return f"{start} a linear one: {name} = {size} ({wall} law; {linear:g} is linear{animals}{others})."
+
+
+def _pooled_exponent(found: Sequence[xr.DataArray]) -> tuple[float, float, float]:
+    """Return the exponent with the ends of its 95 % interval; of several animals, pooled on logarithms."""
+    from scipy.special import stdtrit
+
+    ends = np.log([(float(one.attrs["interval_low"]), float(one.attrs["interval_high"])) for one in found])
+    logs = np.log([float(one) for one in found])
+    if len(found) == 1:
+        return float(found[0]), float(np.exp(ends[0, 0])), float(np.exp(ends[0, 1]))
+    mean = pooled_mean(logs, np.diff(ends)[:, 0] / (2 * stdtrit(np.inf, 0.975)))
+    reach = float(stdtrit(mean.freedom, 0.975)) * mean.error
+    low, high = np.exp([mean.value - reach, mean.value + reach]).tolist()
+    return float(np.exp(mean.value)), low, high
 
 
 def _pooled(row: pd.Series, law: str) -> str:
