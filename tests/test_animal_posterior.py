@@ -20,8 +20,8 @@ def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_k
     table = tree["linear/inference"].to_dataset()
     fitted = tree["linear/calibration"].to_dataset()
     assert table["quantity"].values.tolist()[:1] == ["beta"]
-    assert np.all(table["interval_low"] < table["median"])
-    assert np.all(table["median"] < table["interval_high"])
+    assert np.all(table["interval_low"] <= table["median"])
+    assert np.all(table["median"] <= table["interval_high"])
     beta = table.sel(quantity="beta")
     assert float(beta["interval_low"]) < float(fitted["value"].sel(parameter="beta")) < float(beta["interval_high"])
     shares = sum(table[f"share_{name}"] for name in SHARES)

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from vasowave.datasets import control_network
 from vasowave.errors import InputError
 from vasowave.solver.practice import PAPER
 from vasowave.study.loading import load_animal
 from vasowave.study.plan import read_study
 from vasowave.study.settings import animal_settings
+from vasowave.vessel_table import read_network
 
 
 def test_the_papers_practice_is_one_word(make_study):
@@ -21,7 +21,7 @@ def test_the_papers_practice_is_one_word(make_study):
     animal = load_animal(study.animals[0], study.settings, folder)
     cells = animal.network.length / 0.025
     np.testing.assert_allclose(cells, np.rint(cells), atol=1e-9)
-    assert np.all(animal.network.length <= control_network().length + 1e-9)
+    assert np.all(animal.network.length <= read_network(folder / "n.csv").length + 1e-9)
 
 
 def test_a_practice_and_what_it_sets_itself_are_refused_together(make_study):
