@@ -96,13 +96,21 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
             "other_parameter": np.array(fit.correlation.columns, dtype=object),
         },
     )
-    network = fit.model.network
+    for name in ("symbol", "meaning"):
+        kept = [getattr(one, name) for one in fitted_parameters(type(fit.model.wall)).values()]
+        parameters[name] = ("parameter", np.array(kept, dtype=object))
+    parts = [_fitted(fit), parameters, correlation, starts, harmonics_dataset(fit)]
+    return xr.merge(parts, combine_attrs="override", join="exact")
+
+
+def _fitted(fit: Fit) -> xr.Dataset:
+    """Return the model that was fitted, the numbers that sum it up, its residual, and what is said of its law."""
     law, wall = fit.model.wall.law(), fit.model.wall
     walls = {
         name: _variable("vessel", value, what.unit, what.meaning)
         for name, value, what in zip(wall._fields, wall, law.parameters, strict=True)
     }
-    rest = xr.Dataset(
+    return xr.Dataset(
         {
             **walls,
             **_outlets(fit.model.outlets),  # type: ignore[arg-type]
@@ -110,9 +118,9 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
             "pressure_residual": _variable("time", fit.pressure_residual, "mmHg", "measured minus simulated pressure"),
         },
         coords={
-            "vessel": np.array(network.name, dtype=object),
+            "vessel": np.array(fit.model.network.name, dtype=object),
             "time": _variable("time", fit.compared.time, "s", "time of the compared pressure samples"),
-            **_terminals(network),
+            **_terminals(fit.model.network),
         },
         attrs={
             "wall": fit.wall,
@@ -124,14 +132,6 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
             **_blood(fit),
         },
     )
-    described = fitted_parameters(type(wall))
-    for name, kept in (
-        ("symbol", [one.symbol for one in described.values()]),
-        ("meaning", [one.meaning for one in described.values()]),
-    ):
-        parameters[name] = ("parameter", np.array(kept, dtype=object))
-    parts = [rest, parameters, correlation, starts, harmonics_dataset(fit)]
-    return xr.merge(parts, combine_attrs="override", join="exact")
 
 
 def harmonics_dataset(fit: Fit) -> xr.Dataset:

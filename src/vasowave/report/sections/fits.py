@@ -74,5 +74,5 @@ def _starts(fit: xr.Dataset) -> str:
     if count == 1:
         return "One start was made."
     if agree == count:
-        return f"All {count} starts of the optimization came to this optimum."
-    return f"Only {agree} of {count} starts of the optimization came to this optimum; the others are listed below."
+        return f"All {count} starts of the optimization came to this optimum, or into its bowl."
+    return f"Only {agree} of {count} starts of the optimization came to this optimum or into its bowl; the others are listed below."
