@@ -13,7 +13,7 @@ from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.errors import InputError
 from vasowave.noise.spectrum import fourier, known_variance, least_squares_covariance, noise_spectrum
-from vasowave.recording import Catheter, Recording, average_beats, correct_catheter, read_recording
+from vasowave.recording import Catheter, Recording, average_beats, correct_catheter, read_recording, resample
 from vasowave.selection import compare_models
 from vasowave.selection.choices import answers_by_harmonics
 
@@ -63,6 +63,13 @@ def test_a_number_or_all_can_be_asked_for_and_what_is_no_evidence_is_said():
 def test_other_choices_of_harmonics_are_refused(wrong):
     with pytest.raises(InputError, match="'signal', 'all', or a number of harmonics from 8"):
         Search(pressure_harmonics=wrong)
+
+
+def test_a_cycle_that_kept_its_first_harmonics_is_compared_at_the_samples_that_carry_them():
+    mouse = virtual_mouse()
+    cut = Recording(resample(resample(mouse.pressure, 41), 512), mouse.flow, mouse.period)  # 20 harmonics
+    assert compared_part(cut, "all").samples in (41, 42)
+    assert compared_part(cut).samples <= 41
 
 
 def test_more_harmonics_than_a_recording_holds_are_refused():

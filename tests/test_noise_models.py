@@ -1,7 +1,5 @@
 """Kernels, ARMA and restricted likelihood against independent implementations, and the table of one animal."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.linalg import null_space, toeplitz
@@ -16,7 +14,6 @@ from vasowave.errors import InputError
 from vasowave.noise.arma import autocovariance, concentrated
 from vasowave.noise.likelihood import FAMILIES, maximize
 from vasowave.noise.likelihood import concentrated as concentrated_over_amplitude
-from vasowave.recording import Recording, resample
 
 TIME = np.linspace(0, 0.11, 50, endpoint=False)
 
@@ -140,14 +137,6 @@ def test_the_table_of_an_animal_holds_every_covariance_and_is_ready_for_netcdf(t
     assert np.all(N == 128)
     clear = table["AICc_difference"] >= 5
     assert set(table["AICc_verdict"].values[clear]) <= {"worse"}
-
-
-def test_a_cycle_that_kept_its_first_harmonics_is_compared_at_the_samples_that_carry_them():
-    fits = [made_fit("linear"), made_fit("tangent")]
-    pressure = resample(fits[0].recording.pressure, 41)  # 20 harmonics
-    cut = Recording(resample(pressure, fits[0].N), fits[0].recording.flow, fits[0].recording.period)
-    table = selection.compare_models([replace(fit, recording=cut) for fit in fits], selection.Comparing(("circulant",)))
-    assert set(table["N"].values) == {41}
 
 
 def test_a_covariance_that_needs_much_regularization_is_discarded_and_stands_last_with_its_weight():

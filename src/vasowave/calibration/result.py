@@ -80,7 +80,9 @@ class Fit:
             f"{self.S:.4g} mmHg² over {self.N} samples (harmonics 0 to {self.compared.harmonics}); root mean square "
             f"{self.rmse:.3g} mmHg"
         )
-        facts["starts"] = f"{int(self.starts['agrees'].sum())} of {len(self.starts)} came to this optimum or into its bowl"
+        facts["starts"] = (
+            f"{int(self.starts['agrees'].sum())} of {len(self.starts)} came to this optimum or into its bowl"
+        )
         return card(f"Fit, {self.wall} wall: {self.model.wall.law().formula}", facts, self.warnings)
 
     @property

@@ -30,7 +30,7 @@ _NAMES = (
 
 
 @app.command(
-    epilog=f"{_NAMES} Examples: vasowave simulate network.csv cycle.csv --wall power --set beta=60 --set m=2; "
+    epilog=f"{_NAMES} Example: vasowave simulate network.csv cycle.csv --wall power --set beta=60 --set m=2; "
     "vasowave simulate my-mouse --set R_T=120"
 )
 def simulate(
@@ -64,7 +64,7 @@ def simulate(
 
 
 @app.command(
-    epilog=f"{_NAMES} Examples: vasowave sweep network.csv cycle.csv --vary beta=30:90:7 --vary R_T=60,80; "
+    epilog=f"{_NAMES} Example: vasowave sweep network.csv cycle.csv --vary beta=30:90:7 --vary R_T=60,80; "
     "vasowave sweep my-mouse --vary tau=0.05:0.3:20"
 )
 def sweep(

@@ -65,13 +65,12 @@ def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) ->
         axis, columns = f"relative to the {primary.law} wall [1]", ("value [95 %]", "")
         caption = (
             f"The {primary.law} wall's values with their 95 % intervals (diamonds), and on the same scale those of "
-            "other "
-            "walls and what the recording alone says."
+            "other walls and what the recording alone says."
         )
     else:
         rows = group_rows(cohort, primary, called) if len(primary.rows) else []
         axis, columns = f"ratio to {short(cohort.reference)} [1]", ("ratio [95 %]", "p")
-        caption = _ratios_caption(cohort, primary)
+        caption = _ratios_caption(cohort, primary) if rows else ""
     return [Drawing("Forest", caption, forest_figure(rows, looks, sources, axis, columns))] if rows else []
 
 
@@ -82,8 +81,7 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
     model = f"; model: {primary.law} wall (other walls small)" if primary.law else ""
     return (
         f"Ratio to {reference} with 95 % interval, animals weighted by how well each is known{model}. p holds "
-        "for all "
-        f"{len(primary.rows)} rows together ({which} relabelings). Faint: every animal over the mean of "
+        f"for all {len(primary.rows)} rows together ({which} relabelings). Faint: every animal over the mean of "
         f"{reference}."
     )
 

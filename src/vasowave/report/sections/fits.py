@@ -75,4 +75,5 @@ def _starts(fit: xr.Dataset) -> str:
         return "One start was made."
     if agree == count:
         return f"All {count} starts of the optimization came to this optimum, or into its bowl."
-    return f"Only {agree} of {count} starts of the optimization came to this optimum or into its bowl; the others are listed below."
+    said = f"Only {agree} of {count} starts of the optimization came to this optimum or into its bowl"
+    return f"{said}; the others are listed below."
