@@ -11,7 +11,6 @@ import xarray as xr
 from vasowave.errors import InputError, VasowaveError, did_you_mean
 from vasowave.model import Model
 from vasowave.nominal import windkessels
-from vasowave.outlets import Windkessel
 from vasowave.recording import Inflow, Recording
 from vasowave.recording.cycle import resample
 from vasowave.solver.numerics import Numerics
@@ -133,9 +132,9 @@ def changed_model(model: Model, values: Mapping[str, float]) -> Model:
     if sizes:
         network = replace(network, **sizes)
     if any(name in values for name in _BEDS):
-        if not isinstance(beds, Windkessel):
-            raise InputError("R_T, a and tau are those of Windkessel outlets; this model has others")
-        tau = float(np.median((beds.R1 + beds.R2) * beds.C))
+        tau = float(np.median(beds.time_constants())) / (1.0 - beds.resistance_ratio())
+        if not np.isfinite(tau):
+            raise InputError("R_T, a and tau are those of outlets with a time constant; those of this model have none")
         usual = {"R_T": beds.total_resistance(), "a": beds.resistance_ratio(), "tau": tau}
         now = usual | {name: values[name] for name in _BEDS if name in values}
         beds = windkessels(network, now["R_T"], now["tau"], now["a"])
