@@ -49,6 +49,42 @@ def estimates(tree: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
     return Table.of("", f"{wall.capitalize()} wall: the parameters and their search", shown)
 
 
+def posterior(tree: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
+    """Return what the posterior of one wall law says of every quantity, and where its uncertainty comes from."""
+    data = data_of(tree, f"{wall}/inference")
+    header = (
+        "quantity",
+        "median [95 %]",
+        "assumed before [95 %]",
+        "from recording",
+        "from image",
+        "from model",
+        "assumed",
+    )
+    rows: list[Row] = []
+    for name in data["quantity"].values:
+        one = data.sel(quantity=name)
+        value, before = (_range(one, *ends) for ends in ((*_MIDDLE, "median"), ("prior_low", "prior_high")))
+        shares = [float(one[f"share_{source}"]) for source in ("recording", "image", "model", "prior")]
+        cells = ["" if np.isnan(share) else f"{100 * share:.0f} %" for share in shares]
+        rows.append((with_unit(f"{name} [{one['unit'].item()}]", written), value, before, *cells))
+    trusted = "may be believed" if data.attrs["trusted"] else "must not be believed"
+    note = (
+        "Parameters, geometry and the model's own error are unknown together; the shares say where the variance comes "
+        f"from. Pareto k {float(data['k_hat']):.2f}, {float(data['effective']):.0f} effective draws: the numbers "
+        f"{trusted}."
+    )
+    return Table("", f"{wall.capitalize()} wall: posterior", header, rows, note)
+
+
+_MIDDLE = ("interval_low", "interval_high")
+
+
+def _range(one: xr.Dataset, low: str, high: str, middle: str = "") -> str:
+    ends = f"[{number(float(one[low]))}, {number(float(one[high]))}]"
+    return f"{number(float(one[middle]))} {ends}" if middle else ends
+
+
 def correlations(tree: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
     """Return the correlation of the estimates of one wall law."""
     matrix = data_of(tree, f"{wall}/calibration")["correlation"]
