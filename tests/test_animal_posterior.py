@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import from_bytes, to_bytes
@@ -12,6 +13,7 @@ from vasowave.datasets import control_network, virtual_mouse
 from vasowave.study.journal import Journal
 
 
+@pytest.mark.validation
 def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_kept_simulations(tmp_path):
     mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
     settings = Settings(walls=("linear",), starts=1, inference="posterior")

@@ -69,6 +69,7 @@ def sealed(tmp_path_factory):
     return installed(tmp_path_factory.mktemp("sealed"), writable=False)
 
 
+@pytest.mark.validation
 def test_a_read_only_installation_compiles_once_for_all_processes_and_anew_for_another_source(sealed, tmp_path):
     """Two start together: one compiles, the other waits and loads; one of another source meets none of it."""
     first, second, other = map(told, [started(sealed, tmp_path, source) for source in ("one", "one", "another")])

@@ -66,6 +66,7 @@ def test_the_file_holds_the_groups_that_arviz_reads(found, tmp_path):
         assert np.array_equal(beta.to_numpy().ravel(), found.draws("beta"))
 
 
+@pytest.mark.validation
 def test_a_run_goes_on_from_its_file_with_the_same_result(tmp_path):
     path, counts = tmp_path / "kept.npz", []
 

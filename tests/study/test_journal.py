@@ -73,6 +73,7 @@ def begun(folder, least, patience=120.0):
     raise AssertionError("the run did not come so far")
 
 
+@pytest.mark.validation
 def test_a_run_that_is_killed_after_its_third_search_keeps_three_and_ends_with_the_same_numbers(make_study):
     settings = "groups: [CTL]\ncalibration: {walls: [linear], starts: 8}\n"
     folder = make_study("killed", 1, settings)
