@@ -10,6 +10,7 @@ from vasowave.animal.files import from_bytes, to_bytes
 from vasowave.animal.pipeline import analyze
 from vasowave.animal.posterior import SHARES
 from vasowave.datasets import control_network, virtual_mouse
+from vasowave.report import write_report
 from vasowave.study.journal import Journal
 
 
@@ -37,3 +38,5 @@ def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_k
     assert kept.is_file()
     again = analyze(mouse, settings, kept=Journal(tmp_path / "key.jsonl"))
     np.testing.assert_array_equal(again["linear/inference"]["median"], table["median"])
+    page = write_report([tree], tmp_path / "report", pdf=False).with_name("supplement.html").read_text("utf-8")
+    assert "Linear wall: posterior" in page

@@ -69,7 +69,7 @@ def _animal(tree: xr.DataTree, place: int, color: str, written: dict[str, str]) 
         caption = "Measured (black) and fitted pressure and flow at the inlet, and what is left."
         blocks.append(Drawing(f"fit-{place}", caption, fit_figure(tree, color)))
     blocks.append(tables.values(tree, written))
-    drawn = [wall for wall in wall_laws(tree) if f"{wall}/inference" in tree]
+    drawn = [wall for wall in wall_laws(tree) if "inference" in tree[wall].children]
     blocks += [tables.posterior(tree, wall, written) for wall in drawn]
     if "beats" in tree.children and "trace_pressure" in data_of(tree, "beats").data_vars:
         blocks.append(Drawing(f"beats-{place}", _beats_caption(tree), beats_figure(tree)))
