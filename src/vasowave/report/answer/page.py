@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+from vasowave.animal.reading import data_of
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.permutation import MOST_RELABELINGS
 from vasowave.cohort.primary import Family, Primary, relabelings
@@ -87,7 +88,8 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
 
 
 def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
-    single = "Measured (black) and fitted pressure and flow at the inlet; grey: SD of the beats."
+    scatter = "; grey: SD of the beats" if "pressure_sd" in data_of(cohort.trees[0], "recording") else ""
+    single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}."
     caption = single if cohort.single else "Measured pressure and flow of every animal."
     waves: list[Block] = [Drawing("Measured", caption, waveforms_figure(cohort))]
     if not law:
