@@ -16,6 +16,8 @@ from vasowave.calibration import Search as Search
 from vasowave.calibration import profile_likelihood as profile_likelihood
 from vasowave.datasets import control_network as control_network
 from vasowave.datasets import virtual_mouse as virtual_mouse
+from vasowave.exchange import export_model as export_model
+from vasowave.exchange import read_openbf as read_openbf
 from vasowave.inference import Posterior as Posterior
 from vasowave.inference import Priors as Priors
 from vasowave.inference import posterior as posterior

@@ -1,0 +1,93 @@
+"""Where a command takes its model from: network and recording, the folder of a fit, or a file of openBF."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from vasowave.blood import Blood
+    from vasowave.model import Model
+    from vasowave.recording import Inflow, Recording
+    from vasowave.solver import Numerics
+
+NETWORK = typer.Argument(
+    help="Vessel table (CSV or Excel); or, alone, the folder of a fit or a study: its fitted model; or openBF's YAML."
+)
+RECORDING = typer.Argument(help="One averaged cycle; its flow is the inflow. Only with a vessel table.")
+PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
+ANIMAL = typer.Option(help="Animal of a study.")
+WALL = typer.Option(help="Wall law: linear, tangent, power, or module:Class; of a fit, the first that was fitted.")
+FRICTION = typer.Option(help="boundary-layer (the paper's eq. 2), poiseuille, or power-law; of a fit, its own.")
+CELL = typer.Option(help="Longest cell, cm.")
+ACCURACY = typer.Option(help="Largest numerical error of the pressure, mmHg: cells and steps are chosen from it.")
+_OPENBF = (".yaml", ".yml")
+
+
+def model_from(
+    network: Path, recording: Sequence[Path], period: float | None, animal: str, wall: str, friction: str
+) -> "tuple[Model, Recording | Inflow]":
+    """Return the nominal model of a network and a cycle, the fitted one of a folder, or openBF's, and what flows in."""
+    from vasowave.blood import FRICTIONS, Blood
+    from vasowave.errors import InputError, did_you_mean
+
+    if friction and friction not in FRICTIONS:
+        hint = did_you_mean(friction, FRICTIONS)
+        raise InputError(f"unknown friction '{friction}'{hint}; there are: {', '.join(FRICTIONS)}")
+    blood = Blood(friction=FRICTIONS[friction]()) if friction else None
+    alone = network.is_dir() or network.suffix.lower() in _OPENBF
+    if not alone:
+        return _nominal(network, recording, period, wall, blood or Blood())
+    if recording:
+        raise InputError(f"{network} brings the flow into it along; leave the recording out")
+    model, flow = _fitted(network, animal, wall) if network.is_dir() else _openbf(network, wall)
+    return (model.changed(blood=blood) if blood else model), flow
+
+
+def numerics_from(cell_size: float | None, accuracy: float | None) -> "Numerics":
+    """Return the numerics with what was given."""
+    from vasowave.solver import Numerics
+
+    given = {"cell_size": cell_size, "accuracy": accuracy}
+    return Numerics(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
+
+
+def _fitted(folder: Path, animal: str, wall: str) -> "tuple[Model, Recording]":
+    from vasowave.animal.stored import stored_model, stored_recording
+    from vasowave.errors import InputError
+    from vasowave.study.results import read_results
+
+    results = read_results(folder)
+    if not animal and len(results) > 1:
+        raise InputError(f"{folder}: name one of its animals with --animal: {', '.join(results)}")
+    name = animal or next(iter(results))
+    if name not in list(results):
+        raise InputError(f"{folder}: no animal '{name}'; there are: {', '.join(results)}")
+    tree = results[name]
+    return stored_model(tree, wall), stored_recording(tree)
+
+
+def _openbf(file: Path, wall: str) -> "tuple[Model, Inflow]":
+    from vasowave.errors import InputError
+    from vasowave.exchange import read_openbf
+
+    if wall not in ("", "linear"):
+        raise InputError(f"{file}: openBF's wall is the linear one; leave --wall out")
+    return read_openbf(file)
+
+
+def _nominal(network: Path, recording: Sequence[Path], period: float | None, wall: str, blood: "Blood"
+             ) -> "tuple[Model, Recording]":  # fmt: skip
+    from vasowave.errors import InputError
+    from vasowave.laws import find_law
+    from vasowave.model import Model
+    from vasowave.nominal import estimate_nominal
+    from vasowave.recording import read_recording
+    from vasowave.vessel_table import read_network
+
+    if not recording:
+        raise InputError(f"{network}: a network needs the recording of a cycle too, whose flow enters it")
+    vessels, cycle = read_network(network), read_recording(*recording, period=period)
+    nominal = estimate_nominal(vessels, cycle, blood)
+    return Model(vessels, nominal.wall(find_law(wall or "linear")), nominal.outlets, blood), cycle

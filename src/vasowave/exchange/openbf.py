@@ -1,0 +1,134 @@
+"""A model as input of openBF (0.8 and later): a YAML file of the network and a table of the inflow, in SI units.
+
+openBF's tube law is eq. 3 with β = E h0/((1 - σ²) R0), σ = 1/2, and its friction 2π (ζ + 2) μ/ρ · q/A with a whole
+number ζ (``gamma_profile``) a vessel and one viscosity μ for all.
+"""
+
+import math
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from vasowave.errors import VasowaveWarning
+from vasowave.exchange.solved import Solved, windkessel
+from vasowave.exchange.tube_law import LinearTube, linear_tube
+from vasowave.units import MMHG
+
+FILE, INLET = "openbf.yaml", "openbf_inlet.dat"
+PA = MMHG / 10.0
+"""One mmHg in Pa."""
+
+POISSON = 0.75
+"""1 - σ² of an incompressible wall, as openBF takes it."""
+
+_THICKNESS = 0.1  # h0/R0 that is written; E follows, only their product matters
+_LONGEST_CELL, _FEWEST_CELLS = 0.025, 5  # cm; openBF's own limit
+_LEAST_PROFILE, _ROUNDED_PROFILE = 2, 10  # lowest exponent that openBF documents; from 10 on rounding costs below 4.2 %
+
+
+def write_openbf(solved: Solved, folder: Path) -> list[str]:
+    """Write ``openbf.yaml`` and its inlet file into `folder` and return what their reader should know.
+
+    Raises
+    ------
+    InputError
+        Outlets that are no Windkessels, or a wall that no linear law replaces.
+
+    Warns
+    -----
+    VasowaveWarning
+        A junction of more than three vessels, which earlier versions of openBF refuse.
+    """
+    network, tube = solved.network, linear_tube(solved)
+    crowded = [network.name[row] for row, daughters in enumerate(network.daughters) if len(daughters) > 2]
+    if crowded:
+        warnings.warn(f"vessel '{crowded[0]}' has more than two daughters; openBF refuses that before its general "
+                      "junctions of 2026", VasowaveWarning, stacklevel=2)  # fmt: skip
+    viscosity, profiles, error = _friction(solved)
+    content = {
+        "project_name": "openbf",
+        "inlet_file": INLET,
+        "write_results": ["P", "Q", "u", "A"],
+        "solver": {"Ccfl": 0.9, "cycles": 100, "convergence_tolerance": 0.05, "jump": 100},
+        "blood": {"rho": 1e3 * solved.model.blood.density, "mu": viscosity},
+        "network": _vessels(solved, tube, profiles),
+    }
+    notes = [_law_note(tube, network.name), _friction_note(error)]
+    header = "".join(f"# {line}\n" for line in ["Made by vasowave. SI units: m, s, Pa.", *notes])
+    (folder / FILE).write_text(header + yaml.safe_dump(content, sort_keys=False, width=120), encoding="utf-8")
+    flow = 1e-6 * np.append(solved.inflow.flow, solved.inflow.flow[0])
+    time = np.linspace(0.0, solved.inflow.period, len(flow))
+    rows = (f"{t!r} {q!r}\n" for t, q in zip(time.tolist(), flow.tolist(), strict=True))
+    (folder / INLET).write_text("".join(rows), encoding="ascii")
+    return notes
+
+
+def _law_note(tube: LinearTube, names: tuple[str, ...]) -> str:
+    worst = int(np.argmax(tube.misfit))
+    if tube.misfit[worst] < 1e-6:
+        return "openBF's tube law is the model's own."
+    return (
+        "openBF's tube law has the area and the stiffness of the model's wall at each vessel's mean pressure; over the "
+        f"cycle their pressures differ by up to {tube.misfit[worst]:.2g} mmHg (vessel '{names[worst]}')."
+    )
+
+
+def _friction(solved: Solved) -> tuple[float, np.ndarray, float]:
+    """Return μ (Pa s), the whole exponent of each vessel, and the largest relative error of the friction.
+
+    Where the model's friction is that of a whole exponent from 2 on, μ is blood's. Elsewhere μ is chosen so that the
+    exponents are 10 and more, and rounding them changes little.
+    """
+    blood, drag = solved.model.blood, solved.drag
+    exponents = drag / (2 * math.pi * blood.viscosity) - 2.0 if blood.viscosity else np.full(len(drag), 2.0)
+    viscosity = blood.viscosity
+    if np.any(exponents < _LEAST_PROFILE - 1e-9) or np.any(np.abs(exponents - np.round(exponents)) > 1e-9):
+        viscosity = float(drag.min()) / (2 * math.pi * (_ROUNDED_PROFILE + 2))
+        exponents = drag / (2 * math.pi * viscosity) - 2.0
+    whole = np.round(exponents)
+    error = float(np.max(np.abs((whole + 2) / (exponents + 2) - 1.0)))
+    return 0.1 * viscosity * blood.density, whole.astype(int), error
+
+
+def _friction_note(error: float) -> str:
+    if error < 1e-9:
+        return "Friction is the model's."
+    return (
+        f"mu and gamma_profile together give the model's friction at mean area, to {100 * error:.1f} %; mu alone is "
+        "not the viscosity of this blood."
+    )
+
+
+def _vessels(solved: Solved, tube: LinearTube, profiles: np.ndarray) -> list[dict[str, Any]]:
+    network, nodes = solved.network, _nodes(solved)
+    beds = dict(zip(network.terminals.tolist(), zip(*map(np.asarray, windkessel(solved.model, "openBF"))), strict=True))
+    found = []
+    for row in np.concatenate(network.generations).tolist():
+        radius = 1e-2 * math.sqrt(tube.area0[row] / math.pi)
+        cells = max(_FEWEST_CELLS, math.ceil(network.length[row] / _LONGEST_CELL))
+        vessel: dict[str, Any] = {
+            "label": network.name[row],
+            "sn": nodes[int(network.parent[row])],
+            "tn": nodes[row],
+            "L": 1e-2 * float(network.length[row]),
+            "M": cells,
+            "R0": radius,
+            "h0": _THICKNESS * radius,
+            "E": POISSON / _THICKNESS * float(tube.beta[row]) * PA,
+            "gamma_profile": int(profiles[row]),
+        }
+        if row in beds:
+            R1, R2, C = beds[row]
+            vessel |= {"R1": float(R1) * PA * 1e6, "R2": float(R2) * PA * 1e6, "Cc": float(C) * 1e-6 / PA}
+            vessel["inlet_impedance_matching"] = False
+        found.append(vessel)
+    return found
+
+
+def _nodes(solved: Solved) -> dict[int, int]:
+    """Return the number of the node at the end of each vessel; -1 stands for the inlet, which openBF numbers 1."""
+    order = np.concatenate(solved.network.generations).tolist()
+    return {-1: 1} | {row: number for number, row in enumerate(order, 2)}

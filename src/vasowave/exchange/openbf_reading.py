@@ -1,0 +1,241 @@
+"""openBF's YAML back to a model and its inflow."""
+
+import math
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from vasowave.blood import Blood, PowerLaw
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.exchange.openbf import PA, POISSON
+from vasowave.model import Model
+from vasowave.network import Network
+from vasowave.outlets import Windkessel
+from vasowave.recording import Inflow
+from vasowave.textfile import read_lines, regular_file
+from vasowave.walls import LinearWall
+
+_LARGEST = 8 << 20  # bytes; no network is longer
+_FEWEST_SAMPLES = 512  # of an inflow that is not even in time
+_MOST_FLOW = 1.0  # m³/s, a thousand hearts: the column is a pressure
+_PROFILE = 2.0  # openBF's default
+_DEFAULT_THICKNESS = (0.2802, -505.3, 0.1324, -11.14)  # a, b, c, d of h0 = R0 (a exp(b R0) + c exp(d R0)), R0 in m
+
+
+def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
+    """Read a model and its inflow from the YAML file of openBF and the inlet file that it names.
+
+    The tube law is openBF's own; an external pressure becomes part of it: p = (β - P) (√(A/A0') - 1) with
+    √(A0'/A0) = (β - P)/β. Two-element Windkessels, and those that openBF matches to their vessel, get ρ c0/A0 as R1.
+
+    Parameters
+    ----------
+    path : path
+        Lengths in m, pressures in Pa, flow in m³/s, as openBF has them.
+
+    Raises
+    ------
+    InputError
+        A file that is none of openBF's, a key that is missing or no number, a network that is no tree, an outlet
+        without a Windkessel, an inlet file that is no table of time and flow.
+
+    Warns
+    -----
+    VasowaveWarning
+        What the model cannot hold: a taper, for which the cylinder of the same volume is taken; velocity profiles that
+        differ between vessels, for which one of the same dissipation is taken; a resistance that had to be split;
+        walls that are viscoelastic.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network, mouse = vw.control_network(), vw.virtual_mouse()
+    >>> beds = vw.estimate_nominal(network, mouse).outlets
+    >>> model = vw.Model(network, vw.LinearWall(60.0), beds, vw.Blood(friction=vw.Poiseuille()))
+    >>> _ = vw.export_model(model, mouse, "openbf", "lung-openbf")
+    >>> back, inflow = vw.read_openbf("lung-openbf/openbf.yaml")
+    >>> back
+    Model(LinearWall(beta 60), Windkessel, Network(21 vessels, ...))
+    """
+    path = regular_file(path)
+    config = _config(path)
+    vessels = [_Vessel(path, number, one) for number, one in enumerate(_part(path, config, "network", list), 1)]
+    if not vessels:
+        raise InputError(f"{path}: 'network' lists no vessel")
+    fluid = _Vessel(path, 0, _part(path, config, "blood", dict))
+    density, viscosity = fluid.number("rho"), fluid.number("mu")
+    parent, length = np.array(_parents(path, vessels)), np.array([1e2 * one.number("L") for one in vessels])
+    beta, radius = np.array([_wall(one) for one in vessels]).T
+    network = Network(
+        tuple(one.name for one in vessels), parent, length, 1e2 * radius,
+        where=lambda row: f"{path}, vessel {row + 1}",
+    )  # fmt: skip
+    blood = Blood(1e-3 * density, 1e4 * viscosity / density, PowerLaw(_profile(network, vessels)))
+    outlets = Windkessel(
+        *np.array([_bed(vessels[row], density, beta[row], radius[row]) for row in network.terminals]).T
+    )
+    model = Model(network, LinearWall(beta / PA), outlets, blood)
+    return model, _inflow(path, config)
+
+
+class _Vessel:
+    """One mapping of the file, which knows where it stands."""
+
+    def __init__(self, path: Path, number: int, values: Any) -> None:
+        self.place = f"{path}, vessel {number}" if number else f"{path}, blood"
+        if not isinstance(values, Mapping):
+            raise InputError(f"{self.place}: is not a list of keys and values, as openBF's files have it")
+        self.values = values
+        self.name = str(values.get("label", "")).strip()
+        self.place += f" ('{self.name}')" if self.name else ""
+
+    def has(self, key: str) -> bool:
+        return key in self.values
+
+    def number(self, key: str, default: float | None = None, least: float = 0.0) -> float:
+        value = self.values.get(key, default)
+        try:
+            found = float(value)
+        except (TypeError, ValueError):
+            what = f"no '{key}'" if value is None else f"'{key}' is {value!r}, not a number"
+            raise InputError(f"{self.place}: {what}; openBF needs it") from None
+        if isinstance(value, bool) or not math.isfinite(found) or found < least:
+            raise InputError(f"{self.place}: '{key}' is {value!r}; it must be a number of at least {least:g}")
+        return found
+
+    def node(self, key: str) -> int:
+        found = self.number(key)
+        if found != int(found):
+            raise InputError(f"{self.place}: '{key}' is {found:g}; nodes are whole numbers")
+        return int(found)
+
+    def warn(self, message: str) -> None:
+        warnings.warn(f"{self.place}: {message}", VasowaveWarning, stacklevel=4)
+
+
+def _config(path: Path) -> Mapping[str, Any]:
+    if path.stat().st_size > _LARGEST:
+        raise InputError(f"{path}: larger than {_LARGEST >> 20} MB; no file of openBF is")
+    try:
+        config = yaml.safe_load(path.read_bytes())
+    except (yaml.YAMLError, UnicodeDecodeError, ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not YAML ({' '.join(str(error).split())[:200]})") from None
+    if not isinstance(config, Mapping) or "network" not in config:
+        raise InputError(f"{path}: no 'network'; this is no configuration of openBF")
+    return config
+
+
+def _part(path: Path, config: Mapping[str, Any], key: str, kind: type) -> Any:
+    found = config.get(key)
+    if not isinstance(found, kind):
+        raise InputError(f"{path}: '{key}' is missing or is no {'list' if kind is list else 'section'}")
+    return found
+
+
+def _parents(path: Path, vessels: list[_Vessel]) -> list[int]:
+    """Return the row of each vessel's parent: the vessel that ends where it begins."""
+    ends: dict[int, int] = {}
+    for row, one in enumerate(vessels):
+        node = one.node("tn")
+        if node in ends:
+            raise InputError(
+                f"{path}: vessels '{vessels[ends[node]].name}' and '{one.name}' both end at node {node}; vasowave's "
+                "networks are trees"
+            )
+        ends[node] = row
+    return [ends.get(one.node("sn"), -1) for one in vessels]
+
+
+def _wall(one: _Vessel) -> tuple[float, float]:
+    """Return β (Pa) and the radius at no pressure (m), the external pressure taken into the law."""
+    proximal = one.number("Rp" if one.has("Rp") and not one.has("R0") else "R0")
+    distal = one.number("Rd", proximal) if not one.has("R0") else proximal
+    radius = math.sqrt((proximal**2 + proximal * distal + distal**2) / 3.0)
+    if radius <= 0:
+        raise InputError(f"{one.place}: its radius is zero")
+    if abs(proximal - distal) > 1e-9 * radius:
+        one.warn(f"tapers from {1e3 * proximal:.3g} to {1e3 * distal:.3g} mm; the cylinder of its volume was taken")
+    if one.values.get("visco-elastic"):
+        one.warn("its wall is viscoelastic; the elastic part was taken")
+    a, b, c, d = _DEFAULT_THICKNESS
+    thickness = one.number("h0", radius * (a * math.exp(b * radius) + c * math.exp(d * radius)))
+    beta, outside = one.number("E") * thickness / (POISSON * radius), one.number("Pext", 0.0, least=-math.inf)
+    if not beta > max(outside, 0.0):
+        raise InputError(
+            f"{one.place}: its wall (β {beta:.3g} Pa) collapses under Pext {outside:.3g} Pa; check E and h0"
+        )
+    return beta - outside, radius * (beta - outside) / beta
+
+
+def _bed(one: _Vessel, density: float, beta: float, radius: float) -> tuple[float, float, float]:
+    """Return R1, R2 and C of the bed behind a terminal vessel, mmHg s/ml and ml/mmHg."""
+    if one.has("Rt") or not (one.has("R1") and one.has("Cc")):
+        raise InputError(f"{one.place}: ends without a Windkessel; give it R1, R2 and Cc (vasowave knows no Rt)")
+    first, second = one.number("R1"), one.number("R2", 0.0)
+    matched = one.values.get("inlet_impedance_matching", False) is True
+    if matched or not second:
+        whole = first + second
+        first = math.sqrt(density * beta / 2.0) / (math.pi * radius**2)  # ρ c0/A0, c0 = √(β/2ρ)
+        if not first < whole:
+            raise InputError(
+                f"{one.place}: its resistance {whole:.3g} Pa s/m³ lies below its own impedance {first:.3g}"
+            )
+        second = whole - first
+        one.warn(f"its Windkessel was given R1 = ρ c0/A0 = {first:.3g} Pa s/m³, out of {whole:.3g} in all")
+    return first / (1e6 * PA), second / (1e6 * PA), 1e6 * PA * one.number("Cc")
+
+
+def _profile(network: Network, vessels: list[_Vessel]) -> float:
+    """Return the exponent of the velocity profile that dissipates as much of the mean flow as the vessels' own."""
+    exponents = np.array([one.number("gamma_profile", _PROFILE, least=-1.9) for one in vessels])
+    if np.ptp(exponents) == 0:
+        return float(exponents[0])
+    weight = network.flow_fraction**2 * network.length / network.radius**4
+    mean = float(np.sum(weight * (exponents + 2)) / np.sum(weight)) - 2.0
+    vessels[0].warn(f"gamma_profile differs between vessels ({exponents.min():g} to {exponents.max():g}); {mean:.3g}, "
+                    "with the same losses of the mean flow, was taken for all")  # fmt: skip
+    return mean
+
+
+def _inflow(path: Path, config: Mapping[str, Any]) -> Inflow:
+    name = str(config.get("inlet_file") or f"{config.get('project_name', '')}_inlet.dat")
+    file = path.parent / name
+    table = _two_columns(file)
+    time, flow = table[:, 0], 1e6 * table[:, 1]
+    if len(time) < 2 or time[0] != 0 or np.any(np.diff(time) <= 0):
+        raise InputError(f"{file}: times must begin at 0 and increase; its last one is the period")
+    if np.abs(table[:, 1]).max() > _MOST_FLOW:
+        raise InputError(
+            f"{file}: {np.abs(table[:, 1]).max():.3g} m³/s is no flow; vasowave takes a flow into the root"
+        )
+    steps, period = len(time) - 1, float(time[-1])
+    even = np.allclose(np.diff(time), period / steps, rtol=1e-3) and math.isclose(
+        flow[-1], flow[0], abs_tol=1e-3 * float(np.ptp(flow)) + 1e-300
+    )
+    if even and steps >= _FEWEST_SAMPLES // 16:
+        return Inflow(flow[:-1], period)
+    count = max(_FEWEST_SAMPLES, 4 * steps)
+    return Inflow(np.interp(np.arange(count) * period / count, time, flow), period)
+
+
+def _two_columns(file: Path) -> np.ndarray:
+    rows = []
+    for block in read_lines(file):
+        for number, text in enumerate(block.texts, block.first):
+            cells = text.replace(",", " ").split()
+            if not cells:
+                continue
+            try:
+                row = [float(cell) for cell in cells]
+            except ValueError:
+                row = []
+            if len(row) != 2 or not np.all(np.isfinite(row)):
+                raise InputError(f"{file}, line {number}: '{text.strip()[:60]}' is not a time and a flow")
+            rows.append(row)
+    if not rows:
+        raise InputError(f"{file}: the file is empty")
+    return np.array(rows)

@@ -1,0 +1,97 @@
+"""A cycle of waves as a series that ParaView plays: one PolyData file a frame, and the file of their times.
+
+Tubes that widen and narrow as the vessels do, with pressure, flow, area and velocity at every point.
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.exchange.solved import Solved
+from vasowave.exchange.tubes import SIDES, points_at, quadrilaterals, ring_directions
+from vasowave.imaging.exchange.polydata import data_array
+
+FILE, FRAMES = "waves.pvd", "frames"
+_COUNT = 64  # frames of a cycle
+_MOST_PLACES = 40  # rings of a vessel that its axis alone asks for
+_HEAD = (
+    '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64" '
+    'compressor="vtkZLibDataCompressor"><PolyData>\n'
+)
+
+
+class _Tube(NamedTuple):
+    """One vessel: its axis, the directions to its rings, and its waves there."""
+
+    points: np.ndarray  # (place, 3) cm
+    around: np.ndarray  # (place, side, 3)
+    waves: dict[str, np.ndarray]  # each (time, place)
+
+
+def write_paraview(solved: Solved, folder: Path, axes: list[np.ndarray], frames: int = _COUNT) -> list[str]:
+    """Write ``waves.pvd`` and its frames into `folder` and return what their reader should know.
+
+    Parameters
+    ----------
+    solved : Solved
+    folder : Path
+    axes : list of float array, shape (point, 3)
+        Of each vessel, x, y, z in cm.
+    frames : int
+        Of one cycle.
+    """
+    tubes = [_tube(solved, row, axis) for row, axis in enumerate(axes)]
+    first = np.cumsum([0, *(SIDES * len(tube.points) for tube in tubes)])
+    faces = np.concatenate([quadrilaterals(len(tube.points), start) for tube, start in zip(tubes, first, strict=False)])
+    owner = np.concatenate([np.full(SIDES * len(tube.points), row) for row, tube in enumerate(tubes)])
+    samples = len(tubes[0].waves["area_cm2"])
+    (folder / FRAMES).mkdir()
+    listed = []
+    for frame in range(frames):
+        sample, name = frame * samples // frames, f"{FRAMES}/{frame:03d}.vtp"
+        time = sample * solved.inflow.period / samples
+        (folder / name).write_text(_frame(tubes, faces, owner, sample, time), encoding="ascii")
+        listed.append(f'<DataSet timestep="{time!r}" part="0" file="{name}"/>')
+    (folder / FILE).write_text(
+        '<?xml version="1.0"?>\n<VTKFile type="Collection" version="1.0" byte_order="LittleEndian"><Collection>\n'
+        + "\n".join(listed) + "\n</Collection></VTKFile>\n", encoding="ascii")  # fmt: skip
+    return [f"Open {FILE} in ParaView and press play: {frames} frames of one cycle, coordinates in cm, time in s. The "
+            "array 'vessel' is the row of the vessel in its table, from 0."]  # fmt: skip
+
+
+def _tube(solved: Solved, row: int, axis: np.ndarray) -> _Tube:
+    along, length = solved.along(row), solved.network.length[row]
+    shares = np.linspace(0.0, 1.0, max(len(along.position), min(len(axis), _MOST_PLACES)))
+    waves = {"pressure_mmHg": along.pressure, "flow_ml_per_s": along.flow, "area_cm2": along.area}
+    waves = {name: _at(shares * length, along.position, values) for name, values in waves.items()}
+    waves["velocity_cm_per_s"] = waves["flow_ml_per_s"] / waves["area_cm2"]
+    points = points_at(axis, shares)
+    return _Tube(points, ring_directions(points), waves)
+
+
+def _at(places: np.ndarray, position: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return values, shape (time, position), at other places of the vessel, by straight lines."""
+    right = np.clip(np.searchsorted(position, places), 1, len(position) - 1)
+    share = (places - position[right - 1]) / (position[right] - position[right - 1])
+    return values[:, right - 1] * (1.0 - share) + values[:, right] * share
+
+
+def _frame(tubes: list[_Tube], faces: np.ndarray, owner: np.ndarray, sample: int, time: float) -> str:
+    radius = [np.sqrt(tube.waves["area_cm2"][sample] / np.pi) for tube in tubes]
+    rings = [tube.points[:, None] + r[:, None, None] * tube.around for tube, r in zip(tubes, radius, strict=True)]
+    points = np.concatenate([ring.reshape(-1, 3) for ring in rings])
+    fields = {name: np.concatenate([np.repeat(tube.waves[name][sample], SIDES) for tube in tubes])
+              for name in tubes[0].waves}  # fmt: skip
+    arrays = "\n".join(data_array(name, values, "Float32") for name, values in fields.items())
+    ends = 4 * np.arange(1, len(faces) + 1)
+    return (
+        f'{_HEAD}<FieldData><DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time!r}'
+        "</DataArray></FieldData>\n"
+        f'<Piece NumberOfPoints="{len(points)}" NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" '
+        f'NumberOfPolys="{len(faces)}">\n<PointData Scalars="pressure_mmHg">{arrays}\n'
+        f"{data_array('vessel', owner, 'Int32')}</PointData>\n<Points>"
+        f"{data_array('Points', points, 'Float32')}</Points>\n"
+        f"<Polys>{data_array('connectivity', faces.ravel(), 'Int32')}\n{data_array('offsets', ends, 'Int32')}</Polys>\n"
+        "</Piece></PolyData></VTKFile>\n"
+    )

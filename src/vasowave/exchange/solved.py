@@ -1,0 +1,110 @@
+"""A model with its inflow and its periodic waves: what the files of other programs are written from."""
+
+import warnings
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave import walls
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.model import Model
+from vasowave.network import Network
+from vasowave.outlets import Windkessel
+from vasowave.recording import Inflow, Recording
+from vasowave.solver import Numerics
+from vasowave.solver.result import Run
+from vasowave.solver.simulate import simulate_run
+
+
+class Along(NamedTuple):
+    """Waves along one vessel: place 0 is its inlet, the last its outlet.
+
+    Attributes
+    ----------
+    position : float array, shape (place,)
+        cm from the inlet.
+    area, flow, pressure : float array, shape (time, place)
+        cm², ml/s, mmHg.
+    """
+
+    position: np.ndarray
+    area: np.ndarray
+    flow: np.ndarray
+    pressure: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A model, the flow into it, and one cycle of its periodic state with every cell."""
+
+    run: Run
+    inflow: Inflow
+
+    @property
+    def model(self) -> Model:
+        """The model that was simulated."""
+        return self.run.model
+
+    @property
+    def network(self) -> Network:
+        """Its vessels."""
+        return self.run.model.network
+
+    @cached_property
+    def mean_pressure(self) -> np.ndarray:
+        """Mean pressure in the middle of each vessel, mmHg, shape (vessel,)."""
+        return self.run.pressure[:, 1].mean(axis=0)
+
+    @cached_property
+    def mean_area(self) -> np.ndarray:
+        """Area of each vessel at its mean pressure, cm², shape (vessel,)."""
+        return np.asarray(walls.area(self.model.wall, self.mean_pressure, self.model.area0))
+
+    @cached_property
+    def drag(self) -> np.ndarray:
+        """Friction k0 + k1 √A of each vessel at its mean area, cm²/s, shape (vessel,): A/ρ dp/dx = -k q/A if steady."""
+        blood = self.model.blood
+        k0, k1 = blood.friction.coefficients(blood.viscosity, self.inflow.period)
+        return k0 + k1 * np.sqrt(self.mean_area)
+
+    def along(self, row: int) -> Along:
+        """Return the waves at the inlet, in every cell and at the outlet of a vessel."""
+        run = self.run
+        slots = np.flatnonzero(run.grid.is_cell & (run.grid.vessel == row))
+        position = np.concatenate([[0.0], run.grid.position[slots], [self.network.length[row]]])
+        inlet, outlet = run.stations[:, :, row, :1], run.stations[:, :, row, -1:]
+        area, flow = np.concatenate([inlet, run.cells[:, :, slots], outlet], axis=-1)
+        wall = type(self.model.wall)(*(value[row] for value in self.model.wall))
+        return Along(position, area, flow, np.asarray(walls.pressure(wall, area, self.model.area0[row])))
+
+
+def solve(model: Model, inflow: Inflow | Recording, numerics: Numerics | None = None) -> Solved:
+    """Simulate one cycle of the periodic state with every cell.
+
+    Raises
+    ------
+    NumericalError
+        As `simulate`.
+
+    Warns
+    -----
+    VasowaveWarning
+        For every note of the simulation.
+    """
+    flow = inflow.inflow if isinstance(inflow, Recording) else inflow
+    run = simulate_run(model, flow, replace(numerics or Numerics(), every_cell=True))
+    for note in run.notes:
+        warnings.warn(note, VasowaveWarning, stacklevel=2)
+    return Solved(run, flow)
+
+
+def windkessel(model: Model, program: str) -> Windkessel:
+    """Return the model's outlets; `InputError` if they are no Windkessels, the only ones that `program` knows."""
+    if not isinstance(model.outlets, Windkessel):
+        kind = type(model.outlets).__name__
+        raise InputError(
+            f"{program} knows Windkessel outlets only, this model has {kind}; give it Windkessel(R1, R2, C)"
+        )
+    return model.outlets

@@ -1,0 +1,50 @@
+"""A model as tables: the network as `read_network` takes it, its parameters by vessel, and its inflow."""
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.exchange.solved import Solved, windkessel
+from vasowave.outlets import Windkessel
+from vasowave.vessel_table import write_network
+
+NETWORK, PARAMETERS, INFLOW = "network.csv", "parameters.csv", "inflow.csv"
+
+
+def write_tables(solved: Solved, folder: Path) -> list[str]:
+    """Write ``network.csv``, ``parameters.csv`` and ``inflow.csv`` into `folder` and return what to do with them.
+
+    Raises
+    ------
+    InputError
+        Outlets that are no Windkessels.
+    """
+    network, wall, inflow = solved.network, solved.model.wall, solved.inflow
+    write_network(network, folder / NETWORK)
+    units = {name: one.unit for name, one in zip(wall._fields, wall.law().parameters, strict=True)}
+    beds = {name: one.unit for name, one in Windkessel.quantities().items()}
+    at_ends = dict(
+        zip(
+            network.terminals.tolist(),
+            zip(*map(np.asarray, windkessel(solved.model, "This table")), strict=True),
+            strict=True,
+        )
+    )
+    rows = ([name, *(value[row] for value in wall), *at_ends.get(row, [""] * len(beds))]
+            for row, name in enumerate(network.name))  # fmt: skip
+    header = ["vessel", *(f"{name} [{unit}]" for name, unit in (units | beds).items())]
+    _write(folder / PARAMETERS, header, rows)
+    time = np.arange(len(inflow.flow)) * (inflow.period / len(inflow.flow))
+    _write(folder / INFLOW, ["time [s]", "flow [ml/s]"], zip(time, inflow.flow, strict=True))
+    return [f"{NETWORK} is the network that every command takes; {PARAMETERS} holds wall and outlets of each vessel."]
+
+
+def _write(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(header)
+    writer.writerows([repr(float(cell)) if isinstance(cell, float) else cell for cell in row] for row in rows)
+    path.write_text(text.getvalue(), encoding="utf-8")
