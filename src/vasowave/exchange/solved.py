@@ -65,9 +65,22 @@ class Solved:
     @cached_property
     def drag(self) -> np.ndarray:
         """Friction k0 + k1 √A of each vessel at its mean area, cm²/s, shape (vessel,): A/ρ dp/dx = -k q/A if steady."""
+        return self._drag(self.mean_area)
+
+    @cached_property
+    def resistance(self) -> np.ndarray:
+        """Mean frictional fall of the pressure over the mean flow, mmHg s/ml, shape (vessel,): what the waves do to it.
+
+        Vessels are widest when most flows, so it lies below the resistance at mean area.
+        """
+        area, flow = self.run.stations[:, :, :, 1]
+        fall = np.mean(self._drag(area) * flow / area**2, axis=0)
+        return self.model.blood.inertia * self.network.length * fall / flow.mean(axis=0)
+
+    def _drag(self, area: np.ndarray) -> np.ndarray:
         blood = self.model.blood
         k0, k1 = blood.friction.coefficients(blood.viscosity, self.inflow.period)
-        return k0 + k1 * np.sqrt(self.mean_area)
+        return k0 + k1 * np.sqrt(area)
 
     def along(self, row: int) -> Along:
         """Return the waves at the inlet, in every cell and at the outlet of a vessel."""

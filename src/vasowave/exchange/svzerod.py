@@ -1,7 +1,7 @@
 """A model as input of svZeroDSolver: a resistor, a capacitor and an inductor a vessel, Windkessels, the inflow.
 
-The vessels are taken at their mean pressure: C = L dA/dp, inertance ρ L/A, resistance ρ k L/A² (`Solved.drag`). Units
-are those usual there: cm, s, g, so that pressures are dyn/cm² (1333.22 make 1 mmHg).
+The vessels are taken at their mean pressure: C = L dA/dp, inertance ρ L/A; their resistance is that of the mean flow
+(`Solved.resistance`). Units are those usual there: cm, s, g, so that pressures are dyn/cm² (1333.22 make 1 mmHg).
 """
 
 import json
@@ -80,14 +80,14 @@ def _beds(solved: Solved) -> list[dict[str, Any]]:
 
 def _vessels(solved: Solved) -> list[dict[str, Any]]:
     network, model, area = solved.network, solved.model, solved.mean_area
-    per_area = network.length * model.blood.density / area
+    inertance = network.length * model.blood.density / area
     compliance = network.length * np.asarray(walls.area_compliance(model.wall, solved.mean_pressure, model.area0))
     terminals = set(network.terminals.tolist())
     found = []
     for row, name in enumerate(network.name):
         ends = {"inlet": _INFLOW} if row == network.root else {}
         ends |= {"outlet": f"OUT{row}"} if row in terminals else {}
-        values = {"R_poiseuille": per_area[row] * solved.drag[row] / area[row], "L": per_area[row],
+        values = {"R_poiseuille": solved.resistance[row] * MMHG, "L": inertance[row],
                   "C": compliance[row] / MMHG, "stenosis_coefficient": 0.0}  # fmt: skip
         vessel: dict[str, Any] = {"vessel_id": row, "vessel_name": name, "vessel_length": float(network.length[row])}
         vessel |= {"zero_d_element_type": "BloodVessel", "zero_d_element_values": values}

@@ -1,0 +1,100 @@
+"""The command `export` and what MATLAB, tables and the command line see of it."""
+
+import csv
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+from typer.testing import CliRunner
+
+import vasowave as vw
+from vasowave.cli import app
+from vasowave.errors import InputError
+from vasowave.exchange.export import FORMATS
+from vasowave.exchange.matlab import write_matlab
+from vasowave.exchange.tables import write_tables
+
+
+def test_matlab_reads_waves_parameters_and_units(tangent, tmp_path):
+    write_matlab(tangent, tmp_path)
+    found = loadmat(tmp_path / "waves.mat", squeeze_me=True)
+    waves, units = found["waves"][()], found["units"][()]
+    assert waves["pressure"].shape == (512, 21, 3)
+    np.testing.assert_array_equal(np.moveaxis(waves["pressure"], 1, 2), tangent.run.pressure)
+    np.testing.assert_array_equal(waves["flow"], tangent.run.stations[1])
+    assert len(found["time"]) == 512
+    assert str(units["waves"][()]["pressure"]) == "mmHg"
+    assert str(units["outlets"][()]["R1"]) == "mmHg s/ml"
+    network = found["network"][()]
+    assert network["parent"].tolist() == (tangent.network.parent + 1).tolist()
+    assert [str(name) for name in network["name"]] == list(tangent.network.name)
+    np.testing.assert_array_equal(found["wall"][()]["p1"], tangent.model.wall.p1)
+    np.testing.assert_array_equal(found["outlets"][()]["C"], tangent.model.outlets.C)
+
+
+def test_tables_hold_the_network_and_every_parameter_to_the_last_bit(tangent, tmp_path):
+    write_tables(tangent, tmp_path)
+    again = vw.read_network(tmp_path / "network.csv")
+    np.testing.assert_array_equal(again.radius, tangent.network.radius)
+    with (tmp_path / "parameters.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["p1 [mmHg]"]) for row in rows] == tangent.model.wall.p1.tolist()
+    ends = [float(row["C [ml/mmHg]"]) for row in rows if row["C [ml/mmHg]"]]
+    assert ends == np.asarray(tangent.model.outlets.C).tolist()
+    flow = np.loadtxt(tmp_path / "inflow.csv", delimiter=",", skiprows=1)[:, 1]
+    np.testing.assert_array_equal(flow, tangent.inflow.flow)
+
+
+def written_mouse(folder, mouse):
+    vw.write_network(vw.control_network(), folder / "network.csv")
+    columns = np.column_stack([mouse.time, mouse.pressure, mouse.flow])
+    np.savetxt(folder / "cycle.csv", columns, delimiter=",", header="time [s],pressure [mmHg],flow [ml/s]", comments="")
+    return str(folder / "network.csv"), str(folder / "cycle.csv")
+
+
+def test_one_command_writes_each_program_and_openbfs_file_is_a_model_again(tmp_path, mouse):
+    files = written_mouse(tmp_path, mouse)
+    for program in FORMATS:
+        given = [*files, "--to", program, "-o", str(tmp_path / program)]
+        done = CliRunner().invoke(app, ["export", *given, "--friction", "poiseuille"])
+        assert done.exit_code == 0, done.output
+        assert f"Written: {tmp_path / program}" in done.output.replace("\n", "")
+    assert not list(tmp_path.rglob(".vasowave-part-*"))
+    assert (tmp_path / "paraview" / "frames" / "063.vtp").exists()
+    back = CliRunner().invoke(app, ["export", str(tmp_path / "openbf" / "openbf.yaml"), "--to", "tables",
+                                    "-o", str(tmp_path / "back")])  # fmt: skip
+    assert back.exit_code == 0, back.output
+    first, second = vw.read_network(tmp_path / "network.csv"), vw.read_network(tmp_path / "back" / "network.csv")
+    rows = [second.row(name) for name in first.name]
+    np.testing.assert_allclose(second.radius[rows], first.radius, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--to", "paravew"], "did you mean 'paraview'"),
+        (["--wall", "linaer"], "linear"),
+        (["--centerlines", "nowhere.csv"], "nowhere.csv"),
+        (["-o", "network.csv"], "is a file"),
+    ],
+)
+def test_a_wrong_option_is_an_error_before_anything_is_simulated(tmp_path, mouse, monkeypatch, arguments, words):
+    files = written_mouse(tmp_path, mouse)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("vasowave.exchange.export.solve", None)
+    done = CliRunner().invoke(app, ["export", *files, *arguments])
+    assert isinstance(done.exception, InputError)
+    assert words in str(done.exception)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cycle.csv", "network.csv"]
+
+
+def test_openbfs_file_brings_its_own_inflow_and_wall(tmp_path, mouse):
+    files = written_mouse(tmp_path, mouse)
+    (tmp_path / "x.yaml").write_text("network: []")
+    for arguments, words in (
+        (["x.yaml", files[1]], "leave the recording out"),
+        (["x.yaml", "--wall", "tangent"], "linear one"),
+    ):
+        path = str(tmp_path / arguments[0])
+        done = CliRunner().invoke(app, ["export", path, *arguments[1:]])
+        assert words in str(done.exception)

@@ -1,0 +1,265 @@
+"""openBF's files: written as its manual says, read back, and checked against published curves."""
+
+import csv
+import warnings
+
+import numpy as np
+import pytest
+import yaml
+
+from vasowave import walls
+from vasowave.blood import PowerLaw
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.exchange import read_openbf
+from vasowave.exchange.openbf import write_openbf
+from vasowave.exchange.solved import solve, windkessel
+from vasowave.exchange.tube_law import linear_tube
+from vasowave.model import Model
+from vasowave.network import Network
+from vasowave.nominal import windkessels
+from vasowave.outlets import ImpedanceSpectrum
+from vasowave.solver import Numerics, simulate
+from vasowave.units import MMHG
+
+PA = MMHG / 10
+MANDATORY = {"label": str, "sn": int, "tn": int, "L": float, "E": float}
+KNOWN = {*MANDATORY, "R0", "Rp", "Rd", "M", "h0", "Pext", "gamma_profile", "to_save"}
+OUTLET = {"R1", "R2", "Cc", "inlet_impedance_matching"}
+"""The keys of a vessel in openBF's manual, and those of an outlet with three elements."""
+
+
+def config_of(solved, folder):
+    write_openbf(solved, folder)
+    return yaml.safe_load((folder / "openbf.yaml").read_text(encoding="utf-8"))
+
+
+def test_the_file_has_the_keys_and_types_of_openbfs_manual_and_passes_the_checks_of_its_validator(tangent, tmp_path):
+    config = config_of(tangent, tmp_path)
+    assert {"project_name", "inlet_file", "write_results", "solver", "blood", "network"} == set(config)
+    assert set(config["write_results"]) <= {"P", "Q", "u", "A"}
+    assert {name: type(value) for name, value in config["solver"].items()} == {
+        "Ccfl": float, "cycles": int, "convergence_tolerance": float, "jump": int}  # fmt: skip
+    assert 0 < config["solver"]["Ccfl"] <= 1
+    assert set(config["blood"]) == {"rho", "mu"}
+    starts, ends = {one["sn"] for one in config["network"]}, [one["tn"] for one in config["network"]]
+    assert len(ends) == len(set(ends))
+    for one in config["network"]:
+        assert {key: type(one[key]) for key in MANDATORY} == MANDATORY
+        assert one["sn"] != one["tn"]
+        assert one["sn"] == 1 or one["sn"] in ends  # one connected tree, whose inlet starts at node 1
+        assert set(one) == {*MANDATORY, "R0", "M", "h0", "gamma_profile"} | (
+            OUTLET if one["tn"] not in starts else set()
+        )
+        assert isinstance(one["M"], int)
+        assert one["M"] >= 5
+        assert isinstance(one["gamma_profile"], int)
+        assert one["gamma_profile"] >= 2
+
+
+def test_the_inlet_file_repeats_the_first_flow_at_the_period_in_cubic_meters_a_second(linear, tmp_path):
+    config = config_of(linear, tmp_path)
+    table = np.loadtxt(tmp_path / config["inlet_file"])
+    assert table[0, 0] == 0
+    assert table[-1, 0] == linear.inflow.period  # openBF takes the last time for the period
+    assert table[-1, 1] == table[0, 1]
+    np.testing.assert_allclose(table[:-1, 1], 1e-6 * linear.inflow.flow, rtol=1e-15)
+
+
+def test_a_linear_model_comes_back_from_openbf_as_it_was(linear, tmp_path):
+    write_openbf(linear, tmp_path)
+    model, inflow = read_openbf(tmp_path / "openbf.yaml")
+    was = linear.model
+    assert set(model.network.name) == set(was.network.name)
+    rows = [model.network.row(name) for name in was.network.name]
+    np.testing.assert_allclose(model.network.length[rows], was.network.length, rtol=1e-12)
+    np.testing.assert_allclose(model.area0[rows], was.area0, rtol=1e-12)
+    np.testing.assert_allclose(model.wall.beta[rows], was.wall.beta, rtol=1e-9)
+    parents = ["" if p < 0 else was.network.name[p] for p in was.network.parent]
+    assert parents == ["" if p < 0 else model.network.name[p] for p in model.network.parent[rows]]
+    order = [list(model.network.terminals).index(rows[row]) for row in was.network.terminals]
+    for there, here in zip(model.outlets, was.outlets, strict=True):
+        np.testing.assert_allclose(there[order], here, rtol=1e-12)
+    assert model.blood.viscosity == pytest.approx(was.blood.viscosity, rel=1e-12)
+    assert model.blood.friction == PowerLaw(2.0)
+    np.testing.assert_allclose(inflow.flow, linear.inflow.flow, rtol=1e-12)
+    assert inflow.period == linear.inflow.period
+
+
+def test_openbfs_friction_is_the_papers_at_mean_area_within_what_the_file_says(tangent, tmp_path):
+    said = write_openbf(tangent, tmp_path)[1]
+    config = yaml.safe_load((tmp_path / "openbf.yaml").read_text(encoding="utf-8"))
+    kinematic = 1e4 * config["blood"]["mu"] / config["blood"]["rho"]
+    theirs = {one["label"]: 2 * np.pi * (one["gamma_profile"] + 2) * kinematic for one in config["network"]}
+    error = [abs(theirs[name] / drag - 1) for name, drag in zip(tangent.network.name, tangent.drag, strict=True)]
+    assert f"to {100 * max(error):.1f} %" in said
+    assert max(error) < 0.042
+
+
+def test_a_stiffening_wall_becomes_the_linear_one_of_the_same_area_and_wave_speed_at_mean_pressure(tangent):
+    tube, model, pressure = linear_tube(tangent), tangent.model, tangent.mean_pressure
+    wall = walls.LinearWall(tube.beta)
+    np.testing.assert_allclose(
+        walls.area(wall, pressure, tube.area0), walls.area(model.wall, pressure, model.area0), rtol=1e-12
+    )
+    np.testing.assert_allclose(
+        walls.wave_speed(wall, pressure, 1e-3), walls.wave_speed(model.wall, pressure, 1e-3), rtol=1e-12
+    )
+    row = tangent.network.root
+    waves = tangent.along(row)
+    theirs = tube.beta[row] * (np.sqrt(waves.area / tube.area0[row]) - 1)
+    assert tube.misfit[row] == pytest.approx(np.abs(theirs - waves.pressure).max())
+    assert tube.misfit[row] > 0.1  # a stiffening wall is not a linear one, and the file says so
+
+
+def test_the_files_comment_says_how_far_its_wall_is_from_the_models(tangent, tmp_path):
+    write_openbf(tangent, tmp_path)
+    head = (tmp_path / "openbf.yaml").read_text(encoding="utf-8").splitlines()[:3]
+    assert f"differ by up to {linear_tube(tangent).misfit.max():.2g} mmHg" in head[1]
+
+
+def test_an_external_pressure_moves_the_law_and_nothing_else(linear, tmp_path):
+    config = config_of(linear, tmp_path)
+    for one in config["network"]:
+        one["Pext"] = 500.0
+    (tmp_path / "openbf.yaml").write_text(yaml.safe_dump(config))
+    model, _ = read_openbf(tmp_path / "openbf.yaml")
+    row, was = model.network.row("1"), linear.model
+    area = np.linspace(0.9, 2.0, 7) * was.area0[0]
+    theirs = 500.0 / PA + 57.0 * (np.sqrt(area / was.area0[0]) - 1)  # openBF: P = Pext + β (√(A/A0) - 1)
+    ours = walls.pressure(walls.LinearWall(model.wall.beta[row]), area, model.area0[row])
+    np.testing.assert_allclose(ours, theirs, rtol=1e-9)
+
+
+def test_more_than_two_daughters_are_told_because_openbf_may_refuse_them(linear, tmp_path):
+    network = Network(("a", "b", "c", "d"), [-1, 0, 0, 0], [0.4] * 4, [0.05, 0.03, 0.03, 0.03])
+    crowded = solve(Model(network, walls.LinearWall(57.0), windkessels(network, 76.0, 0.11, a=0.12)), linear.inflow)
+    with pytest.warns(VasowaveWarning, match="'a' has more than two daughters"):
+        write_openbf(crowded, tmp_path)
+
+
+VESSEL = {"label": "a", "sn": 1, "tn": 2, "L": 0.1, "R0": 0.01, "h0": 1e-3, "E": 4e5, "R1": 1e7, "R2": 1e8, "Cc": 1e-8}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"tn": 1}, "cycle|not connected|no root"),
+        ({"L": "long"}, "'L' is 'long', not a number"),
+        ({"L": -1}, "at least 0"),
+        ({"E": None}, "no 'E'"),
+        ({"E": float("nan")}, "at least 0"),
+        ({"E": True}, "at least 0"),
+        ({"sn": 1.5}, "nodes are whole numbers"),
+        ({"R0": 0}, "its radius is zero"),
+        ({"R1": None, "Rt": 0.5}, "without a Windkessel"),
+        ({"Pext": 1e9}, "collapses under Pext"),
+        ({"R1": 1e3, "R2": 0}, "below its own impedance"),
+        ({"label": ""}, "has no name"),
+    ],
+)
+def test_what_no_vessel_can_be_is_an_error_that_names_the_vessel_and_the_key(tmp_path, change, words):
+    (tmp_path / "x_inlet.dat").write_text("\n".join(f"{t / 50} {1e-5}" for t in range(51)))
+    path = tmp_path / "x.yaml"
+    content = {"project_name": "x", "blood": {"rho": 1060, "mu": "4e-3"}, "network": [VESSEL | change]}
+    path.write_text(yaml.safe_dump(content))
+    with pytest.raises(InputError, match=words) as caught:
+        read_openbf(path)
+    assert "x.yaml" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{", "not YAML"),
+        ("[" * 5000, "not YAML"),
+        ("a: 1", "no configuration of openBF"),
+        ("network: 3", "is no list"),
+        ("network: []\nblood: {}", "lists no vessel"),
+        ("network: [1]\nblood: {rho: 1, mu: 1}", "not a list of keys"),
+        ("network: [{label: a}]", "'blood' is missing"),
+        ("network: !!python/object:os.system {}", "not YAML"),
+        ("\x00\x01", "not YAML"),
+    ],
+)
+def test_what_is_no_configuration_of_openbf_is_one_of_our_errors(tmp_path, text, words):
+    (tmp_path / "x.yaml").write_text(text)
+    with pytest.raises(InputError, match=words):
+        read_openbf(tmp_path / "x.yaml")
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("0 1\n1 two\n", "line 2: '1 two' is not a time and a flow"),
+        ("0 1 2\n", "line 1"),
+        ("0.1 1e-5\n0.2 1e-5\n", "begin at 0"),
+        ("0 1e4\n0.5 1.3e4\n1 1e4\n", "is no flow"),
+        ("", "empty"),
+        ("0 nan\n1 1\n", "not a time and a flow"),
+    ],
+)
+def test_an_inlet_file_that_holds_no_flow_is_refused(tmp_path, table, words):
+    (tmp_path / "flow.dat").write_text(table)
+    (tmp_path / "x.yaml").write_text(
+        yaml.safe_dump({"inlet_file": "flow.dat", "blood": {"rho": 1060, "mu": 4e-3}, "network": [VESSEL]})
+    )
+    with pytest.raises(InputError, match=words):
+        read_openbf(tmp_path / "x.yaml")
+
+
+def test_two_vessels_that_end_at_one_node_are_no_tree(tmp_path):
+    (tmp_path / "x.yaml").write_text(
+        yaml.safe_dump({"blood": {"rho": 1060, "mu": 4e-3}, "network": [VESSEL, VESSEL | {"label": "b", "sn": 3}]})
+    )
+    with pytest.raises(InputError, match="'a' and 'b' both end at node 2"):
+        read_openbf(tmp_path / "x.yaml")
+
+
+def curve(path):
+    """Return times and values of a digitized curve, by time."""
+    with path.open(encoding="utf-8") as file:
+        table = np.array([row[:2] for row in csv.reader(file) if row and row[0].strip()], dtype=float)
+    return table[np.argsort(table[:, 0])].T
+
+
+@pytest.mark.parametrize(
+    ("case", "flow", "pressure"),
+    [
+        ("uta", "uper_thoracic_aorta/UTA_BC.csv", "uper_thoracic_aorta/midpoint_pressure.csv"),
+        ("cca", "common_carotid_artery/CC_inlet_BC.csv", "common_carotid_artery/mid_pressure.csv"),
+        ("ibif", "bifurcation/Inlet_BC.csv", "bifurcation/mid_ao_Pressure.csv"),
+    ],
+)
+def test_openbfs_own_inputs_give_the_published_3d_pressure(shared, case, flow, pressure):
+    """Boileau et al. 2015 find 1D and 3D pressures 1 to 2 % apart (root mean square); digitized to about 0.5 %.
+
+    The published clock may run ahead of the input's, by as much as the flows into the vessel say.
+    """
+    folder = shared / "benchmarks"
+    model, inflow = read_openbf(folder / "boileau2015_inputs_openBF" / case / f"{case}.yaml")
+    waves = simulate(model, inflow, Numerics(cell_size=1.0))
+
+    def ours(signal, time):
+        return np.interp(time, np.arange(len(signal)) * inflow.period / len(signal), signal, period=inflow.period)
+
+    time, published = curve(folder / "digitised_3D_chezzoba" / flow)
+    ahead = min(np.arange(0, 0.1, 0.002), key=lambda s: np.sum((ours(inflow.flow, time + s) - published) ** 2))
+    time, published = curve(folder / "digitised_3D_chezzoba" / pressure)
+    middle = waves["pressure"].values[:, model.network.root, 1] * PA
+    assert np.sqrt(np.mean((ours(middle, time + ahead) / published - 1) ** 2)) < 0.02
+
+
+def test_a_body_of_77_tapering_arteries_is_read_and_every_taper_told(shared):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        model, inflow = read_openbf(shared / "benchmarks" / "boileau2015_inputs_openBF" / "adan56" / "adan56.yaml")
+    assert len(model.network) == 77
+    assert sum("tapers" in str(one.message) for one in told) > 30
+    mean = inflow.flow.mean() * model.outlets.total_resistance()
+    assert 80 < mean < 110  # mmHg, an adult's arteries
+
+
+def test_outlets_that_openbf_does_not_know_are_refused(linear, tmp_path):
+    Z = linear.model.outlets.impedance_at(20, linear.inflow.period)
+    with pytest.raises(InputError, match="this model has ImpedanceSpectrum"):
+        windkessel(linear.model.changed(outlets=ImpedanceSpectrum(Z)), "openBF")

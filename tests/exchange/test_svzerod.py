@@ -1,0 +1,106 @@
+"""svZeroDSolver's file: the circuit in it solved by hand, and by the program itself."""
+
+import json
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from other_programs import environment_with
+from vasowave.exchange.svzerod import write_svzerod
+from vasowave.linear import _solve
+from vasowave.units import MMHG
+
+SCRIPT = """
+import json, sys, svzerod
+found = svzerod.simulate(sys.argv[1])
+root = found[found["name"].astype(str) == sys.argv[2]]
+print(json.dumps({"time": root["time"].tolist(), "pressure": root["pressure_in"].tolist()}))
+"""
+
+
+def circuit_of(solved, folder):
+    write_svzerod(solved, folder)
+    return json.loads((folder / "svzerod.json").read_text(encoding="utf-8"))
+
+
+def input_impedance(circuit, omega):
+    """Return the impedance that the inflow meets, by the rules of the manual's BloodVessel and WindkesselBC."""
+    after = {one["inlet_vessels"][0]: one["outlet_vessels"] for one in circuit["junctions"]}
+    beds = {one["bc_name"]: one["bc_values"] for one in circuit["boundary_conditions"]}
+
+    def into(number):
+        vessel = circuit["vessels"][number]
+        value = vessel["zero_d_element_values"]
+        if number in after:
+            load = 1 / sum(1 / into(daughter) for daughter in after[number])
+        else:
+            bed = beds[vessel["boundary_conditions"]["outlet"]]
+            load = bed["Rp"] + bed["Rd"] / (1 + 1j * omega * bed["Rd"] * bed["C"])
+        load = load + 1j * omega * value["L"]
+        return value["R_poiseuille"] + 1 / (1 / load + 1j * omega * value["C"])
+
+    (first,) = (i for i, one in enumerate(circuit["vessels"]) if "inlet" in one.get("boundary_conditions", {}))
+    return into(first)
+
+
+@pytest.mark.parametrize("wall", ["linear", "tangent"])
+def test_the_circuit_has_the_mean_pressure_of_the_model(wall, request, tmp_path):
+    """What remains is the kinetic energy of the inflow, 0.4 to 0.6 % of the mean pressure here."""
+    solved = request.getfixturevalue(wall)
+    steady = input_impedance(circuit_of(solved, tmp_path), 0.0).real / MMHG * solved.inflow.flow.mean()
+    assert steady == pytest.approx(solved.run.pressure[:, 0, solved.network.root].mean(), rel=0.01)
+
+
+def test_slow_waves_meet_the_impedance_of_transmission_lines(tangent, tmp_path):
+    """A lumped vessel is a short piece of line: at a tenth of the heart rate they agree to 0.2 %."""
+    circuit, frequency = circuit_of(tangent, tmp_path), 2 * np.pi / tangent.inflow.period
+    slow = replace(tangent, inflow=replace(tangent.inflow, period=10 * tangent.inflow.period))
+    line = _solve(tangent.model, np.ones(2, dtype=complex), tangent.mean_pressure, slow.inflow.period)
+    ours = input_impedance(with_friction_of(circuit, slow), frequency / 10) / MMHG
+    assert abs(ours / line.input_impedance[1, tangent.network.root] - 1) < 2e-3
+
+
+def with_friction_of(circuit, solved):
+    """Return a circuit with the friction of another period, on which the boundary layer depends."""
+    scale = {row: solved.drag[row] for row in range(len(solved.network))}
+    per_area = [one["zero_d_element_values"]["L"] for one in circuit["vessels"]]
+    vessels = [
+        one | {"zero_d_element_values": one["zero_d_element_values"]
+               | {"R_poiseuille": per_area[row] * scale[row] / solved.mean_area[row]}}
+        for row, one in enumerate(circuit["vessels"])
+    ]  # fmt: skip
+    return circuit | {"vessels": vessels}
+
+
+def test_the_file_has_the_keys_of_the_manual(tangent, tmp_path):
+    circuit = circuit_of(tangent, tmp_path)
+    assert {"simulation_parameters", "vessels", "junctions", "boundary_conditions"} < set(circuit)
+    ids = [one["vessel_id"] for one in circuit["vessels"]]
+    assert ids == list(range(21))
+    assert all(set(one["zero_d_element_values"]) == {"R_poiseuille", "L", "C", "stenosis_coefficient"}
+               for one in circuit["vessels"])  # fmt: skip
+    assert sorted(one["bc_type"] for one in circuit["boundary_conditions"]) == ["FLOW", *["RCR"] * 11]
+    joined = [row for one in circuit["junctions"] for row in one["outlet_vessels"]]
+    assert sorted(joined) == ids[1:]  # every vessel but the root follows one junction
+    inflow = next(one["bc_values"] for one in circuit["boundary_conditions"] if one["bc_type"] == "FLOW")
+    assert inflow["Q"][0] == inflow["Q"][-1]
+    assert inflow["t"][-1] == tangent.inflow.period
+
+
+@pytest.mark.validation
+def test_svzerodsolver_itself_finds_the_pressure_of_the_circuit_and_the_mean_of_the_model(linear, tangent, tmp_path):
+    python = environment_with(tmp_path, "svzerod>=3.2")
+    for solved in (linear, tangent):
+        circuit = circuit_of(solved, tmp_path)
+        root = solved.network.name[solved.network.root]
+        command = [python, "-c", SCRIPT, tmp_path / "svzerod.json", root]
+        found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+        theirs = np.array(found["pressure"])[:-1] / MMHG
+        flow = np.fft.rfft(solved.inflow.resampled(len(theirs)))
+        omega = 2 * np.pi / solved.inflow.period * np.arange(len(flow))
+        by_hand = np.fft.irfft(flow * input_impedance(circuit, omega), len(theirs)) / MMHG
+        np.testing.assert_allclose(theirs, by_hand, atol=0.02 * np.ptp(by_hand))  # two ways through time
+        ours = solved.run.pressure[:, 0, solved.network.root]
+        assert theirs.mean() == pytest.approx(ours.mean(), rel=0.01)
