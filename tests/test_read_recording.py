@@ -255,10 +255,10 @@ def test_a_flow_of_a_rat_with_the_unit_of_ml_per_min_forgotten_is_warned_about(t
     assert any("unit of flow" in note for note in recording.notes)
 
 
-def test_mat_files_of_version_73_truncated_or_raw_are_refused_with_the_cure(tmp_path):
+def test_mat_files_that_are_truncated_or_raw_are_refused_with_the_cure(tmp_path):
     path = tmp_path / "cycle.mat"
     path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + b"\x89HDF\r\n\x1a\n")
-    with pytest.raises(InputError, match=r"version 7\.3.*'-v7'"):
+    with pytest.raises(InputError, match=r"truncated, damaged.*'-v7'"):
         read_recording(path)
     savemat(path, {"p": PRESSURE, "q": FLOW})
     path.write_bytes(path.read_bytes()[:2500])

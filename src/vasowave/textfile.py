@@ -1,4 +1,4 @@
-"""Text files in blocks of lines: any size in bounded memory, any usual encoding, and only what is a file."""
+"""Text files and spreadsheets in blocks of lines: any size in bounded memory, any usual encoding."""
 
 import codecs
 import io
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.errors import InputError
+from vasowave.spreadsheet import is_workbook, read_sheet
 
 LONGEST_LINE = 1_000_000
 """No table has a longer line, in characters."""
@@ -74,9 +75,10 @@ def _opened(path: str | Path, use: Callable) -> bytes:
 
 
 def read_lines(path: str | Path, progress: Progress | None = None) -> Iterator[Lines]:
-    """Yield the lines of a text file in blocks of about a megabyte.
+    """Yield the lines of a text file, or the rows of a spreadsheet, in blocks of about a megabyte.
 
-    UTF-8, UTF-16 with its mark, and else cp1252; line ends of every system.
+    UTF-8, UTF-16 with its mark, and else cp1252; line ends of every system. Of an Excel workbook (.xlsx) the first
+    visible sheet, its cells separated by tabs.
 
     Raises
     ------
@@ -84,6 +86,9 @@ def read_lines(path: str | Path, progress: Progress | None = None) -> Iterator[L
         A file that cannot be read, is none, is not text, or has a line above a million characters.
     """
     path = regular_file(path)
+    if is_workbook(read_start(path, 8)):
+        yield from _sheet(path, progress)
+        return
     try:
         encoding = _encoding(path)
         size = max(path.stat().st_size, 1)
@@ -103,10 +108,38 @@ def read_lines(path: str | Path, progress: Progress | None = None) -> Iterator[L
         raise InputError(f"{path}: {(error.strerror or 'cannot be read').lower()}") from None
 
 
+def _sheet(path: Path, progress: Progress | None) -> Iterator[Lines]:
+    """Yield the rows of a workbook as lines; every line has a cell under every title of the first."""
+    width, first, size, texts = 0, 0, 0, list[str]()
+    for number, cells in read_sheet(path, progress):
+        width = width or len(cells)
+        length = sum(map(len, cells))
+        if length > LONGEST_LINE:
+            raise _too_long(path, number)
+        if texts and (number != first + len(texts) or size > _BLOCK):
+            yield Lines(first, texts)
+            size, texts = 0, []
+        first = first if texts else number
+        texts.append("\t".join(map(_cell, [*cells, *[""] * (width - len(cells))])))
+        size += length
+    if texts:
+        yield Lines(first, texts)
+
+
+def _cell(text: str) -> str:
+    """Return the text of a cell as a table separated by tabs holds it."""
+    plain = " ".join(text.split()) if any(mark in text for mark in "\t\n\r") else text
+    return '"' + plain.replace('"', '""') + '"' if '"' in plain else plain
+
+
 def _check_length(path: Path, number: int, texts: list[str]) -> None:
     if max(map(len, texts)) > LONGEST_LINE:
         at = number + next(i for i, text in enumerate(texts) if len(text) > LONGEST_LINE)
-        raise InputError(f"{path}, line {at}: longer than {LONGEST_LINE} characters; not a table, export it again")
+        raise _too_long(path, at)
+
+
+def _too_long(path: Path, line: int) -> InputError:
+    return InputError(f"{path}, line {line}: longer than {LONGEST_LINE} characters; not a table, export it again")
 
 
 def _encoding(path: Path) -> str:

@@ -139,7 +139,7 @@ def test_measured_axes_are_taken_by_the_names_of_the_vessels(tmp_path, tangent):
 
 @pytest.mark.validation
 def test_vtk_itself_opens_every_frame(series, tangent, tmp_path):
-    python = environment_with(tmp_path, "vtk>=9.3", "numpy")
+    python = environment_with(tmp_path, "vtk==9.7.2", "numpy")
     frames = sorted(map(str, (series / "frames").iterdir()))
     done = subprocess.run([python, "-c", SCRIPT, *frames], capture_output=True, text=True, check=True)
     told = json.loads(done.stdout)

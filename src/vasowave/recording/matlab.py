@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.recording.matlab_hdf5 import read_mat_hdf5
 from vasowave.textfile import read_start, regular_file
 
 _SAVE_AGAIN = "in MATLAB, load it and write it again with: save('NAME.mat', '-v7')"
@@ -25,26 +26,31 @@ try:
     resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[3]),) * 2)
 except (ImportError, ValueError, OSError):
     pass
-from scipy.io import loadmat
-loadmat(sys.argv[1])
+if sys.argv[4] == "hdf5":
+    from vasowave.recording.matlab_hdf5 import read_mat_hdf5
+    read_mat_hdf5(sys.argv[1])
+else:
+    from scipy.io import loadmat
+    loadmat(sys.argv[1])
 """
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 def read_mat(path: str | Path) -> dict[str, Any]:
-    """Return the variables of a ``.mat`` file (version 4 to 7) by name.
+    """Return the variables of a ``.mat`` file (version 4 to 7.3) by name; of 7.3 matrices of numbers and characters.
 
     Raises
     ------
     InputError
-        File missing, of version 7.3, truncated, damaged, or not a MATLAB file.
+        File missing, truncated, damaged, or not a MATLAB file.
     """
     from scipy.io import loadmat
 
     path = regular_file(path)
     start = read_start(path, 1024)
     if _HDF5 in start or start.startswith(b"MATLAB 7.3"):
-        raise InputError(f"{path}: a MATLAB file of version 7.3, which is not read; {_SAVE_AGAIN}")
+        _try_in_another_process(path, "hdf5")
+        return read_mat_hdf5(path)
     _try_in_another_process(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -52,15 +58,15 @@ def read_mat(path: str | Path) -> dict[str, Any]:
     return {name: value for name, value in variables.items() if not name.startswith("__")}
 
 
-def _try_in_another_process(path: Path) -> None:
+def _try_in_another_process(path: Path, form: str = "") -> None:
     """Raise `InputError` if reading `path` fails, does not end, or takes far more memory than the file is long.
 
-    SciPy's compiled reader can end the whole process on a damaged file, and raises a dozen unrelated kinds of error;
-    a compressed variable of a few kilobytes can inflate to any size.
+    SciPy's and HDF5's compiled readers can end the whole process on a damaged file, and raise a dozen unrelated kinds
+    of error; a compressed variable of a few kilobytes can inflate to any size.
     """
     size = path.stat().st_size
     seconds = int(_SECONDS + size / 2e7)
-    command = [sys.executable, "-W", "ignore", "-c", _TRIAL, str(path), str(_MEMORY + 4 * size), str(seconds)]
+    command = [sys.executable, "-W", "ignore", "-c", _TRIAL, str(path), str(_MEMORY + 4 * size), str(seconds), form]
     alone = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     try:
         trial = subprocess.run(command, capture_output=True, timeout=8 * seconds, check=False, env=os.environ | alone)

@@ -69,6 +69,8 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", network: P
     if group and group not in settings.groups:
         raise InputError(f"'{group}' is not a group of the study; its groups: {', '.join(settings.groups)}")
     table = path.parent / settings.animals
+    if table.suffix.lower() == ".xlsx":
+        raise InputError(f"{table}: rows are added to CSV only; save it as CSV and name that under 'animals' in {path}")
     titles, rows = _table(table)
     sorted_files = sort_files(files_in([*paths, *([network] if network else [])]))
     if not sorted_files.recordings:

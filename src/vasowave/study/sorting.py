@@ -11,7 +11,8 @@ from vasowave.errors import InputError
 from vasowave.recording import describe_recording
 from vasowave.recording.describe import BlockDescription
 
-_SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".mat", ".edf", ".rec")
+_TABLES = (".csv", ".tsv", ".txt", ".dat", ".xlsx")
+_SUFFIXES = (*_TABLES, ".mat", ".edf", ".rec")
 _HALVES = {"pressure": ("pressure", "press", "pap", "p"), "flow": ("flow", "q")}
 _WORD = re.compile(r"[^\W\d_]+|\d+")
 
@@ -90,7 +91,7 @@ def words(name: str) -> list[str]:
 
 
 def _is_network(file: Path) -> bool:
-    if file.suffix.lower() not in (".csv", ".tsv", ".txt", ".dat"):
+    if file.suffix.lower() not in _TABLES:
         return False
     try:
         return "parent" in read_columns(file).names
