@@ -6,7 +6,10 @@ import typer
 from typer.core import TyperGroup
 
 WRONG_INPUT, FAILED = 1, 3
-"""Exit status: a file, an option or a study is wrong; the input is fine, but (an animal's) numbers did not come out."""
+"""Exit status: a file, a value or a study is wrong; the input is fine, but (an animal's) numbers did not come out.
+
+2 is Click's own, for a command line that it does not understand, 130 an interruption.
+"""
 
 _WITH_SETTINGS = ("fit", "extract")
 
@@ -23,6 +26,15 @@ class Commands(TyperGroup):
             command = with_settings(name, command)
         return name, command, rest
 
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command; with --verbose say with what, for how long, and where in the program an error arose."""
+        if not ctx.params.get("verbose"):
+            return super().invoke(ctx)
+        from vasowave.cli.verbose import told
+
+        with told():
+            return super().invoke(ctx)
+
 
 app = typer.Typer(
     cls=Commands,
@@ -30,7 +42,8 @@ app = typer.Typer(
     add_completion=True,
     pretty_exceptions_enable=False,
     help="From one animal's vessels and one catheter recording to a calibrated, explained pulse-wave model.",
-    epilog="Exit status: 0 done; 1 the input or a command is wrong; 3 done, but animals failed; 130 interrupted. "
+    epilog="Exit status: 0 done; 1 the input is wrong; 2 the command line is; 3 the input is fine, but numbers (of an "
+    "animal) did not come out; 130 interrupted. "
     "Example: vasowave fit network.csv recording.txt --output my-mouse",
 )
 
@@ -47,6 +60,9 @@ def _show_version(wanted: bool) -> None:
 def options(
     version: Annotated[
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and leave.")
+    ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Say versions, time and memory, and where an error arose.")
     ] = False,
 ) -> None:
     """Take the options that stand before a command."""

@@ -1,0 +1,55 @@
+"""The site made of these pages: `uv run --group docs sphinx-build -W docs build/site`.
+
+Pages are Markdown, the reference comes from docstrings, and the gallery's scripts are run while it is built.
+"""
+
+import importlib.metadata
+
+project = "vasowave"
+author = "The vasowave authors"
+release = importlib.metadata.version("vasowave")
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx_gallery.gen_gallery",
+]
+exclude_patterns = ["gallery", "figures"]
+html_theme = "alabaster"
+html_theme_options = {
+    "description": "Pulse waves of one animal, calibrated and explained.",
+    "fixed_sidebar": True,
+    "page_width": "1100px",
+}
+html_static_path: list[str] = []
+
+myst_heading_anchors = 3
+suppress_warnings = ["config.cache"]  # the gallery's settings hold a class
+
+napoleon_google_docstring = False
+napoleon_use_ivar = True  # attributes stand in the table of their class
+autodoc_typehints = "none"  # the docstrings say the types, with shapes and units
+autosummary_generate = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "made-gallery",
+    "filename_pattern": r"\.py$",
+    "abort_on_example_error": True,
+    "min_reported_time": 1e9,
+    "show_memory": False,
+    "download_all_examples": False,
+    "show_signature": False,
+    "remove_config_comments": True,
+}
+
+
+def setup(app: object) -> None:
+    """Let |u|, a modulus in docstrings, be no substitution of reStructuredText."""
+
+    def plain(_app: object, _what: str, _name: str, _object: object, _options: object, lines: list[str]) -> None:
+        lines[:] = [line.replace("|u|", r"\|u\|") for line in lines]
+
+    app.connect("autodoc-process-docstring", plain)  # type: ignore[attr-defined]
