@@ -16,7 +16,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["gallery", "figures"]
+exclude_patterns = ["gallery", "figures", "package.md"]
 html_theme = "alabaster"
 html_theme_options = {
     "description": "Pulse waves of one animal, calibrated and explained.",

@@ -1,4 +1,4 @@
-"""What --verbose adds, on the standard error: with what a command ran, how long, in how much memory, where it failed."""
+"""What --verbose adds on the standard error: with what a command ran, how long, in how much memory, where it failed."""
 
 import platform
 import sys

@@ -1,0 +1,72 @@
+"""What a script that calls vasowave sees: exit status, streams, colors."""
+
+import os
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+
+import vasowave as vw
+from vasowave.cli import run
+
+
+@pytest.fixture
+def vasowave(tmp_path, monkeypatch, capsys):
+    """Return a function that runs a command line and returns its exit status, output and errors."""
+    monkeypatch.chdir(tmp_path)
+
+    def called(*arguments):
+        monkeypatch.setattr(sys, "argv", ["vasowave", *arguments])
+        monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+        status = 0
+        with warnings.catch_warnings():
+            warnings.simplefilter("default")
+            try:
+                run()
+            except SystemExit as left:
+                status = left.code or 0
+        return status, *capsys.readouterr()
+
+    return called
+
+
+def write_mouse(folder):
+    network, mouse = vw.Network(("a",), [-1], [0.4], [0.05]), vw.virtual_mouse()
+    vw.write_network(network, folder / "n.csv")
+    columns = np.column_stack([mouse.time, mouse.pressure, mouse.flow])
+    np.savetxt(folder / "c.csv", columns, delimiter=",", header="time [s],pressure [mmHg],flow [ml/s]", comments="")
+
+
+def test_wrong_data_wrong_commands_and_failures_are_told_apart(tmp_path, vasowave):
+    write_mouse(tmp_path)
+    status, output, errors = vasowave("simulate", "missing.csv", "c.csv")
+    assert (status, output) == (1, "")
+    assert errors.startswith("Error: missing.csv")
+    assert vasowave("simulate", "n.csv", "c.csv", "--wal", "linear")[0] == 2
+    status, _, errors = vasowave("simulate", "n.csv", "c.csv", "--set", "radius=0.02")
+    assert status == 3, errors
+    assert errors.count("Error: ") == 1
+    assert not (tmp_path / "waveforms.nc").exists()
+    status, output, errors = vasowave("--version")
+    assert (status, output.split()[0], errors) == (0, "vasowave", "")
+
+
+def test_verbose_says_versions_time_memory_and_where_an_error_arose(vasowave):
+    _, _, errors = vasowave("-v", "simulate", "missing.csv", "c.csv")
+    for word in ("Python 3.", f"vasowave {vw.__version__}", "numba", "threads", "s of the processor", "Traceback"):
+        assert word in errors
+    assert errors.splitlines()[-1].startswith("Error: missing.csv")
+    assert "Traceback" not in vasowave("simulate", "missing.csv", "c.csv")[2]
+
+
+def test_no_color_is_respected_even_where_color_is_forced():
+    command = [sys.executable, "-c", "from vasowave.cli import run; run()", "simulate", "--help"]
+    forced, plain = (
+        subprocess.run(command, capture_output=True, text=True, check=True, env=os.environ | given).stdout
+        for given in ({"FORCE_COLOR": "1"}, {"FORCE_COLOR": "1", "NO_COLOR": "1"})
+    )
+    colors = ("\x1b[3", "\x1b[1;3")
+    assert any(color in forced for color in colors)
+    assert not any(color in plain for color in colors)

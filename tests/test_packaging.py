@@ -1,0 +1,116 @@
+"""The package as others get it: wheel, conda recipe, container, and what stands on the index's page."""
+
+import re
+import shutil
+import subprocess
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+import vasowave as vw
+from other_programs import environment_with
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+CONDA_NAMES = {"matplotlib": "matplotlib-base"}
+"""Packages that conda-forge calls differently."""
+
+
+def test_the_page_for_the_index_has_no_link_that_ends_there():
+    page = (ROOT / PROJECT["readme"]).read_text(encoding="utf-8")
+    assert re.findall(r"\]\((?!https?:)[^)]*\)", page) == []
+    assert "uv run" not in page  # which needs the source
+
+
+def test_every_command_of_the_command_line_stands_in_the_docs():
+    from typer.main import get_command
+
+    from vasowave.cli import app
+
+    page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    told = set(re.findall(r"^\| `vasowave (\w+)`", page, re.MULTILINE))
+    assert told == set(get_command(app).commands)
+
+
+def test_every_public_name_stands_in_the_reference():
+    page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\.\. auto(?:class|function|module):: vasowave\.(\w+)$", page, re.MULTILINE)) == set(
+        vw.__all__
+    )
+
+
+def test_the_conda_recipe_asks_for_what_the_project_asks_for():
+    text = (ROOT / "recipe" / "recipe.yaml").read_text(encoding="utf-8")
+    recipe = yaml.safe_load(text)
+    assert recipe["context"]["version"] == PROJECT["version"]
+    asked = {re.sub(r"(?=[<>=])", " ", one, count=1) for one in PROJECT["dependencies"]}
+    conda = {" ".join([CONDA_NAMES.get(one.split()[0], one.split()[0]), *one.split()[1:]]) for one in asked}
+    assert set(recipe["requirements"]["run"]) == conda | {f"python {PROJECT['requires-python']}"}
+    assert recipe["about"]["license"] == PROJECT["license"]
+
+
+def test_the_citation_is_of_this_project_and_version():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert {"cff-version", "message", "title", "authors", "version", "license"} <= set(citation)
+    assert (citation["title"], citation["version"]) == (PROJECT["name"], PROJECT["version"])
+    assert citation["license"] == PROJECT["license"]
+
+
+def test_the_container_copies_only_what_exists():
+    lines = (ROOT / "Containerfile").read_text(encoding="utf-8").splitlines()
+    copied = [word for line in lines if line.startswith("COPY") for word in line.split()[1:-1]]
+    assert {"src", PROJECT["readme"]} <= set(copied)
+    assert all((ROOT / name).exists() for name in copied)
+
+
+@pytest.mark.validation
+def test_the_wheel_stands_alone(tmp_path):
+    uv = shutil.which("uv")
+    if uv is None:
+        pytest.skip("uv, which builds the wheel, is not on the path")
+    subprocess.run([uv, "build", "--quiet", "--wheel", "--out-dir", str(tmp_path), str(ROOT)], check=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    python = environment_with(tmp_path, str(wheel))
+    vw.write_network(vw.Network(("a", "b", "c"), [-1, 0, 0], [0.4, 0.4, 0.3], [0.05, 0.03, 0.04]), tmp_path / "n.csv")
+    mouse = vw.virtual_mouse()
+    columns = np.column_stack([mouse.time, mouse.pressure, mouse.flow])
+    np.savetxt(tmp_path / "c.csv", columns, delimiter=",", header="time [s],pressure [mmHg],flow [ml/s]", comments="")
+    command = python.parent / "vasowave"
+    told = subprocess.run([command, "--version"], capture_output=True, text=True, check=True, cwd=tmp_path).stdout
+    assert told.strip() == f"vasowave {PROJECT['version']}"
+    fit = [command, "fit", "n.csv", "c.csv", "--walls", "linear", "--starts", "1", "-o", "mouse"]
+    done = subprocess.run(fit, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "mouse" / "report" / "report.html").stat().st_size > 10_000
+    where = subprocess.run([python, "-c", "import vasowave; print(vasowave.__file__)"], capture_output=True, text=True,
+                           check=True, cwd=tmp_path).stdout  # fmt: skip
+    assert str(tmp_path) in where
+
+
+@pytest.mark.validation
+def test_the_conda_package_builds(tmp_path):
+    tool = shutil.which("rattler-build")
+    if tool is None:
+        pytest.skip("rattler-build is not installed here")
+    subprocess.run(
+        [tool, "build", "--recipe", str(ROOT / "recipe"), "--output-dir", str(tmp_path), "-c", "conda-forge"],
+        check=True,
+    )
+    assert list(tmp_path.rglob("vasowave-*.conda"))
+
+
+@pytest.mark.validation
+def test_the_container_builds_and_answers(tmp_path):
+    tool = shutil.which("podman") or shutil.which("docker")
+    if tool is None:
+        pytest.skip("neither podman nor docker is installed here")
+    if subprocess.run([tool, "info"], capture_output=True, check=False).returncode:
+        pytest.skip(f"{Path(tool).name} is installed here, but its engine does not run")
+    subprocess.run([tool, "build", "-q", "-f", "Containerfile", "-t", "vasowave-test", "."], cwd=ROOT, check=True)
+    told = subprocess.run(
+        [tool, "run", "--rm", "vasowave-test", "--version"], capture_output=True, text=True, check=True
+    )
+    assert told.stdout.strip() == f"vasowave {PROJECT['version']}"
