@@ -4,6 +4,7 @@ Pages are Markdown, the reference comes from docstrings, and the gallery's scrip
 """
 
 import importlib.metadata
+import re
 
 project = "vasowave"
 author = "The vasowave authors"
@@ -26,11 +27,12 @@ html_theme_options = {
 html_static_path: list[str] = []
 
 myst_heading_anchors = 3
-suppress_warnings = ["config.cache"]  # the gallery's settings hold a class
+suppress_warnings = ["ref.python"]  # a parameter may be called like an attribute of two classes
 
 napoleon_google_docstring = False
 napoleon_use_ivar = True  # attributes stand in the table of their class
 autodoc_typehints = "none"  # the docstrings say the types, with shapes and units
+autodoc_default_options = {"members": True, "member-order": "bysource"}
 autosummary_generate = False
 
 sphinx_gallery_conf = {
@@ -38,6 +40,7 @@ sphinx_gallery_conf = {
     "gallery_dirs": "made-gallery",
     "filename_pattern": r"\.py$",
     "abort_on_example_error": True,
+    "capture_repr": (),
     "min_reported_time": 1e9,
     "show_memory": False,
     "download_all_examples": False,
@@ -47,9 +50,9 @@ sphinx_gallery_conf = {
 
 
 def setup(app: object) -> None:
-    """Let |u|, a modulus in docstrings, be no substitution of reStructuredText."""
+    """Let |u|, a modulus, and (*shape in docstrings be no marks of reStructuredText."""
 
     def plain(_app: object, _what: str, _name: str, _object: object, _options: object, lines: list[str]) -> None:
-        lines[:] = [line.replace("|u|", r"\|u\|") for line in lines]
+        lines[:] = [re.sub(r"\|(\w+)\|", r"\|\1\|", line).replace("(*", r"(\*") for line in lines]
 
     app.connect("autodoc-process-docstring", plain)  # type: ignore[attr-defined]

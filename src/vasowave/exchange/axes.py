@@ -9,17 +9,15 @@ from vasowave.errors import InputError
 from vasowave.figures.network import layout
 from vasowave.network import Network
 
-_WIDEST = np.radians(70.0)  # from the root's direction
+_APART = np.radians(75.0)  # between the outermost daughters of a vessel
 
 
 def drawn_axes(network: Network) -> list[np.ndarray]:
-    """Return a straight axis for each vessel, shape (2, 3), x, y, z in cm: true lengths, directions as in the figure.
+    """Return a straight axis for each vessel, shape (2, 3), x, y, z in cm: true lengths, ordered as in the figure.
 
-    Every vessel points to the middle of the terminals behind it, which are fanned out over 140°.
+    Daughters leave their parent as arteries do: a wide one goes on nearly straight, a thin one turns away.
     """
-    place = layout(network)[1]
-    half = max(float(np.ptp(place)) / 2.0, 0.5)
-    angle = _WIDEST * (place - place[network.root]) / max(half, float(np.abs(place - place[network.root]).max()))
+    angle = _angles(network)
     direction = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(len(network))])
     axes: list[np.ndarray] = [np.empty((0, 3))] * len(network)
     for rows in network.generations:
@@ -27,6 +25,18 @@ def drawn_axes(network: Network) -> list[np.ndarray]:
             start = axes[network.parent[row]][-1] if network.parent[row] >= 0 else np.zeros(3)
             axes[row] = np.stack([start, start + network.length[row] * direction[row]])
     return axes
+
+
+def _angles(network: Network) -> np.ndarray:
+    """Return the direction of each vessel, rad from that of the root, shape (vessel,)."""
+    place, angle = layout(network)[1], np.zeros(len(network))
+    for row in np.concatenate(network.generations):
+        daughters = np.array(sorted(network.daughters[row], key=place.__getitem__), dtype=int)
+        fan = np.linspace(-0.5, 0.5, len(daughters)) if len(daughters) > 1 else np.zeros(len(daughters))
+        if len(daughters):
+            straight = np.average(fan, weights=network.area[daughters])
+            angle[daughters] = angle[row] + _APART * (fan - straight)
+    return angle
 
 
 def read_axes(path: str | Path, network: Network) -> list[np.ndarray]:
