@@ -130,6 +130,14 @@ def test_formulas_count_with_the_value_that_was_last_shown(tmp_path):
     assert read_columns(path).numbers(0, "length").tolist() == [2]
 
 
+def test_the_pronunciation_of_a_word_is_no_part_of_it(tmp_path):
+    words = "<sst><si><r><t>x </t></r><r><t>[cm]</t></r><rPh><t>EKS</t></rPh></si></sst>"
+    xml = f'<worksheet xmlns="{MAIN}"><sheetData><row><c t="s"><v>0</v></c></row><row><c><v>3</v></c></row></sheetData></worksheet>'  # noqa: E501
+    path = write_workbook(tmp_path / "t.xlsx", xl__sharedStrings=words, xl__worksheets__sheet1=xml)
+    assert read_columns(path).numbers(0, "length").tolist() == [3]
+    assert read_columns(path).names == ("x",)
+
+
 BOMB = '<!DOCTYPE a [<!ENTITY b "bbbbbbbbbb"><!ENTITY c "&b;&b;&b;&b;">]>'
 
 

@@ -18,7 +18,7 @@ _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other p
 
 
 def read_network(path: str | Path) -> Network:
-    """Read a network from CSV, TSV or Excel with the columns ``name, parent, length [cm], radius [cm], pressure [mmHg]``.
+    """Read a network from CSV, TSV or Excel: the columns ``name, parent, length [cm], radius [cm], pressure [mmHg]``.
 
     The root's parent is empty. Sizes and pressure may be in any unit that the header names. The pressure is that of the
     image, the same in every row; without the column it is not known. Other columns are ignored.

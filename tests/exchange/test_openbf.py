@@ -85,6 +85,14 @@ def test_a_linear_model_comes_back_from_openbf_as_it_was(linear, tmp_path):
     assert inflow.period == linear.inflow.period
 
 
+def test_the_walls_modulus_is_that_of_openbfs_tube_law(linear, tmp_path):
+    """Its manual: β = E h0/((1 - σ²) R0) with σ = 1/2, in Pa, of the radius at no pressure, in m."""
+    for one in config_of(linear, tmp_path)["network"]:
+        assert one["E"] * one["h0"] / ((1 - 0.5**2) * one["R0"]) == pytest.approx(57.0 * PA, rel=1e-9)
+        row = linear.network.row(one["label"])
+        assert one["R0"] == pytest.approx(1e-2 * np.sqrt(linear.model.area0[row] / np.pi), rel=1e-9)
+
+
 def test_openbfs_friction_is_the_papers_at_mean_area_within_what_the_file_says(tangent, tmp_path):
     said = write_openbf(tangent, tmp_path)[1]
     config = yaml.safe_load((tmp_path / "openbf.yaml").read_text(encoding="utf-8"))
@@ -137,6 +145,13 @@ def test_more_than_two_daughters_are_told_because_openbf_may_refuse_them(linear,
         write_openbf(crowded, tmp_path)
 
 
+BOMB = (
+    "a: &a [x, x, x, x, x, x, x, x, x]\n"
+    + "".join(
+        f"{two}: &{two} [{', '.join([f'*{one}'] * 9)}]\n" for one, two in zip("abcdefghijk", "bcdefghijkl", strict=True)
+    )
+    + "network: [{label: *l}]\nblood: {rho: 1, mu: 1}"
+)  # 9^12 texts, if anything wrote them out
 VESSEL = {"label": "a", "sn": 1, "tn": 2, "L": 0.1, "R0": 0.01, "h0": 1e-3, "E": 4e5, "R1": 1e7, "R2": 1e8, "Cc": 1e-8}
 
 
@@ -145,10 +160,12 @@ VESSEL = {"label": "a", "sn": 1, "tn": 2, "L": 0.1, "R0": 0.01, "h0": 1e-3, "E":
     [
         ({"tn": 1}, "cycle|not connected|no root"),
         ({"L": "long"}, "'L' is 'long', not a number"),
+        ({"L": [1, [2]]}, "'L' is neither a number nor a text"),
+        ({"label": {"a": 1}}, "'label' is neither a number nor a text"),
         ({"L": -1}, "at least 0"),
         ({"E": None}, "no 'E'"),
         ({"E": float("nan")}, "at least 0"),
-        ({"E": True}, "at least 0"),
+        ({"E": True}, "not a number"),
         ({"sn": 1.5}, "nodes are whole numbers"),
         ({"R0": 0}, "its radius is zero"),
         ({"R1": None, "Rt": 0.5}, "without a Windkessel"),
@@ -179,6 +196,7 @@ def test_what_no_vessel_can_be_is_an_error_that_names_the_vessel_and_the_key(tmp
         ("network: [{label: a}]", "'blood' is missing"),
         ("network: !!python/object:os.system {}", "not YAML"),
         ("\x00\x01", "not YAML"),
+        (BOMB, "'label' is neither a number nor a text"),
     ],
 )
 def test_what_is_no_configuration_of_openbf_is_one_of_our_errors(tmp_path, text, words):

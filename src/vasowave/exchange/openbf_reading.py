@@ -90,7 +90,7 @@ class _Vessel:
         if not isinstance(values, Mapping):
             raise InputError(f"{self.place}: is not a list of keys and values, as openBF's files have it")
         self.values = values
-        self.name = str(values.get("label", "")).strip()
+        self.name = _word(self.place, "label", values.get("label", ""))
         self.place += f" ('{self.name}')" if self.name else ""
 
     def has(self, key: str) -> bool:
@@ -98,13 +98,15 @@ class _Vessel:
 
     def number(self, key: str, default: float | None = None, least: float = 0.0) -> float:
         value = self.values.get(key, default)
+        if value is None:
+            raise InputError(f"{self.place}: no '{key}'; openBF needs it")
+        text = _word(self.place, key, value)
         try:
-            found = float(value)
-        except (TypeError, ValueError):
-            what = f"no '{key}'" if value is None else f"'{key}' is {value!r}, not a number"
-            raise InputError(f"{self.place}: {what}; openBF needs it") from None
-        if isinstance(value, bool) or not math.isfinite(found) or found < least:
-            raise InputError(f"{self.place}: '{key}' is {value!r}; it must be a number of at least {least:g}")
+            found = float(text)
+        except ValueError:
+            raise InputError(f"{self.place}: '{key}' is '{text}', not a number") from None
+        if not math.isfinite(found) or found < least:
+            raise InputError(f"{self.place}: '{key}' is {text}; it must be a number of at least {least:g}")
         return found
 
     def node(self, key: str) -> int:
@@ -127,6 +129,13 @@ def _config(path: Path) -> Mapping[str, Any]:
     if not isinstance(config, Mapping) or "network" not in config:
         raise InputError(f"{path}: no 'network'; this is no configuration of openBF")
     return config
+
+
+def _word(place: str, key: str, value: Any) -> str:
+    """Return a number or a text as text; lists of lists, which can be endless in YAML, are never written out."""
+    if not isinstance(value, str | int | float):
+        raise InputError(f"{place}: '{key}' is neither a number nor a text")
+    return str(value).strip()
 
 
 def _part(path: Path, config: Mapping[str, Any], key: str, kind: type) -> Any:
@@ -202,8 +211,8 @@ def _profile(network: Network, vessels: list[_Vessel]) -> float:
 
 
 def _inflow(path: Path, config: Mapping[str, Any]) -> Inflow:
-    name = str(config.get("inlet_file") or f"{config.get('project_name', '')}_inlet.dat")
-    file = path.parent / name
+    project = _word(str(path), "project_name", config.get("project_name", ""))
+    file = path.parent / _word(str(path), "inlet_file", config.get("inlet_file") or f"{project}_inlet.dat")
     table = _two_columns(file)
     time, flow = table[:, 0], 1e6 * table[:, 1]
     if len(time) < 2 or time[0] != 0 or np.any(np.diff(time) <= 0):

@@ -20,7 +20,6 @@ def read_mat_hdf5(path: str | Path) -> dict[str, Any]:
 
     found: dict[str, Any] = {}
     with Dataset(path) as file:
-        file.set_auto_maskandscale(False)  # a number that means "missing" to netCDF is a number here
         for name, variable in file.variables.items():
             kind = variable.getncattr("MATLAB_class") if "MATLAB_class" in variable.ncattrs() else ""
             if "MATLAB_empty" in variable.ncattrs():
