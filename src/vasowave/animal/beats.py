@@ -12,7 +12,7 @@ EXCERPT = 6.0
 def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Dataset:
     """Return onset, length and fate of every beat, and an excerpt of the signals around the averaged ones."""
     beats = average.beats
-    found = {
+    variables = {
         "onset": _along("beat", [beat.start for beat in beats], "s", "start of the beat"),
         "length": _along("beat", [beat.end - beat.start for beat in beats], "s", "length of the beat"),
         "kept": _along("beat", np.array([beat.averaged for beat in beats], dtype=np.int8), "1", "part of the average"),
@@ -21,7 +21,9 @@ def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Data
         ),
         "delay": xr.Variable((), average.delay, {"units": "s", "long_name": "flow behind pressure (p-q delay)"}),
     }
-    dataset = xr.Dataset(found, attrs={"fiducial": average.fiducial, "delay_corrected": int(average.delay_corrected)})
+    dataset = xr.Dataset(
+        variables, attrs={"fiducial": average.fiducial, "delay_corrected": int(average.delay_corrected)}
+    )
     return dataset if raw is None else dataset.merge(_excerpt(average, raw))
 
 

@@ -138,7 +138,7 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, xr.Dataset]:
     nominal = estimate_nominal(network, recording, blood)
     station = measured_station(recording, network, nominal, blood.inertia, settings.waves_at)
     waves = waves_dataset(station, blood.inertia)
-    found = {
+    groups = {
         "network": network_dataset(network),
         "recording": _with_scatter(animal),
         "nominal": nominal_dataset(nominal, network),
@@ -147,8 +147,8 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, xr.Dataset]:
         "measured/quantities": measured_quantities(recording, nominal, station, waves),
     }
     if animal.beats is not None:
-        found["beats"] = beats_dataset(animal.beats, animal.raw)
-    return found
+        groups["beats"] = beats_dataset(animal.beats, animal.raw)
+    return groups
 
 
 def _with_scatter(animal: Animal) -> xr.Dataset:

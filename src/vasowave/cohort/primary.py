@@ -159,15 +159,15 @@ def _check(cohort: Cohort, family: Family, law: str) -> None:
 
 def _usable(cohort: Cohort, names: Sequence[str], law: str, other: str, left_out: dict[str, str]) -> list[Compared]:
     """Return the quantities that can be compared; `left_out` gets the others with the reason."""
-    found = []
+    usable = []
     for name in names:
         source = source_of(name, law)
         one = _compared(cohort, source, name, other)
         if reason := "no animal has it" if one is None else _refusal(one):
             left_out[f"{name} ({other})"] = reason
         elif one is not None:
-            found.append(one)
-    return found
+            usable.append(one)
+    return usable
 
 
 def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | None:

@@ -72,15 +72,15 @@ def differences(animals: Sequence[Ballots], reference: str, covariance: str = ""
         reference, by animal; ``low, high`` are the ends of its 95 % interval (Student) from the scatter of the animals.
         Positive numbers speak for the reference.
     """
-    found: dict[str, list[float]] = {}
+    by_wall: dict[str, list[float]] = {}
     for animal in animals:
         scores = _under(animal, covariance or animal.likeliest)
         labels = [label for label in scores.index if label.startswith("AICc ") and label != "AICc prefers"]
         by_law = {label.removeprefix("AICc "): float(scores[label]) for label in labels}
         if reference in by_law and scores["AICc prefers"] != DISCARDED:
             for wall in by_law.keys() - {reference}:
-                found.setdefault(wall, []).append(by_law[wall] - by_law[reference])
-    rows = [(wall, len(values), *_mean_and_interval(np.array(values)), sum(values)) for wall, values in found.items()]
+                by_wall.setdefault(wall, []).append(by_law[wall] - by_law[reference])
+    rows = [(wall, len(values), *_mean_and_interval(np.array(values)), sum(values)) for wall, values in by_wall.items()]
     return pd.DataFrame(rows, columns=["wall", "n", "mean", "low", "high", "sum"])
 
 

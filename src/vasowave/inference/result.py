@@ -79,8 +79,8 @@ class Posterior:
     --------
     >>> import vasowave as vw
     >>> network, mouse = vw.control_network(), vw.virtual_mouse()
-    >>> found = vw.posterior(network, mouse, priors=vw.Priors(radius=0, length=0), draws=40)
-    >>> found.summary.loc["wave_speed", ["interval_low", "median", "interval_high"]].is_monotonic_increasing
+    >>> drawn = vw.posterior(network, mouse, priors=vw.Priors(radius=0, length=0), draws=40)
+    >>> drawn.summary.loc["wave_speed", ["interval_low", "median", "interval_high"]].is_monotonic_increasing
     True
     """
 

@@ -73,9 +73,9 @@ def suspect_catheter(recording: Recording) -> Catheter | None:
     responses = Catheter(natural[:, None], damping[:, None]).response(frequency)  # type: ignore[arg-type]
     misfits = _misfit(pressure / flow, frequency, np.vstack([np.ones(len(frequency)), responses]))
     best = int(np.argmin(misfits[1:]))
-    found = Catheter(float(natural[best]), float(damping[best]))
-    inside = found.natural_frequency < _INSIDE * frequency[-1]
-    return found if inside and found.damping < _RINGS and misfits[1 + best] < _BETTER * misfits[0] else None
+    catheter = Catheter(float(natural[best]), float(damping[best]))
+    inside = catheter.natural_frequency < _INSIDE * frequency[-1]
+    return catheter if inside and catheter.damping < _RINGS and misfits[1 + best] < _BETTER * misfits[0] else None
 
 
 def _last_strong(recording: Recording, signal: str) -> int:

@@ -67,9 +67,9 @@ def explained(entries: Mapping[str, str]) -> Callable[[str], str]:
     longest = sorted(map(re.escape, safe), key=len, reverse=True)
     pattern = re.compile(rf"(?<![\w/])({'|'.join(longest)})(?![\w/(₀-₉])") if longest else None
 
-    def mark(found: re.Match[str]) -> str:
+    def mark(match: re.Match[str]) -> str:
         # A table's first column and its header may hold single letters: they are whole cells.
-        return f'<abbr tabindex="0" title="{escape(entries[found[1]])}">{escape(found[1])}</abbr>'
+        return f'<abbr tabindex="0" title="{escape(entries[match[1]])}">{escape(match[1])}</abbr>'
 
     def of(text: str) -> str:
         whole = re.fullmatch(r"(\S+)( = \S+)?( \[.*\])?", text)
@@ -79,9 +79,9 @@ def explained(entries: Mapping[str, str]) -> Callable[[str], str]:
         if pattern is None:
             return escape(text)
         parts, end = [], 0
-        for found in pattern.finditer(text):
-            parts += [str(escape(text[end : found.start()])), mark(found)]
-            end = found.end()
+        for match in pattern.finditer(text):
+            parts += [str(escape(text[end : match.start()])), mark(match)]
+            end = match.end()
         return Markup("".join([*parts, str(escape(text[end:]))]))
 
     return of

@@ -106,8 +106,8 @@ def _place(documents: Sequence[Report], folder: Path, pdf: bool) -> None:
 def _others(document: Report, typeset: bool) -> dict[str, str]:
     """Return the files that a document leads to, by what a link calls them."""
     first = document.name == REPORT
-    found = {"Supplement": f"{SUPPLEMENT}.html"} if first else {"The result on one page": PAGE}
-    return found | ({"PDF": f"{document.name}.pdf"} if typeset else {})
+    others = {"Supplement": f"{SUPPLEMENT}.html"} if first else {"The result on one page": PAGE}
+    return others | ({"PDF": f"{document.name}.pdf"} if typeset else {})
 
 
 def _check_free(folder: Path) -> None:

@@ -120,7 +120,7 @@ def analyze_animal(
     The SHA-256 of its files stands among the attributes of the tree.
     """
     tree = analyze(animal, settings, progress, Journal(Path(journal)))
-    tree.attrs |= {f"sha256 of {role}": found for role, found in hashes.items()}
+    tree.attrs |= {f"sha256 of {role}": digest for role, digest in hashes.items()}
     return tree
 
 

@@ -166,9 +166,9 @@ def _write(study: Study, pieces: Mapping[str, Path], failures: Mapping[str, str]
     if not pieces:
         listed = "\n".join(f"  {name}: {why}" for name, why in failures.items())
         raise InputError(f"{study.path}: every animal failed\n{listed}")
-    found = {(row.animal, row.group): pieces[row.animal] for row in study.animals if row.animal in pieces}
+    stored = {(row.animal, row.group): pieces[row.animal] for row in study.animals if row.animal in pieces}
     failed = {row.animal: failures[row.animal] for row in study.animals if row.animal in failures}
-    return write_results(study.results, found, failed, study.settings)
+    return write_results(study.results, stored, failed, study.settings)
 
 
 def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[str, str]]:
@@ -183,9 +183,9 @@ def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[
         except InputError as error:
             failures[row.animal] = str(error)
             continue
-        found = store.find(key)
-        if found is not None:
-            pieces[row.animal] = found
+        piece = store.find(key)
+        if piece is not None:
+            pieces[row.animal] = piece
             continue
 
         def load(row: Any = row, key: str = key) -> tuple[Any, ...]:

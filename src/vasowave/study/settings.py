@@ -58,10 +58,10 @@ def _section(name: str, words: str, settings: Mapping[str, Setting], base: type[
 
 def _friction_settings() -> dict[str, Setting]:
     """Return the choice of a friction law and the settings of every law."""
-    found = {"friction": Setting(Literal[tuple(FRICTIONS)], next(iter(FRICTIONS)), _BLOOD["friction"].meaning)}
+    settings = {"friction": Setting(Literal[tuple(FRICTIONS)], next(iter(FRICTIONS)), _BLOOD["friction"].meaning)}
     for name, law in FRICTIONS.items():
-        found |= {key: one._replace(meaning=f"For {name}: {one.meaning}") for key, one in settings_of(law).items()}
-    return found
+        settings |= {key: one._replace(meaning=f"For {name}: {one.meaning}") for key, one in settings_of(law).items()}
+    return settings
 
 
 class _FrictionBelongs(Section):

@@ -13,7 +13,7 @@ from vasowave.report.wording import listed, value_text
 
 def animal_answers(tree: xr.DataTree, law: str, family: Family, called: Called) -> list[tuple[str, str]]:
     """Return question and answer: what was measured, then what the wall law says."""
-    found = [("Pressure and flow", _measured(tree))]
+    answers = [("Pressure and flow", _measured(tree))]
     by_question: dict[str, list[str]] = {}
     for name in family.quantities if law else ():
         if name not in INDICES:
@@ -22,8 +22,8 @@ def animal_answers(tree: xr.DataTree, law: str, family: Family, called: Called) 
     for question, names in by_question.items():
         there = [name for name in names if name in quantities]
         if there:
-            found.append((question, f"{_listed(there, quantities, called)} ({law} wall)."))
-    return found
+            answers.append((question, f"{_listed(there, quantities, called)} ({law} wall)."))
+    return answers
 
 
 def _listed(names: Sequence[str], quantities: Mapping[str, xr.DataArray], called: Called) -> str:

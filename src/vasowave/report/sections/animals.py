@@ -51,8 +51,8 @@ def _remarks(tree: xr.DataTree) -> list[Block]:
 
 def _notes(tree: xr.DataTree) -> list[Block]:
     """Return the notes folded, as they stand with the animals of a cohort."""
-    found = _remarks(tree)
-    return [Fold(f"Notes ({len(notes_of(tree))})", found)] if found else []
+    remarks = _remarks(tree)
+    return [Fold(f"Notes ({len(notes_of(tree))})", remarks)] if remarks else []
 
 
 def _sentences(tree: xr.DataTree, written: dict[str, str]) -> list[Block]:
