@@ -113,8 +113,8 @@ TREES = st.recursive(LEAVES, lambda t: st.lists(t, max_size=3) | st.dictionaries
 
 @given(st.dictionaries(KEYS, TREES, max_size=5))
 @settings(max_examples=150, deadline=None)
-def test_any_tree_of_values_is_understood_or_refused_with_a_place(tree):
-    found, problems = parse_settings(yaml.safe_dump(tree, allow_unicode=True).encode())
+def test_any_tree_of_values_is_understood_or_refused_with_a_place(result):
+    found, problems = parse_settings(yaml.safe_dump(result, allow_unicode=True).encode())
     assert (found is None) == bool(problems)
     assert all(problem.place.startswith("study.yaml") and problem.message for problem in problems)
 

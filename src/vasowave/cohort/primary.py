@@ -49,7 +49,7 @@ class Compared(NamedTuple):
     Attributes
     ----------
     name, source : str
-    trees : list of DataTree
+    results : list of DataTree
         Animals of both groups that have it.
     logs, errors : array, shape (animal,)
     other : array of bool, shape (animal,)
@@ -57,7 +57,7 @@ class Compared(NamedTuple):
 
     name: str
     source: str
-    trees: list[xr.DataTree]
+    results: list[xr.DataTree]
     logs: np.ndarray
     errors: np.ndarray
     other: np.ndarray
@@ -177,23 +177,23 @@ def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | 
         return None
     values = rows[label].astype(float)
     pair = (cohort.reference, other)
-    trees = [
-        tree
-        for tree in cohort.trees
-        if group_of(tree) in pair
-        and (source == "measured" or source in wall_laws(tree))
-        and np.isfinite(values[name_of(tree)])
+    results = [
+        result
+        for result in cohort.results
+        if group_of(result) in pair
+        and (source == "measured" or source in wall_laws(result))
+        and np.isfinite(values[name_of(result)])
     ]
-    given = values[[name_of(tree) for tree in trees]].to_numpy()
+    given = values[[name_of(result) for result in results]].to_numpy()
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(given)
     return Compared(
         name,
         source,
-        trees,
+        results,
         logs,
-        log_errors(trees, source, name),
-        np.array([group_of(tree) == other for tree in trees]),
+        log_errors(results, source, name),
+        np.array([group_of(result) == other for result in results]),
     )
 
 
@@ -235,11 +235,11 @@ def _family_p(usable: Sequence[Compared]) -> np.ndarray:
     """Return the family-wise p of the quantities; an animal counts where it has a value."""
     if not usable:
         return np.empty(0)
-    everyone = {name_of(tree): group for one in usable for tree, group in zip(one.trees, one.other, strict=True)}
+    everyone = {name_of(result): group for one in usable for result, group in zip(one.results, one.other, strict=True)}
     place = {name: row for row, name in enumerate(everyone)}
     values = np.full((len(place), len(usable)), np.nan)
     for quantity, one in enumerate(usable):
-        values[[place[name_of(tree)] for tree in one.trees], quantity] = one.logs
+        values[[place[name_of(result)] for result in one.results], quantity] = one.logs
     return family_p(values, np.array(list(everyone.values())))
 
 
@@ -248,7 +248,7 @@ def _influence(one: Compared, ratio: Ratio) -> dict[str, object]:
     nothing: dict[str, object] = {"without": "", "ratio without": np.nan}
     if min(one.other.sum(), (~one.other).sum()) < 3:
         return nothing
-    count = len(one.trees)
+    count = len(one.results)
     left = [one.ratio(np.arange(count) != row).value for row in range(count)]
     farthest = int(np.argmax(np.abs(np.log(left) - np.log(ratio.value))))
-    return {"without": name_of(one.trees[farthest]), "ratio without": left[farthest]}
+    return {"without": name_of(one.results[farthest]), "ratio without": left[farthest]}

@@ -47,7 +47,7 @@ def symbol(name: str, written: Mapping[str, str]) -> str:
 
 def glossary(cohort: Cohort) -> dict[str, str]:
     """Return the meaning of every symbol of the animals."""
-    written, known = symbols(cohort.trees), meanings(cohort.trees)
+    written, known = symbols(cohort.results), meanings(cohort.results)
     return {symbol(name, written): meaning for name, meaning in known.items()} | _OWN
 
 

@@ -117,15 +117,15 @@ def analyze_animal(
 ) -> xr.DataTree:
     """Analyze one animal; searches that its journal (a file) knows are not made again.
 
-    The SHA-256 of its files stands among the attributes of the tree.
+    The SHA-256 of its files stands among the attributes of the result.
     """
-    tree = analyze(animal, settings, progress, Journal(Path(journal)))
-    tree.attrs |= {f"sha256 of {role}": digest for role, digest in hashes.items()}
-    return tree
+    result = analyze(animal, settings, progress, Journal(Path(journal)))
+    result.attrs |= {f"sha256 of {role}": digest for role, digest in hashes.items()}
+    return result
 
 
 def analyzed_bytes(animal: Animal, settings: Settings, hashes: Mapping[str, str], journal: str) -> bytes:
-    """Return the tree of `analyze_animal` as the bytes of a netCDF-4 file. Runs in a worker."""
+    """Return the result of `analyze_animal` as the bytes of a netCDF-4 file. Runs in a worker."""
     return to_bytes(analyze_animal(animal, settings, hashes, journal))
 
 

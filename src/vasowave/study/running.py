@@ -151,10 +151,10 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
             raise InputError(failures[row.animal])
         for job in jobs:
             animal, settings, hashes, journal = job.load()
-            tree = analyze_animal(animal, settings, hashes, journal, progress)
-            key = f"interrupted-{job.key}" if tree.attrs["interrupted"] else job.key
-            pieces[row.animal] = store.keep(key, to_bytes(tree))
-            if not tree.attrs["interrupted"]:
+            result = analyze_animal(animal, settings, hashes, journal, progress)
+            key = f"interrupted-{job.key}" if result.attrs["interrupted"] else job.key
+            pieces[row.animal] = store.keep(key, to_bytes(result))
+            if not result.attrs["interrupted"]:
                 remove_journals(study.results)
         results = _write(study, pieces, {})
     computed = tuple(job.name for job in jobs)

@@ -37,8 +37,8 @@ def _exponents(cohort: Cohort) -> list[str]:
     """Say how the wall stiffens where a law has a parameter for it, pooled over animals."""
     said = []
     for wall in cohort.walls:
-        trees = [tree for tree in cohort.calibrated(wall) if "stiffening" in tree[wall].children]
-        exponents = [data_of(tree, f"{wall}/stiffening")["exponent"] for tree in trees]
+        results = [result for result in cohort.calibrated(wall) if "stiffening" in result[wall].children]
+        exponents = [data_of(result, f"{wall}/stiffening")["exponent"] for result in results]
         inside = [one for one in exponents if not int(one.attrs["at_bound"])]
         if inside:
             said.append(_exponent(wall, inside, len(exponents)))

@@ -54,8 +54,8 @@ def _waveforms(cohort: Cohort) -> list[Block]:
     looks = group_looks(cohort.groups)
     return [
         *(Drawing(f"PQsim-{place}", f"Pressure and flow at the middle of chosen vessels of {cohort.name(group)}; in "
-                  "brackets the vessel's share of the mean flow.", figures.vessels_figure(tree, looks[group].color))
-          for place, (group, tree) in enumerate(cohort.shown.items(), start=1)),
+                  "brackets the vessel's share of the mean flow.", figures.vessels_figure(result, looks[group].color))
+          for place, (group, result) in enumerate(cohort.shown.items(), start=1)),
         Drawing("PAsim", "Pressure against area at the middle of the root vessel over one cycle (thick), and the wall "
                 "law from zero pressure on (thin, if the results hold it).", figures.pressure_area_figure(cohort)),
         Drawing("Tree", "Wave speed at mean pressure in every vessel (eqs. 31, 32), and fall of the mean pressure "
@@ -100,7 +100,7 @@ def _selection(cohort: Cohort, law: str) -> list[Block]:
 
 
 def _harmonics(cohort: Cohort) -> int:
-    return max(int(data_of(tree, "measured/impedance")["harmonic"].max()) for tree in cohort.trees)
+    return max(int(data_of(result, "measured/impedance")["harmonic"].max()) for result in cohort.results)
 
 
 def _whose(cohort: Cohort) -> str:
