@@ -10,8 +10,8 @@ EXCERPT = 6.0
 
 
 def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Dataset:
-    """Return onset, length and fate of every beat, and an excerpt of the signals around the averaged ones."""
-    beats = average.beats
+    """Return onset, length, level and fate of every beat, and an excerpt of the signals around the averaged ones."""
+    beats, baseline = average.beats, average.baseline
     variables = {
         "onset": _along("beat", [beat.start for beat in beats], "s", "start of the beat"),
         "length": _along("beat", [beat.end - beat.start for beat in beats], "s", "length of the beat"),
@@ -19,11 +19,18 @@ def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Data
         "reason": xr.Variable(
             "beat", np.array([beat.rejected for beat in beats], dtype=object), {"long_name": "why it was rejected"}
         ),
+        "level": _along("beat", baseline.level, "mmHg", "diastolic level of the beat"),
+        "drift": _along("beat", baseline.trend, "mmHg", "drift of the level since the zero of the transducer"),
         "delay": xr.Variable((), average.delay, {"units": "s", "long_name": "flow behind pressure (p-q delay)"}),
     }
-    dataset = xr.Dataset(
-        variables, attrs={"fiducial": average.fiducial, "delay_corrected": int(average.delay_corrected)}
-    )
+    done = {
+        "fiducial": average.fiducial,
+        "delay_corrected": int(average.delay_corrected),
+        "drift_size": baseline.size,
+        "drift_error": baseline.error,
+        "drift_removed": int(baseline.removed),
+    }
+    dataset = xr.Dataset(variables, attrs=done)
     return dataset if raw is None else dataset.merge(_excerpt(average, raw))
 
 

@@ -6,7 +6,7 @@ import xarray as xr
 
 from vasowave.animal.reading import data_of, name_of, network
 from vasowave.cohort.cohort import Cohort
-from vasowave.figures.beats import plot_detected_beats, plot_ensemble
+from vasowave.figures.beats import plot_baseline, plot_detected_beats, plot_ensemble
 from vasowave.figures.groups import plot_waveforms
 from vasowave.figures.network import plot_network
 from vasowave.figures.nominal import plot_decay, plot_upstroke
@@ -60,11 +60,12 @@ def nominal_figure(cohort: Cohort) -> "Figure":
 
 
 def beats_figure(result: xr.DataTree) -> "Figure":
-    """What was detected and kept of one animal's continuous recording, and the averaged cycle."""
+    """What was detected and kept of one animal's continuous recording, its baseline, and the averaged cycle."""
     beats = data_of(result, "beats")
     signals = [name for name in ("ecg", "pressure", "flow") if f"trace_{name}" in beats.data_vars]
-    figure = new_figure(17, 3.6 * len(signals) + 5.6)
-    rows: list[Any] = [[name, name] for name in signals]
+    levels = ["level"] if {"level", "drift"} <= set(beats.data_vars) else []
+    figure = new_figure(17, 3.6 * (len(signals) + len(levels)) + 5.6)
+    rows: list[Any] = [[name, name] for name in [*signals, *levels]]
     axes = figure.subplot_mosaic([*rows, ["p", "q"]])
     for place, name in enumerate(signals):
         plot_detected_beats(axes[name], beats, name)
@@ -72,6 +73,8 @@ def beats_figure(result: xr.DataTree) -> "Figure":
             without_legend(axes[name])
         if place < len(signals) - 1:
             axes[name].set_xlabel("")
+    for name in levels:
+        plot_baseline(axes[name], beats)
     for panel, name in (("p", "pressure"), ("q", "flow")):
         plot_ensemble(axes[panel], result, name)
     return figure

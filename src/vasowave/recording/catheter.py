@@ -78,6 +78,16 @@ def suspect_catheter(recording: Recording) -> Catheter | None:
     return catheter if inside and catheter.damping < _RINGS and misfits[1 + best] < _BETTER * misfits[0] else None
 
 
+def describe_catheter(catheter: Catheter, recording: Recording) -> str:
+    """Return what is to be said where a catheter is suspected, with what it would mean for the pulse pressure."""
+    ratio = np.ptp(correct_catheter(recording, catheter).pressure) / np.ptp(recording.pressure)
+    return (
+        f"the pressure looks as if its catheter rang at about {catheter.natural_frequency:.0f} Hz (damping "
+        f"{catheter.damping:.2g}); if so, the pulse pressure is {100 * (ratio - 1):+.0f} % of what it seems. Was it "
+        "flushed and free of bubbles? `catheter: [natural frequency, damping]` of a flush test corrects it"
+    )
+
+
 def _last_strong(recording: Recording, signal: str) -> int:
     """Return the last harmonic that is as large as the model of a constant impedance may be asked to explain."""
     errors = harmonic_errors(recording, signal)

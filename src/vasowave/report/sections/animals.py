@@ -97,5 +97,6 @@ def _beats_caption(result: xr.DataTree) -> str:
     rejected = "; ".join(f"{count} rejected: {reason}" for reason, count in reasons.value_counts().items())
     return (
         f"{beats.sizes['beat']} beats detected, {kept} averaged{f'; {rejected}' if rejected else ''}. Above: recorded "
-        "signals, triangles at detected beats; below: the averaged cycle."
+        "signals, triangles at detected beats; then every beat's diastolic level over the whole recording, with its "
+        "drift; below: the averaged cycle."
     )
