@@ -39,9 +39,9 @@ def control(request) -> Model:
 @pytest.fixture(scope="session")
 def cohort_results() -> list:
     """Return the results of 3 + 3 animals with planted values, see made_cohort."""
-    from made_cohort import planted_trees
+    from made_cohort import planted_results
 
-    return planted_trees()
+    return planted_results()
 
 
 @pytest.fixture(scope="session")

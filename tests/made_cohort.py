@@ -34,7 +34,7 @@ def made_results(groups, *, raw=0, walls=("linear", "tangent"), selection=False)
     return results
 
 
-def planted_trees():
+def planted_results():
     """Return 3 + 3 animals, the first of a raw recording, with a value, a mark and a note planted."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VasowaveWarning)

@@ -11,14 +11,12 @@ from vasowave.figures.fit import plot_flow, plot_pressure
 from vasowave.figures.groups import plot_waveforms
 from vasowave.figures.marks import mark, readable
 from vasowave.figures.network import plot_network
-from vasowave.figures.style import group_looks, new_figure, short
+from vasowave.figures.style import SCALE, group_looks, new_figure, short
 from vasowave.network import Network
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-_COLORS = "cividis"  # its lightness rises evenly: readable in grey and by the colour-blind
 
 
 def waveforms_figure(cohort: Cohort) -> "Figure":
@@ -96,7 +94,7 @@ class _Scale:
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import Normalize
 
-        self._map = ScalarMappable(Normalize(float(values.min()), float(values.max())), _COLORS)
+        self._map = ScalarMappable(Normalize(float(values.min()), float(values.max())), SCALE)
 
     def colors(self, values: np.ndarray) -> list[str]:
         from matplotlib.colors import to_hex

@@ -37,7 +37,6 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         Provenance.
     """
     environment = templates()
-    source, *_ = environment.loader.get_source(environment, "tree3d.js")  # type: ignore[union-attr]
     network = extraction.network
     scale = "not measured"
     if extraction.options.cannula:
@@ -67,7 +66,6 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         settings=settings_rows(extraction),
         provenance=origin,
         tree=_tree_data(extraction),
-        script=source,
     )
 
 

@@ -9,6 +9,7 @@ from vasowave.figures import modeled as figures
 from vasowave.figures.compared import boxes_figure
 from vasowave.figures.style import group_looks
 from vasowave.report.blocks import Block, Drawing, Fold, Section, Table
+from vasowave.report.sections.space import space_block
 from vasowave.report.tables import models as tables
 from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
 from vasowave.report.wording import column_label
@@ -20,6 +21,7 @@ _SOURCES = "Sources differ by their hatch and stand below their boxes."
 def model_section(cohort: Cohort, law: str, written: Mapping[str, str]) -> Section:
     """What the calibrated models say."""
     blocks = [
+        *space_block(cohort, law or cohort.walls[0]),
         *_waveforms(cohort),
         *(tables.parameters(cohort, wall) for wall in cohort.walls),
         tables.bounds(cohort),
