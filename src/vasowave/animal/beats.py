@@ -3,7 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from vasowave.recording import EnsembleAverage, RawRecording
+from vasowave.animal.datasets import recording_dataset
+from vasowave.recording import EnsembleAverage, RawRecording, Recording
 
 EXCERPT = 6.0
 """Length of the stretch of raw signals that is kept for a figure, s."""
@@ -32,6 +33,17 @@ def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Data
     }
     dataset = xr.Dataset(variables, attrs=done)
     return dataset if raw is None else dataset.merge(_excerpt(average, raw))
+
+
+def recording_with_scatter(recording: Recording, average: EnsembleAverage | None) -> xr.Dataset:
+    """Return the recording, with the standard deviation of the averaged beats where there are any."""
+    dataset = recording_dataset(recording)
+    if average is None:
+        return dataset
+    for name, dim, unit in (("pressure", "time", "mmHg"), ("flow", "flow_time", "ml/s")):
+        attrs = {"units": unit, "long_name": f"standard deviation of the {name} of the averaged beats"}
+        dataset[f"{name}_sd"] = (dim, getattr(average, f"{name}_sd"), attrs)
+    return dataset
 
 
 def _excerpt(average: EnsembleAverage, raw: RawRecording) -> xr.Dataset:

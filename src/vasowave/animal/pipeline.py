@@ -10,9 +10,9 @@ from typing import Protocol
 import xarray as xr
 
 from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.beats import beats_dataset
+from vasowave.animal.beats import beats_dataset, recording_with_scatter
 from vasowave.animal.comparison import compared_datasets, stiffening_dataset
-from vasowave.animal.datasets import calibration_dataset, network_dataset, nominal_dataset, recording_dataset
+from vasowave.animal.datasets import calibration_dataset, network_dataset, nominal_dataset
 from vasowave.animal.files import KIND
 from vasowave.animal.posterior import posterior_datasets
 from vasowave.animal.quantities import measured_quantities, model_quantities
@@ -140,7 +140,7 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, xr.Dataset]:
     waves = waves_dataset(station, blood.inertia)
     groups = {
         "network": network_dataset(network),
-        "recording": _with_scatter(animal),
+        "recording": recording_with_scatter(animal.recording, animal.beats),
         "nominal": nominal_dataset(nominal, network),
         "measured/waves": waves,
         "measured/impedance": impedance_dataset(station, settings.harmonics, flow_noise(recording, animal.beats)),
@@ -149,17 +149,6 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, xr.Dataset]:
     if animal.beats is not None:
         groups["beats"] = beats_dataset(animal.beats, animal.raw)
     return groups
-
-
-def _with_scatter(animal: Animal) -> xr.Dataset:
-    """Return the recording, with the standard deviation of the averaged beats where there are any."""
-    dataset = recording_dataset(animal.recording)
-    if animal.beats is None:
-        return dataset
-    for name, dim, unit in (("pressure", "time", "mmHg"), ("flow", "flow_time", "ml/s")):
-        attrs = {"units": unit, "long_name": f"standard deviation of the {name} of the averaged beats"}
-        dataset[f"{name}_sd"] = (dim, getattr(animal.beats, f"{name}_sd"), attrs)
-    return dataset
 
 
 def _fits(animal: Animal, settings: Settings, progress: Progress | None, kept: Kept | None) -> tuple[list[Fit], bool]:

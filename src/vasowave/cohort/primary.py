@@ -187,14 +187,8 @@ def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | 
     given = values[[name_of(result) for result in results]].to_numpy()
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(given)
-    return Compared(
-        name,
-        source,
-        results,
-        logs,
-        log_errors(results, source, name),
-        np.array([group_of(result) == other for result in results]),
-    )
+    of_other = np.array([group_of(result) == other for result in results])
+    return Compared(name, source, results, logs, log_errors(results, source, name), of_other)
 
 
 def _refusal(one: Compared) -> str:
