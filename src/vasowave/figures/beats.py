@@ -39,12 +39,12 @@ def plot_detected_beats(ax: "Axes", beats: "xr.Dataset", signal: str = "pressure
     time, values = beats["trace_time"].values, beats[f"trace_{signal}"].values
     onset, end = beats["onset"].values, beats["onset"].values + beats["length"].values
     inside = (end >= time[0]) & (onset <= time[-1])
-    labels = {"averaged", "rejected"}
-    for beat in np.flatnonzero(inside):
-        kind = "averaged" if beats["kept"].values[beat] else "rejected" if beats["reason"].values[beat] else ""
-        if kind:
-            ax.axvspan(onset[beat], end[beat], lw=0, label=kind if kind in labels else None, **_shade(kind))
-            labels.discard(kind)
+    averaged = beats["kept"].values == 1
+    for kind, those in (("averaged", averaged), ("rejected", ~averaged & (beats["reason"].values != ""))):
+        spans = np.column_stack([onset, end - onset])[inside & those]
+        if len(spans):
+            across = ax.get_xaxis_transform()  # from bottom to top, whatever the limits
+            ax.broken_barh(spans, (0.0, 1.0), lw=0, label=kind, transform=across, **_shade(kind))
     ax.plot(*thinned(time, values, _DRAWN), color=DATA, lw=0.6)
     starts = onset[inside & (onset >= time[0])]
     ax.plot(starts, np.interp(starts, time, values), "v", color=DATA, ms=3, ls="none", label="detected")
