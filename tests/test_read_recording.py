@@ -276,7 +276,7 @@ def test_mat_files_of_version_73_truncated_or_raw_are_refused_with_the_cure(tmp_
 @given(content=st.binary(max_size=400), suffix=st.sampled_from(["csv", "tsv", "dat"]))
 def test_no_bytes_raise_a_foreign_exception(tmp_path_factory, content, suffix):
     path = tmp_path_factory.mktemp("fuzz") / f"file.{suffix}"
-    path.write_bytes(content)
+    path.write_bytes(content + b"\n")
     with pytest.raises(InputError):
         read_recording(path, period=0.1)
 

@@ -106,6 +106,7 @@ def _points(path: Path, data: PolyLines, unit: float) -> Line:
 def _flat(path: Path, unit: float) -> list[Line]:
     """Return the lines of a flat table, which has lost them: a jump longer than both radii starts a new line."""
     table = read_columns(path, _ALIASES)
+    table.warn()
     found = []
     for axis in ("z", "y", "x", "radius"):
         column = table.require(axis)
