@@ -3,8 +3,9 @@
 from collections import Counter
 from pathlib import Path
 
-import fuzz
 import pytest
+
+import fuzz
 
 MANY = {"labchart mat": 2, "cycle mat": 2}  # each mutant of theirs starts a process
 

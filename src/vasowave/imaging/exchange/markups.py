@@ -28,7 +28,7 @@ def read_markups(path: Path, unit: float) -> Skeleton:
         lines = [_line(path, curve, unit) for curve in curves if curve["type"].endswith("Curve")]
     except InputError:
         raise
-    except (ValueError, KeyError, TypeError, AttributeError, IndexError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, RecursionError) as error:
         raise InputError(f"{path}: not a markups file of 3D Slicer ({error!r})") from None
     if not lines:
         raise InputError(f"{path}: no curve in it; export centerline curves")

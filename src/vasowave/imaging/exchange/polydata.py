@@ -124,7 +124,10 @@ def _array(element: Any, top: Any, appended: bytes) -> np.ndarray:
     kind = np.dtype(order + _TYPES[element.get("type")])
     form = element.get("format", "ascii")
     if form == "ascii":
-        return _shaped(np.array((element.text or "").split(), dtype=kind), element)
+        text = element.text or ""
+        if not text.isascii() or "_" in text:  # Python takes 1_0 and the digits of every script for numbers
+            raise InputError("numbers with signs that no number has; write the file again")
+        return _shaped(np.array(text.split(), dtype=kind), element)
     header = np.dtype(order + _TYPES[top.get("header_type", "UInt32")])
     encoded = True
     if form == "appended":

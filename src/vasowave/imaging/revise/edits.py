@@ -80,7 +80,9 @@ def read_edits(path: str | Path) -> tuple[Edit, ...]:
         found.append(Edit(action, _place(words, unit, where), where))
         if action == "root" and sum(edit.action == "root" for edit in found) > 1:
             raise InputError(f"{where}: a second root; a tree has one")
-        same = (one for one in found[:-1] if one.action == action and np.array_equal(one.point, found[-1].point))
+        same = (
+            one for one in found[:-1] if one.action == action and np.allclose(one.point, found[-1].point, atol=1e-9)
+        )
         twin = next(same, None)
         if twin is not None:
             raise InputError(f"{where}: the same edit as {twin.where}; remove one of them")
