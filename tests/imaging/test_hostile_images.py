@@ -97,6 +97,14 @@ def test_an_image_that_unpacks_to_more_than_it_says_or_than_it_may_take_is_refus
         read_volume(tmp_path / name)
 
 
+def test_three_gigabytes_that_are_packed_into_three_megabytes_are_refused_before_they_are_unpacked(tmp_path):
+    (tmp_path / "v.nii.gz").write_bytes(nifti_bomb(3 << 30))
+    begin = time.process_time()
+    with pytest.raises(InputError, match="no image is so even"):
+        read_volume(tmp_path / "v.nii.gz")
+    assert time.process_time() - begin < 1
+
+
 def test_unpacking_stops_soon_after_what_was_announced(tmp_path):
     (tmp_path / "v.mha").write_bytes(metaimage_bomb(1 << 28))
     start = (tmp_path / "v.mha").read_bytes().index(b"LOCAL\n") + 6

@@ -11,6 +11,9 @@ from vasowave.textfile import regular_file
 
 Packing = Literal["raw", "zlib", "gzip", "bzip2"]
 
+LARGE, DENSE = 1 << 31, 200
+"""What unpacks to more than LARGE bytes, and to more than DENSE times its size, is refused before it is unpacked."""
+
 _CHUNK = 1 << 20
 _UNPACKED = 1 << 24
 _AGAIN = "copy or export it again"
@@ -43,6 +46,11 @@ def require_bytes(path: Path, start: int, count: int, packing: Packing = "raw") 
     if packing == "raw":
         actual = path.stat().st_size - start
     else:
+        if count > max(LARGE, DENSE * path.stat().st_size):
+            raise InputError(
+                f"{path}: {count / 1e9:.1f} GB of voxels in {path.stat().st_size / 1e6:.1f} MB; no image is so even: it "
+                "is damaged, or must be saved without compression"
+            )
         try:
             actual = sum(map(len, unpacked(path, start, packing, count)))
         except (EOFError, OSError, ValueError, zlib.error) as error:
