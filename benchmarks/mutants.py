@@ -5,8 +5,8 @@ uv run python benchmarks/mutants.py 100 --seed 3       an afternoon
 uv run python benchmarks/mutants.py 20 --in imaging    only in one part of the package
 uv run python benchmarks/mutants.py 100 --docs part.md --whole
 
-A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed, `and`
-for `or`, a condition negated, an index shifted. Lines are drawn evenly from all of src. The tests that belong to a module
+A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed,
+`and` for `or`, a condition negated. Lines are drawn evenly from all of src. The tests that belong to a module
 are the three nearest that import it, or else what imports it; with --whole all default tests run. Exit code 1: a mutant
 survived.
 """

@@ -78,9 +78,9 @@ FORMS = {
         study, ".", "study.yaml", mutate_text, read, lambda found: len(found.animals), lambda found: [found.settings],
         text=True,
     ),
-    "animals.csv": Form(
+    "animals.csv": Form(  # like a list of edits it cannot know that a row is missing; `check` tells what it read
         study, ".", "animals.csv", mutate_text, read,
-        lambda found: [row.group for row in found.animals], lambda found: [_rows(found)], text=True,
+        lambda found: sorted(row.group for row in found.animals), lambda found: [_rows(found)],
     ),
     "results, index": _results("index.json", True),
     "results, animal": _results("animals/m 0-*.nc", False),

@@ -46,10 +46,11 @@ def require_bytes(path: Path, start: int, count: int, packing: Packing = "raw") 
     if packing == "raw":
         actual = path.stat().st_size - start
     else:
-        if count > max(LARGE, DENSE * path.stat().st_size):
+        size = path.stat().st_size
+        if count > max(LARGE, DENSE * size):
             raise InputError(
-                f"{path}: {count / 1e9:.1f} GB of voxels in {path.stat().st_size / 1e6:.1f} MB; no image is so even: it "
-                "is damaged, or must be saved without compression"
+                f"{path}: {count / 1e9:.1f} GB of voxels in {size / 1e6:.1f} MB; no image is so even: it is damaged, "
+                "or must be saved without compression"
             )
         try:
             actual = sum(map(len, unpacked(path, start, packing, count)))
