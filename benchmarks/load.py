@@ -2,7 +2,7 @@
 
 uv run python benchmarks/load.py                  10 and 100 animals: a few minutes
 uv run python benchmarks/load.py 10 100 200 1000  as in docs/robustness.md
-uv run python benchmarks/load.py 3 6 --docs part.md
+uv run python benchmarks/load.py 3 6 --docs
 
 Six virtual mice are analyzed; every animal of a larger study has one of their stored trees under its own name, and a
 recording of its own. So nothing is solved here: what is measured is to write the results, to run again where
@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 import vasowave as vw
+from robustness_page import put
 from vasowave.animal.files import to_bytes
 from vasowave.study.loading import animal_key
 from vasowave.study.plan import RESULTS, Study, read_study
@@ -118,7 +119,7 @@ def table(costs: dict[str, dict[int, Cost]]) -> str:
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("counts", type=int, nargs="*", default=[10, 100])
-    parser.add_argument("--docs", type=Path, help="file for the table")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
     arguments = parser.parse_args()
     costs: dict[str, dict[int, Cost]] = {step: {} for step in STEPS}
     with tempfile.TemporaryDirectory() as name:
@@ -131,7 +132,7 @@ def main() -> int:
                 print(f"{count} animals, {step}: {costs[step][count]}", flush=True)
     print("\n" + table(costs))
     if arguments.docs:
-        arguments.docs.write_text(table(costs))
+        put("load", table(costs))
     return 0
 
 

@@ -3,7 +3,7 @@
 uv run python benchmarks/mutants.py 5                  five mutants: minutes
 uv run python benchmarks/mutants.py 100 --seed 3       an afternoon
 uv run python benchmarks/mutants.py 20 --in imaging    only in one part of the package
-uv run python benchmarks/mutants.py 100 --docs part.md --whole
+uv run python benchmarks/mutants.py 100 --docs --whole
 
 A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed,
 `and` for `or`, a condition negated. Lines are drawn evenly from all of src. The tests that belong to a module
@@ -23,6 +23,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
+
+from robustness_page import put
 
 ROOT = Path(__file__).parents[1]
 SOURCE, TESTS = ROOT / "src" / "vasowave", ROOT / "tests"
@@ -182,7 +184,7 @@ def main() -> int:
     parser.add_argument("--in", dest="part", default="", help="word in the path of the file")
     parser.add_argument("--whole", action="store_true", help="run all default tests")
     parser.add_argument("--list", action="store_true", help="only say which mutants are drawn, and their tests")
-    parser.add_argument("--docs", type=Path, help="file for the table")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
     arguments = parser.parse_args()
     found: dict[Mutant, str] = {}
     for mutant in drawn(arguments.count, arguments.seed, arguments.part):
@@ -194,7 +196,7 @@ def main() -> int:
     if found:
         print("\n" + table(found))
     if arguments.docs:
-        arguments.docs.write_text(table(found))
+        put("mutants", table(found))
     return 1 if not all(found.values()) else 0
 
 

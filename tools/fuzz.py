@@ -3,7 +3,7 @@
 uv run python tools/fuzz.py                               200 mutants of every format
 uv run python tools/fuzz.py 2000 --seed 7                 2000 of every format (hours: a MATLAB mutant takes a second)
 uv run python tools/fuzz.py 50 --format edf --format vtp  two formats
-uv run python tools/fuzz.py 2000 --docs part.md           the table also as a file, for docs/robustness.md
+uv run python tools/fuzz.py 2000 --docs                   the table goes into docs/robustness.md, too
 
 Every mutant is read in a process that may take 2 GB of addresses; one that takes longer than 20 s is ended.
 
@@ -30,6 +30,7 @@ sys.path += [str(Path(__file__).parents[1] / folder) for folder in ("tools", "be
 
 from fuzzing import images, recordings, studies, vessels
 from fuzzing.forms import Form
+from robustness_page import put
 from vasowave.errors import VasowaveError, VasowaveWarning
 
 FORMS = recordings.FORMS | vessels.FORMS | images.FORMS | studies.FORMS
@@ -142,7 +143,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--format", choices=list(FORMS), action="append")
     parser.add_argument("--keep", type=Path, help="folder for mutants with outcomes that need a look")
-    parser.add_argument("--docs", type=Path, help="file for the table")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
     arguments = parser.parse_args()
     rows = {}
     for name in arguments.format or FORMS:
@@ -150,7 +151,7 @@ def main() -> int:
         print(f"{name}: " + ", ".join(f"{rows[name][one]} {one}" for one in OUTCOMES if rows[name][one]), flush=True)
     print("\n" + table(rows))
     if arguments.docs:
-        arguments.docs.write_text(table(rows))
+        put("inputs", table(rows))
     return 1 if any(is_bad(*row) for row in rows.items()) else 0
 
 
