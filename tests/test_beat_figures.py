@@ -61,10 +61,9 @@ def test_the_drift_is_drawn_through_the_levels_with_its_size(ax):
     with pytest.warns(VasowaveWarning, match="drifts by"):
         average = average_beats(raw)
     found = average.baseline
-    beats = beats_dataset(average, raw).assign(level=("beat", found.level), drift=("beat", found.trend))
+    beats = beats_dataset(average, raw)
     with pytest.raises(InputError, match="levels of the beats are not known"):
         plot_baseline(ax, beats.drop_vars("drift"))
-    beats.attrs |= {"drift_size": found.size, "drift_error": found.error, "drift_removed": int(found.removed)}
     assert plot_baseline(ax, beats) is ax
     said = [text.get_text() for text in ax.get_legend().get_texts()]
     assert any(one.startswith("drift -3.") and one.endswith("mmHg, removed") for one in said)

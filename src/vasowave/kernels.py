@@ -115,14 +115,14 @@ class _KernelCache(FunctionCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the kernel, if it is there or another process is compiling it; else None, to be compiled and saved."""
-        found = super().load_overload(sig, target_context)
-        if found is None:
+        kernel = super().load_overload(sig, target_context)
+        if kernel is None:
             self._release()  # that of a compilation which failed
             self._lock = _waited_for(self._folder / f"{self._impl.filename_base}.lock")
-            found = super().load_overload(sig, target_context)
-        if found is not None:
+            kernel = super().load_overload(sig, target_context)
+        if kernel is not None:
             self._release()
-        return found
+        return kernel
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a kernel."""

@@ -46,7 +46,7 @@ class Progress:
     ----------
     name : str
     what : {"kept", "computed", "failed"}
-        Found from an earlier run; computed now; failed now.
+        Known from an earlier run; computed now; failed now.
     done, count : int
         Pieces that are done, and all.
     left : float or None

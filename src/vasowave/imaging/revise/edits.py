@@ -62,7 +62,7 @@ def read_edits(path: str | Path) -> tuple[Edit, ...]:
     VasowaveWarning
         The last line has no end, as in a file that was cut off.
     """
-    found: list[Edit] = []
+    edits: list[Edit] = []
     unit = 1.0
     for number, line in _lines(Path(path)):
         words = line.split("#")[0].replace(",", " ").split()
@@ -77,16 +77,16 @@ def read_edits(path: str | Path) -> tuple[Edit, ...]:
             known = ("unit", "root", *_ACTIONS)
             hint = did_you_mean(action, known)
             raise InputError(f"{where}: unknown edit '{words[0]}'{hint}; there are: {', '.join(known)}")
-        found.append(Edit(action, _place(words, unit, where), where))
-        if action == "root" and sum(edit.action == "root" for edit in found) > 1:
+        edits.append(Edit(action, _place(words, unit, where), where))
+        if action == "root" and sum(edit.action == "root" for edit in edits) > 1:
             raise InputError(f"{where}: a second root; a tree has one")
         same = (
-            one for one in found[:-1] if one.action == action and np.allclose(one.point, found[-1].point, atol=1e-9)
+            one for one in edits[:-1] if one.action == action and np.allclose(one.point, edits[-1].point, atol=1e-9)
         )
         twin = next(same, None)
         if twin is not None:
             raise InputError(f"{where}: the same edit as {twin.where}; remove one of them")
-    return tuple(found)
+    return tuple(edits)
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
@@ -192,11 +192,11 @@ _ACTIONS: dict[str, Callable[[Tree, Edit], Tree]] = {"remove": _removed, "cut": 
 
 def _beyond(tree: Tree, row: int) -> set[int]:
     """Return `row` and all rows beyond it (parents stand before daughters)."""
-    found = {row}
+    rows = {row}
     for other, parent in enumerate(tree.parent):
-        if parent in found:
-            found.add(other)
-    return found
+        if parent in rows:
+            rows.add(other)
+    return rows
 
 
 def _without(lines: list[Line], parents: np.ndarray, gone: set[int]) -> Tree:
