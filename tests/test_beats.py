@@ -8,7 +8,7 @@ import pytest
 from vasowave.datasets.raw import Disturbances, SyntheticRecording, synthetic_raw_recording
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.recording import RawRecording, Recording, average_beats, find_beats
-from vasowave.recording.beats import _align
+from vasowave.recording.beats import _align, _peaks
 
 PHASE = np.arange(512) / 512
 SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)
@@ -88,6 +88,16 @@ def test_beats_whose_whole_neighbourhood_is_recorded_make_the_mean_beat(peaks, u
     times, template = _align(shape, np.array(peaks), 10)
     assert (template.max() > 0.9) == used
     np.testing.assert_allclose(times, peaks, atol=1e-6)
+
+
+def test_a_weak_peak_is_a_beat_where_one_is_missed_and_none_between_two_that_follow_each_other():
+    strength = np.zeros(4000)
+    strength[50::100] = 1.0
+    strength[1050] = strength[3100] = 0.25  # a weak beat, and a weak peak between two strong beats
+    strength[2050] = 0.05  # too weak to be one
+    found = _peaks(strength, 100.0)
+    expected = [at for at in range(50, 4000, 100) if at != 2050]
+    np.testing.assert_array_equal(found, expected)
 
 
 def test_beats_at_the_ends_do_not_blur_the_mean_beat():

@@ -97,6 +97,9 @@ def test_a_damaged_header_is_refused_with_its_field(tmp_path, offset, field, mes
     [
         (104, 0, b"60      ", r"signal 1 'PA pressure': physical minimum and maximum are both 60"),
         (120, 1, b"40000   ", r"signal 2 'Flow': digital range 40000 to 32767"),
+        (120, 1, b"32767   ", r"signal 2 'Flow': digital range 32767 to 32767"),
+        (120, 0, b"-32769  ", r"signal 1 'PA pressure': digital range -32769 to 32767"),
+        (128, 0, b"32768   ", r"signal 1 'PA pressure': digital range -32768 to 32768"),
         (216, 2, b"0       ", r"signal 3 'ECG II': 0 samples in a record"),
     ],
 )

@@ -108,7 +108,8 @@ def test_a_network_keeps_the_pressure_of_its_image_in_its_file(tmp_path):
 @pytest.mark.parametrize(("unit", "factor"), [("kPa", 7.50064), ("cmH2O", 0.735559), ("mmHg", 1.0)])
 def test_the_pressure_of_the_image_is_read_in_its_unit(tmp_path, unit, factor):
     path = tmp_path / "network.csv"
-    path.write_text(f"name,parent,length [cm],radius [cm],pressure [{unit}]\na,,0.4,0.04,2\nb,a,0.4,0.03,2\n")
+    rows = "a,,0.4,0.04,2\nb,a,0.4,0.03,2\nc,a,0.4,0.03,2\n"
+    path.write_text(f"name,parent,length [cm],radius [cm],pressure [{unit}]\n{rows}")
     assert read_network(path).pressure == pytest.approx(2 * factor, rel=1e-5)
 
 
@@ -146,7 +147,7 @@ def study_of_one(folder, setting="", cell="", in_file=False):
     mouse = virtual_mouse()
     write_network(filled() if in_file else control_network(), folder / "n.csv")
     rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow, strict=True))
-    (folder / "r.csv").write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows]))
+    (folder / "r.csv").write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
     (folder / "study.yaml").write_text(f"groups: [CTL]\n{setting}")
     head = "animal,group,network,recording,image pressure [mmHg]"
     (folder / "animals.csv").write_text(f"{head}\nm,CTL,n.csv,r.csv,{cell}\n")

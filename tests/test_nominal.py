@@ -27,6 +27,17 @@ def test_characteristic_impedance_of_a_straight_loop_is_its_slope(inflow):
     assert characteristic_impedance(flow, pressure) == pytest.approx(31.0, rel=1e-9)
 
 
+@pytest.mark.parametrize("shift", [0, 37, 190])
+def test_the_upstroke_runs_from_5_to_95_percent_of_the_peak_wherever_the_cycle_was_cut(shift):
+    t = np.arange(256) / 256
+    flow = np.roll(0.5 * np.clip(np.sin(2 * np.pi * t), 0, None) + 0.002, shift)
+    found, _ = upstroke(Recording(np.roll(12 + 5 * np.sin(2 * np.pi * t), shift), flow, 0.11))
+    peak = flow.max()
+    assert found[0] <= 0.05 * peak < found[1]
+    assert found[-2] < 0.95 * peak <= found[-1]
+    assert (np.diff(found) > 0).all()
+
+
 def test_the_time_constant_of_an_exponential_is_recovered():
     time = np.linspace(0.05, 0.1, 40)
     assert time_constant(time, 22.0 * np.exp(-time / 0.13)) == pytest.approx(0.13, rel=1e-10)

@@ -276,7 +276,7 @@ def test_mat_files_that_are_truncated_or_raw_are_refused_with_the_cure(tmp_path)
 @given(content=st.binary(max_size=400), suffix=st.sampled_from(["csv", "tsv", "dat"]))
 def test_no_bytes_raise_a_foreign_exception(tmp_path_factory, content, suffix):
     path = tmp_path_factory.mktemp("fuzz") / f"file.{suffix}"
-    path.write_bytes(content)
+    path.write_bytes(content + b"\n")
     with pytest.raises(InputError):
         read_recording(path, period=0.1)
 
@@ -312,3 +312,17 @@ def test_the_measured_mouse_has_its_published_resistance_at_every_sampling(p, q)
     assert recording.vascular_resistance == pytest.approx(87, rel=0.01)  # Table of nominal values, CTL 6
     assert len(recording.pressure) == p - 1
     assert len(recording.flow) == {1024: 1023, 512: 511, 8192: 8192}[q]
+
+
+@pytest.mark.parametrize(("count", "shift", "kept"), [(101, 0.0, 100), (100, 0.5, 100)])
+def test_times_and_period_together_say_whether_the_last_sample_is_the_next_cycle_s_first(tmp_path, count, shift, kept):
+    # With half a sample's shift the cosine ends where it began although nothing is repeated.
+    rows = np.arange(count)
+    wave = np.cos(2 * np.pi * (rows + shift) / 100)
+    np.savetxt(
+        tmp_path / "c.csv", np.column_stack([rows / 1000, 14 + 4 * wave, 0.2 + 0.1 * wave]), "%.17g", ",",
+        header="time [s],pressure [mmHg],flow [ml/s]", comments="",
+    )  # fmt: skip
+    found = read_recording(tmp_path / "c.csv", period=0.1)
+    assert len(found.pressure) == len(found.flow) == kept
+    assert found.period == pytest.approx(0.1, rel=1e-12)

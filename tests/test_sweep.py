@@ -93,7 +93,7 @@ def test_simulate_and_sweep_take_any_wall_and_value(tmp_path):
     write_network(control_network(), network)
     cycle = tmp_path / "c.csv"
     rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
-    cycle.write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows]))
+    cycle.write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
     given = [str(network), str(cycle)]
     done = CliRunner().invoke(
         app,

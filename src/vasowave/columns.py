@@ -3,6 +3,7 @@
 import csv
 import math
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,13 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from vasowave import units
-from vasowave.errors import InputError, did_you_mean
+from vasowave.errors import InputError, VasowaveWarning, did_you_mean
 from vasowave.textfile import read_lines
 
 _HEADING = re.compile(r"^\s*(?P<name>[^\[\](]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*)[\])])?\s*$")
 
 _COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
 _POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
+
+NO_END = "the last line has no line end; was the file cut off?"
+"""What a text says of itself that may have lost its end."""
 
 _BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 
@@ -35,6 +39,8 @@ class Columns:
         Rows of text.
     lines : tuple of int
         Line of the file on which each row stands, counted from 1.
+    suspicions : tuple of str
+        Why the file may not be whole.
     """
 
     source: str
@@ -42,6 +48,12 @@ class Columns:
     units: tuple[str, ...]
     cells: tuple[tuple[str, ...], ...]
     lines: tuple[int, ...]
+    suspicions: tuple[str, ...] = ()
+
+    def warn(self) -> None:
+        """Say aloud why the file may not be whole."""
+        for suspicion in self.suspicions:
+            warnings.warn(f"{self.source}: {suspicion}", VasowaveWarning, stacklevel=3)
 
     def find(self, name: str, also: Sequence[str] = ()) -> int | None:
         """Return the index of the column called `name` (or one of `also`), None if there is none."""
@@ -116,7 +128,10 @@ def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> 
     InputError
         File missing, empty, binary, with rows of different width or with both decimal marks (the line is named).
     """
-    kept = [(block.first + i, text) for block in read_lines(path) for i, text in enumerate(block.texts) if is_row(text)]
+    kept, cut = [], False
+    for block in read_lines(path):
+        kept += [(line, text) for line, text in enumerate(block.texts, block.first) if is_row(text)]
+        cut = block.cut
     if not kept:
         raise InputError(f"{path}: the file is empty")
     lines = tuple(line for line, _ in kept)
@@ -139,7 +154,7 @@ def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> 
             why = "; if the comma is a decimal mark too, separate the cells with semicolons" if comma else ""
             raise InputError(f"{path}, line {line}: {len(row)} columns where {width} were expected{why}")
     names, column_units = read_headings(path, header, aliases or {})
-    return Columns(str(path), names, column_units, tuple(map(tuple, rows)), lines)
+    return Columns(str(path), names, column_units, tuple(map(tuple, rows)), lines, (NO_END,) if cut else ())
 
 
 def is_row(text: str) -> bool:

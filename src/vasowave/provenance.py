@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from vasowave.errors import InputError
+from vasowave.textfile import regular_file
 
 _PROGRAMS = ("vasowave", "numpy", "scipy", "numba", "xarray", "netCDF4")
 
@@ -27,6 +28,7 @@ def provenance(inputs: Sequence[Path] = ()) -> dict[str, str]:
 
 def sha256(path: Path) -> str:
     """Return the SHA-256 of a file; `InputError` if it cannot be read."""
+    path = regular_file(path)
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

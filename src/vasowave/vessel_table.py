@@ -16,9 +16,14 @@ from vasowave.network import Network, image_pressure, implausible_sizes
 _ALIASES = {"vessel": "name", "id": "name", "l": "length", "r0": "radius", "r": "radius"}
 _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
 
+COUNT = "vessels"
+"""Column that says in every row how many rows the table has, so that one that was cut off is noticed."""
+
 
 def read_network(path: str | Path) -> Network:
-    """Read a network from CSV, TSV or Excel: the columns ``name, parent, length [cm], radius [cm], pressure [mmHg]``.
+    """Read a network from CSV, TSV or Excel.
+
+    Columns: ``name, parent, length [cm], radius [cm], pressure [mmHg], vessels``.
 
     The root's parent is empty. Sizes and pressure may be in any unit that the header names. The pressure is that of the
     image, the same in every row; without the column it is not known. Other columns are ignored.
@@ -32,15 +37,17 @@ def read_network(path: str | Path) -> Network:
     Warns
     -----
     VasowaveWarning
-        If the sizes look like another unit than the one stated.
+        If the sizes look like another unit than the one stated, or the table seems to have lost rows: another number
+        of them than its column ``vessels`` says, a vessel with one daughter, a last line without an end.
 
     Examples
     --------
     >>> import vasowave as vw
     >>> from pathlib import Path
-    >>> _ = Path("lung.csv").write_text("name,parent,length [mm],radius [mm]\\nmain,,4.1,0.47\\nleft,main,4.5,0.26\\n")
+    >>> rows = ["name,parent,length [mm],radius [mm]", "main,,4.1,0.5", "left,main,4.5,0.3", "right,main,3.7,0.4", ""]
+    >>> _ = Path("lung.csv").write_text("\\n".join(rows))
     >>> vw.read_network("lung.csv")
-    Network(2 vessels, 1 terminals, root 'main' r0 0.047 cm, total length 0.86 cm)
+    Network(3 vessels, 2 terminals, root 'main' r0 0.05 cm, total length 1.23 cm)
     """
     table = read_columns(path, _ALIASES)
     if not table.names:
@@ -55,7 +62,8 @@ def read_network(path: str | Path) -> Network:
 
     parent = np.array(_parent_rows(names, parents, where))
     network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where))
-    for message in implausible_sizes(network):
+    table.warn()
+    for message in (*_lost(table, network), *implausible_sizes(network)):
         warnings.warn(f"{path}: {message}", VasowaveWarning, stacklevel=2)
     return network
 
@@ -70,15 +78,30 @@ def write_network(network: Network, path: str | Path) -> None:
     >>> len(vw.read_network("control.csv"))
     21
     """
-    known = ["pressure [mmHg]"] if network.pressure else []
+    known = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
     text = io.StringIO()
     writer = csv.writer(text)
-    writer.writerow(["name", "parent", "length [cm]", "radius [cm]", *known])
+    writer.writerow(["name", "parent", "length [cm]", "radius [cm]", *known, COUNT])
     for row, name in enumerate(network.name):
         parent = network.name[network.parent[row]] if network.parent[row] >= 0 else ""
-        sizes = [network.length[row], network.radius[row], *([network.pressure] if known else [])]
-        writer.writerow([name, parent, *(repr(float(size)) for size in sizes)])
+        sizes = [repr(float(size)) for size in (network.length[row], network.radius[row])]
+        writer.writerow([name, parent, *sizes, *known.values(), len(network)])
     write_file(Path(path), text.getvalue())
+
+
+def _lost(table: Columns, network: Network) -> list[str]:
+    """Return a sentence for every sign that rows are missing."""
+    column = table.find(COUNT)
+    if column is not None:
+        said = {row[column] for row in table.cells} - {str(len(network))}
+        return [
+            f"{len(network)} vessels where the column '{COUNT}' says {one}; was the file cut off? If rows were added "
+            "or taken out on purpose, remove that column"
+            for one in sorted(said)
+        ]
+    alone = [name for name, daughters in zip(network.name, network.daughters, strict=True) if len(daughters) == 1]
+    some = ", ".join(f"'{name}'" for name in alone[:5]) + (", …" if len(alone) > 5 else "")
+    return [f"{len(alone)} vessel(s) with one daughter, where nothing divides ({some}); was a row lost?"] * bool(alone)
 
 
 def _pressure_in(table: Columns, where: Callable[[int], str]) -> float:

@@ -84,7 +84,7 @@ def test_a_flat_table_gives_the_same_tree_as_its_lines(control, tmp_path):
         for line in lines
         for (z, y, x), r in zip(line.points, line.radius, strict=True)
     )
-    (tmp_path / "lines.dat").write_text(text)
+    (tmp_path / "lines.dat").write_text(text + "\n")
     whole = lines[0].then(*lines[1:])
     data = PolyLines(
         whole.points[:, ::-1] * 10,

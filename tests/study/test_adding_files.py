@@ -144,12 +144,12 @@ def test_one_cause_is_one_error_with_all_its_lines(tmp_path):
             exported(i, 15.0).replace("ChannelTitle=\tPAP", "ChannelTitle=\tCh1")
         )
     rows = [f"m{i},CTR,networks/ctl.csv,recordings/{i}.txt" for i in range(6)]
-    (study / "animals.csv").write_text("\n".join(["animal,group,network,recording", *rows]))
+    (study / "animals.csv").write_text("\n".join(["animal,group,network,recording", *rows, ""]))
     errors = [problem for problem in check_study(study).problems if problem.error]
     assert len(errors) == 1
     assert "'CTR' is not a group" in str(errors[0])
     assert "the same in lines 3, 4, 5, 6, 7" in str(errors[0])
-    (study / "animals.csv").write_text("\n".join(["animal,group,network,recording", *rows]).replace("CTR", "CTL"))
+    (study / "animals.csv").write_text("\n".join(["animal,group,network,recording", *rows, ""]).replace("CTR", "CTL"))
     errors = [problem for problem in check_study(study).problems if problem.error]
     assert len(errors) == 1
     assert "no channel says that it holds pressure" in str(errors[0])

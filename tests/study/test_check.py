@@ -144,6 +144,29 @@ def test_the_mean_mice_of_the_paper_are_plausible():
             assert mean + 2 * sd <= high
 
 
+RATS = {"HR": (310, 420), "mPAP": (16, 19, 42, 60), "pPAP": (10, 60), "CO": (0.8, 2.2), "root radius": (0.09, 0.2)}
+"""Textbook values of healthy and of pulmonary hypertensive rats at rest."""
+
+
+@pytest.mark.parametrize("name", RATS)
+def test_rats_as_published_are_plausible_and_those_of_mice_and_men_are_not(name):
+    low, high, _ = NORMAL["rat"][name]
+    assert all(low < value < high for value in RATS[name])
+    of_others = {"HR": (70, 600), "mPAP": (0.5,), "pPAP": (0.5,), "CO": (0.2, 90.0), "root radius": (0.03, 1.4)}
+    assert all(not low <= value <= high for value in of_others[name])
+
+
+@pytest.mark.parametrize(("pressure", "right"), [(-0.01, False), (0.0, True), (100.0, True), (100.01, False)])
+def test_the_pressure_of_the_images_lies_between_0_and_100_mmhg(pressure, right):
+    from vasowave.study.settings import StudyFile
+
+    if right:
+        assert StudyFile(image_pressure=pressure).image_pressure == pressure
+    else:
+        with pytest.raises(ValueError, match="image_pressure"):
+            StudyFile(image_pressure=pressure)
+
+
 @pytest.mark.parametrize("network", [control_network(), hypertensive_network()])
 def test_the_radius_of_a_published_root_is_plausible_its_diameter_is_not(network):
     low, high, unit = NORMAL["mouse"]["root radius"]

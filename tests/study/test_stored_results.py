@@ -77,3 +77,17 @@ def test_files_of_animals_that_are_no_longer_there_go(stored):
     write_results(stored, one, {}, StudyFile())
     assert [path.name[:2] for path in (stored / "animals").iterdir()] == ["A-"]
     assert list(read_results(stored)) == ["A"]
+
+
+def test_the_group_that_the_study_names_first_is_the_reference_of_its_report(tmp_path, monkeypatch):
+    from vasowave.study import reporting
+
+    store, pieces, told = Store(tmp_path / "results"), {}, {}
+    for name, group in (("a", "CTL"), ("b", "HPH"), ("c", "CTL"), ("d", "HPH")):
+        tree = xr.DataTree(xr.Dataset(attrs={"title": KIND, "animal": name, "group": group}))
+        pieces[name, group] = store.keep(name, to_bytes(tree))
+    write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["HPH", "CTL"]))
+    monkeypatch.setattr(reporting, "write_report", lambda trees, folder, **more: told.update(more, trees=trees))
+    reporting.report_study(tmp_path)
+    assert told["reference"] == "HPH"
+    assert [tree.attrs["animal"] for tree in told["trees"]] == ["b", "d", "a", "c"]

@@ -66,6 +66,7 @@ def read_places(path: str | Path) -> np.ndarray:
         As `read_columns`; a column missing or without a unit.
     """
     table = read_columns(path)
+    table.warn()
     return np.column_stack([table.numbers(table.require(axis), "length") for axis in ("z", "y", "x")])
 
 

@@ -97,7 +97,7 @@ def describe_recording(path: str | Path, progress: Progress | None = None) -> Fi
     >>> t = np.arange(0, 4.0, 1e-3)
     >>> beat = np.exp(-0.5 * (((t / 0.11) % 1 - 0.3) / 0.1) ** 2)
     >>> rows = (f"{a:.3f}\\t{8 + 20 * b:.3f}\\t{0.4 * b:.4f}" for a, b in zip(t, beat))
-    >>> _ = Path("mouse.txt").write_text("\\n".join(["time [s]\\tpressure [mmHg]\\tflow [ml/s]", *rows]))
+    >>> _ = Path("mouse.txt").write_text("\\n".join(["time [s]\\tpressure [mmHg]\\tflow [ml/s]", *rows, ""]))
     >>> vw.describe_recording("mouse.txt").kind
     'raw'
     """

@@ -57,7 +57,7 @@ def read_recording(
     >>> from pathlib import Path
     >>> mouse = vw.virtual_mouse()
     >>> rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
-    >>> _ = Path("cycle.csv").write_text("\\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows]))
+    >>> _ = Path("cycle.csv").write_text("\\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
     >>> vw.read_recording("cycle.csv")
     Recording(mPAP ... mmHg, CO 0.180 ml/s, HR 533/min, 512 pressure and 512 flow samples, cycle.csv)
     """

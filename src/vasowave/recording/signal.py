@@ -57,6 +57,7 @@ def read_signals(path: str | Path, wanted: Mapping[str, str | None]) -> list[Sig
     if is_labchart_text(read_start(path)):
         raise InputError(f"{path}: {_CONTINUOUS}")
     table = read_columns(path, ALIASES)
+    table.warn()
     return [_from_table(table, quantity, unit, alone=len(wanted) == 1) for quantity, unit in wanted.items()]
 
 

@@ -46,6 +46,7 @@ def read_animals(path: Path, groups: Sequence[str] | None) -> tuple[list[AnimalR
         return [], [_unreadable(path, str(error))]
     titles = [f"{name} [{unit}]" if unit else name for name, unit in zip(table.names, table.units, strict=True)]
     where, problems = _columns(path, titles)
+    problems += [Problem(str(path), suspicion, False) for suspicion in table.suspicions]
     if any(problem.error for problem in problems):
         return [], problems
     rows = []

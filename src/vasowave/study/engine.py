@@ -5,7 +5,7 @@ import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -143,12 +143,12 @@ class _Run:
                     arguments = self.loaded(job)
                     if arguments is not None:
                         running[self.submit(executor, job, arguments)] = job
-            except BrokenExecutor:
+            except (BrokenExecutor, CancelledError):
                 return [job, *running.values()]
             suspects = []
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 job = running.pop(future)
-                if isinstance(future.exception(), BrokenExecutor):
+                if _is_lost(future):
                     suspects.append(job)
                 else:
                     self.finish(job, future)
@@ -205,6 +205,11 @@ class _Run:
             return (now - self.started) / self.done * rest
         running = sum(max(each - (now - began), 0.0) for began in self.began.values())
         return (running + each * (rest - len(self.began))) / min(self.at_once, max(rest, 1))
+
+
+def _is_lost(future: Future[Any]) -> bool:
+    """Whether what computed a piece is gone: its process, or the scheduler of a cluster, whose work is cancelled."""
+    return future.cancelled() or isinstance(future.exception(), (BrokenExecutor, CancelledError))
 
 
 class Performed(NamedTuple):

@@ -28,6 +28,7 @@ from vasowave.notebook import card
 from vasowave.provenance import provenance
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import piece_digest
+from vasowave.textfile import read_bytes
 
 INDEX = "index.json"
 ANIMALS = "animals"
@@ -175,7 +176,7 @@ def read_results(folder: Path) -> Results:
     >>> from pathlib import Path
     >>> mouse = vw.virtual_mouse()
     >>> rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
-    >>> _ = Path("cycle.csv").write_text("\\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows]))
+    >>> _ = Path("cycle.csv").write_text("\\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
     >>> vw.write_network(vw.control_network(), "lung.csv")
     >>> _ = Path("animals.csv").write_text("animal,group,network,recording\\nmouse 6,CTL,lung.csv,cycle.csv\\n")
     >>> _ = Path("study.yaml").write_text("groups: [CTL]\\ncalibration: {walls: [linear], starts: 1}\\n")
@@ -226,13 +227,15 @@ def _file_name(animal: str) -> str:
 
 
 def _put(piece: Path, place: Path) -> None:
+    if not piece.is_file():
+        raise InputError(f"{piece}: was removed while the study ran; run again, what is missing is computed anew")
     if place.is_file() and not place.is_symlink() and os.path.samefile(piece, place):
         return
     try:
         place.unlink(missing_ok=True)
         os.link(piece, place)
     except OSError:  # no links on this file system
-        write_file(place, piece.read_bytes())
+        write_file(place, read_bytes(piece))
 
 
 def _remove_others(folder: Path, names: Sequence[str]) -> None:

@@ -9,7 +9,7 @@ import hashlib
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.files import made_inside, remove_parts, write_file
+from vasowave.files import made_inside, not_written, remove_parts, write_file
 from vasowave.provenance import sha256
 
 CACHE = "cache"
@@ -30,11 +30,22 @@ class Store:
         remove_parts(self.folder)
 
     def find(self, key: str) -> Path | None:
-        """Return the piece of `key`; None if there is none, or only a damaged one, which is removed."""
+        """Return the piece of `key`; None if there is none, or only a damaged one, which is removed.
+
+        Raises
+        ------
+        InputError
+            Something that is no file stands in its place and cannot be removed.
+        """
         for path in sorted(self.folder.glob(f"{key}-*.nc")):
             if _is_whole(path):
                 return path
-            path.unlink(missing_ok=True)
+            if path.is_dir() and not path.is_symlink():
+                raise InputError(f"{path}: a folder where a finished piece should be; remove it and run again")
+            try:
+                path.unlink(missing_ok=True)
+            except OSError as error:
+                raise not_written(path, error) from None
         return None
 
     def keep(self, key: str, content: bytes) -> Path:
@@ -45,6 +56,8 @@ class Store:
         InputError
             It could not be written, because the disk is full or read-only; nothing is left of it.
         """
+        if not self.folder.is_dir():
+            raise InputError(f"{self.folder}: was removed while the study ran; run again, nothing else is lost")
         return write_file(self.folder / f"{key}-{hashlib.sha256(content).hexdigest()}.nc", content)
 
 

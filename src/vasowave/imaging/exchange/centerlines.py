@@ -1,12 +1,13 @@
 """Centerlines of other programs: VMTK and Slicer (.vtp, .vtk, .dat, .csv) and SWC in; .vtp out."""
 
+import warnings
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from vasowave.columns import read_columns
-from vasowave.errors import InputError
+from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.axes.skeleton import Skeleton, cut_at_junctions
 from vasowave.imaging.exchange.graph import rooted
 from vasowave.imaging.exchange.markups import read_markups
@@ -14,10 +15,14 @@ from vasowave.imaging.exchange.merging import merged
 from vasowave.imaging.exchange.polydata import read_polydata, write_vtp
 from vasowave.imaging.exchange.polylines import PolyLines
 from vasowave.imaging.exchange.swc import LEAST, read_swc, require_radii
+from vasowave.imaging.places import written
 from vasowave.imaging.tree import Line, Tree
 
 RADIUS_NAMES = ("MaximumInscribedSphereRadius", "Radius")
 """The radius array as VMTK's command line and as Slicer call it."""
+
+LEAP = 4.0
+"""A step of so many usual ones, and longer than both radii, is none between neighbors."""
 
 _ALIASES = {
     "points:0": "x", "points:1": "y", "points:2": "z", "points_0": "x", "points_1": "y", "points_2": "z",
@@ -52,15 +57,40 @@ def read_centerlines(
     Warns
     -----
     VasowaveWarning
-        Loops, which are opened; separate trees, of which the largest is taken; a root that had to be found.
+        Loops, which are opened; separate trees, of which the largest is taken; a root that had to be found; points far
+        from their neighbors; a file that seems cut off.
     """
     path = Path(path)
     if not (np.isfinite(unit) and unit > 0):
         raise InputError(f"unit {unit} cm: give the file's unit of length as a positive number of cm (mm: 0.1)")
     try:
-        return cut_at_junctions(_skeleton(path, unit, cut), collapse)
+        skeleton = _skeleton(path, unit, cut)
+        _warn_of_leaps(path, skeleton)
+        return cut_at_junctions(skeleton, collapse)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def _warn_of_leaps(path: Path, skeleton: Skeleton) -> None:
+    """Warn if neighbors lie far apart where nearly all others lie close: numbers that were exchanged or damaged.
+
+    Only lines whose points follow each other within their radii can tell; those of VMTK and of vasowave do.
+    """
+    below = np.flatnonzero(skeleton.above >= 0)
+    line, above = skeleton.line, skeleton.above[below]
+    step = np.linalg.norm(line.points[below] - line.points[above], axis=1)
+    tube = line.radius[below] + line.radius[above]
+    if np.quantile(step / tube, 0.9) > 1:
+        return
+    leaps = np.flatnonzero((step > tube) & (step > LEAP * np.median(step)))
+    if len(leaps):
+        row = below[leaps[0]]
+        warnings.warn(
+            f"{path}: {len(leaps)} point(s) far from their neighbors, as at {written(line.points[row])} cm; were "
+            "numbers lost or exchanged?",
+            VasowaveWarning,
+            stacklevel=3,
+        )
 
 
 def _skeleton(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleton:
@@ -106,6 +136,7 @@ def _points(path: Path, data: PolyLines, unit: float) -> Line:
 def _flat(path: Path, unit: float) -> list[Line]:
     """Return the lines of a flat table, which has lost them: a jump longer than both radii starts a new line."""
     table = read_columns(path, _ALIASES)
+    table.warn()
     parts = []
     for axis in ("z", "y", "x", "radius"):
         column = table.require(axis)

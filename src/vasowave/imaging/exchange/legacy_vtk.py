@@ -1,7 +1,6 @@
-"""Legacy VTK files of PolyData lines, versions 1 to 5.1, ASCII and binary."""
+"""Legacy VTK files of PolyData lines, versions 1 to 5.1, ASCII and binary, read from beginning to end."""
 
 import re
-from collections.abc import Callable
 
 import numpy as np
 
@@ -9,11 +8,14 @@ from vasowave.errors import InputError
 from vasowave.imaging.exchange.polylines import PolyLines
 
 _TYPES = {
-    "char": "i1", "unsigned_char": "u1", "short": "i2", "unsigned_short": "u2", "int": "i4", "unsigned_int": "u4",
-    "long": "i8", "vtktypeint64": "i8", "vtkIdType": "i8", "float": "f4", "double": "f8",
+    "bit": "u1", "char": "i1", "unsigned_char": "u1", "short": "i2", "unsigned_short": "u2", "int": "i4",
+    "unsigned_int": "u4", "long": "i8", "unsigned_long": "u8", "vtktypeint64": "i8", "vtkidtype": "i8", "float": "f4",
+    "double": "f8",
 }  # fmt: skip
-
-Reader = Callable[[int, int, str], np.ndarray]
+_WIDTHS = {"VECTORS": 3, "NORMALS": 3, "TENSORS": 9, "TENSORS6": 6, "GLOBAL_IDS": 1, "PEDIGREE_IDS": 1}
+_CELLS = ("VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS")
+_NO_NUMBERS = re.compile(rb"^[^\n]*[^\s0-9eE+\-.naifNAIF][^\n]*$", re.MULTILINE)
+"""A line that is not just numbers: there a list of numbers ends."""
 
 
 def parse_legacy(raw: bytes) -> PolyLines:
@@ -22,61 +24,154 @@ def parse_legacy(raw: bytes) -> PolyLines:
     Raises
     ------
     InputError
-        Not PolyData, no points or lines, truncated.
+        Not PolyData, no points or lines, surplus or missing numbers, something that no such file holds.
     """
-    version, _, form, kind = raw.split(b"\n", 4)[:4]
-    if kind.split() != [b"DATASET", b"POLYDATA"]:
-        raise InputError("not PolyData; export the centerlines as PolyData")
-    number = re.search(rb"\nPOINTS (\d+) (\w+)[^\n]*\n", raw)
-    listed = re.search(rb"\nLINES (\d+) (\d+)[^\n]*\n", raw)
-    if number is None or listed is None:
+    file = _File(raw)
+    while words := file.words():
+        file.section(words[0].upper(), words[1:])
+    if file.points is None or file.lines is None:
         raise InputError("no POINTS or no LINES; are these centerlines?")
-    values = _reader(raw, form.strip() == b"BINARY")
-    count = int(number[1])
-    points = values(number.end(), 3 * count, number[2].decode()).reshape(-1, 3).astype(float)
-    lines_of = _lines_by_offsets if float(version.split()[-1]) > 4.2 else _lines_by_counts
-    fields = {}
-    for match in re.finditer(rb"\nSCALARS (\S+) (\w+)[^\n]*\nLOOKUP_TABLE [^\n]*\n", raw):
-        fields[match[1].decode()] = values(match.end(), count, match[2].decode())
-    for match in re.finditer(rb"\n(\S+) 1 %d (float|double) *\n" % count, raw):
-        fields[match[1].decode()] = values(match.end(), count, match[2].decode())
-    return PolyLines(points, tuple(lines_of(raw, listed, values)), fields)
+    return PolyLines(file.points, file.lines, file.point_data, file.cell_data)
 
 
-def _reader(raw: bytes, binary: bool) -> Reader:
-    """Return a function of place, count and type name that reads values."""
+class _File:
+    """A file while it is read: what was found, and where reading stands."""
 
-    def values(at: int, count: int, name: str) -> np.ndarray:
-        if binary:
-            return np.frombuffer(raw, ">" + _TYPES[name], count, at)
-        numbers = np.array(raw[at : at + 64 * count].split(maxsplit=count)[:count], dtype=_TYPES[name])
-        if len(numbers) < count:
-            raise InputError("truncated; write the file again")
-        return numbers
+    def __init__(self, raw: bytes) -> None:
+        version, _, form, kind, _ = [*raw.split(b"\n", 4), b""][:5]
+        if kind.split() != [b"DATASET", b"POLYDATA"]:
+            raise InputError("not PolyData; export the centerlines as PolyData")
+        self.raw, self.at = raw, raw.index(kind) + len(kind)
+        self.binary, self.offsets = form.strip().upper() == b"BINARY", float(version.split()[-1]) > 4.2
+        self.points: np.ndarray | None = None
+        self.lines: tuple[np.ndarray, ...] | None = None
+        self.point_data: dict[str, np.ndarray] = {}
+        self.cell_data: dict[str, np.ndarray] = {}
+        self.cells = 0
+        self._into: dict[str, np.ndarray] = {}
+        self._rows = -1
 
-    return values
+    def words(self) -> list[str]:
+        """Return the words of the next line that has any; none at the end."""
+        while self.at < len(self.raw):
+            end = self.raw.find(b"\n", self.at)
+            end = len(self.raw) if end < 0 else end
+            words = self.raw[self.at : min(end, self.at + 1000)].decode("latin-1").split()
+            self.at = end + 1
+            if words:
+                return words
+        return []
+
+    def values(self, count: int, kind: str) -> np.ndarray:
+        """Return the next `count` numbers; after them there is a line that is none, or the end."""
+        dtype = np.dtype(">" + _TYPES[kind.lower()])
+        if self.binary:
+            found = np.frombuffer(self.raw, dtype, count, self.at)
+            self.at += found.nbytes
+            return found
+        stop = _NO_NUMBERS.search(self.raw, self.at)
+        end = len(self.raw) if stop is None else stop.start()
+        words = self.raw[self.at : end].split()
+        if len(words) != count:
+            what = "truncated" if len(words) < count else "surplus numbers"
+            raise InputError(f"{what}: {len(words)} numbers where {count} were announced; write the file again")
+        self.at = end
+        return np.array(words, dtype=dtype)
+
+    def section(self, key: str, words: list[str]) -> None:
+        """Read what stands under one key word."""
+        if key == "POINTS":
+            self.points = self.values(3 * _count(words[0]), words[1]).reshape(-1, 3).astype(float)
+        elif key in _CELLS:
+            found = (self._by_offsets if self.offsets else self._by_counts)(_count(words[0]), _count(words[1]))
+            self.cells += len(found)
+            self.lines = tuple(found) if key == "LINES" else self.lines
+        elif key in ("POINT_DATA", "CELL_DATA"):
+            self._begin_data(key, _count(words[0]))
+        elif key == "METADATA":
+            while self.raw[self.at : self.at + 1] not in (b"\n", b"\r", b""):
+                self.words()
+        elif key == "FIELD":
+            for _ in range(_count(words[1])):
+                self._field(self.words())
+        else:
+            self._attribute(key, words)
+
+    def _begin_data(self, key: str, count: int) -> None:
+        at_points = key == "POINT_DATA"
+        there = (0 if self.points is None else len(self.points)) if at_points else self.cells
+        if count != there:
+            raise InputError(f"{key} for {count}, but there are {there}; write the file again")
+        self._into, self._rows = (self.point_data if at_points else self.cell_data), count
+
+    def _attribute(self, key: str, words: list[str]) -> None:
+        """Read one array of point or cell data that stands under its own key word."""
+        if key == "LOOKUP_TABLE":
+            self.values(4 * _count(words[1]), "unsigned_char" if self.binary else "float")
+        elif key == "COLOR_SCALARS":
+            self.values(self._rows * _count(words[1]), "unsigned_char" if self.binary else "float")
+        elif key == "SCALARS":
+            if self.words()[:1] != ["LOOKUP_TABLE"]:
+                raise InputError("SCALARS without LOOKUP_TABLE; write the file again")
+            self._keep(words[0], _count(words[2]) if len(words) > 2 else 1, words[1])
+        elif key == "TEXTURE_COORDINATES":
+            self._keep(words[0], _count(words[1]), words[2])
+        elif key in _WIDTHS:
+            self._keep(words[0], _WIDTHS[key], words[1])
+        else:
+            raise InputError(f"'{key[:20]}' where a key word should stand: surplus or damaged numbers before it")
+
+    def _keep(self, name: str, width: int, kind: str) -> None:
+        if self._rows < 0:
+            raise InputError(f"array '{name}' belongs neither to points nor to cells; write the file again")
+        values = self.values(self._rows * width, kind)
+        self._into[name] = values if width == 1 else values.reshape(-1, width)
+
+    def _field(self, words: list[str]) -> None:
+        """Read one array of a FIELD; those that belong to nothing are not kept."""
+        while words[:1] == ["METADATA"]:
+            self.section("METADATA", [])
+            words = self.words()
+        name, width, rows, kind = words
+        if kind == "string" and not self.binary:
+            for _ in range(_count(width) * _count(rows)):
+                self.words()
+            return
+        values = self.values(_count(width) * _count(rows), kind)
+        if self._rows >= 0 and _count(rows) != self._rows:
+            raise InputError(f"array '{name}' has {rows} rows for {self._rows}; write the file again")
+        self._into[name] = values if width == "1" else values.reshape(-1, _count(width))
+
+    def _by_counts(self, count: int, size: int) -> list[np.ndarray]:
+        """Return the cells of versions up to 4.2: counts and numbers in one list."""
+        packed = self.values(size, "int").astype(np.int64)
+        lines, at = [], 0
+        for _ in range(count):
+            lines.append(packed[at + 1 : at + 1 + packed[at]])
+            at += 1 + int(packed[at])
+        if at != size or sum(map(len, lines)) != size - count:
+            raise InputError(f"the lines fill {at} of {size} numbers; write the file again")
+        return lines
+
+    def _by_offsets(self, count: int, size: int) -> list[np.ndarray]:
+        """Return the cells of version 5: where each begins, one more for the end, then the numbers."""
+        ends = self._named("OFFSETS", count)
+        joined = self._named("CONNECTIVITY", size)
+        if count == 0 or ends[0] != 0 or ends[-1] != len(joined) or (np.diff(ends) < 0).any():
+            raise InputError(
+                f"the lines hold {len(joined)} point numbers, their offsets say otherwise; write the file again"
+            )
+        return np.split(joined, ends[1:-1])
+
+    def _named(self, key: str, count: int) -> np.ndarray:
+        words = self.words()
+        if len(words) != 2 or words[0] != key:
+            raise InputError("cells without OFFSETS and CONNECTIVITY; write the file again")
+        return self.values(count, words[1]).astype(np.int64)
 
 
-def _lines_by_counts(raw: bytes, listed: re.Match[bytes], values: Reader) -> list[np.ndarray]:
-    """Return the lines of versions up to 4.2: counts and numbers in one list."""
-    packed = values(listed.end(), int(listed[2]), "int").astype(np.int64)
-    lines, at = [], 0
-    for _ in range(int(listed[1])):
-        lines.append(packed[at + 1 : at + 1 + packed[at]])
-        at += 1 + packed[at]
-    return lines
-
-
-def _lines_by_offsets(raw: bytes, listed: re.Match[bytes], values: Reader) -> list[np.ndarray]:
-    """Return the lines of version 5: where each begins, one more for the end, then the numbers."""
-    offsets = re.compile(rb"OFFSETS (\w+) *\n").match(raw, listed.end())
-    numbers = re.compile(rb"CONNECTIVITY (\w+) *\n").search(raw, listed.end())
-    if offsets is None or numbers is None:
-        raise InputError("LINES without OFFSETS and CONNECTIVITY; write the file again")
-    ends = values(offsets.end(), int(listed[1]), offsets[1].decode()).astype(np.int64)
-    joined = values(numbers.end(), int(listed[2]), numbers[1].decode()).astype(np.int64)
-    if len(ends) == 0 or ends[0] != 0 or ends[-1] != len(joined) or (np.diff(ends) < 0).any():
-        raise InputError(
-            f"the lines hold {len(joined)} point numbers, their offsets say otherwise; write the file again"
-        )
-    return np.split(joined, ends[1:-1])
+def _count(word: str) -> int:
+    """Return a count; `ValueError` where it is none."""
+    if not word.isdecimal():
+        raise ValueError(f"'{word}' is no count")
+    return int(word)

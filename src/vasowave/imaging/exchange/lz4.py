@@ -3,17 +3,17 @@
 from vasowave.errors import InputError
 
 
-def lz4_block(packed: bytes) -> bytes:
-    """Return the content of one LZ4 block.
+def lz4_block(packed: bytes, size: int) -> bytes:
+    """Return the content of one LZ4 block that holds `size` bytes.
 
     Raises
     ------
     InputError
-        A block that ends early or copies from before its beginning.
+        A block that ends early, copies from before its beginning, or holds more or less.
     """
     unpacked, at = bytearray(), 0
     try:
-        while at < len(packed):
+        while at < len(packed) and len(unpacked) <= size:
             token = packed[at]
             count, at = _count(packed, at + 1, token >> 4)
             if at + count > len(packed):
@@ -26,8 +26,10 @@ def lz4_block(packed: bytes) -> bytes:
             count, at = _count(packed, at + 2, token & 15)
             if not 0 < back <= len(unpacked):
                 raise IndexError
-            for _ in range(count + 4):  # may overlap what it writes
+            for _ in range(min(count + 4, size + 1 - len(unpacked))):  # may overlap what it writes
                 unpacked.append(unpacked[-back])
+        if len(unpacked) != size:
+            raise IndexError
     except IndexError:
         raise InputError("truncated or damaged LZ4 data; write the file again") from None
     return bytes(unpacked)

@@ -10,6 +10,7 @@ from vasowave.errors import InputError
 from vasowave.imaging.axes.skeleton import Skeleton
 from vasowave.imaging.exchange.graph import rooted
 from vasowave.imaging.tree import Line
+from vasowave.textfile import read_bytes
 
 
 def read_markups(path: Path, unit: float) -> Skeleton:
@@ -23,9 +24,11 @@ def read_markups(path: Path, unit: float) -> Skeleton:
         No JSON, no curve, a curve without a radius at each of its points.
     """
     try:
-        curves = json.loads(path.read_text(encoding="utf-8"))["markups"]
+        curves = json.loads(read_bytes(path).decode())["markups"]
         lines = [_line(path, curve, unit) for curve in curves if curve["type"].endswith("Curve")]
-    except (OSError, UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
+    except InputError:
+        raise
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, RecursionError) as error:
         raise InputError(f"{path}: not a markups file of 3D Slicer ({error!r})") from None
     if not lines:
         raise InputError(f"{path}: no curve in it; export centerline curves")
@@ -49,6 +52,8 @@ def _line(path: Path, curve: dict[str, Any], unit: float) -> Line:
         points = points * [-1, -1, 1]
     given = [one for one in curve.get("measurements", []) if "radius" in one["name"].lower()]
     radius = unit * np.array(given[0].get("controlPointValues", []), dtype=float) if given else np.empty(0)
+    if not np.isfinite(points).all():
+        raise InputError(f"{path}: a position that is not finite; export the curves again")
     if len(points) < 2 or radius.shape != (len(points),) or not (np.isfinite(radius).all() and (radius > 0).all()):
         raise InputError(f"{path}: a curve without a positive radius at each of its points; export them with radii")
     return Line(points[:, ::-1], radius)

@@ -14,11 +14,16 @@ from vasowave.errors import InputError
 from vasowave.imaging.exchange.legacy_vtk import parse_legacy
 from vasowave.imaging.exchange.lz4 import lz4_block
 from vasowave.imaging.exchange.polylines import PolyLines
+from vasowave.textfile import read_bytes
 
 _TYPES = {
     "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4",
     "Int64": "i8", "UInt64": "u8", "Float32": "f4", "Float64": "f8",
 }  # fmt: skip
+
+_DAMAGE = (ValueError, KeyError, IndexError, TypeError, OverflowError, MemoryError, zlib.error, lzma.LZMAError)
+_MOST = 1 << 28
+"""Bytes that an array may hold beside 64 times what it takes in the file."""
 
 
 def read_polydata(path: str | Path) -> PolyLines:
@@ -30,16 +35,12 @@ def read_polydata(path: str | Path) -> PolyLines:
         Missing, truncated or foreign file; an encoding that is not one of these.
     """
     path = Path(path)
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
-        raise InputError(f"{path}: {reason}") from None
+    raw = read_bytes(path)
     try:
         return parse_legacy(raw) if raw.startswith(b"# vtk") else _xml(raw)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    except (ValueError, KeyError, IndexError, TypeError, OverflowError, zlib.error, lzma.LZMAError) as error:
+    except _DAMAGE as error:
         raise InputError(f"{path}: damaged or truncated PolyData ({error}); write the file again") from None
     except ElementTree.ParseError as error:
         raise InputError(f"{path}: not valid XML ({error}); truncated, or no .vtp file") from None
@@ -90,10 +91,12 @@ def _xml(raw: bytes) -> PolyLines:
         if holder is None or not int(piece.get("NumberOfPoints", 0)):
             continue
         points.append(_array(holder, top, appended).reshape(-1, 3).astype(float))
+        _require_count("points", len(points[-1]), piece.get("NumberOfPoints"))
         values = {a.get("Name"): a for a in piece.findall("./Lines/DataArray")}
         joined, ends = (_array(values[name], top, appended) for name in ("connectivity", "offsets"))
-        if len(ends) and ends[-1] != len(joined):
-            raise InputError(f"the lines hold {len(joined)} point numbers, their offsets say {ends[-1]}")
+        _require_count("lines", len(ends), piece.get("NumberOfLines"))
+        if len(joined) != (ends[-1] if len(ends) else 0) or (np.diff(ends, prepend=0) < 0).any():
+            raise InputError(f"the lines hold {len(joined)} point numbers, their offsets say otherwise")
         lines += [line.astype(np.int64) + count for line in np.split(joined, ends[:-1])]
         for kind, into in (("PointData", fields), ("CellData", cells)):
             arrays = [a for a in piece.findall(f"./{kind}/DataArray") if a.get("type") in _TYPES]
@@ -102,6 +105,11 @@ def _xml(raw: bytes) -> PolyLines:
     if not points:
         raise InputError("no points; are these centerlines?")
     return PolyLines(np.concatenate(points), tuple(lines), _joined(fields), _joined(cells))
+
+
+def _require_count(what: str, found: int, announced: str | None) -> None:
+    if announced is not None and int(announced) != found:
+        raise InputError(f"{found} {what} where {announced} were announced; write the file again")
 
 
 def _joined(parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
@@ -116,13 +124,19 @@ def _array(element: Any, top: Any, appended: bytes) -> np.ndarray:
     kind = np.dtype(order + _TYPES[element.get("type")])
     form = element.get("format", "ascii")
     if form == "ascii":
-        return _shaped(np.array((element.text or "").split(), dtype=kind), element)
+        text = element.text or ""
+        if not text.isascii() or "_" in text:  # Python takes 1_0 and the digits of every script for numbers
+            raise InputError("numbers with signs that no number has; write the file again")
+        return _shaped(np.array(text.split(), dtype=kind), element)
     header = np.dtype(order + _TYPES[top.get("header_type", "UInt32")])
     encoded = True
     if form == "appended":
-        source = appended[int(element.get("offset")) :]
-        section = top.find("AppendedData")
-        encoded = section is None or section.get("encoding", "base64") != "raw"
+        offset = int(element.get("offset"))
+        if not 0 <= offset < len(appended):
+            raise InputError(f"an array begins at byte {offset} of {len(appended)}; write the file again")
+        source = appended[offset:]
+        found = top.find("AppendedData")
+        encoded = found is None or found.get("encoding", "base64") != "raw"
     else:
         source = b"".join((element.text or "").encode().split())
     content = _unpacked(source, encoded, header, top.get("compressor"))
@@ -153,18 +167,41 @@ def _unpacked(source: bytes, encoded: bool, header: np.dtype, compressor: str | 
         if joint:  # length and values in one stream, as VTK writes them
             return taken(0, width + first)[0][width:]
         return taken(-(-width // 3) * 4, first)[0]
-    known: dict[str, Callable[[bytes], bytes]] = {
-        "vtkZLibDataCompressor": zlib.decompress,
-        "vtkLZMADataCompressor": lzma.decompress,
-        "vtkLZ4DataCompressor": lz4_block,
-    }
-    unpack = known.get(compressor)
-    if unpack is None:
+    if compressor not in _UNPACKERS:
         raise InputError(f"compressed with {compressor}; write it with zlib")
     if first == 0:
         return b""
     head, start = taken(0, width * (3 + first))
-    sizes = np.frombuffer(head, header)[3:].astype(int)
-    packed = taken(start, int(sizes.sum()))[0]
-    ends = np.cumsum(sizes)
-    return b"".join(unpack(packed[end - size : end]) for end, size in zip(ends, sizes, strict=True))
+    whole, last, *packed_sizes = (int(size) for size in np.frombuffer(head, header)[1:])
+    packed = taken(start, sum(packed_sizes))[0]
+    sizes = [whole] * (first - 1) + [last or whole]
+    if sum(sizes) > _MOST + 64 * len(packed):
+        raise InputError(f"an array of {len(packed)} bytes says that it holds {sum(sizes)}; it is damaged")
+    blocks, at = [], 0
+    for count, size in zip(packed_sizes, sizes, strict=True):
+        blocks.append(_UNPACKERS[compressor](packed[at : at + count], size))
+        at += count
+    return b"".join(blocks)
+
+
+def _inflated(packed: bytes, size: int) -> bytes:
+    engine = zlib.decompressobj()
+    return _whole(engine.decompress(packed, size + 1), size, engine.eof)
+
+
+def _decompressed(packed: bytes, size: int) -> bytes:
+    engine = lzma.LZMADecompressor()
+    return _whole(engine.decompress(packed, size + 1), size, engine.eof)
+
+
+def _whole(content: bytes, size: int, ended: bool) -> bytes:
+    if len(content) != size or not ended:
+        raise InputError(f"a block does not hold the {size} bytes that it announces; write the file again")
+    return content
+
+
+_UNPACKERS: dict[str, Callable[[bytes, int], bytes]] = {
+    "vtkZLibDataCompressor": _inflated,
+    "vtkLZMADataCompressor": _decompressed,
+    "vtkLZ4DataCompressor": lz4_block,
+}

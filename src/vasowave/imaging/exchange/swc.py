@@ -1,5 +1,7 @@
 """SWC, the table of points of neuron tracing: number, type, x, y, z, radius, parent."""
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,32 +11,33 @@ from vasowave.errors import InputError
 from vasowave.imaging.axes.skeleton import Skeleton
 from vasowave.imaging.exchange.graph import rooted
 from vasowave.imaging.tree import Line, Tree
+from vasowave.textfile import read_start
 
 LEAST = 1e-6
 """Radius, cm, that is written where an axis ends at the surface; readers refuse 0."""
+
+_COUNT = r"^# points: (\d+)\s*$"
+_LARGEST = 2.0**53  # above it a number of type double is no count any more
 
 
 def read_swc(path: Path, unit: float) -> Skeleton:
     """Return the tree of points in an SWC file whose unit of length is `unit`, cm.
 
-    Several roots, or one in the middle of the tree, are put right with a warning, see `rooted`.
+    Several roots, or one in the middle of the tree, are put right with a warning, see `rooted`; a file that seems cut
+    off is told, too.
     """
     table = read_columns(path)
     cells = table.cells if not table.names else None
     if cells is None or len(cells[0]) != 7:
         raise InputError(f"{path}: an SWC file has seven columns of numbers: number, type, x, y, z, radius, parent")
+    table.warn()
     values = np.array(cells, dtype=float)
     points = Line.of(unit * values[:, [4, 3, 2, 5]])
     require_radii(path, points)
-    row = {int(number): index for index, number in enumerate(values[:, 0])}
-    if len(row) < len(values):
-        raise InputError(f"{path}: a point number is used twice")
-    above = np.full(len(values), -1)
-    for index, parent in enumerate(values[:, 6].astype(int)):
-        if parent >= 0:
-            if parent not in row:
-                raise InputError(f"{path}, line {table.lines[index]}: parent {parent} is not in the file")
-            above[index] = row[parent]
+    announced = re.search(_COUNT, read_start(path).decode("utf-8", errors="replace"), re.MULTILINE)
+    if announced is not None and int(announced[1]) != len(values):
+        raise InputError(f"{path}: {len(values)} points where its first lines announce {announced[1]}; was it cut off?")
+    above = _above(path, table.lines, values)
     depth = above.copy()
     for _ in range(len(above).bit_length() + 1):  # pointer doubling: after log2(n) rounds everyone is at a root
         depth = np.where(depth >= 0, depth[depth], -1)
@@ -45,6 +48,24 @@ def read_swc(path: Path, unit: float) -> Skeleton:
         return Skeleton(points, above)
     inner = np.flatnonzero(above >= 0)
     return rooted(points, np.column_stack([inner, above[inner]]), int(roots[0]))
+
+
+def _above(path: Path, lines: Sequence[int], values: np.ndarray) -> np.ndarray:
+    """Return for each row that of its parent, -1 for a root."""
+    whole = np.isfinite(values) & (np.abs(values) < _LARGEST) & (np.floor(values) == values)
+    wrong = np.flatnonzero(~whole[:, [0, 6]].all(axis=1))
+    if len(wrong):
+        raise InputError(f"{path}, line {lines[int(wrong[0])]}: the numbers of a point and its parent must be whole")
+    row = {int(number): index for index, number in enumerate(values[:, 0])}
+    if len(row) < len(values):
+        raise InputError(f"{path}: a point number is used twice")
+    above = np.full(len(values), -1)
+    for index, parent in enumerate(values[:, 6].astype(int)):
+        if parent >= 0:
+            if parent not in row:
+                raise InputError(f"{path}, line {lines[index]}: parent {parent} is not in the file")
+            above[index] = row[parent]
+    return above
 
 
 def require_radii(path: Path, line: Line) -> None:
@@ -59,6 +80,7 @@ def write_swc(tree: Tree, path: str | Path) -> None:
     count = 0
     with Path(path).open("w", encoding="utf-8") as file:
         file.write("# number type x y z radius parent, micrometers\n")
+        file.write(f"# points: {sum(map(len, tree.lines)) - len(tree) + 1}\n")
         for line, parent in zip(tree.lines, tree.parent, strict=True):
             above = -1 if parent < 0 else last[parent]
             new = line if parent < 0 else line[1:]

@@ -10,6 +10,7 @@ from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.tree import Tree
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.network import Network
+from vasowave.vessel_table import COUNT
 
 
 def write_network_table(measured: Measurement, path: str | Path, doubts: Sequence[Doubt] = ()) -> None:
@@ -22,11 +23,15 @@ def write_network_table(measured: Measurement, path: str | Path, doubts: Sequenc
     known = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
     with Path(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["name", "parent", *(f"{head} [cm]" for head in heads), *known, "radius_reliable", "doubts"])
+        writer.writerow(
+            ["name", "parent", *(f"{head} [cm]" for head in heads), *known, COUNT, "radius_reliable", "doubts"]
+        )
         for row, name in enumerate(network.name):
             cells = [repr(float(column[row])) if np.isfinite(column[row]) else "" for column in columns]
             reliable = "yes" if measured.reliable[row] else "no"
-            writer.writerow([name, names[row], *cells, *known.values(), reliable, "; ".join(doubted[name])])
+            writer.writerow(
+                [name, names[row], *cells, *known.values(), len(network), reliable, "; ".join(doubted[name])]
+            )
 
 
 def write_points(tree: Tree, names: tuple[str, ...], path: str | Path) -> None:

@@ -1,62 +1,101 @@
 """DICOM series: slices in the order of their positions, none missing, doubled or foreign."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.imaging.read.itk import MISSING, itk, upright
-from vasowave.imaging.read.volume import Volume
+from vasowave.imaging.read.volume import Image
 
 
-def read_dicom_series(folder: Path) -> Volume:
+class Slice(NamedTuple):
+    """What is used of one file.
+
+    Attributes
+    ----------
+    name : str
+        Of the file.
+    same : dict of str to str
+        What all slices of a series have in common.
+    axes : float array, shape (2, 3)
+        Directions of rows and columns.
+    place : float array, shape (3,)
+        Of the first voxel, mm.
+    spacing : float array, shape (2,)
+        Of rows and columns, mm.
+    grey : float32 array, shape (row, column)
+    """
+
+    name: str
+    same: dict[str, str]
+    axes: np.ndarray
+    place: np.ndarray
+    spacing: np.ndarray
+    grey: np.ndarray
+
+
+_SAME = ("SeriesInstanceUID", "Rows", "Columns", "PixelSpacing", "ImageOrientationPatient")
+
+
+def read_dicom_series(folder: Path) -> Image:
     """Read the one DICOM series in `folder`, in the order of the slices' positions.
 
     Grey levels are rescaled (slope, intercept); the slice distance comes from the positions.
     """
-    try:
-        import pydicom
-    except ImportError:
-        raise InputError(MISSING) from None
-    slices = []
-    for file in sorted(p for p in folder.iterdir() if p.is_file() and not p.name.startswith(".")):
-        try:
-            slices.append((file.name, pydicom.dcmread(file)))
-        except Exception:
-            raise InputError(f"{file}: not a readable DICOM file; remove it from the folder or export again") from None
+    files = sorted(p for p in folder.iterdir() if p.is_file() and not p.name.startswith("."))
+    slices = [_slice(file) for file in files]
     if len(slices) < 3:
         raise InputError(f"{folder}: {len(slices)} DICOM slices; a series has at least 3")
     _require_one_series(folder, slices)
-    try:
-        normal = np.cross(*np.array(slices[0][1].ImageOrientationPatient, dtype=float).reshape(2, 3))
-        height = np.array([normal @ np.array(image.ImagePositionPatient, dtype=float) for _, image in slices])
-        in_plane = np.array(slices[0][1].PixelSpacing, dtype=float)
-    except (AttributeError, TypeError, ValueError):
-        raise InputError(
-            f"{folder}: slices without position, orientation or pixel spacing; export them again"
-        ) from None
+    axes, spacing = slices[0].axes, slices[0].spacing
+    normal = np.cross(*axes)
+    height = np.array([normal @ one.place for one in slices])
     order = np.argsort(height)
-    gap = _slice_distance(folder, height[order], [slices[i][0] for i in order])
-    planes = [_pixels(folder / slices[i][0], slices[i][1]) for i in order]
-    first = np.array(slices[order[0]][1].ImagePositionPatient, dtype=float)
-    axes = np.array(slices[0][1].ImageOrientationPatient, dtype=float).reshape(2, 3)
+    gap = _slice_distance(folder, height[order], [slices[i].name for i in order])
+    grey, first = np.stack([slices[i].grey for i in order]), slices[order[0]].place
     if np.allclose(axes, [[1, 0, 0], [0, 1, 0]], atol=1e-4):
-        return Volume(np.stack(planes), np.array([gap, *in_plane]) / 10, first[::-1] / 10)
-    image = itk().GetImageFromArray(np.stack(planes))
-    image.SetSpacing([float(h) for h in (in_plane[1], in_plane[0], gap)])
+        return Image(grey, np.array([gap, *spacing]) / 10, first[::-1] / 10)
+    image = itk().GetImageFromArray(grey)
+    image.SetSpacing([float(h) for h in (spacing[1], spacing[0], gap)])
     image.SetOrigin(first.tolist())
     image.SetDirection(np.column_stack([*axes, normal]).ravel().tolist())
     return upright(image, folder)
 
 
-def _require_one_series(folder: Path, slices: list[tuple[str, Any]]) -> None:
-    for key in ("SeriesInstanceUID", "Rows", "Columns", "PixelSpacing", "ImageOrientationPatient"):
-        values = [str(image.get(key)) for _, image in slices]
-        other = next((i for i, value in enumerate(values) if value != values[0]), None)
+def _slice(file: Path) -> Slice:
+    """Return what is used of one file; the library raises anything at all where it is damaged."""
+    try:
+        import pydicom
+    except ImportError:
+        raise InputError(MISSING) from None
+    try:
+        image = pydicom.dcmread(file)
+        same = {key: str(image.get(key)) for key in _SAME}
+    except Exception:
+        raise InputError(f"{file}: not a readable DICOM file; remove it from the folder or export again") from None
+    try:
+        axes = np.array(image.ImageOrientationPatient, dtype=float).reshape(2, 3)
+        place = np.array(image.ImagePositionPatient, dtype=float).reshape(3)
+        spacing = np.array(image.PixelSpacing, dtype=float).reshape(2)
+    except Exception:
+        raise InputError(
+            f"{file}: a slice without position, orientation or pixel spacing; export the series again"
+        ) from None
+    if not (np.isfinite(np.concatenate([axes.ravel(), place, spacing])).all() and (spacing > 0).all()):
+        raise InputError(f"{file}: its position, orientation or pixel spacing is no finite number; export it again")
+    if not np.allclose(axes @ axes.T, np.eye(2), atol=1e-2):
+        raise InputError(f"{file}: the directions of its rows and columns are not perpendicular; export it again")
+    return Slice(file.name, same, axes, place, spacing, _pixels(file, image))
+
+
+def _require_one_series(folder: Path, slices: list[Slice]) -> None:
+    for key in _SAME:
+        other = next((one for one in slices if one.same[key] != slices[0].same[key]), None)
         if other is not None:
             raise InputError(
-                f"{folder}: more than one series: {slices[0][0]} and {slices[other][0]} differ in {key}; "
+                f"{folder}: more than one series: {slices[0].name} and {other.name} differ in {key}; "
                 "put each series in a folder of its own"
             )
 
@@ -80,6 +119,8 @@ def _slice_distance(folder: Path, height: np.ndarray, names: list[str]) -> float
 def _pixels(file: Path, image: Any) -> np.ndarray:
     try:
         grey = image.pixel_array.astype(np.float32)
+        if grey.ndim != 2:
+            raise ValueError
+        return grey * np.float32(image.get("RescaleSlope", 1)) + np.float32(image.get("RescaleIntercept", 0))
     except Exception:
         raise InputError(f"{file}: its pixels are truncated or compressed in an unknown way; export it again") from None
-    return grey * np.float32(image.get("RescaleSlope", 1)) + np.float32(image.get("RescaleIntercept", 0))

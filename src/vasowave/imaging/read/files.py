@@ -1,19 +1,33 @@
 """Volumes from files: a DICOM folder, NRRD, NIfTI, MetaImage, RAW with header, or a TIFF stack."""
 
+import warnings
 from pathlib import Path
 
 import numpy as np
 
-from vasowave.errors import InputError
-from vasowave.imaging.read.dicom import read_dicom_series
-from vasowave.imaging.read.itk import MISSING, read_itk
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging.read.metaimage import require_whole_metaimage
+from vasowave.imaging.read.native import read_image
+from vasowave.imaging.read.nifti import require_whole_nifti
+from vasowave.imaging.read.nrrd import require_whole_nrrd
 from vasowave.imaging.read.volume import Volume
+from vasowave.textfile import regular_file
+
+_CHECKS = {
+    ".mha": require_whole_metaimage,
+    ".mhd": require_whole_metaimage,
+    ".nrrd": require_whole_nrrd,
+    ".nhdr": require_whole_nrrd,
+    ".nii": require_whole_nifti,
+    ".nii.gz": require_whole_nifti,
+}
 
 
 def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
     """Read a DICOM series (a folder), or NRRD, NIfTI, MetaImage, RAW with header, TIFF stack (a file).
 
-    Axes that the file turns or flips are turned back, so that z, y, x are the patient's as DICOM counts them.
+    Axes that the file turns or flips are turned back, so that z, y, x are the patient's as DICOM counts them. Compiled
+    libraries read in another process, within limits of time and memory.
 
     Parameters
     ----------
@@ -24,8 +38,8 @@ def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
     Raises
     ------
     InputError
-        Missing, truncated or unreadable file, RAW without header, a series with missing, doubled or foreign slices
-        (each named), a `spacing` that is not positive.
+        Missing, truncated, damaged or unreadable file, voxels that lie outside the folder of their header, RAW without
+        header, a series with missing, doubled or foreign slices (each named), a `spacing` that is not positive.
 
     Warns
     -----
@@ -37,24 +51,36 @@ def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
         raise InputError(f"{path}: no such file or folder")
     if spacing is not None and not (np.isfinite(spacing) and spacing > 0):
         raise InputError(f"voxel size {spacing:g} cm; give a positive number of cm")
-    if path.is_dir():
-        volume = read_dicom_series(path)
-    elif path.suffix.lower() in (".tif", ".tiff"):
-        return _read_tiff(path, spacing)
-    else:
-        volume = read_itk(path)
-    return volume if spacing is None else Volume(volume.grey, np.full(3, spacing), volume.origin)
-
-
-def _read_tiff(path: Path, spacing: float | None) -> Volume:
+    if not path.is_dir():
+        path = _checked(path, spacing)
+    image = read_image(path)
+    for note in image.notes:
+        warnings.warn(note, VasowaveWarning, stacklevel=2)
     try:
-        import tifffile
-    except ImportError:
-        raise InputError(MISSING) from None
-    if spacing is None:
+        return Volume(image.grey, image.spacing if spacing is None else np.full(3, spacing), image.origin)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _checked(path: Path, spacing: float | None) -> Path:
+    """Return the file to read, in which everything is there that its header announces."""
+    path = regular_file(path)
+    name = path.name.lower()
+    if name.endswith((".tif", ".tiff")) and spacing is None:
         raise InputError(f"{path}: a TIFF stack says nothing reliable about its voxel size; give spacing in cm")
-    try:
-        grey = tifffile.imread(path)
-    except Exception:
-        raise InputError(f"{path}: not a readable TIFF stack; export it again") from None
-    return Volume(grey, np.full(3, spacing), np.zeros(3))
+    if name.endswith(".raw"):
+        path = _header_of(path)
+        name = path.name.lower()
+    check = next((check for suffix, check in _CHECKS.items() if name.endswith(suffix)), None)
+    if check is not None:
+        check(path)
+    return path
+
+
+def _header_of(path: Path) -> Path:
+    """Return the header beside a .raw file, which says nothing about itself."""
+    found = [path.with_suffix(suffix) for suffix in (".mhd", ".nhdr") if path.with_suffix(suffix).exists()]
+    if not found:
+        wanted = f"{path.stem}.mhd (MetaImage) or {path.stem}.nhdr (NRRD)"
+        raise InputError(f"{path}: RAW says nothing about its size; put its header beside it: {wanted}")
+    return found[0]

@@ -1,16 +1,16 @@
-"""Images that SimpleITK reads: NRRD, NIfTI, MetaImage, RAW with its header; axes turned as DICOM counts them."""
+"""Images that SimpleITK reads: NRRD, NIfTI, MetaImage; axes turned as DICOM counts them."""
 
-import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.read.nifti import require_whole
-from vasowave.imaging.read.volume import Volume
+from vasowave.errors import InputError
+from vasowave.imaging.read.volume import Image, Volume
 
 MISSING = "reading and writing images needs the extra 'imaging': install vasowave[imaging]"
+_TURNED = 1e-2
+"""An axis that is off by more than this is oblique, and axes that are no rotation within it are damaged."""
 
 
 def itk() -> Any:
@@ -22,12 +22,11 @@ def itk() -> Any:
     return SimpleITK
 
 
-def read_itk(path: Path) -> Volume:
-    """Read one image file; `InputError` where it is truncated, foreign or not three-dimensional."""
-    if path.suffix.lower() == ".raw":
-        path = _header_of(path)
-    if path.name.lower().endswith((".nii", ".nii.gz")):
-        require_whole(path)
+def read_itk(path: Path) -> Image:
+    """Read one image file; `InputError` where it is truncated, foreign or not three-dimensional.
+
+    Compiled code reads it, which a damaged file can crash or hang: `native.read_image` calls this in another process.
+    """
     try:
         image = itk().ReadImage(str(path))
     except RuntimeError:
@@ -39,27 +38,18 @@ def read_itk(path: Path) -> Volume:
     return upright(image, path)
 
 
-def _header_of(path: Path) -> Path:
-    """Return the header beside a .raw file, which says nothing about itself."""
-    headers = [path.with_suffix(suffix) for suffix in (".mhd", ".nhdr") if path.with_suffix(suffix).exists()]
-    if not headers:
-        wanted = f"{path.stem}.mhd (MetaImage) or {path.stem}.nhdr (NRRD)"
-        raise InputError(f"{path}: RAW says nothing about its size; put its header beside it: {wanted}")
-    return headers[0]
-
-
-def upright(image: Any, source: Path) -> Volume:
-    """Return the volume with its axes turned to x left, y posterior, z superior, as DICOM counts."""
-    if not np.allclose(image.GetDirection(), np.eye(3).ravel(), atol=1e-4):
+def upright(image: Any, source: Path) -> Image:
+    """Return the image with its axes turned to x left, y posterior, z superior, as DICOM counts."""
+    axes = np.array(image.GetDirection()).reshape(3, 3)
+    if not np.allclose(axes @ axes.T, np.eye(3), atol=_TURNED):
+        raise InputError(f"{source}: the directions of its axes are not perpendicular; its header is damaged")
+    notes: tuple[str, ...] = ()
+    if not np.allclose(axes, np.eye(3), atol=1e-4):
         image = itk().DICOMOrient(image, "LPS")
-        if not np.allclose(image.GetDirection(), np.eye(3).ravel(), atol=1e-2):
-            warnings.warn(
-                f"{source}: its axes are oblique; places count along the image's own axes, from its first voxel",
-                VasowaveWarning,
-                stacklevel=4,
-            )
+        if not np.allclose(image.GetDirection(), np.eye(3).ravel(), atol=_TURNED):
+            notes = (f"{source}: its axes are oblique; places count along the image's own axes, from its first voxel",)
     grey = itk().GetArrayFromImage(image)
-    return Volume(grey, np.array(image.GetSpacing())[::-1] / 10, np.array(image.GetOrigin())[::-1] / 10)
+    return Image(grey, np.array(image.GetSpacing())[::-1] / 10, np.array(image.GetOrigin())[::-1] / 10, notes)
 
 
 def write_volume(volume: Volume, path: str | Path) -> None:

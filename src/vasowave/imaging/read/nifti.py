@@ -1,4 +1,4 @@
-"""Whether a NIfTI file is whole: the library that reads it fills what is missing with zeros and says nothing."""
+"""Whether a NIfTI file is whole."""
 
 import gzip
 import struct
@@ -7,12 +7,11 @@ from math import prod
 from pathlib import Path
 
 from vasowave.errors import InputError
+from vasowave.imaging.read.payload import require_bytes
 
-_CHUNK = 1 << 24
 
-
-def require_whole(path: Path) -> None:
-    """Raise `InputError` unless `path` (.nii or .nii.gz) holds all the voxels its header announces."""
+def require_whole_nifti(path: Path) -> None:
+    """Raise `InputError` unless `path` (.nii or .nii.gz) holds the voxels its header announces, and no more."""
     packed = path.name.lower().endswith(".gz")
     twin = path.with_name(path.name[:-3]) if packed else path.with_name(path.name + ".gz")
     if twin.exists():
@@ -20,15 +19,11 @@ def require_whole(path: Path) -> None:
     try:
         with gzip.open(path) if packed else path.open("rb") as file:
             expected = _announced(file.read(544))
-            actual = 544
-            while chunk := file.read(_CHUNK):
-                actual += len(chunk)
     except (EOFError, zlib.error, struct.error):
         raise InputError(f"{path}: truncated; copy or export it again") from None
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, OverflowError) as error:
         raise InputError(f"{path}: not a NIfTI file that can be read ({error})") from None
-    if actual < expected:
-        raise InputError(f"{path}: truncated, {actual} of {expected} bytes; copy or export it again")
+    require_bytes(path, 0, expected, "gzip" if packed else "raw")
 
 
 def _announced(header: bytes) -> int:
@@ -45,5 +40,7 @@ def _announced(header: bytes) -> int:
             offset = struct.unpack_from(f"{order}q", header, 168)[0]
         else:
             continue
+        if not (1 <= dim[0] <= 7 and min(dim[1 : dim[0] + 1]) > 0 and bits > 0 and offset >= size):
+            raise ValueError("its header announces no voxels")
         return int(offset) + prod(dim[1 : dim[0] + 1]) * bits // 8
     raise ValueError("its first number is neither 348 nor 540")

@@ -1,10 +1,20 @@
 """A grey-level volume on a grid of known spacing."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from vasowave.errors import InputError
+
+
+class Image(NamedTuple):
+    """What a file holds: grey levels in their own type, spacing and origin (z, y, x, cm), and what is odd about it."""
+
+    grey: np.ndarray
+    spacing: np.ndarray
+    origin: np.ndarray
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +32,8 @@ class Volume:
     Raises
     ------
     InputError
-        Not three-dimensional, values that are not finite, one grey level everywhere, a spacing that is not positive.
+        Not three-dimensional, values that are not finite, one grey level everywhere, a spacing that is not positive, an
+        origin that is not finite.
     """
 
     grey: np.ndarray
@@ -39,6 +50,8 @@ class Volume:
             raise InputError(f"volume: shape {self.grey.shape}; a stack of at least 3 x 3 x 3 voxels is needed")
         if self.spacing.shape != (3,) or not (np.isfinite(self.spacing).all() and (self.spacing > 0).all()):
             raise InputError(f"volume: spacing {self.spacing} cm; give three positive numbers (z, y, x)")
+        if self.origin.shape != (3,) or not np.isfinite(self.origin).all():
+            raise InputError(f"volume: origin {self.origin} cm; give three finite numbers (z, y, x)")
         if not np.isfinite(self.grey).all():
             raise InputError("volume: grey levels that are not finite (NaN or infinity); repair the reconstruction")
         if self.grey.min() == self.grey.max():

@@ -12,16 +12,19 @@ Edits name places and not vessels, because vessels are numbered anew in every ex
 the lines, each on what the ones above left.
 """
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from vasowave import units
-from vasowave.errors import InputError, did_you_mean
+from vasowave.columns import NO_END
+from vasowave.errors import InputError, VasowaveWarning, did_you_mean
 from vasowave.imaging.places import place, written
 from vasowave.imaging.tree import Line, Tree
+from vasowave.textfile import read_lines
 
 REACH = 3.0
 """An edit finds its vessel if its place is within this many radii of the vessel's axis."""
@@ -51,16 +54,17 @@ def read_edits(path: str | Path) -> tuple[Edit, ...]:
     Raises
     ------
     InputError
-        Unreadable file, unknown action or unit, a place that is not three numbers, a second root; with the line.
+        Unreadable file, unknown action or unit, a place that is not three numbers, a second root, an edit that stands
+        there twice; with the line.
+
+    Warns
+    -----
+    VasowaveWarning
+        The last line has no end, as in a file that was cut off.
     """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: the edits cannot be read ({error}); they are plain text") from None
     edits: list[Edit] = []
     unit = 1.0
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in _lines(Path(path)):
         words = line.split("#")[0].replace(",", " ").split()
         if not words:
             continue
@@ -76,7 +80,24 @@ def read_edits(path: str | Path) -> tuple[Edit, ...]:
         edits.append(Edit(action, _place(words, unit, where), where))
         if action == "root" and sum(edit.action == "root" for edit in edits) > 1:
             raise InputError(f"{where}: a second root; a tree has one")
+        same = (
+            one for one in edits[:-1] if one.action == action and np.allclose(one.point, edits[-1].point, atol=1e-9)
+        )
+        twin = next(same, None)
+        if twin is not None:
+            raise InputError(f"{where}: the same edit as {twin.where}; remove one of them")
     return tuple(edits)
+
+
+def _lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield number and text of each line."""
+    try:
+        for block in read_lines(path):
+            yield from enumerate(block.texts, block.first)
+            if block.cut:
+                warnings.warn(f"{path}: {NO_END}", VasowaveWarning, stacklevel=4)
+    except InputError as error:
+        raise InputError(f"{path}: the edits cannot be read ({error}); they are plain text") from None
 
 
 def root_of(edits: tuple[Edit, ...]) -> np.ndarray | None:

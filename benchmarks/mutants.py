@@ -1,0 +1,204 @@
+"""Break random lines of the source, one at a time, and see whether the tests that belong to them notice.
+
+uv run python benchmarks/mutants.py 5                  five mutants: minutes
+uv run python benchmarks/mutants.py 100 --seed 3       an afternoon
+uv run python benchmarks/mutants.py 20 --in imaging    only in one part of the package
+uv run python benchmarks/mutants.py 100 --docs --whole
+
+A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed,
+`and` for `or`, a condition negated. Lines are drawn evenly from all of src. The tests that belong to a module
+are the three nearest that import it, or else what imports it; with --whole all default tests run. Exit code 1: a mutant
+survived.
+"""
+
+import argparse
+import ast
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from robustness_page import put
+
+ROOT = Path(__file__).parents[1]
+SOURCE, TESTS = ROOT / "src" / "vasowave", ROOT / "tests"
+LONGEST = 900  # s; a mutant that makes the tests hang is noticed
+FEW = 3  # files of tests for one mutant, those with the module's own name first
+
+COMPARED = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
+OPERATED = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Pow: "*"}
+SIGNS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Pow: "**"}
+TURNED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
+
+
+class Mutant(NamedTuple):
+    """One change: `old` at a line and column (counted from 0, in characters) of a file becomes `new`."""
+
+    file: Path
+    line: int
+    column: int
+    old: str
+    new: str
+
+    def __str__(self) -> str:
+        return f"{self.file.relative_to(ROOT)}:{self.line} `{self.old}` → `{self.new}`"
+
+    def source(self) -> str:
+        """Return the source with the change."""
+        lines = self.file.read_text(encoding="utf-8").splitlines(keepends=True)
+        text = lines[self.line - 1]
+        assert text[self.column :].startswith(self.old)
+        lines[self.line - 1] = text[: self.column] + self.new + text[self.column + len(self.old) :]
+        return "".join(lines)
+
+
+def mutants_of(file: Path) -> Iterator[Mutant]:
+    """Yield every change that one file allows."""
+    text = file.read_text(encoding="utf-8")
+    lines = text.splitlines()
+
+    def between(left: ast.expr, right: ast.expr, sign: str, new: str) -> Iterator[Mutant]:
+        """Yield the change of the sign between two operands that stand on one line."""
+        if left.end_lineno != right.lineno:
+            return
+        line = lines[right.lineno - 1].encode()
+        gap = line[left.end_col_offset : right.col_offset].decode()
+        if gap.count(sign) == 1:
+            column = len(line[: left.end_col_offset].decode()) + gap.index(sign)
+            yield Mutant(file, right.lineno, column, sign, new)
+
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in COMPARED:
+            kind = type(node.ops[0])
+            yield from between(node.left, node.comparators[0], TURNED[kind], COMPARED[kind])
+        elif isinstance(node, ast.BinOp) and type(node.op) in OPERATED and not _is_text(node):
+            yield from between(node.left, node.right, SIGNS[type(node.op)], OPERATED[type(node.op)])
+        elif isinstance(node, ast.BoolOp):
+            old, new = ("and", "or") if isinstance(node.op, ast.And) else ("or", "and")
+            yield from between(node.values[0], node.values[1], old, new)
+        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+            yield Mutant(file, node.lineno, _column(lines, node), "not ", "")
+        elif isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.lineno == node.end_lineno:
+            column, old = _column(lines, node), ast.get_source_segment(text, node) or ""
+            yield Mutant(file, node.lineno, column, old, _other_number(old, node.value))
+        elif isinstance(node, ast.Constant) and type(node.value) is bool:
+            yield Mutant(file, node.lineno, _column(lines, node), str(node.value), str(not node.value))
+
+
+def _is_text(node: ast.BinOp) -> bool:
+    return any(
+        isinstance(one, ast.JoinedStr) or isinstance(getattr(one, "value", None), str)
+        for one in (node.left, node.right)
+    )
+
+
+def _column(lines: list[str], node: ast.expr) -> int:
+    return len(lines[node.lineno - 1].encode()[: node.col_offset].decode())
+
+
+def _other_number(text: str, value: float) -> str:
+    if isinstance(value, int):
+        return str(value + 1)
+    return repr(value * 2) if value else "1.0"
+
+
+def drawn(count: int, seed: int, part: str = "") -> list[Mutant]:
+    """Return changes of `count` lines drawn evenly from all lines that allow one."""
+    rng, lines = random.Random(seed), {}
+    for file in sorted(SOURCE.rglob("*.py")):
+        if part in str(file.relative_to(SOURCE)):
+            for mutant in mutants_of(file):
+                lines.setdefault((file, mutant.line), []).append(mutant)
+    return [rng.choice(lines[where]) for where in rng.sample(sorted(lines), min(count, len(lines)))]
+
+
+def tests_of(file: Path) -> list[Path]:
+    """Return the files of tests that import a module, or else what imports it, and so on; its namesakes first."""
+    tests, modules = sorted(TESTS.rglob("test_*.py")), [_name(file)]
+    near: list[Path] = []
+    known = set(modules)
+    while modules and not near:
+        near = [test for test in tests if any(_imports(test, module) for module in modules)]
+        above = [_name(one) for one in SOURCE.rglob("*.py") if any(_imports(one, module) for module in modules)]
+        modules = [module for module in dict.fromkeys(above) if module not in known]
+        known.update(modules)
+    near.sort(key=lambda test: file.stem not in test.stem)
+    return near[:FEW] or [TESTS / "test_package.py"]
+
+
+def _name(file: Path) -> str:
+    name = ".".join(file.relative_to(SOURCE.parent).with_suffix("").parts)
+    return name.removesuffix(".__init__")
+
+
+def _imports(file: Path, module: str) -> bool:
+    text, (room, _, name) = file.read_text(encoding="utf-8"), module.rpartition(".")
+    return bool(
+        re.search(rf"^\s*(from {re.escape(module)} import|import {re.escape(module)}\b)", text, re.MULTILINE)
+        or re.search(rf"^\s*from {re.escape(room)} import .*\b{name}\b", text, re.MULTILINE)
+    )
+
+
+def noticed_by(mutant: Mutant, whole: bool = False) -> str:
+    """Return the test that fails with the mutant, or why it could not run; empty if it survives."""
+    chosen = [str(TESTS)] if whole else [str(test) for test in tests_of(mutant.file)]
+    with tempfile.TemporaryDirectory(prefix="mutant-") as name:
+        folder = Path(name).resolve()
+        shutil.copytree(SOURCE, folder / "vasowave", ignore=shutil.ignore_patterns("__pycache__"))
+        (folder / "vasowave" / mutant.file.relative_to(SOURCE)).write_text(mutant.source(), encoding="utf-8")
+        environment = os.environ | {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-n", "0", *chosen]
+        try:
+            done = subprocess.run(
+                command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
+            )
+        except subprocess.TimeoutExpired:
+            return "the tests do not end"
+    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
+    if done.returncode in (0, 5):
+        return ""
+    return failed[1] if failed else f"pytest ended with {done.returncode}"
+
+
+def table(found: dict[Mutant, str]) -> str:
+    """Return how many were planted and noticed, by part of the package, and the survivors."""
+    parts: dict[str, list[str]] = {}
+    for mutant, test in found.items():
+        parts.setdefault(mutant.file.relative_to(SOURCE).parts[0].removesuffix(".py"), []).append(test)
+    lines = ["| part | mutants | noticed |", "|---|---|---|"]
+    lines += [f"| {part} | {len(tests)} | {sum(map(bool, tests))} |" for part, tests in sorted(parts.items())]
+    lines.append(f"| all | {len(found)} | {sum(map(bool, found.values()))} |")
+    return "\n".join(lines) + "\n\n" + "".join(f"- {mutant}\n" for mutant, test in found.items() if not test)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("count", type=int, nargs="?", default=5)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--in", dest="part", default="", help="word in the path of the file")
+    parser.add_argument("--whole", action="store_true", help="run all default tests")
+    parser.add_argument("--list", action="store_true", help="only say which mutants are drawn, and their tests")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
+    arguments = parser.parse_args()
+    found: dict[Mutant, str] = {}
+    for mutant in drawn(arguments.count, arguments.seed, arguments.part):
+        if arguments.list:
+            print(mutant, *(test.name for test in tests_of(mutant.file)))
+            continue
+        found[mutant] = noticed_by(mutant, arguments.whole)
+        print(f"{mutant}: {found[mutant] or 'SURVIVED'}", flush=True)
+    if found:
+        print("\n" + table(found))
+    if arguments.docs:
+        put("mutants", table(found))
+    return 1 if not all(found.values()) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,16 @@
+"""Tables that programs put into docs/robustness.md, each between marks with its name."""
+
+import re
+from pathlib import Path
+
+PAGE = Path(__file__).parents[1] / "docs" / "robustness.md"
+
+
+def put(name: str, table: str, page: Path = PAGE) -> None:
+    """Replace what stands between the marks of `name` by a table; `ValueError` if the page has no such marks."""
+    text = page.read_text(encoding="utf-8")
+    begin, end = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    found, count = re.subn(f"{begin}.*{end}", lambda _: f"{begin}\n{table.strip()}\n{end}", text, flags=re.DOTALL)
+    if count != 1:
+        raise ValueError(f"{page} has {count} places for '{name}', not one")
+    page.write_text(found, encoding="utf-8")

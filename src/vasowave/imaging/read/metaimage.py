@@ -1,0 +1,56 @@
+"""Whether a MetaImage (.mha, .mhd) is whole, and what its header names."""
+
+import re
+from math import prod
+from pathlib import Path
+
+from vasowave.errors import InputError
+from vasowave.imaging.read.payload import data_file, require_bytes
+from vasowave.textfile import read_start
+
+_BYTES = {
+    "CHAR": 1, "UCHAR": 1, "SHORT": 2, "USHORT": 2, "INT": 4, "UINT": 4, "LONG": 4, "ULONG": 4, "LONG_LONG": 8,
+    "ULONG_LONG": 8, "FLOAT": 4, "DOUBLE": 8,
+}  # fmt: skip
+_LONGEST = 1 << 16
+"""No header is longer, bytes."""
+
+
+def require_whole_metaimage(path: Path) -> None:
+    """Raise `InputError` unless the voxels that the header announces are there, in its own folder, and no more."""
+    start = read_start(path, _LONGEST)
+    last = re.search(rb"^ElementDataFile *= *([^\r\n]*)\r?(\n|$)", start, re.MULTILINE)
+    if last is None:
+        raise InputError(f"{path}: not an image that can be read: its header has no ElementDataFile; export it again")
+    lines = start[: last.start()].decode("latin-1").splitlines()
+    fields = {key.strip(): value.strip() for key, _, value in (line.partition("=") for line in lines)}
+    if fields.get("ObjectType", "Image") != "Image":
+        raise InputError(f"{path}: not an image that can be read: its ObjectType is {fields['ObjectType']}")
+    name = last[1].decode("utf-8", errors="replace").strip()
+    if name.upper().startswith("LIST") or "%" in name:
+        raise InputError(f"{path}: its voxels are spread over several files; save it as one")
+    here = name.upper() == "LOCAL"
+    _require_voxels(path, fields, path if here else data_file(path, name), last.end() if here else 0)
+
+
+def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int) -> None:
+    try:
+        sizes = [int(size) for size in fields["DimSize"].split()]
+        channels = int(fields.get("ElementNumberOfChannels", 1))
+        offset = int(fields.get("HeaderSize", 0))
+        width = _BYTES[fields["ElementType"].removeprefix("MET_").removesuffix("_ARRAY")]
+        if len(sizes) != int(fields.get("NDims", len(sizes))) or min(sizes, default=0) < 1 or channels < 1:
+            raise ValueError
+        turned = [float(one) for one in fields.get("TransformMatrix", "").split()]
+        if any(not abs(one) <= 1.01 for one in turned):
+            raise ValueError
+    except (KeyError, ValueError):
+        raise InputError(f"{path}: not an image that can be read: its header is damaged; export it again") from None
+    count = prod(sizes) * channels * width
+    packed = fields.get("CompressedData", "False").lower() in ("true", "1", "t")
+    if packed:
+        require_bytes(holder, start, count, "zlib")
+    elif offset == -1:  # the voxels are the last bytes of their file
+        require_bytes(holder, max(holder.stat().st_size - count, start), count)
+    elif fields.get("BinaryData", "True").lower() in ("true", "1", "t"):
+        require_bytes(holder, start + offset, count)

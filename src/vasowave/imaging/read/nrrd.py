@@ -1,0 +1,64 @@
+"""Whether an NRRD file (.nrrd, .nhdr) is whole, and what its header names."""
+
+import re
+from math import prod
+from pathlib import Path
+
+from vasowave.errors import InputError
+from vasowave.imaging.read.payload import Packing, data_file, require_bytes
+from vasowave.textfile import read_start
+
+_BYTES = {
+    **dict.fromkeys(("signed char", "int8", "int8_t", "uchar", "unsigned char", "uint8", "uint8_t"), 1),
+    **dict.fromkeys(("short", "short int", "signed short", "signed short int", "int16", "int16_t"), 2),
+    **dict.fromkeys(("ushort", "unsigned short", "unsigned short int", "uint16", "uint16_t"), 2),
+    **dict.fromkeys(("int", "signed int", "int32", "int32_t", "uint", "unsigned int", "uint32", "uint32_t"), 4),
+    **dict.fromkeys(("longlong", "long long", "long long int", "signed long long", "signed long long int"), 8),
+    **dict.fromkeys(("ulonglong", "unsigned long long", "unsigned long long int", "uint64", "uint64_t"), 8),
+    **dict.fromkeys(("int64", "int64_t", "double"), 8), "float": 4,
+}  # fmt: skip
+_PACKINGS: dict[str, Packing] = {
+    "raw": "raw", "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"
+}  # fmt: skip
+_TEXTS = ("ascii", "text", "txt", "hex")
+_LONGEST = 1 << 16
+"""No header is longer, bytes."""
+
+
+def require_whole_nrrd(path: Path) -> None:
+    """Raise `InputError` unless the voxels that the header announces are there, in its own folder, and no more."""
+    start = read_start(path, _LONGEST)
+    if not start.startswith(b"NRRD"):
+        raise InputError(f"{path}: not an image that can be read: no NRRD file")
+    end = re.search(rb"\r?\n\r?\n", start)
+    lines = start[: end.start() if end else None].decode("utf-8", errors="replace").splitlines()[1:]
+    pairs = (line.split(": ", 1) for line in lines if ": " in line and not line.startswith("#"))
+    fields = {key.strip().lower().replace(" ", ""): value.strip() for key, value in pairs}
+    name = fields.get("datafile", "")
+    if name.upper().startswith("LIST") or "%" in name:
+        raise InputError(f"{path}: its voxels are spread over several files; save it as one")
+    if not name and end is None:
+        raise InputError(f"{path}: not an image that can be read: its header has no end; truncated?")
+    holder = data_file(path, name) if name else path
+    _require_voxels(path, fields, holder, 0 if name or end is None else end.end())
+
+
+def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int) -> None:
+    try:
+        sizes = [int(size) for size in fields["sizes"].split()]
+        count = prod(sizes) * _BYTES[fields["type"].lower()]
+        encoding = fields["encoding"].lower()
+        lines, offset = (int(fields.get(key, 0)) for key in ("lineskip", "byteskip"))
+        if len(sizes) != int(fields["dimension"]) or min(sizes, default=0) < 1 or lines < 0:
+            raise ValueError
+        if encoding not in (*_PACKINGS, *_TEXTS):
+            raise ValueError
+    except (KeyError, ValueError):
+        raise InputError(f"{path}: not an image that can be read: its header is damaged; export it again") from None
+    if lines or encoding in _TEXTS:  # the library counts the numbers of a text itself
+        return
+    packing = _PACKINGS[encoding]
+    if packing == "raw":
+        require_bytes(holder, holder.stat().st_size - count if offset == -1 else start + offset, count)
+    else:  # bytes are skipped in what comes out
+        require_bytes(holder, start, count + max(offset, 0), packing)

@@ -1,0 +1,43 @@
+"""Damaged files of every format: a short run of the fuzzer, and what no format may do."""
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+import fuzz
+
+MANY = {"labchart mat": 2, "cycle mat": 2}  # each mutant of theirs starts a process
+
+
+@pytest.mark.parametrize("name", fuzz.FORMS)
+def test_damage_is_refused_told_or_seen_in_the_values_only(tmp_path, name):
+    count = MANY.get(name, 20)
+    found = Counter(fuzz.mutants(name, range(count), 1, tmp_path))
+    assert sum(found.values()) == count
+    assert not fuzz.is_bad(name, found)
+
+
+def test_the_fuzzer_sees_a_reader_that_fails_a_silent_change_and_a_lost_sample(tmp_path):
+    form = fuzz.FORMS["cycle table"]
+    form.write(tmp_path)
+    sound = form.read(tmp_path / form.opened)
+
+    def broken(path: Path) -> None:
+        raise KeyError(path)
+
+    assert fuzz.outcome(form._replace(read=broken), tmp_path, sound) == "foreign"
+    assert fuzz.outcome(form, tmp_path, sound) == "same"
+    assert fuzz.outcome(form, tmp_path, sound.resampled(64)) in ("told", "other structure")
+
+
+def test_a_reader_that_hangs_or_ends_its_process_is_counted_and_the_next_mutant_is_read(monkeypatch, tmp_path):
+    child = tmp_path / "child.py"
+    child.write_text(
+        "import os, sys, time\nname, begin, end = sys.argv[2:5]\n"
+        "for number in range(int(begin), int(end)):\n"
+        "    if number == 1: time.sleep(60)\n    if number == 2: os.abort()\n    print('same', flush=True)\n"
+    )
+    monkeypatch.setattr(fuzz, "__file__", str(child))
+    monkeypatch.setattr(fuzz, "LONGEST", 0.3)
+    assert fuzz.fuzz("edf", 4, 0) == {"same": 2, "hang": 1, "crash": 1}

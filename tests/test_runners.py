@@ -1,0 +1,73 @@
+"""The programs that try vasowave do what they say: mutants, growth, the page of their tables."""
+
+import ast
+
+import pytest
+
+import faults
+import load
+import mutants
+import robustness_page
+
+
+def test_a_drawn_mutant_changes_one_line_and_still_is_python():
+    drawn = mutants.drawn(60, 3)
+    assert len({(one.file, one.line) for one in drawn}) == 60
+    for one in drawn:
+        before, after = one.file.read_text(encoding="utf-8").splitlines(), one.source().splitlines()
+        assert [n for n, pair in enumerate(zip(before, after, strict=True), 1) if pair[0] != pair[1]] == [one.line]
+        ast.parse(one.source())
+
+
+def test_every_kind_of_change_is_drawn(tmp_path, monkeypatch):
+    (tmp_path / "a.py").write_text("def f(x, y):\n    return not x < y and x + 2.5 == [True]\n")
+    changes = {(one.old, one.new) for one in mutants.mutants_of(tmp_path / "a.py")}
+    assert changes == {
+        ("<", "<="),
+        ("and", "or"),
+        ("+", "-"),
+        ("2.5", "5.0"),
+        ("==", "!="),
+        ("not ", ""),
+        ("True", "False"),
+    }
+
+
+def test_the_tests_of_a_module_are_its_namesakes_first_and_never_none():
+    names = [test.name for test in mutants.tests_of(mutants.SOURCE / "recording" / "baseline.py")]
+    assert names[0] == "test_baseline.py"
+    assert "test_sensitivity.py" in [t.name for t in mutants.tests_of(mutants.SOURCE / "solver" / "node_variations.py")]
+    assert all(mutants.tests_of(one.file) for one in mutants.drawn(20, 4))
+
+
+def test_growth_is_the_power_between_the_two_largest_studies():
+    costs = {10: load.Cost(9.0, 0.1), 100: load.Cost(4.0, 0.1), 1000: load.Cost(40.0, 0.2)}
+    assert load.exponent(costs) == pytest.approx(1.0, rel=1e-12)
+    assert "| 9.0 s, 0.10 GB | 4.0 s, 0.10 GB | 40.0 s, 0.20 GB | 1.00 |" in load.table({"report": costs})
+
+
+def test_a_table_goes_between_its_marks_and_nowhere_else(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("a\n<!-- x -->\nold\n<!-- end of x -->\nb\n")
+    robustness_page.put("x", "| 1 |\n", page)
+    assert page.read_text() == "a\n<!-- x -->\n| 1 |\n<!-- end of x -->\nb\n"
+    with pytest.raises(ValueError, match="0 places for 'y'"):
+        robustness_page.put("y", "", page)
+
+
+@pytest.mark.parametrize("name", ["inputs", "faults", "load", "mutants"])
+def test_the_page_of_robustness_has_a_place_for_every_program(name):
+    assert robustness_page.PAGE.read_text(encoding="utf-8").count(f"<!-- {name} -->") == 1
+
+
+def test_a_fault_that_ends_in_a_traceback_or_in_other_results_does_not_hold(tmp_path, monkeypatch):
+    def told(words, status):
+        monkeypatch.setitem(faults.FAULTS, "planted", lambda folder: faults.Said(1, words))
+        monkeypatch.setattr(faults, "run", lambda folder: faults.Said(status, ""))
+        monkeypatch.setattr(faults, "same", lambda one, other: True)
+        monkeypatch.setattr(faults, "write_study", lambda folder: folder)
+        return faults.tried("planted", tmp_path, tmp_path)[2]
+
+    assert told("Error: the disk is full", 0)
+    assert not told("Traceback (most recent call last)", 0)
+    assert not told("Error: the disk is full", 1)

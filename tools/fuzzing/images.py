@@ -1,0 +1,83 @@
+"""Volumes in every format that `read_volume` takes, raw and packed."""
+
+import gzip
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from fuzzing.forms import Form, Mutate
+from fuzzing.mutations import bombs, inside_gzip, mutate_binary, packed_zeros, with_header
+from vasowave.imaging import Volume, read_volume
+
+
+def volume() -> Volume:
+    z, y, x = np.meshgrid(np.arange(9), np.arange(10), np.arange(11), indexing="ij")
+    grey = 100 + 80 * np.exp(-((y - 5) ** 2 + (x - 5) ** 2) / 6) + z
+    return Volume(np.round(grey), np.array([0.02, 0.01, 0.01]), np.array([0.1, 0.2, 0.3]))
+
+
+def itk_file(name: str, packed: bool) -> Callable[[Path], object]:
+    def write(folder: Path) -> None:
+        import SimpleITK
+
+        image = SimpleITK.GetImageFromArray(volume().grey.astype(np.int16))
+        image.SetSpacing([0.1, 0.1, 0.2])
+        image.SetOrigin([3.0, 2.0, 1.0])
+        SimpleITK.WriteImage(image, str(folder / name), packed)
+
+    return write
+
+
+def tiff(folder: Path) -> None:
+    import tifffile
+
+    tifffile.imwrite(folder / "v.tif", volume().grey.astype(np.int16))
+
+
+def dicom(folder: Path) -> None:
+    from phantom import write_dicom_series
+
+    write_dicom_series(volume(), folder)
+
+
+def metaimage_bomb(size: int) -> bytes:
+    packed = packed_zeros(size, 15)
+    head = (
+        f"ObjectType = Image\nNDims = 3\nBinaryData = True\nCompressedData = True\nCompressedDataSize = {len(packed)}\n"
+    )
+    return f"{head}DimSize = 9 10 11\nElementType = MET_SHORT\nElementDataFile = LOCAL\n".encode() + packed
+
+
+def nifti_bomb(size: int) -> bytes:
+    head = np.zeros(352, np.uint8)
+    head[:4] = np.array([348], "<i4").view(np.uint8)
+    side = round((size / 2) ** (1 / 3))
+    head[40:56] = np.array([3, side, side, side, 1, 1, 1, 1], "<i2").view(np.uint8)
+    head[70:74] = np.array([4, 16], "<i2").view(np.uint8)
+    head[76:108] = np.ones(8, "<f4").view(np.uint8)
+    head[108:112] = np.array([352], "<f4").view(np.uint8)
+    head[344:348] = list(b"n+1\0")
+    return gzip.compress(head.tobytes(), 1) + packed_zeros(size, 31)
+
+
+def _form(name: str, write: Callable, mutate: Mutate, opened: str = "", spacing: float | None = None) -> Form:
+    return Form(
+        write, opened or name, name, mutate, lambda path: read_volume(path, spacing),
+        lambda found: (found.grey.shape, tuple(found.spacing)), lambda found: [found.grey, found.origin],
+    )  # fmt: skip
+
+
+_LOCAL, _BLANK = with_header(b"LOCAL\n"), with_header(b"\n\n")
+FORMS = {
+    "mha": _form("v.mha", itk_file("v.mha", False), _LOCAL),
+    "mha, packed": _form("v.mha", itk_file("v.mha", True), bombs(metaimage_bomb, _LOCAL)),
+    "mhd": _form("v.mhd", itk_file("v.mhd", False), with_header(b"v.raw\n")),
+    "raw": _form("v.raw", itk_file("v.mhd", False), mutate_binary),
+    "nrrd": _form("v.nrrd", itk_file("v.nrrd", False), _BLANK),
+    "nrrd, packed": _form("v.nrrd", itk_file("v.nrrd", True), _BLANK),
+    "nii": _form("v.nii", itk_file("v.nii", False), mutate_binary),
+    "nii.gz": _form("v.nii.gz", itk_file("v.nii.gz", True), bombs(nifti_bomb, inside_gzip(mutate_binary))),
+    "tif": _form("v.tif", tiff, mutate_binary, spacing=0.01),
+    "dicom": _form("slice0004.dcm", dicom, mutate_binary, "."),
+}

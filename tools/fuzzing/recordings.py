@@ -1,0 +1,135 @@
+"""Recordings: continuous ones and single cycles, as text and as binary files."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.io import savemat
+
+from fuzzing.forms import Form
+from fuzzing.mutations import mutate_bytes, mutate_text
+from vasowave.recording import read_raw_recording, read_recording
+
+RATE, COUNT = 1000.0, 1500
+TIME = np.arange(COUNT) / RATE
+WAVE = np.sin(2 * np.pi * 9 * TIME)
+SIGNALS = {"pressure": 14 + 5 * WAVE, "flow": 0.2 + 0.2 * WAVE, "ecg": np.cos(2 * np.pi * 9 * TIME) ** 31}
+PHASE = np.arange(128) / 128
+CYCLE = (0.11 * PHASE, 14 + 4 * np.sin(2 * np.pi * PHASE), 0.18 + 0.2 * np.sin(2 * np.pi * PHASE))
+
+
+def rows(separator: str, decimal: str, *columns: np.ndarray) -> str:
+    text = "\n".join(separator.join(f"{value:.6f}" for value in row) for row in zip(*columns, strict=True)) + "\n"
+    return text.replace(".", decimal)
+
+
+def table(separator: str, decimal: str) -> Callable[[Path], object]:
+    head = separator.join(["time [s]", "pressure [mmHg]", "flow [ml/s]", "ecg [mV]"]) + "\n"
+    return lambda path: path.write_text(head + rows(separator, decimal, TIME, *SIGNALS.values()))
+
+
+def labchart_text(path: Path) -> None:
+    head = (
+        "Interval=\t0.001 s\nTimeFormat=\tStartOfBlock\nChannelTitle=\tPAP\tFlow\tECG\n"
+        "Range=\t50 mmHg\t10 ml/s\t2 mV\nUnitName=\tmmHg\tml/s\tmV\n"
+    )
+    path.write_text(head + rows("\t", ".", TIME, *SIGNALS.values()).replace("\n", "\t#* start\n", 1))
+
+
+def labchart_mat(path: Path) -> None:
+    ends = COUNT * np.arange(1.0, 4.0)[:, None]
+    variables = {
+        "data": np.concatenate(list(SIGNALS.values()))[None, :], "datastart": ends - COUNT + 1, "dataend": ends,
+        "titles": np.array(["PAP ", "Flow", "ECG "]), "samplerate": np.full((3, 1), RATE),
+        "unittext": np.array(["mmHg", "ml/s", "mV  "]), "unittextmap": np.array([[1.0], [2.0], [3.0]]),
+        "tickrate": np.array([[RATE]]), "com": np.array([[-1.0, 1, 20, 1, 1]]), "comtext": np.array(["start"]),
+    }  # fmt: skip
+    savemat(path, variables)
+
+
+def edf(path: Path) -> None:
+    count, records = len(SIGNALS), COUNT // 500
+    ranges = {"pressure": ("mmHg", -10, 60), "flow": ("ml/s", -1, 2), "ecg": ("mV", -2, 2)}
+
+    def field(values: list, width: int) -> bytes:
+        return b"".join(str(value).encode().ljust(width)[:width] for value in values)
+
+    header = b"0".ljust(8) + b"X".ljust(80) * 2 + b"01.01.2001.01.01" + str(256 * (count + 1)).encode().ljust(8)
+    header += b" " * 44 + str(records).encode().ljust(8) + b"0.5".ljust(8) + str(count).encode().ljust(4)
+    low, high = [r[1] for r in ranges.values()], [r[2] for r in ranges.values()]
+    header += field(list(ranges), 16) + b" " * 80 * count + field([r[0] for r in ranges.values()], 8)
+    header += field(low, 8) + field(high, 8) + field([-32768] * count, 8) + field([32767] * count, 8)
+    header += b" " * 80 * count + field([500] * count, 8) + b" " * 32 * count
+    digital = [np.rint((v - a) / (b - a) * 65535 - 32768) for v, a, b in zip(SIGNALS.values(), low, high, strict=True)]
+    samples = np.stack([one.reshape(records, 500) for one in digital], axis=1)
+    path.write_bytes(header + samples.astype("<i2").tobytes())
+
+
+def cycle_table(path: Path) -> None:
+    path.write_text("time [s],pressure [mmHg],flow [ml/s]\n" + rows(",", ".", *CYCLE))
+
+
+def cycle_mat(path: Path) -> None:
+    savemat(path, dict(zip("tpq", CYCLE, strict=True)), do_compression=True)
+
+
+def mutate_edf(content: bytes, rng: np.random.Generator) -> bytes:
+    kind = int(rng.integers(4))
+    damaged = bytearray(content)
+    if kind == 0:
+        return mutate_bytes(content, rng)
+    if kind == 1:
+        return content[: int(rng.integers(len(content)))]
+    if kind == 2:
+        return content + bytes(rng.integers(0, 256, int(rng.integers(1, 5000)), dtype=np.uint8))
+    field = str(rng.choice(["-1", "0", "1", "nan", "1e9", "99999999", "3.5", "-32769", "", "1E308", "2147483648"]))
+    starts = [0, 184, 236, 244, 252, *range(256 + 3 * 96, 256 + 3 * 136, 8), *range(256 + 3 * 216, 256 + 3 * 224, 8)]
+    at = int(rng.choice(starts))
+    damaged[at : at + 8] = field.encode().ljust(8)[:8]
+    return bytes(damaged)
+
+
+def mutate_mat(content: bytes, rng: np.random.Generator) -> bytes:
+    kind = int(rng.integers(4))
+    if kind == 0:
+        return mutate_bytes(content, rng)
+    if kind == 1:
+        return content[: int(rng.integers(len(content)))]
+    # Tags, sizes and dimensions stand in words of four bytes, most of them near the variables' beginnings.
+    damaged = bytearray(content)
+    at = 128 + 4 * int(
+        rng.integers(min(40, (len(content) - 132) // 4)) if kind == 2 else rng.integers(len(content) // 4)
+    )
+    at = min(at, len(content) - 4)
+    word = int(rng.choice([0, 1, 9, 14, 15, 255, 0x7FFFFFFF, 0xFFFFFFFF, 0x40000000, 0x00010000]))
+    damaged[at : at + 4] = word.to_bytes(4, "little")
+    return bytes(damaged)
+
+
+def _form(name: str, write: Callable, mutate: Callable, read: Callable, text: bool = False) -> Form:
+    return Form(lambda folder: write(folder / name), name, name, mutate, read, structure, values, said, text)
+
+
+def structure(recording: Any) -> tuple:
+    rate = getattr(recording, "sampling_rate", None) or round(recording.period, 6)
+    return len(recording.pressure), len(recording.flow), round(rate, 6), getattr(recording, "ecg", None) is None
+
+
+def values(recording: Any) -> list[np.ndarray]:
+    return [recording.pressure, recording.flow]
+
+
+def said(recording: Any) -> set[str]:
+    return set(recording.notes)
+
+
+FORMS = {
+    "table, commas": _form("raw.csv", table(",", "."), mutate_text, read_raw_recording, True),
+    "table, decimal commas": _form("raw.csv", table(";", ","), mutate_text, read_raw_recording, True),
+    "labchart text": _form("raw.txt", labchart_text, mutate_text, read_raw_recording, True),
+    "labchart mat": _form("raw.mat", labchart_mat, mutate_mat, read_raw_recording),
+    "edf": _form("raw.edf", edf, mutate_edf, read_raw_recording),
+    "cycle table": _form("cycle.csv", cycle_table, mutate_text, read_recording, True),
+    "cycle mat": _form("cycle.mat", cycle_mat, mutate_mat, read_recording),
+}

@@ -1,0 +1,87 @@
+"""The files of a study: its settings, its table of animals, its results."""
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fuzzing.forms import Form
+from fuzzing.mutations import mutate_binary, mutate_text
+from fuzzing.recordings import cycle_table
+from fuzzing.vessels import network_table
+from vasowave.animal.files import KIND, to_bytes
+from vasowave.errors import VasowaveWarning
+from vasowave.study.plan import Study, inspect_study
+from vasowave.study.results import Results, read_results, write_results
+from vasowave.study.settings import StudyFile
+from vasowave.study.store import Store
+from vasowave.study.template import study_text
+
+
+def study(folder: Path) -> None:
+    network_table(folder / "n.csv")
+    rows = ["animal,group,network,recording,period [s],tau [s]"]
+    for i in range(4):
+        cycle_table(folder / f"{i}.csv")
+        rows.append(f"mouse {i},{'CTL' if i < 2 else 'HPH'},n.csv,{i}.csv,0.11,0.2")
+    (folder / "animals.csv").write_text("\n".join(rows) + "\n")
+    (folder / "study.yaml").write_text(study_text())
+
+
+def read(folder: Path) -> Study:
+    """Return the study; what is odd is a warning, what is wrong an error."""
+    from vasowave.study.problems import refuse
+
+    found, problems = inspect_study(folder)
+    refuse(problems)
+    for problem in problems:
+        warnings.warn(str(problem), VasowaveWarning, stacklevel=1)
+    assert found is not None
+    return found
+
+
+def _rows(found: Study) -> list[Any]:
+    return [(row.animal, row.group, row.recordings, row.network, row.period, row.tau) for row in found.animals]
+
+
+def results(folder: Path) -> None:
+    import xarray as xr
+
+    store, pieces = Store(folder), {}
+    for i in range(3):
+        data = xr.Dataset({"pressure": ("time", np.sin(np.arange(64.0) + i)), "name": ("wall", np.array(["a", "b"]))})
+        tree = xr.DataTree.from_dict({"/": xr.Dataset(attrs={"title": KIND, "animal": f"m {i}"}), "/recording": data})
+        pieces[(f"m {i}", "CTL")] = store.keep(f"k{i}", to_bytes(tree))
+    write_results(folder, pieces, {}, StudyFile(groups=["CTL"]))
+    first = next((folder / "animals").glob("m 0-*.nc"))
+    content = first.read_bytes()
+    first.unlink()  # it is linked with the piece of the store
+    first.write_bytes(content)
+
+
+def _trees(folder: Path) -> tuple[Results, list[Any]]:
+    found = read_results(folder)
+    return found, found.trees()
+
+
+def _results(damaged: str, text: bool) -> Form:
+    return Form(
+        results, ".", damaged, mutate_text if text else mutate_binary, _trees,
+        lambda pair: (pair[0].animals, pair[0].settings, pair[0].failures),
+        lambda pair: [tree["recording"]["pressure"].values for tree in pair[1]], text=text,
+    )  # fmt: skip
+
+
+FORMS = {
+    "study.yaml": Form(
+        study, ".", "study.yaml", mutate_text, read, lambda found: len(found.animals), lambda found: [found.settings],
+        text=True,
+    ),
+    "animals.csv": Form(  # like a list of edits it cannot know that a row is missing; `check` tells what it read
+        study, ".", "animals.csv", mutate_text, read,
+        lambda found: sorted(row.group for row in found.animals), lambda found: [_rows(found)],
+    ),
+    "results, index": _results("index.json", True),
+    "results, animal": _results("animals/m 0-*.nc", False),
+}  # fmt: skip

@@ -1,0 +1,171 @@
+"""Networks and centerlines: vasowave's tables and those of other programs, and corrections by hand."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fuzzing.forms import Form, Mutate
+from fuzzing.mutations import bombs, mutate_binary, mutate_text, packed_zeros, with_header
+from vasowave.imaging.exchange.centerlines import read_centerlines, write_centerlines
+from vasowave.imaging.exchange.polydata import read_polydata
+from vasowave.imaging.exchange.swc import write_swc
+from vasowave.imaging.revise.edits import read_edits
+from vasowave.imaging.tree import Line, Tree
+from vasowave.network import Network
+from vasowave.vessel_table import COUNT, read_network, write_network
+
+
+def tree() -> Tree:
+    """Return five vessels: a root, two daughters, two of the second one's; mm."""
+    ends = np.array([[0, 0, 0], [9, 0, 0], [14, 5, 0], [14, -5, 0], [18, -5, 6], [18, -5, -6]], dtype=float)
+    pairs, radii = [(0, 1), (1, 2), (1, 3), (3, 4), (3, 5)], (1.2, 0.8, 0.9, 0.6, 0.5)
+    along = np.linspace(0, 1, 12)[:, None]
+    lines = [
+        Line(ends[a] + along * (ends[b] - ends[a]), np.full(12, r)) for (a, b), r in zip(pairs, radii, strict=True)
+    ]
+    return Tree(tuple(lines), np.array([-1, 0, 0, 2, 2]))
+
+
+def network_table(path: Path, counted: bool = True) -> None:
+    parent = [-1, 0, 0, 1, 1, 2, 2, 3, 3]
+    sizes = np.linspace(1.0, 0.4, 9)
+    write_network(
+        Network(tuple(f"v{i}" for i in range(9)), np.array(parent), 0.4 * sizes, 0.05 * sizes, pressure=6.3), path
+    )
+    if not counted:
+        lines = (line.rpartition(",")[0] for line in path.read_text().splitlines())
+        path.write_text("\n".join(lines) + "\n")
+        assert COUNT not in path.read_text()
+
+
+def vtk(path: Path, binary: bool) -> None:
+    """Write what `write_centerlines` writes as a legacy file."""
+    write_centerlines(tree(), path.with_suffix(".vtp"), unit=1.0)
+    data = read_polydata(path.with_suffix(".vtp"))
+    packed = np.concatenate([np.append(len(line), line) for line in data.lines])
+
+    def block(values: np.ndarray, kind: str) -> bytes:
+        if binary:
+            return values.astype(kind).tobytes() + b"\n"
+        return ("\n".join(" ".join(f"{v:.9g}" for v in row) for row in np.atleast_2d(values)) + "\n").encode()
+
+    count = len(data.points)
+    parts = [
+        f"# vtk DataFile Version 3.0\nlines\n{'BINARY' if binary else 'ASCII'}\nDATASET POLYDATA\n".encode(),
+        f"POINTS {count} double\n".encode(), block(data.points, ">f8"),
+        f"LINES {len(data.lines)} {len(packed)}\n".encode(), block(packed, ">i4"),
+        f"POINT_DATA {count}\nFIELD FieldData 1\nRadius 1 {count} double\n".encode(),
+        block(data.fields["MaximumInscribedSphereRadius"][:, None], ">f8"),
+    ]  # fmt: skip
+    path.write_bytes(b"".join(parts))
+
+
+def vtp_text(path: Path) -> None:
+    """Write what `write_centerlines` writes with numbers as text."""
+    write_centerlines(tree(), path, unit=1.0)
+    data = read_polydata(path)
+
+    def array(name: str, kind: str, values: np.ndarray, width: int = 1) -> str:
+        numbers = "\n".join(" ".join(f"{v:.9g}" for v in row) for row in values.reshape(-1, width))
+        head = f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{width}" format="ascii">'
+        return f"{head}\n{numbers}\n</DataArray>"
+
+    ends = np.cumsum([len(line) for line in data.lines])
+    radius = data.fields["MaximumInscribedSphereRadius"]
+    path.write_text(
+        '<VTKFile type="PolyData"><PolyData>\n'
+        f'<Piece NumberOfPoints="{len(data.points)}" NumberOfLines="{len(data.lines)}">\n'
+        f"<PointData>{array('Radius', 'Float64', radius)}</PointData>\n"
+        f"<Points>{array('Points', 'Float64', data.points, 3)}</Points>\n"
+        f"<Lines>{array('connectivity', 'Int64', np.concatenate(data.lines))}\n"
+        f"{array('offsets', 'Int64', ends)}</Lines>\n"
+        "</Piece></PolyData></VTKFile>\n"
+    )
+
+
+def markups(path: Path) -> None:
+    """Write a curve a vessel, as 3D Slicer does."""
+    import json
+
+    curves = [
+        {
+            "type": "Curve",
+            "coordinateSystem": "LPS",
+            "controlPoints": [{"position": point[::-1].tolist()} for point in line.points],
+            "measurements": [{"name": "Radius", "controlPointValues": line.radius.tolist()}],
+        }
+        for line in tree().lines
+    ]
+    path.write_text(json.dumps({"markups": curves}, indent=1))
+
+
+def flat_table(path: Path) -> None:
+    write_centerlines(tree(), path.with_suffix(".vtp"), unit=1.0)
+    data = read_polydata(path.with_suffix(".vtp"))
+    rows = np.column_stack([data.points, data.fields["MaximumInscribedSphereRadius"]])
+    text = "\n".join(",".join(f"{v:.6f}" for v in rows[i]) for line in data.lines for i in line)
+    path.write_text(f"x [mm],y [mm],z [mm],radius [mm]\n{text}\n")
+
+
+def edits(path: Path) -> None:
+    path.write_text("unit mm\nroot 0.1 0.2 0.3\nremove 14.0 6.2 7.7\ncut 3.1 5.2 9.5\nmerge 4.5 6.1 8.8\n")
+
+
+def bomb(size: int) -> bytes:
+    """Return a .vtp whose points say that they take 24 kB and unpack to `size`."""
+    import base64
+
+    packed = packed_zeros(size, 15)
+    head = np.array([1, 24000, 24000, len(packed)], "<u8").tobytes()
+    text = base64.b64encode(head).decode() + base64.b64encode(packed).decode()
+    return (
+        '<VTKFile type="PolyData" byte_order="LittleEndian" header_type="UInt64" compressor="vtkZLibDataCompressor">'
+        '<PolyData><Piece NumberOfPoints="1000" NumberOfLines="1"><Points><DataArray type="Float64" Name="Points" '
+        f'NumberOfComponents="3" format="binary">{text}</DataArray></Points><Lines/></Piece></PolyData></VTKFile>'
+    ).encode()
+
+
+def _divisions(found: Network) -> list[str]:
+    """Return who has daughters, as often as it has them; neither order nor names of terminals matter."""
+    return sorted(found.name[row] for row in found.parent[found.parent >= 0])
+
+
+def _network(write: Callable) -> Form:
+    return Form(
+        lambda folder: write(folder / "n.csv"), "n.csv", "n.csv", mutate_text, read_network,
+        _divisions, lambda found: [found.length, found.radius], text=True,
+    )  # fmt: skip
+
+
+def _lines(name: str, write: Callable, mutate: Mutate, text: bool) -> Form:
+    return Form(
+        lambda folder: write(folder / name), name, name, mutate, lambda path: read_centerlines(path, 0.1),
+        lambda found: (len(found), tuple(found.parent)),
+        lambda found: [np.column_stack([line.points, line.radius]) for line in found.lines], text=text,
+    )  # fmt: skip
+
+
+def _edits() -> Form:
+    def places(found: Any) -> list[np.ndarray]:
+        return [edit.point for edit in found]
+
+    return Form(
+        lambda folder: edits(folder / "e.txt"), "e.txt", "e.txt", mutate_text, read_edits,
+        lambda found: [edit.action for edit in found], places,  # a list of wishes cannot know that one is missing
+    )  # fmt: skip
+
+
+FORMS = {
+    "network table": _network(network_table),
+    "network table of others": _network(lambda path: network_table(path, counted=False)),
+    "vtp": _lines("c.vtp", lambda path: write_centerlines(tree(), path, unit=1.0), bombs(bomb, mutate_binary), False),
+    "vtp, numbers as text": _lines("c.vtp", vtp_text, mutate_text, True),
+    "vtk": _lines("c.vtk", lambda path: vtk(path, True), with_header(b"double\n"), False),
+    "vtk, numbers as text": _lines("c.vtk", lambda path: vtk(path, False), mutate_text, True),
+    "swc": _lines("c.swc", lambda path: write_swc(tree().times(0.1), path), mutate_text, True),
+    "slicer's curves": _lines("c.mrk.json", markups, mutate_text, True),
+    "flat table": _lines("c.csv", flat_table, mutate_text, True),
+    "edits": _edits(),
+}
