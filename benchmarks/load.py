@@ -4,7 +4,7 @@ uv run python benchmarks/load.py                  10 and 100 animals: a few minu
 uv run python benchmarks/load.py 10 100 200 1000  as in docs/robustness.md
 uv run python benchmarks/load.py 3 6 --docs
 
-Six virtual mice are analyzed; every animal of a larger study has one of their stored trees under its own name, and a
+Six virtual mice are analyzed; every animal of a larger study has one of their stored results under its own name, and a
 recording of its own. So nothing is solved here: what is measured is to write the results, to run again where
 everything is kept, and to make the report, each in a process of its own.
 """
@@ -68,7 +68,7 @@ def write_study(folder: Path, count: int) -> Study:
 
 
 def solved(folder: Path) -> list:
-    """Return the trees of the mice that are analyzed."""
+    """Return the results of the mice that are analyzed."""
     study = write_study(folder, SOLVED)
     with ThreadPoolExecutor(1) as here:
         vw.run_study(study, executor=here)
@@ -76,14 +76,14 @@ def solved(folder: Path) -> list:
     return [results[name] for name in results]
 
 
-def fill_store(study: Study, trees: list) -> None:
+def fill_store(study: Study, results: list) -> None:
     """Keep a piece for every animal of a study, as if it had been analyzed."""
     (study.folder / RESULTS).mkdir()
     store = Store(study.results)
     for number, row in enumerate(study.animals):
-        tree = trees[number % len(trees)].copy()
-        tree.attrs |= {"animal": row.animal, "group": row.group}
-        store.keep(animal_key(row, study.settings, study.folder), to_bytes(tree))
+        result = results[number % len(results)].copy()
+        result.attrs |= {"animal": row.animal, "group": row.group}
+        store.keep(animal_key(row, study.settings, study.folder), to_bytes(result))
 
 
 def cost(command: list[str], folder: Path) -> Cost:

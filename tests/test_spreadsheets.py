@@ -32,13 +32,14 @@ def saved(path, *rows, **sheets):
     return path
 
 
-NETWORK = [("name", "parent", "length [mm]", "radius [mm]"), ("main", None, 4.1, 0.47), ("left", "main", 4.5, 0.26)]
+HEADER = ("name", "parent", "length [mm]", "radius [mm]")
+NETWORK = [HEADER, ("main", None, 4.1, 0.47), ("left", "main", 4.5, 0.26), ("right", "main", 4.4, 0.2)]
 
 
 def test_a_network_typed_into_a_spreadsheet_is_read_to_the_last_bit(tmp_path):
     network = vw.read_network(saved(tmp_path / "lung.xlsx", *NETWORK))
-    assert network.name == ("main", "left")
-    assert network.radius.tolist() == [0.1 * 0.47, 0.1 * 0.26]
+    assert network.name == ("main", "left", "right")
+    assert network.radius.tolist() == [0.1 * 0.47, 0.1 * 0.26, 0.1 * 0.2]
 
 
 def test_vessels_numbered_as_numbers_keep_their_names(tmp_path):
@@ -231,7 +232,7 @@ def test_every_cut_and_every_flipped_byte_of_a_workbook_is_read_or_refused(tmp_p
         except InputError:
             refused += 1
         else:  # what was hit was of no consequence
-            assert network.radius.tolist() == [0.1 * 0.47, 0.1 * 0.26]
+            assert network.radius.tolist() == [0.1 * 0.47, 0.1 * 0.26, 0.1 * 0.2]
     assert refused > 100
 
 

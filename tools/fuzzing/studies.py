@@ -51,8 +51,8 @@ def results(folder: Path) -> None:
     store, pieces = Store(folder), {}
     for i in range(3):
         data = xr.Dataset({"pressure": ("time", np.sin(np.arange(64.0) + i)), "name": ("wall", np.array(["a", "b"]))})
-        tree = xr.DataTree.from_dict({"/": xr.Dataset(attrs={"title": KIND, "animal": f"m {i}"}), "/recording": data})
-        pieces[(f"m {i}", "CTL")] = store.keep(f"k{i}", to_bytes(tree))
+        result = xr.DataTree.from_dict({"/": xr.Dataset(attrs={"title": KIND, "animal": f"m {i}"}), "/recording": data})
+        pieces[(f"m {i}", "CTL")] = store.keep(f"k{i}", to_bytes(result))
     write_results(folder, pieces, {}, StudyFile(groups=["CTL"]))
     first = next((folder / "animals").glob("m 0-*.nc"))
     content = first.read_bytes()
@@ -60,16 +60,16 @@ def results(folder: Path) -> None:
     first.write_bytes(content)
 
 
-def _trees(folder: Path) -> tuple[Results, list[Any]]:
-    found = read_results(folder)
-    return found, found.trees()
+def _stored(folder: Path) -> tuple[Results, list[Any]]:
+    stored = read_results(folder)
+    return stored, stored.in_order()
 
 
 def _results(damaged: str, text: bool) -> Form:
     return Form(
-        results, ".", damaged, mutate_text if text else mutate_binary, _trees,
+        results, ".", damaged, mutate_text if text else mutate_binary, _stored,
         lambda pair: (pair[0].animals, pair[0].settings, pair[0].failures),
-        lambda pair: [tree["recording"]["pressure"].values for tree in pair[1]], text=text,
+        lambda pair: [result["recording"]["pressure"].values for result in pair[1]], text=text,
     )  # fmt: skip
 
 
