@@ -123,10 +123,10 @@ def main() -> int:
     arguments = parser.parse_args()
     costs: dict[str, dict[int, Cost]] = {step: {} for step in STEPS}
     with tempfile.TemporaryDirectory() as name:
-        trees = solved(Path(name) / "solved")
+        results = solved(Path(name) / "solved")
         for count in arguments.counts:
             study = write_study(Path(name) / str(count), count)
-            fill_store(study, trees)
+            fill_store(study, results)
             for step, command in STEPS.items():
                 costs[step][count] = cost(command, study.folder)
                 print(f"{count} animals, {step}: {costs[step][count]}", flush=True)
