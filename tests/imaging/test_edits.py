@@ -34,7 +34,7 @@ def tree():
 
 def after(tree, tmp_path, text):
     file = tmp_path / "edits.txt"
-    file.write_text(text)
+    file.write_text(text + "\n")
     return edited(tree, read_edits(file))
 
 
