@@ -19,7 +19,7 @@ from vasowave.solver.periodic import Secants
 from vasowave.solver.result import Run
 from vasowave.solver.state import State
 
-AIM = 0.85  # Courant number at which a chosen step aims; the scheme is stable to 1
+AIM = 0.9  # Courant number at which a chosen step aims; the scheme is stable to 1
 _WASTEFUL = 0.7  # a neighbour's step is kept, so that results change smoothly, unless so few steps would do
 
 
@@ -83,13 +83,13 @@ class FromLinear:
     def state(self, outlet: OutletSteps, steps: int) -> State:
         """Return the linear solution half a step before t = 0."""
         grid, linear, model = self.grid, self.linear, self.grid.model
-        cell, step = grid.is_cell, linear.period / steps
-        P, Q = linear.at(grid.vessel[cell], grid.position[cell])
+        held, step = grid.has_state, linear.period / steps
+        P, Q = linear.at(grid.vessel[held], grid.position[held])
         area, flow = model.area0[grid.vessel].copy(), np.zeros(len(grid.vessel))
-        wall = type(grid.wall)(*(value[cell] for value in grid.wall))
+        wall = type(grid.wall)(*(value[held] for value in grid.wall))
         pressure = np.clip(linear.in_time(P, -0.5 * step), *_range_of_pressure(model))
-        area[cell] = walls.area(wall, pressure, area[cell])
-        flow[cell] = linear.in_time(Q, -0.5 * step)
+        area[held] = walls.area(wall, pressure, area[held])
+        flow[held] = linear.in_time(Q, -0.5 * step)
         terminals = model.network.terminals
         times = outlet.remembered() * step
         waves = (linear.in_time(W, times) for W in linear.at(terminals, model.network.length[terminals]))
