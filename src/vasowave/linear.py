@@ -61,18 +61,42 @@ class LinearSolution:
         phase = np.exp(2j * np.pi / self.period * np.multiply.outer(np.asarray(t), k))
         return np.tensordot(phase, spectrum, axes=1).real
 
+    def over_cycle(self, spectrum: np.ndarray, count: int) -> np.ndarray:
+        """Return the signals at `count` evenly spaced times of the cycle, more than twice the harmonics."""
+        halves = 0.5 * count * spectrum
+        halves[0] *= 2.0
+        return np.fft.irfft(halves, count, axis=0)
+
 
 def linear_solution(model: Model, inflow: Inflow, harmonics: int = 32) -> LinearSolution:
     """Solve the linearized network for the harmonics 0 … `harmonics` of the inflow."""
     count = min(harmonics, (len(inflow.flow) - 1) // 2) + 1
     spectrum = np.fft.rfft(inflow.flow)[:count] / len(inflow.flow)
     spectrum[1:] *= 2
-    mean_pressure = np.zeros(len(model.network))
-    for _ in range(4):  # the mean pressure fixes the areas, which fix the friction, which fixes the mean pressure
-        steady = _solve(model, spectrum[:1], mean_pressure, inflow.period)
-        half_drop = 0.5 * steady.resistance * model.network.length * steady.flow[0].real
-        mean_pressure = steady.pressure[0].real - half_drop
-    return _solve(model, spectrum, mean_pressure, inflow.period)
+    return _solve(model, spectrum, _mean_pressure(model, float(spectrum[0].real), inflow.period), inflow.period)
+
+
+def _mean_pressure(model: Model, flow: float, period: float) -> np.ndarray:
+    """Mean pressure in the middle of every vessel, mmHg: it fixes areas, which fix friction, which fixes the pressure."""
+    network, blood = model.network, model.blood
+    parent, downward = network.parent.tolist(), np.concatenate(network.generations).tolist()
+    beds = np.zeros(len(network))
+    beds[network.terminals] = 1.0 / model.outlets.impedance_at(1, period)[0].real
+    k0, k1 = blood.friction.coefficients(blood.viscosity, period)
+    middle = np.zeros(len(network))
+    for _ in range(4):
+        A = walls.area(model.wall, middle, model.area0)
+        fall = blood.inertia * network.length * (k0 + k1 * np.sqrt(A)) / A**2
+        resistance, conductance = fall.tolist(), beds.tolist()
+        for row in reversed(downward):  # plain numbers: arrays of a few vessels cost more
+            resistance[row] += 1.0 / conductance[row]
+            if parent[row] >= 0:
+                conductance[parent[row]] += 1.0 / resistance[row]
+        kept, inlet = 1.0 - fall / resistance, [flow * resistance[network.root]] * len(network)
+        for row in downward[1:]:
+            inlet[row] = inlet[parent[row]] * float(kept[parent[row]])
+        middle = 0.5 * (1.0 + kept) * inlet
+    return middle
 
 
 def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period: float) -> LinearSolution:

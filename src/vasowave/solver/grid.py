@@ -44,6 +44,7 @@ class Ends(NamedTuple):
     cell: np.ndarray  # (end,) next to the end
     inner: np.ndarray  # (end,) the one behind it
     area0: np.ndarray  # (end,) cm²
+    per_area0: np.ndarray  # (end,) 1/cm²
     half: np.ndarray  # (end,) dt/(2 dx), s/cm
     dt: np.ndarray  # (end,) s
 
@@ -129,6 +130,7 @@ class Grid:
             cell=cell.astype(np.uintp),
             inner=inner.astype(np.uintp),
             area0=self.model.area0[vessel],
+            per_area0=1 / self.model.area0[vessel],
             half=dt / (2 * self.spacing[cell]),
             dt=np.full(len(vessel), dt),
         )

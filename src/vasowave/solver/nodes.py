@@ -37,7 +37,7 @@ class NodeStates(NamedTuple):
     trial: np.ndarray  # (end,) pressure that is tried, mmHg
     end_area: np.ndarray  # (end,) at that pressure
     compliance: np.ndarray  # (end,) dA/dp at that pressure, cm²/mmHg
-    pressure: np.ndarray  # (3, node) at the last three half steps, the latest first
+    pressure: np.ndarray  # (4, node) at the last four half steps, the latest first
     excess: np.ndarray  # (node,) flow into the node that its pressure leaves over, ml/s
     fall: np.ndarray  # (node,) its derivative by the pressure
     step: np.ndarray  # (node,) last Newton step, mmHg
@@ -51,7 +51,7 @@ def make_node_states(ends: Ends) -> NodeStates:
     """Return scratch memory for one simulation."""
     count, nodes = len(ends.face), int(ends.start[1])
     at_ends, at_nodes = [np.ones(count) for _ in range(11)], [np.zeros(nodes) for _ in range(7)]
-    states = NodeStates(*at_ends, np.zeros((3, nodes)), *at_nodes)  # type: ignore[call-arg]
+    states = NodeStates(*at_ends, np.zeros((4, nodes)), *at_nodes)  # type: ignore[call-arg]
     states.weight[: ends.first_terminal] = 1.0
     states.outlet[ends.first_terminal :] = 1.0
     return states
@@ -76,7 +76,7 @@ def characteristics(ends, wall, fluid, nodes):
     """
     for e in range(len(ends.face)):
         A, q, side, half = nodes.area[e], nodes.flow[e], ends.side[e], ends.half[e]
-        c = np.sqrt(A / ends.area0[e] / (fluid.inertia * slope_at(wall, e, nodes.cell_pressure[e])))
+        c = np.sqrt(A * ends.per_area0[e] / (fluid.inertia * slope_at(wall, e, nodes.cell_pressure[e])))
         u = q / A
         reach = 0.5 - side * (u + side * c) * half
         foot_area = A + reach * (A - nodes.inner_area[e])
@@ -89,14 +89,14 @@ def characteristics(ends, wall, fluid, nodes):
 
 @njit(**OPTIONS)
 def first_guess(step, ends, nodes):
-    """Pressure of every node extrapolated from its last three half steps; at the start of a cycle its cell's."""
+    """Pressure of every node extrapolated from its last four half steps; at the start of a cycle its cell's."""
     p = nodes.pressure
     if step == 0:
         for k in range(p.shape[1]):
             p[:, k] = nodes.cell_pressure[k]
     for k in range(p.shape[1]):
-        guess = 3.0 * (p[0, k] - p[1, k]) + p[2, k]
-        p[2, k], p[1, k], p[0, k] = p[1, k], p[0, k], guess
+        guess = 4.0 * (p[0, k] + p[2, k]) - 6.0 * p[1, k] - p[3, k]
+        p[3, k], p[2, k], p[1, k], p[0, k] = p[2, k], p[1, k], p[0, k], guess
 
 
 @njit(**OPTIONS)

@@ -69,8 +69,7 @@ class FromLinear:
     def demand(self) -> np.ndarray:
         """Return the steps per cycle that each vessel asks for, shape (vessel,)."""
         model, linear = self.grid.model, self.linear
-        times = np.linspace(0, linear.period, 64, endpoint=False)
-        pressure, flow = linear.in_time(linear.pressure, times), linear.in_time(linear.flow, times)
+        pressure, flow = (linear.over_cycle(waves, 72) for waves in (linear.pressure, linear.flow))
         pressure = np.clip(pressure, *_range_of_pressure(model))
         speed = walls.wave_speed(model.wall, pressure, model.blood.inertia)
         speed = speed + np.abs(flow) / walls.area(model.wall, pressure, model.area0)
