@@ -77,7 +77,7 @@ def linear_solution(model: Model, inflow: Inflow, harmonics: int = 32) -> Linear
 
 
 def _mean_pressure(model: Model, flow: float, period: float) -> np.ndarray:
-    """Mean pressure in the middle of every vessel, mmHg: it fixes areas, which fix friction, which fixes the pressure."""
+    """Mean pressure in the middle of every vessel, mmHg: it fixes areas, they fix friction, and that the pressure."""
     network, blood = model.network, model.blood
     parent, downward = network.parent.tolist(), np.concatenate(network.generations).tolist()
     beds = np.zeros(len(network))

@@ -2,7 +2,7 @@
 
 Slots: every vessel owns its n cells and one ghost slot behind them, so that face j is the left face of slot j, face j+1
 its right one, and one loop over all slots serves the whole network. Faces 0 and n of a vessel are its two ends.
-The state in a vessel of one cell is a straight line: its ghost slot holds it a cell further on, a second one a cell back.
+The state of a vessel of one cell is a straight line: its ghost slot holds it a cell ahead, a second one a cell back.
 """
 
 from dataclasses import dataclass
@@ -30,9 +30,9 @@ class Vessels(NamedTuple):
 class Ends(NamedTuple):
     """How vessel ends meet.
 
-    Nodes are sorted by the number of their ends: first junctions, then the inlet of the root, then the terminals' outlets.
-    Ends are sorted by rank: the first end of every node, then the second of those that have one, and so on. So the end of
-    rank r at node k is start[r] + k, and node k's first end is k: the ends of one rank and their nodes lie side by side.
+    Nodes are sorted by the number of their ends: junctions, then the inlet of the root, then the terminals' outlets.
+    Ends are sorted by rank: the first end of every node, then the second of those that have one, and so on. The end of
+    rank r at node k is start[r] + k: ends of one rank lie side by side, as their nodes do.
     """
 
     start: np.ndarray  # (rank + 1,)
@@ -165,8 +165,8 @@ def make_grid(model: Model, counts: np.ndarray) -> Grid:
 def cell_counts(model: Model, cell_size: float, steady: LinearSolution) -> np.ndarray:
     """Return the number of cells of every vessel.
 
-    Cells are at most `cell_size` (cm), and so many that the mean flow of the linear solution loses the right pressure to
-    drag: where a thin vessel takes most of the pressure, one would not follow its fall.
+    Cells are at most `cell_size` (cm), and so many that the mean flow of the linear solution loses the right pressure
+    to drag: where a thin vessel takes most of the pressure, one would not follow its fall.
     """
     inlet = steady.pressure[0].real
     outlet = inlet - steady.resistance * model.network.length * steady.flow[0].real
