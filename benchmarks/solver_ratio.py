@@ -82,7 +82,7 @@ def main() -> None:
     for task in (*SIMULATIONS, *(FITS if chosen.fits else ())):
         for version in both:
             version.does(task)  # compiles
-        rounds = min(chosen.rounds, 3) if task in FITS else chosen.rounds
+        rounds = 1 + chosen.rounds // 20 if task in FITS else chosen.rounds
         turns = np.array([[version.does(task) for version in both] for _ in range(rounds)])
         ratio = turns[:, 1, 0] / turns[:, 0, 0]
         low, middle, high = np.quantile(ratio, [0.25, 0.5, 0.75])
