@@ -209,7 +209,7 @@ def first_failure(fault: Fault | None) -> str | None:
         imported = run(folder, "-c", "import vasowave; print(vasowave.__file__)").stdout.strip()
         if Path(imported) != folder / "vasowave" / "__init__.py":
             raise RuntimeError(f"the copy in {folder} was not imported, but {imported or 'nothing'}")
-        done = run(folder, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *TESTS)
+        done = run(folder, "-m", "pytest", "-x", "-q", "-n", "0", "-p", "no:cacheprovider", *TESTS)
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
     if done.returncode == 0:
         return None

@@ -20,7 +20,7 @@ SIGNS = {
 """Signs of η in the paper's figure "ParAll_change"."""
 
 
-def recovered(tree: xr.DataTree, animal: VirtualAnimal) -> pd.DataFrame:
+def recovered(result: xr.DataTree, animal: VirtualAnimal) -> pd.DataFrame:
     """Compare fitted quantities with the truth.
 
     Returns
@@ -29,12 +29,12 @@ def recovered(tree: xr.DataTree, animal: VirtualAnimal) -> pd.DataFrame:
         One row per wall law and quantity that the law and the animal share: ``animal, group, wall, quantity, truth,
         value, low, high`` (the reported 95 % interval) and ``inside``.
     """
-    truth = _truth(tree, animal)
+    truth = _truth(result, animal)
     rows = []
     for wall in ("linear", "tangent"):
-        if wall not in tree.children:
+        if wall not in result.children:
             continue
-        found = tree[f"{wall}/quantities"]
+        found = result[f"{wall}/quantities"]
         for name in RECOVERED:
             if name in found.data_vars and name in truth:
                 value = found[name]
@@ -56,13 +56,13 @@ def coverage(table: pd.DataFrame) -> pd.DataFrame:
     ).reset_index()
 
 
-def quantities_table(tree: xr.DataTree) -> pd.DataFrame:
+def quantities_table(result: xr.DataTree) -> pd.DataFrame:
     """Return all quantities of one animal, one row for what was measured and one per wall law."""
     rows = []
     for source in ("measured", "linear", "tangent"):
-        if source in tree.children:
-            values = {str(name): float(value) for name, value in tree[f"{source}/quantities"].data_vars.items()}
-            rows.append({"animal": tree.attrs["animal"], "group": tree.attrs["group"], "source": source, **values})
+        if source in result.children:
+            values = {str(name): float(value) for name, value in result[f"{source}/quantities"].data_vars.items()}
+            rows.append({"animal": result.attrs["animal"], "group": result.attrs["group"], "source": source, **values})
     return pd.DataFrame(rows)
 
 
@@ -91,9 +91,9 @@ def signs(values: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["source", "quantity", "CTL", "HPH", "eta", "sign as in the paper"])
 
 
-def _truth(tree: xr.DataTree, animal: VirtualAnimal) -> dict[str, float]:
+def _truth(result: xr.DataTree, animal: VirtualAnimal) -> dict[str, float]:
     """Return the truth under the names of `QUANTITIES`; the wave speed is taken where the fit takes it."""
-    mean = float(tree["measured/quantities"]["mPAP"])
+    mean = float(result["measured/quantities"]["mPAP"])
     wall = {name: animal.truth[name] for name in animal.model.wall._fields}
     found = derived(animal.model, wall, np.full(len(animal.network), mean), mean)
     return {name: found[name] for name in RECOVERED if name in found}

@@ -13,7 +13,7 @@ import pandas as pd
 
 from recovery import against_table_1, coverage, quantities_table, recovered, signs
 from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.files import write_tree
+from vasowave.animal.files import write_result
 from vasowave.animal.pipeline import analyze
 from vasowave.datasets.virtual_cohort import virtual_cohort
 from vasowave.errors import VasowaveWarning
@@ -25,7 +25,7 @@ def main() -> None:
     parser.add_argument("--truth", default="linear")
     parser.add_argument("--walls", default="linear,tangent")
     parser.add_argument("--starts", type=int, default=4)
-    parser.add_argument("--trees", type=Path, help="folder for the trees of the animals")
+    parser.add_argument("--results", type=Path, help="folder for the results of the animals")
     options = parser.parse_args()
     warnings.simplefilter("ignore", VasowaveWarning)
     pd.set_option("display.width", 200)
@@ -37,13 +37,13 @@ def main() -> None:
     for one in cohort:
         begun = time.perf_counter()
         animal = Animal.from_raw(one.name, one.group, one.network, one.raw, synthetic=True)
-        tree = analyze(animal, settings)
-        if options.trees:
-            options.trees.mkdir(parents=True, exist_ok=True)
-            write_tree(tree, options.trees / f"{one.name.replace(' ', '-')}.nc")
-        tables.append(recovered(tree, one))
-        numbers.append(quantities_table(tree))
-        fitted = [note for note in json.loads(tree.attrs["notes"]) if " wall: " in note]
+        result = analyze(animal, settings)
+        if options.results:
+            options.results.mkdir(parents=True, exist_ok=True)
+            write_result(result, options.results / f"{one.name.replace(' ', '-')}.nc")
+        tables.append(recovered(result, one))
+        numbers.append(quantities_table(result))
+        fitted = [note for note in json.loads(result.attrs["notes"]) if " wall: " in note]
         print(f"{one.name}: {time.perf_counter() - begun:.1f} s; " + " ".join(fitted), flush=True)
     table, values = pd.concat(tables, ignore_index=True), pd.concat(numbers, ignore_index=True)
     print("\nEvery fit\n", table.round(5).to_string())

@@ -37,15 +37,15 @@ def control(request) -> Model:
 
 
 @pytest.fixture(scope="session")
-def cohort_trees() -> list:
-    """Return the trees of 3 + 3 animals with planted values, see made_cohort."""
-    from made_cohort import planted_trees
+def cohort_results() -> list:
+    """Return the results of 3 + 3 animals with planted values, see made_cohort."""
+    from made_cohort import planted_results
 
-    return planted_trees()
+    return planted_results()
 
 
 @pytest.fixture(scope="session")
-def cohort_report(cohort_trees, tmp_path_factory) -> Path:
+def cohort_report(cohort_results, tmp_path_factory) -> Path:
     """Return a folder with their report, one more animal having failed."""
     from made_cohort import FAILURE
     from vasowave.report import write_report
@@ -53,7 +53,7 @@ def cohort_report(cohort_trees, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("cohort") / "study"
     folder.mkdir()
     (folder / "results.nc").write_bytes(b"not ours to touch")
-    write_report(cohort_trees, folder, failures={"HPH 9": FAILURE})
+    write_report(cohort_results, folder, failures={"HPH 9": FAILURE})
     return folder
 
 

@@ -1,4 +1,4 @@
-"""A cohort whose fits are made from formulas: real analyses and real trees, no search behind them."""
+"""A cohort whose fits are made from formulas: real analyses and real results, no search behind them."""
 
 import json
 import warnings
@@ -7,7 +7,7 @@ import numpy as np
 
 import made_fit
 from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.pipeline import tree_of
+from vasowave.animal.pipeline import result_of
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import VasowaveWarning
@@ -20,38 +20,38 @@ PLANTED = 98.765432
 NETWORKS = {"HPH": hypertensive_network}
 
 
-def made_trees(groups, *, raw=0, walls=("linear", "tangent"), selection=False):
-    """Return the trees of a cohort; `groups` says how many animals each has, later groups are stiffer.
+def made_results(groups, *, raw=0, walls=("linear", "tangent"), selection=False):
+    """Return the results of a cohort; `groups` says how many animals each has, later groups are stiffer.
 
     The first `raw` animals have continuous recordings.
     """
     rng = np.random.default_rng(7)
-    trees = []
+    results = []
     for place, (group, count) in enumerate(groups.items()):
         for number in range(1, count + 1):
             factor = (1 + 0.8 * place) * np.exp(0.12 * rng.standard_normal())
-            trees.append(made_tree(f"{group} {number}", group, factor, rng, len(trees) < raw, walls, selection))
-    return trees
+            results.append(made_result(f"{group} {number}", group, factor, rng, len(results) < raw, walls, selection))
+    return results
 
 
-def planted_trees():
+def planted_results():
     """Return 3 + 3 animals, the first of a raw recording, with a value, a mark and a note planted."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VasowaveWarning)
-        trees = made_trees({"CTL": 3, "HPH": 3}, raw=1)
-    _plant(trees[1], "linear/quantities", R_T=PLANTED)
-    _plant(trees[0], "tangent/calibration", at_bound=np.array([True, False, False, False, False]))
-    trees[2].attrs["notes"] = json.dumps(["the flow <ends> late & is odd"])
-    return trees
+        results = made_results({"CTL": 3, "HPH": 3}, raw=1)
+    _plant(results[1], "linear/quantities", R_T=PLANTED)
+    _plant(results[0], "tangent/calibration", at_bound=np.array([True, False, False, False, False]))
+    results[2].attrs["notes"] = json.dumps(["the flow <ends> late & is odd"])
+    return results
 
 
-def _plant(tree, group, **values):
-    """Replace variables of one group of a tree."""
-    data = tree[group].to_dataset()
-    tree[group].dataset = data.assign({name: data[name].copy(data=value) for name, value in values.items()})
+def _plant(result, group, **values):
+    """Replace variables of one group of a result."""
+    data = result[group].to_dataset()
+    result[group].dataset = data.assign({name: data[name].copy(data=value) for name, value in values.items()})
 
 
-def made_tree(name, group, factor, rng, raw, walls, selection):
+def made_result(name, group, factor, rng, raw, walls, selection):
     """Return one animal whose pressure and stiffness are `factor` times those of `made_fit`."""
     base = made_fit.made_recording(count=128)
     cycle = Recording(
@@ -65,4 +65,4 @@ def made_tree(name, group, factor, rng, raw, walls, selection):
     else:
         animal = Animal(name, group, network, cycle, synthetic=True)
     fits = [made_fit.made_fit(wall, recording=animal.recording, network=network, factor=factor) for wall in walls]
-    return tree_of(animal, fits, Settings(starts=4, model_selection=selection))
+    return result_of(animal, fits, Settings(starts=4, model_selection=selection))

@@ -1,4 +1,4 @@
-"""One animal as one tree: what stands in it, in which unit, and in its file."""
+"""One animal as one result: what stands in it, in which unit, and in its file."""
 
 import hashlib
 import json
@@ -10,7 +10,7 @@ import pytest
 from made_fit import PARAMETERS, made_fit, made_recording
 from vasowave.analysis import compliance
 from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.files import read_tree, write_tree
+from vasowave.animal.files import read_result, write_result
 from vasowave.animal.pipeline import analyze
 from vasowave.animal.quantities import QUANTITIES, derived, errors_of, model_of, quantities_of
 from vasowave.animal.signals import flow_noise
@@ -29,8 +29,8 @@ GROUPS = {
 
 
 @pytest.fixture(scope="module")
-def tree():
-    """Return the tree of a synthetic raw recording, with fits made from formulas instead of searches."""
+def result():
+    """Return the result of a synthetic raw recording, with fits made from formulas instead of searches."""
     raw = synthetic_raw_recording(made_recording(), np.random.default_rng(3), duration=8.0).raw
     animal = Animal.from_raw("m 1", "CTL", control_network(), raw, synthetic=True)
 
@@ -43,15 +43,15 @@ def tree():
         return analyze(animal, Settings(starts=1, model_selection=False))
 
 
-def test_the_tree_has_the_groups_that_reports_are_made_from(tree):
-    leaves = {part.path.strip("/") for part in tree.subtree if part.has_data}
+def test_the_tree_has_the_groups_that_reports_are_made_from(result):
+    leaves = {part.path.strip("/") for part in result.subtree if part.has_data}
     assert leaves == GROUPS
-    assert tree.attrs["animal"] == "m 1"
-    assert tree.attrs["synthetic"] == 1
+    assert result.attrs["animal"] == "m 1"
+    assert result.attrs["synthetic"] == 1
 
 
-def test_every_number_of_the_tree_has_a_unit(tree):
-    for part in tree.subtree:
+def test_every_number_of_the_tree_has_a_unit(result):
+    for part in result.subtree:
         if part.name == "calibration":  # its tables hold several units in one column; the column 'unit' names them
             continue
         for name, variable in part.variables.items():
@@ -59,9 +59,9 @@ def test_every_number_of_the_tree_has_a_unit(tree):
                 assert variable.attrs.get("units"), f"{part.path}/{name}"
 
 
-def test_every_quantity_is_one_that_is_explained_and_its_interval_holds_it(tree):
+def test_every_quantity_is_one_that_is_explained_and_its_interval_holds_it(result):
     for source in ("measured", "linear", "tangent"):
-        found = tree[f"{source}/quantities"]
+        found = result[f"{source}/quantities"]
         known = QUANTITIES if source == "measured" else quantities_of(find_law(source))
         assert set(found.data_vars) <= set(known)
         for name, value in found.data_vars.items():
@@ -71,37 +71,37 @@ def test_every_quantity_is_one_that_is_explained_and_its_interval_holds_it(tree)
         assert ("interval_low" in found["R_T"].attrs) == (source != "measured")
 
 
-def test_a_tree_survives_its_file_unchanged(tree, tmp_path):
-    write_tree(tree, tmp_path / "m.nc")
-    back = read_tree(tmp_path / "m.nc")
-    assert back.identical(tree)
+def test_a_tree_survives_its_file_unchanged(result, tmp_path):
+    write_result(result, tmp_path / "m.nc")
+    back = read_result(tmp_path / "m.nc")
+    assert back.identical(result)
     assert [path.name for path in tmp_path.iterdir()] == ["m.nc"]
     assert json.loads(back.attrs["settings"])["starts"] == 1
 
 
-def test_the_file_is_what_xarray_writes_and_reads(tree, tmp_path):
+def test_the_file_is_what_xarray_writes_and_reads(result, tmp_path):
     import xarray as xr
 
-    write_tree(tree, tmp_path / "ours.nc")
-    tree.to_netcdf(tmp_path / "theirs.nc")
+    write_result(result, tmp_path / "ours.nc")
+    result.to_netcdf(tmp_path / "theirs.nc")
     with xr.open_datatree(tmp_path / "ours.nc", decode_timedelta=False) as opened:
         for group in opened.subtree:
             for variable in group.variables.values():
                 variable.load()
-        assert opened.identical(tree)
-    assert read_tree(tmp_path / "theirs.nc").identical(tree)
+        assert opened.identical(result)
+    assert read_result(tmp_path / "theirs.nc").identical(result)
 
 
-def test_a_byte_that_changed_is_noticed_before_anything_is_read(tree, tmp_path):
+def test_a_byte_that_changed_is_noticed_before_anything_is_read(result, tmp_path):
     path = tmp_path / "m.nc"
-    write_tree(tree, path)
+    write_result(result, path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    assert read_tree(path, digest).identical(tree)
+    assert read_result(path, digest).identical(result)
     damaged = bytearray(path.read_bytes())
     damaged[len(damaged) // 2] ^= 1
     path.write_bytes(damaged)
     with pytest.raises(InputError, match=r"m\.nc: damaged or changed"):
-        read_tree(path, digest)
+        read_result(path, digest)
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no netCDF", b"\x89HDF\r\n\x1a\n cut short"])
@@ -110,7 +110,7 @@ def test_a_file_that_is_none_of_ours_is_refused_in_words(tmp_path, content):
     if content is not None:
         path.write_bytes(content)
     with pytest.raises(InputError, match=r"m\.nc"):
-        read_tree(path)
+        read_result(path)
 
 
 def test_another_netcdf_file_is_refused(tmp_path):
@@ -118,11 +118,11 @@ def test_another_netcdf_file_is_refused(tmp_path):
 
     xr.Dataset({"x": 1.0}, attrs={"title": "rain"}).to_netcdf(tmp_path / "m.nc")
     with pytest.raises(InputError, match="its title is not"):
-        read_tree(tmp_path / "m.nc")
+        read_result(tmp_path / "m.nc")
 
 
-def test_warnings_and_notes_of_every_step_stand_in_the_tree_once(tree):
-    notes = json.loads(tree.attrs["notes"])
+def test_warnings_and_notes_of_every_step_stand_in_the_tree_once(result):
+    notes = json.loads(result.attrs["notes"])
     assert "a warning of the linear fit" in notes
     assert "a warning of the tangent fit" in notes
     assert "tangent wall: r1 is not determined by the data" in notes
@@ -130,8 +130,8 @@ def test_warnings_and_notes_of_every_step_stand_in_the_tree_once(tree):
     assert len(set(notes)) == len(notes)
 
 
-def test_measured_waves_add_up_to_pressure_and_flow(tree):
-    waves, recording = tree["measured/waves"], tree["recording"]
+def test_measured_waves_add_up_to_pressure_and_flow(result):
+    waves, recording = result["measured/waves"], result["recording"]
     total = waves["p_plus"] + waves["p_minus"] - float(waves["p_plus"][0])
     np.testing.assert_allclose(total, recording["pressure"], atol=1e-10)
     np.testing.assert_allclose(
@@ -140,25 +140,27 @@ def test_measured_waves_add_up_to_pressure_and_flow(tree):
     assert float(waves["normalized_time"][-1]) == pytest.approx(1 - 1 / len(waves["time"]))
 
 
-def test_the_beats_are_listed_with_their_fate(tree):
-    beats = tree["beats"]
+def test_the_beats_are_listed_with_their_fate(result):
+    beats = result["beats"]
     assert int(beats["kept"].sum()) == 20
     assert all(reason == "" for reason in beats["reason"].values[beats["kept"].values == 1])
     np.testing.assert_allclose(beats["onset"][:-1] + beats["length"][:-1], beats["onset"][1:], atol=1e-9)
     assert beats.sizes["trace_time"] == 12000  # 6 s at 2000/s
 
 
-def test_compliance_is_taken_at_the_diastolic_pressure_of_each_vessel(tree):
+def test_compliance_is_taken_at_the_diastolic_pressure_of_each_vessel(result):
     fit = made_fit("linear")
     diastolic = fit.simulation["pressure"].sel(station="middle").min("time").values
     expected = 2 * fit.model.area0 * fit.model.network.length / 57.3 * (1 + diastolic / 57.3)
-    np.testing.assert_allclose(tree["linear/tree"]["compliance"], expected, rtol=1e-12)
-    assert float(tree["linear/quantities"]["C_v_plain"]) == pytest.approx(expected.sum())
-    assert float(tree["linear/quantities"]["C_v"]) == pytest.approx(compliance(fit.model, diastolic).network_published)
+    np.testing.assert_allclose(result["linear/tree"]["compliance"], expected, rtol=1e-12)
+    assert float(result["linear/quantities"]["C_v_plain"]) == pytest.approx(expected.sum())
+    assert float(result["linear/quantities"]["C_v"]) == pytest.approx(
+        compliance(fit.model, diastolic).network_published
+    )
 
 
-def test_resistance_and_compliance_of_the_beds_follow_from_the_factors(tree):
-    quantities, factors = tree["linear/quantities"], PARAMETERS["linear"]
+def test_resistance_and_compliance_of_the_beds_follow_from_the_factors(result):
+    quantities, factors = result["linear/quantities"], PARAMETERS["linear"]
     nominal = made_fit("linear").nominal
     R_T = nominal.total_resistance * (0.2 * factors["r1"] + 0.8 * factors["r2"])
     assert float(quantities["R_T"]) == pytest.approx(R_T)

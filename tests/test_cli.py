@@ -76,8 +76,8 @@ def test_interrupting_the_search_writes_nothing_or_what_had_finished(tmp_path):
     text = running.communicate(timeout=300)[0]
     if (output / "results" / "index.json").exists():
         assert "Interrupted: " in (output / "report" / "report.html").read_text()
-        (tree,) = read_results(output).trees()
-        assert tree.attrs["interrupted"] == 1
+        (result,) = read_results(output).in_order()
+        assert result.attrs["interrupted"] == 1
     else:
         assert running.returncode == 130
         assert "nothing half-written" in text
@@ -172,15 +172,15 @@ def test_one_command_leads_from_a_raw_recording_to_the_page_and_back_from_the_re
     result = CliRunner().invoke(app, ["fit", str(network), str(recording), "-o", str(output), *options.split()])
     assert result.exit_code == 0, result.output
     assert "linear wall: beta" in result.output
-    (tree,) = read_results(output).trees()
-    found = tree["linear/calibration"].to_dataset().set_index(parameter="parameter")
+    (result,) = read_results(output).in_order()
+    found = result["linear/calibration"].to_dataset().set_index(parameter="parameter")
     assert float(found["value"].sel(parameter="c1")) == 0.9
     assert (float(found["lower"].sel(parameter="beta")), float(found["upper"].sel(parameter="beta"))) == (20, 900)
     assert json.loads(found.attrs["friction"]) == {"law": "BoundaryLayer", "reference_radius": 0.07}
-    assert int(tree["beats"]["kept"].sum()) == 12
+    assert int(result["beats"]["kept"].sum()) == 12
     for group in ("measured/waves", "linear/waves", "linear/impedance", "linear/tree"):
-        assert tree[group].has_data
-    assert tree.attrs["sha256 of network"].startswith(hashlib.sha256(network.read_bytes()).hexdigest())
+        assert result[group].has_data
+    assert result.attrs["sha256 of network"].startswith(hashlib.sha256(network.read_bytes()).hexdigest())
     page = output / "report" / "report.html"
     first = page.read_text()
     assert "Synthetic data" not in first  # a word in a file's name decides nothing

@@ -114,3 +114,20 @@ def test_a_compilation_that_fails_keeps_nobody_waiting(tmp_path, monkeypatch):
             taken(1.0)
     assert taken((1.0, 2.0)) == 1.0
     assert time.monotonic() - began < 20.0
+
+
+def test_compiling_is_timed_and_what_is_compiled_within_counts_once(tmp_path, monkeypatch):
+    from numba import njit
+
+    from vasowave import kernels
+
+    monkeypatch.setattr(kernels.config, "CACHE_DIR", str(tmp_path))
+    inner = kernels.kept(njit(lambda x: x + 1.0))
+    outer = kernels.kept(njit(lambda x: inner(x) * 2.0))
+    before, began = kernels.seconds_compiling(), time.monotonic()
+    assert outer(1.0) == 4.0
+    spent = kernels.seconds_compiling() - before
+    assert 0.0 < spent <= time.monotonic() - began
+    for _ in range(100):
+        outer(1.0)
+    assert kernels.seconds_compiling() - before == spent

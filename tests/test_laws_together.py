@@ -12,7 +12,7 @@ from made_fit import made_fit
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.averages import AVERAGED, averages_dataset
 from vasowave.animal.files import from_bytes, to_bytes
-from vasowave.animal.pipeline import tree_of
+from vasowave.animal.pipeline import result_of
 from vasowave.calibration import Search, calibrate
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
@@ -115,7 +115,7 @@ def test_weights_are_those_of_the_differences_of_aicc_and_sum_to_one():
 def test_an_animals_tree_holds_the_average_and_how_the_wall_stiffens():
     fits = three_fits()
     animal = Animal("mouse", "CTL", fits[0].model.network, fits[0].recording, synthetic=True)
-    stored = from_bytes(to_bytes(tree_of(animal, fits, Settings(walls=("linear", "tangent", "power")))))
+    stored = from_bytes(to_bytes(result_of(animal, fits, Settings(walls=("linear", "tangent", "power")))))
     averages = stored["averages"].to_dataset()
     for name in AVERAGED:
         each = [float(stored[f"{wall}/quantities"][name]) for wall in ("linear", "tangent", "power")]
@@ -141,7 +141,7 @@ def test_quantities_without_an_error_are_not_averaged():
 def test_what_all_laws_share_is_said_once_and_the_rest_with_the_name_of_its_law():
     fits = [replace(fit, warnings=("about the image", f"about {fit.wall}")) for fit in three_fits()]
     animal = Animal("mouse", "CTL", fits[0].model.network, fits[0].recording, synthetic=True)
-    notes = json.loads(tree_of(animal, fits, Settings(model_selection=False)).attrs["notes"])
+    notes = json.loads(result_of(animal, fits, Settings(model_selection=False)).attrs["notes"])
     assert notes.count("about the image") == 1
     assert "power wall: about power" in notes
     assert not any("wall: about the image" in note for note in notes)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from made_cohort import made_trees
+from made_cohort import made_results
 from vasowave.animal.reading import data_of
 from vasowave.cohort import Family, contrasts, family_p, gathered, pooled_mean, pooled_ratio, primary_comparison
 from vasowave.cohort.permutation import smallest_family_p
@@ -140,7 +140,7 @@ def _estimates(rng, n, mean):
 
 @pytest.fixture(scope="module")
 def cohort():
-    return gathered(made_trees({"CTL": 5, "HPH": 4}))
+    return gathered(made_results({"CTL": 5, "HPH": 4}))
 
 
 def test_the_primary_rows_carry_the_effects_of_the_declared_law_and_the_others_stand_beside(cohort):
@@ -149,8 +149,8 @@ def test_the_primary_rows_carry_the_effects_of_the_declared_law_and_the_others_s
     assert set(found.rows["source"]) == {"measured", "linear"}
     assert set(found.others["source"]) == {"tangent"}
     row = found.rows.set_index("quantity").loc["mPAP"]
-    logs = {group: np.log([float(data_of(tree, "measured/quantities")["mPAP"]) for tree in trees])
-            for group, trees in cohort.groups.items()}  # fmt: skip
+    logs = {group: np.log([float(data_of(result, "measured/quantities")["mPAP"]) for result in results])
+            for group, results in cohort.groups.items()}  # fmt: skip
     assert np.log(row["ratio"]) == pytest.approx(logs["HPH"].mean() - logs["CTL"].mean())
     left = {name: np.delete(logs["HPH"], int(name[-1]) - 1) for name in ("HPH 1", "HPH 2", "HPH 3", "HPH 4")}
     if row["without"] in left:
@@ -166,8 +166,8 @@ def test_a_family_that_nothing_has_is_refused_with_the_nearest_name(cohort):
 
 
 def test_more_pairs_of_groups_cost_their_number():
-    three = gathered(made_trees({"CTL": 3, "early": 3, "late": 3}, walls=()))
-    two = gathered([tree for tree in three.trees if tree.attrs["group"] != "late"])
+    three = gathered(made_results({"CTL": 3, "early": 3, "late": 3}, walls=()))
+    two = gathered([result for result in three.results if result.attrs["group"] != "late"])
     both, one = primary_comparison(three).rows, primary_comparison(two).rows
     early = both[both["other"] == "early"]
     np.testing.assert_allclose(early["p"], np.minimum(1.0, 2 * one["p"].to_numpy()))
@@ -175,6 +175,6 @@ def test_more_pairs_of_groups_cost_their_number():
 
 
 def test_a_group_of_one_and_a_quantity_without_scatter_are_named_not_compared():
-    found = primary_comparison(gathered(made_trees({"CTL": 3, "HPH": 1}, walls=())))
+    found = primary_comparison(gathered(made_results({"CTL": 3, "HPH": 1}, walls=())))
     assert len(found.rows) == 0
     assert found.left_out["mPAP (HPH)"] == "a group has fewer than two animals with it"

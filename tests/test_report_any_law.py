@@ -1,4 +1,4 @@
-"""A report of three wall laws, told from what the trees say of them; and of trees that say less."""
+"""A report of three wall laws, told from what the results say of them; and of results that say less."""
 
 import re
 from pathlib import Path
@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import vasowave
-from made_cohort import made_trees
+from made_cohort import made_results
 from vasowave.animal.reading import data_of
 from vasowave.cohort import compare, gathered, primary_comparison
 from vasowave.figures.loop import plot_pressure_area
@@ -19,34 +19,35 @@ ROOMS = ("cohort", "figures", "report")
 
 
 @pytest.fixture(scope="module")
-def trees():
-    return made_trees({"CTL": 2, "HPH": 2}, walls=("linear", "tangent", "power"))
+def results():
+    return made_results({"CTL": 2, "HPH": 2}, walls=("linear", "tangent", "power"))
 
 
-def test_a_third_law_has_its_words_values_and_lines(trees, tmp_path):
-    page = write_report(trees[:1], tmp_path / "three", pdf=False).with_name("supplement.html")
+def test_a_third_law_has_its_words_values_and_lines(results, tmp_path):
+    page = write_report(results[:1], tmp_path / "three", pdf=False).with_name("supplement.html")
     assert "the power wall law (p = β/(2m) ((A/A₀)^m − 1))" in page.read_text(encoding="utf-8")
     table = pd.read_csv(page.parent / "tables" / "Parameters-power.csv")
     assert [label.split(" [")[0] for label in table.columns[2:6]] == ["beta", "m", "stiffness", "wave_speed"]
-    assert table["m [1]"].tolist() == [float(data_of(trees[0], "power/quantities")["m"])]
+    assert table["m [1]"].tolist() == [float(data_of(results[0], "power/quantities")["m"])]
     drawn = (page.parent / "figures" / "fit-1.svg").read_text(encoding="utf-8")
     assert len(set(re.findall(r"stroke-dasharray: ([^;\"]+)", drawn))) == 2
     assert "power wall" in drawn
 
 
-def test_every_law_is_compared_by_the_stiffness_that_it_names(trees):
-    cohort = gathered(trees)
+def test_every_law_is_compared_by_the_stiffness_that_it_names(results):
+    cohort = gathered(results)
     first = {wall: compare(cohort, wall).contrasts["quantity"].iloc[0] for wall in cohort.walls}
     assert first == {"linear": "beta [mmHg]", "tangent": "p1_over_gamma [mmHg]", "power": "stiffness [mmHg]"}
 
 
-def test_trees_that_say_nothing_of_their_laws_are_told_drawn_and_compared_all_the_same(trees):
-    silent = [tree.copy(deep=True) for tree in trees]
-    for tree in silent:
+def test_trees_that_say_nothing_of_their_laws_are_told_drawn_and_compared_all_the_same(results):
+    silent = [result.copy(deep=True) for result in results]
+    for result in silent:
         for wall in ("linear", "tangent", "power"):
             for key in ("title", "formula", "equation", "stiffness"):
-                del tree[f"{wall}/calibration"].attrs[key]
-            tree[f"{wall}/tree"].dataset = tree[f"{wall}/tree"].to_dataset().drop_vars(["law_pressure", "law_area"])
+                del result[f"{wall}/calibration"].attrs[key]
+            along = result[f"{wall}/tree"]
+            along.dataset = along.to_dataset().drop_vars(["law_pressure", "law_area"])
     cohort = gathered(silent)
     model = methods_section(cohort, primary_comparison(cohort), {}).blocks[1].text
     assert "the linear wall law, the tangent wall law and the power wall law" in model

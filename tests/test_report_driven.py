@@ -57,8 +57,8 @@ def found(cohort_answer, tmp_path_factory):
     return driven(cohort_answer, tmp_path_factory.mktemp("driven"), DRIVE)
 
 
-def test_a_curve_under_the_pointer_is_read_with_the_value_that_was_measured(found, cohort_trees):
-    by_name = {tree.attrs["animal"]: tree for tree in cohort_trees}
+def test_a_curve_under_the_pointer_is_read_with_the_value_that_was_measured(found, cohort_results):
+    by_name = {result.attrs["animal"]: result for result in cohort_results}
     result, console = found
     assert (result["errors"], result["loaded"], console) == ([], [], [])
     for said in result["curves"]:

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from made_cohort import made_trees
+from made_cohort import made_results
 from made_fit import made_fit
 from vasowave.animal.reading import data_of
 from vasowave.cohort import gathered
@@ -21,55 +21,55 @@ from vasowave.figures.style import new_figure, style
 
 @pytest.fixture(scope="module")
 def cohort():
-    return gathered(made_trees({"sham": 1}))
+    return gathered(made_results({"sham": 1}))
 
 
 @pytest.fixture(scope="module")
-def tree(cohort):
-    return cohort.trees[0]
+def result(cohort):
+    return cohort.results[0]
 
 
-def test_the_same_tree_gives_the_same_figure_to_the_last_byte(tree):
+def test_the_same_tree_gives_the_same_figure_to_the_last_byte(result):
     with style():
-        one, other = fit_figure(tree), fit_figure(tree)
+        one, other = fit_figure(result), fit_figure(result)
     assert svg(one) == svg(other)
     letters = "".join(ElementTree.fromstring(svg(one)).itertext())
     assert "pressure [mmHg]" in letters
 
 
-def test_the_fit_figure_draws_the_data_and_the_papers_walls_dashed_and_solid(tree):
-    pressure = fit_figure(tree).axes[0]
+def test_the_fit_figure_draws_the_data_and_the_papers_walls_dashed_and_solid(result):
+    pressure = fit_figure(result).axes[0]
     measured, linear, tangent = pressure.get_lines()
-    np.testing.assert_array_equal(measured.get_ydata()[:-1], data_of(tree, "recording")["pressure"])
+    np.testing.assert_array_equal(measured.get_ydata()[:-1], data_of(result, "recording")["pressure"])
     assert (linear.get_linestyle(), tangent.get_linestyle()) == ("--", "-")
     assert pressure.get_ylabel() == "pressure [mmHg]"
 
 
-def test_the_fitted_decay_falls_by_e_in_one_time_constant(cohort, tree):
+def test_the_fitted_decay_falls_by_e_in_one_time_constant(cohort, result):
     decay = nominal_figure(cohort).axes[1].get_lines()[1]
     time, pressure = decay.get_data()
     slope = np.log(pressure[0] / pressure[-1]) / (time[-1] - time[0])
-    nominal = data_of(tree, "nominal")
+    nominal = data_of(result, "nominal")
     assert 1 / slope == pytest.approx(float(nominal["tau"]), rel=1e-12)
     np.testing.assert_allclose(np.mean(np.log(pressure)), np.mean(np.log(nominal["decay_pressure"])), rtol=1e-12)
 
 
-def test_the_thin_line_of_the_loop_is_the_wall_law_itself(tree):
-    ax = plot_pressure_area(new_figure(8, 8).subplots(), tree)
+def test_the_thin_line_of_the_loop_is_the_wall_law_itself(result):
+    ax = plot_pressure_area(new_figure(8, 8).subplots(), result)
     thin, thick = ax.get_lines()[:2]
     wall = made_fit("linear").model.wall
-    beta = float(data_of(tree, "linear/quantities")["beta"])
+    beta = float(data_of(result, "linear/quantities")["beta"])
     ratio = thin.get_xdata() / control_network().area[0]
     np.testing.assert_allclose(thin.get_ydata(), wall.pressure_at(ratio, beta), rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(np.interp(thick.get_ydata(), *thin.get_data()[::-1]), thick.get_xdata(), rtol=1e-4)
 
 
-def test_the_chosen_vessels_go_from_the_root_to_terminals_of_both_sides(tree):
+def test_the_chosen_vessels_go_from_the_root_to_terminals_of_both_sides(result):
     network = control_network()
     chosen = vessels.main_vessels(network)
     assert chosen[:3] == ["1", "2", "3"]
     assert len(set(map(network.row, chosen)) & set(network.terminals.tolist())) == 2
-    assert len(vessels_figure(tree).axes) == 2 * len(chosen)
+    assert len(vessels_figure(result).axes) == 2 * len(chosen)
 
 
 def test_no_two_vessels_of_the_diagram_lie_on_each_other():

@@ -3,7 +3,7 @@
 import pytest
 
 from chromium import browser, measured, run
-from made_cohort import made_trees
+from made_cohort import made_results
 from vasowave.report import write_report
 
 WIDTHS = (400, 1200, 1920)
@@ -19,7 +19,7 @@ def test_the_first_page_of_a_cohort_fits_into_every_width(cohort_answer, tmp_pat
 
 def test_the_page_of_an_animal_fits_into_every_width(tmp_path):
     browser()
-    path = write_report(made_trees({"sham": 1}, raw=1), tmp_path / "animal", pdf=False)
+    path = write_report(made_results({"sham": 1}, raw=1), tmp_path / "animal", pdf=False)
     assert_fits(path.read_text(encoding="utf-8"), tmp_path, at_least=3)
     assert_fits(path.with_name("supplement.html").read_text(encoding="utf-8"), tmp_path, at_least=10)
 

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-from made_cohort import made_trees
+from made_cohort import made_results
 from vasowave.animal.reading import data_of
 from vasowave.cohort import Family, gathered, primary_comparison
 from vasowave.cohort.misfit import misfits
@@ -23,8 +23,8 @@ from vasowave.report.wording import with_error, with_interval
 from vasowave.selection.criteria import verdicts
 
 
-def voting(tree, scores, likeliest):
-    """Return a tree with a stored comparison: score of every law by noise model, the third place says discarded."""
+def voting(result, scores, likeliest):
+    """Return a result with a stored comparison: score of every law by noise model, the third place says discarded."""
     columns = {name: [] for name in ("covariance", "wall", "AICc", "BIC", "AICc_verdict", "BIC_verdict", "lambda",
                                      "D", "N", "discarded")}  # fmt: skip
     for covariance, (by_law, discarded) in scores.items():
@@ -34,14 +34,14 @@ def voting(tree, scores, likeliest):
             for name, value in zip(columns, row, strict=True):
                 columns[name].append(value)
     selection = xr.Dataset({name: ("candidate", np.array(values)) for name, values in columns.items()})
-    voter = tree.copy()
+    voter = result.copy()
     voter["selection"] = xr.DataTree(selection.assign_attrs(preferred_covariance=likeliest))
     return voter
 
 
-def changed(tree, group, **values):
-    """Return a copy of a tree with variables of one group replaced."""
-    other = tree.copy(deep=True)
+def changed(result, group, **values):
+    """Return a copy of a result with variables of one group replaced."""
+    other = result.copy(deep=True)
     data = other[group].to_dataset()
     other[group].dataset = data.assign({name: data[name].copy(data=value) for name, value in values.items()})
     return other
@@ -51,38 +51,38 @@ def plain(name):
     return name
 
 
-def test_the_best_law_is_compared_with_the_runner_up_not_with_the_worst(cohort_trees):
+def test_the_best_law_is_compared_with_the_runner_up_not_with_the_worst(cohort_results):
     close = {"linear": 100.0, "tangent": 101.0, "power": 130.0}
     far = {"linear": 130.0, "tangent": 101.0, "power": 110.0}
-    trees = [voting(tree, {"ARMA": (close, 0), "periodic": (far, 0)}, "ARMA") for tree in cohort_trees[:2]]
-    assert vote(trees[0]) == "undecided"
-    assert selection_table(gathered(trees)).data["AICc prefers"].tolist() == ["undecided", "tangent"] * 2
+    results = [voting(result, {"ARMA": (close, 0), "periodic": (far, 0)}, "ARMA") for result in cohort_results[:2]]
+    assert vote(results[0]) == "undecided"
+    assert selection_table(gathered(results)).data["AICc prefers"].tolist() == ["undecided", "tangent"] * 2
 
 
-def test_wall_laws_are_compared_by_the_mean_over_animals_and_its_scatter(cohort_trees):
+def test_wall_laws_are_compared_by_the_mean_over_animals_and_its_scatter(cohort_results):
     gaps = [1.0, 4.0, 2.5]
-    trees = [voting(tree, {"ARMA": ({"linear": 100.0, "tangent": 100.0 + gap}, 0)}, "ARMA")
-             for tree, gap in zip(cohort_trees, gaps, strict=False)]  # fmt: skip
-    (row,) = differences([stored(tree) for tree in trees], "linear").to_dict("records")
+    results = [voting(result, {"ARMA": ({"linear": 100.0, "tangent": 100.0 + gap}, 0)}, "ARMA")
+             for result, gap in zip(cohort_results, gaps, strict=False)]  # fmt: skip
+    (row,) = differences([stored(result) for result in results], "linear").to_dict("records")
     test = stats.ttest_1samp(gaps, 0).confidence_interval(0.95)
     assert (row["mean"], row["low"], row["high"], row["sum"]) == pytest.approx((2.5, test.low, test.high, 7.5))
-    _, said = wall_answer(gathered(trees), "linear")
+    _, said = wall_answer(gathered(results), "linear")
     assert said.startswith("Open between linear and tangent: AICc of the tangent wall is 2.5 [-1.2, 6.2] higher")
     assert "can look like curvature" in said
-    clear = [voting(tree, {"ARMA": ({"linear": 100.0, "tangent": 90.0 - gap}, 0)}, "ARMA")
-             for tree, gap in zip(cohort_trees, gaps, strict=False)]  # fmt: skip
+    clear = [voting(result, {"ARMA": ({"linear": 100.0, "tangent": 90.0 - gap}, 0)}, "ARMA")
+             for result, gap in zip(cohort_results, gaps, strict=False)]  # fmt: skip
     _, said = wall_answer(gathered(clear), "linear")
     assert re.match(r"The residuals speak for the tangent wall: .* 12\.5 \[8\.8, 16\.2\] lower per animal", said)
 
 
 def test_how_the_wall_stiffens_is_told_by_the_exponent_pooled_over_animals():
-    trees = made_trees({"CTL": 3}, walls=("power",))
-    one = trees[0]["power/stiffening"].to_dataset()["exponent"]
+    results = made_results({"CTL": 3}, walls=("power",))
+    one = results[0]["power/stiffening"].to_dataset()["exponent"]
     assert (float(one), float(one.attrs["interval_low"])) == pytest.approx((1.7, 0.85))
-    alone = wall_answer(gathered(trees), "power")[1]
+    alone = wall_answer(gathered(results), "power")[1]
     assert "power law; 0.5 is linear" in alone
     assert "Only the power wall was fitted; nothing is known of others." in alone
-    two = made_trees({"CTL": 3}, walls=("linear", "power"))
+    two = made_results({"CTL": 3}, walls=("linear", "power"))
     said = wall_answer(gathered(two), "linear")[1]
     # Alike and equally known: the errors of the logarithm, ln(4)/(2·1.96), decide, over √3, two degrees of freedom.
     reach = stats.t.ppf(0.975, 2) * np.log(4) / (2 * stats.norm.ppf(0.975)) / np.sqrt(3)
@@ -91,30 +91,32 @@ def test_how_the_wall_stiffens_is_told_by_the_exponent_pooled_over_animals():
     assert "can look like curvature" in said
 
 
-def test_discarded_noise_models_stand_last_and_decide_nothing(cohort_trees):
+def test_discarded_noise_models_stand_last_and_decide_nothing(cohort_results):
     scores = {
         "se": ({"linear": -900.0, "tangent": -800.0}, 1),
         "matern32": ({"linear": -610.0, "tangent": -607.0}, 0),
         "periodic": ({"linear": -500.0, "tangent": -520.0}, 0),
     }
-    table = ballots(voting(cohort_trees[0], scores, "periodic"))
+    table = ballots(voting(cohort_results[0], scores, "periodic"))
     assert table["covariance"].tolist() == ["matern32", "periodic", "se"]
     assert table["AICc prefers"].tolist() == ["undecided", "tangent", "discarded"]
     assert (table["D linear"].iloc[0], table["D tangent"].iloc[0]) == (4, 5)
-    assert vote(voting(cohort_trees[0], scores, "periodic")) == "tangent"
-    lost = voting(cohort_trees[0], {"se": scores["se"]}, "")
+    assert vote(voting(cohort_results[0], scores, "periodic")) == "tangent"
+    lost = voting(cohort_results[0], {"se": scores["se"]}, "")
     assert vote(lost) == "discarded"
     assert len(differences([stored(lost)], "linear")) == 0
 
 
 def test_three_and_three_animals_far_apart_are_told_their_effect_and_that_no_test_could_confirm_it():
-    trees = made_trees({"CTL": 3, "HPH": 3}, walls=())
+    results = made_results({"CTL": 3, "HPH": 3}, walls=())
     resistance = {"CTL": (80.0, 91.0, 100.0), "HPH": (230.0, 262.0, 288.0)}
-    trees = [
-        changed(tree, "measured/quantities", PVR=resistance[tree.attrs["group"]][int(tree.attrs["animal"][-1]) - 1])
-        for tree in trees
+    results = [
+        changed(
+            result, "measured/quantities", PVR=resistance[result.attrs["group"]][int(result.attrs["animal"][-1]) - 1]
+        )
+        for result in results
     ]
-    primary = primary_comparison(gathered(trees), Family(quantities=("PVR",)))
+    primary = primary_comparison(gathered(results), Family(quantities=("PVR",)))
     ((question, said),) = group_answers(primary, plain)
     assert question == "Pressure and flow"
     row = primary.rows.iloc[0]
@@ -125,7 +127,7 @@ def test_three_and_three_animals_far_apart_are_told_their_effect_and_that_no_tes
 
 
 def test_what_is_shown_stands_apart_from_what_is_not_and_every_effect_has_interval_and_p():
-    primary = primary_comparison(gathered(made_trees({"CTL": 6, "HPH": 6}, walls=())))
+    primary = primary_comparison(gathered(made_results({"CTL": 6, "HPH": 6}, walls=())))
     ((_, said),) = group_answers(primary, plain)
     shown, _, rest = said.partition("; not shown: ")
     clear = set(primary.rows.loc[primary.rows["p"] < 0.05, "quantity"])
@@ -135,8 +137,8 @@ def test_what_is_shown_stands_apart_from_what_is_not_and_every_effect_has_interv
     assert rest.startswith("CO ")
 
 
-def test_the_animal_that_moves_an_effect_most_is_named_and_other_laws_only_where_they_differ(cohort_trees):
-    cohort = gathered([changed(cohort_trees[5], "measured/quantities", PVR=9000.0), *cohort_trees[:5]])
+def test_the_animal_that_moves_an_effect_most_is_named_and_other_laws_only_where_they_differ(cohort_results):
+    cohort = gathered([changed(cohort_results[5], "measured/quantities", PVR=9000.0), *cohort_results[:5]])
     primary = primary_comparison(cohort)
     (said,) = influence(primary, plain)
     assert "without HPH 3, PVR is " in said
@@ -148,33 +150,33 @@ def test_the_animal_that_moves_an_effect_most_is_named_and_other_laws_only_where
     assert other == "Outside the intervals of the linear wall lie stiffness 40.0 times (tangent)."
 
 
-def test_a_law_that_misses_its_data_is_a_problem_and_one_among_equals_is_none(cohort_trees):
-    assert problems(gathered(cohort_trees), {}) == []
+def test_a_law_that_misses_its_data_is_a_problem_and_one_among_equals_is_none(cohort_results):
+    assert problems(gathered(cohort_results), {}) == []
     bad = changed(
-        cohort_trees[1], "tangent/calibration", RMSE=3.1 * float(cohort_trees[1]["linear/calibration"]["RMSE"])
+        cohort_results[1], "tangent/calibration", RMSE=3.1 * float(cohort_results[1]["linear/calibration"]["RMSE"])
     )
-    cohort = gathered([cohort_trees[0], bad, *cohort_trees[2:]])
+    cohort = gathered([cohort_results[0], bad, *cohort_results[2:]])
     table = misfits(cohort)
     assert table.loc[table["missed"], ["animal", "wall"]].to_numpy().tolist() == [["CTL 2", "tangent"]]
     (said,) = problems(cohort, {})
     assert "The tangent wall misses the data of CTL 2" in said
     assert "3.1 times what the best law leaves" in said
     assert problem_blocks(cohort, {})[0].kind == "notice"
-    assert [block.kind for block in problem_blocks(gathered(cohort_trees), {})] == ["remarks"]
+    assert [block.kind for block in problem_blocks(gathered(cohort_results), {})] == ["remarks"]
 
 
-def test_a_held_parameter_and_one_at_its_bound_are_called_so(cohort_trees):
-    fit = data_of(cohort_trees[1], "tangent/calibration")
+def test_a_held_parameter_and_one_at_its_bound_are_called_so(cohort_results):
+    fit = data_of(cohort_results[1], "tangent/calibration")
     gamma = fit["parameter"].values == "gamma"
-    held = changed(cohort_trees[1], "tangent/calibration", free=~gamma, value=np.where(gamma, 2.0, fit["value"]))
-    said = " ".join(model_limits(gathered([cohort_trees[0], held]), "linear", {"gamma": "γ"}))
+    held = changed(cohort_results[1], "tangent/calibration", free=~gamma, value=np.where(gamma, 2.0, fit["value"]))
+    said = " ".join(model_limits(gathered([cohort_results[0], held]), "linear", {"gamma": "γ"}))
     assert "Held, not fitted (tangent wall): γ = 2.00" in said
     assert "Stopped at its bound (tangent wall): p1 in 1 of 2" in said
     assert "do not determine r1 in 2 of 2" in said
 
 
-def test_animals_that_share_a_network_are_one_measurement_of_geometry(cohort_trees):
-    (said,) = one_geometry(gathered(cohort_trees))
+def test_animals_that_share_a_network_are_one_measurement_of_geometry(cohort_results):
+    (said,) = one_geometry(gathered(cohort_results))
     assert said.startswith("Within CTL and HPH all animals have one network: of its geometry n is 1")
 
 

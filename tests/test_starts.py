@@ -10,7 +10,7 @@ from vasowave.calibration import starts as starting
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.search import ROUGH, Found, search
+from vasowave.calibration.search import ROUGH, SearchEnd, search
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.nominal import estimate_nominal
 from vasowave.solver import Numerics
@@ -24,7 +24,7 @@ def valley(residuals, x):
     def jacobian(x):
         return ((residuals(x + step) - residuals(x - step)) / 2e-6)[:, np.newaxis]
 
-    found = Found(here, float(np.sum(residuals(here) ** 2)), 5, True, "", residual=residuals(here))
+    found = SearchEnd(here, float(np.sum(residuals(here) ** 2)), 5, True, "", residual=residuals(here))
     return SimpleNamespace(jacobian=jacobian), found
 
 

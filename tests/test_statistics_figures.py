@@ -105,13 +105,13 @@ def test_the_autocorrelation_of_a_harmonic_is_its_cosine():
 def test_residuals_and_their_autocorrelation_are_drawn_for_both_walls(ax):
     fits = made_fit("linear"), made_fit("tangent")
     groups = {f"/{fit.wall}/calibration": calibration_dataset(fit) for fit in fits}
-    tree = xr.DataTree.from_dict({"/recording": recording_dataset(fits[0].recording), **groups})
-    plot_residuals(ax, tree)
+    result = xr.DataTree.from_dict({"/recording": recording_dataset(fits[0].recording), **groups})
+    plot_residuals(ax, result)
     _, linear, tangent = ax.lines
     assert [line.get_linestyle() for line in (linear, tangent)] == ["--", "-"]
     np.testing.assert_array_equal(tangent.get_ydata(), fits[1].pressure_residual)
     ax.clear()
-    plot_autocorrelation(ax, tree)
+    plot_autocorrelation(ax, result)
     np.testing.assert_allclose(ax.lines[0].get_ydata(), autocorrelation(fits[0].pressure_residual))
 
 

@@ -78,14 +78,14 @@ def test_five_hundred_values_take_little_room_and_keep_their_coordinates(model, 
 
 def test_the_stored_fit_of_an_animal_is_its_model_again_to_the_last_bit():
     mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
-    tree = analyze(mouse, Settings(walls=("linear",), starts=1))
-    model, cycle = stored_model(tree), stored_recording(tree)
+    result = analyze(mouse, Settings(walls=("linear",), starts=1))
+    model, cycle = stored_model(result), stored_recording(result)
     again = simulate(model, cycle).pressure.sel(station="inlet").isel(vessel=model.network.root)
-    stored = tree["linear/simulation"]["pressure"].sel(station="inlet").isel(vessel=model.network.root)
-    assert np.array_equal(model.wall.beta, tree["linear/calibration"]["beta"].values)
+    stored = result["linear/simulation"]["pressure"].sel(station="inlet").isel(vessel=model.network.root)
+    assert np.array_equal(model.wall.beta, result["linear/calibration"]["beta"].values)
     assert float(abs(again.mean() - stored.mean())) < 1e-3
     with pytest.raises(InputError, match="there are: linear"):
-        stored_model(tree, "tangent")
+        stored_model(result, "tangent")
 
 
 def test_simulate_and_sweep_take_any_wall_and_value(tmp_path):

@@ -22,9 +22,9 @@ def study():
         warnings.simplefilter("ignore", VasowaveWarning)  # of beats that were rejected
         for one in virtual_cohort(seed=1):
             animal = Animal.from_raw(one.name, one.group, one.network, one.raw, synthetic=True)
-            tree = analyze(animal, Settings(starts=4))
-            found.append(recovered(tree, one))
-            quantities.append(quantities_table(tree))
+            result = analyze(animal, Settings(starts=4))
+            found.append(recovered(result, one))
+            quantities.append(quantities_table(result))
     return pd.concat(found, ignore_index=True), pd.concat(quantities, ignore_index=True)
 
 

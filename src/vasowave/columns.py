@@ -46,7 +46,7 @@ class Columns:
     def find(self, name: str, also: Sequence[str] = ()) -> int | None:
         """Return the index of the column called `name` (or one of `also`), None if there is none."""
         wanted = {name, *also}
-        hits = [i for i, found in enumerate(self.names) if found in wanted]
+        hits = [i for i, own in enumerate(self.names) if own in wanted]
         if len(hits) > 1:
             raise InputError(f"{self.source}: two columns are called '{name}'; keep one of them")
         return hits[0] if hits else None

@@ -10,7 +10,7 @@ import xarray as xr
 
 from vasowave import calibration
 from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.pipeline import tree_of
+from vasowave.animal.pipeline import result_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,42 +24,42 @@ class FitPlots:
 
     Attributes
     ----------
-    tree : DataTree
+    result : DataTree
         Of the animal, as `animal.analyze` returns it.
     """
 
-    tree: xr.DataTree
+    result: xr.DataTree
 
     def pressure(self, ax: "Axes | None" = None) -> "Axes":
         """Draw measured and fitted pressure at the inlet over one cycle."""
         from vasowave.figures.fit import plot_pressure
 
-        return plot_pressure(ax or _axes(), self.tree)
+        return plot_pressure(ax or _axes(), self.result)
 
     def residuals(self, ax: "Axes | None" = None) -> "Axes":
         """Draw measured minus simulated pressure over one cycle."""
         from vasowave.figures.fit import plot_residuals
 
-        return plot_residuals(ax or _axes(), self.tree)
+        return plot_residuals(ax or _axes(), self.result)
 
     def autocorrelation(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the autocorrelation of the residuals."""
         from vasowave.figures.fit import plot_autocorrelation
 
-        return plot_autocorrelation(ax or _axes(), self.tree)
+        return plot_autocorrelation(ax or _axes(), self.result)
 
     def pressure_area(self, ax: "Axes | None" = None) -> "Axes":
         """Draw pressure against area at the middle of the root vessel, and the wall law."""
         from vasowave.figures.loop import plot_pressure_area
 
-        return plot_pressure_area(ax or _axes(), self.tree)
+        return plot_pressure_area(ax or _axes(), self.result)
 
     def impedance(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the modulus of the measured impedance by harmonic."""
         from vasowave.animal.reading import data_of
         from vasowave.figures.spectra import plot_modulus
 
-        return plot_modulus(ax or _axes(), data_of(self.tree, "measured/impedance"))
+        return plot_modulus(ax or _axes(), data_of(self.result, "measured/impedance"))
 
 
 class Fit(calibration.Fit):
@@ -81,15 +81,15 @@ class Fit(calibration.Fit):
     """
 
     @cached_property
-    def tree(self) -> xr.DataTree:
+    def result(self) -> xr.DataTree:
         """Everything about the animal as labelled data, as `animal.analyze` returns it."""
         animal = Animal("animal", "animal", self.model.network, self.recording)
-        return tree_of(animal, [self], Settings(walls=(self.wall,), starts=len(self.starts), blood=self.model.blood))
+        return result_of(animal, [self], Settings(walls=(self.wall,), starts=len(self.starts), blood=self.model.blood))
 
     @property
     def plot(self) -> FitPlots:
         """The panels of this fit."""
-        return FitPlots(self.tree)
+        return FitPlots(self.result)
 
     def report(self, folder: str | Path, *, pdf: bool = False) -> Path:
         """Write the report of this fit into `folder` and return its page.
@@ -101,7 +101,7 @@ class Fit(calibration.Fit):
         """
         from vasowave.report import write_report
 
-        return write_report([self.tree], Path(folder), pdf=pdf)
+        return write_report([self.result], Path(folder), pdf=pdf)
 
 
 def _richer(calibrate: Callable[_Given, calibration.Fit]) -> Callable[_Given, Fit]:

@@ -103,26 +103,54 @@ class _Kernel(CompileResultCacheImpl):
         self._filename_base = f"{function.__name__}.{sys.implementation.cache_tag}"
 
 
+class _Clock:
+    """How long this process has compiled, or waited for another that did, s; what is compiled within counts once."""
+
+    def __init__(self) -> None:
+        self.seconds, self._began, self._within = 0.0, 0.0, 0
+
+    def start(self) -> None:
+        if not self._within:
+            self._began = time.monotonic()
+        self._within += 1
+
+    def stop(self) -> None:
+        self._within -= 1
+        if not self._within:
+            self.seconds += time.monotonic() - self._began
+
+
+_clock = _Clock()
+
+
+def seconds_compiling() -> float:
+    """Return how long this process has compiled kernels, or waited for another that did, s."""
+    return _clock.seconds
+
+
 class _KernelCache(FunctionCache):
     """The kernels of one function in one folder; while one process compiles, others wait for what comes of it."""
 
     def __init__(self, function: Any, folder: Path) -> None:
         self._name, self._py_func, self._folder = repr(function), function, folder
         self._lock: IO[str] | None = None
+        self._compiling = False
         self._impl, self._cache_path = _Kernel(function, folder), str(folder)
         self._cache_file = IndexDataCacheFile(str(folder), self._impl.filename_base, folder.name)
         self.enable()
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the kernel, if it is there or another process is compiling it; else None, to be compiled and saved."""
-        found = super().load_overload(sig, target_context)
-        if found is None:
+        kernel = super().load_overload(sig, target_context)
+        if kernel is None:
             self._release()  # that of a compilation which failed
+            _clock.start()
+            self._compiling = True
             self._lock = _waited_for(self._folder / f"{self._impl.filename_base}.lock")
-            found = super().load_overload(sig, target_context)
-        if found is not None:
+            kernel = super().load_overload(sig, target_context)
+        if kernel is not None:
             self._release()
-        return found
+        return kernel
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a kernel."""
@@ -134,6 +162,9 @@ class _KernelCache(FunctionCache):
             self._release()
 
     def _release(self) -> None:
+        if self._compiling:
+            _clock.stop()
+            self._compiling = False
         if self._lock is not None:
             self._lock.close()
             self._lock = None

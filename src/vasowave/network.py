@@ -92,11 +92,11 @@ class Network:
     @cached_property
     def daughters(self) -> tuple[tuple[int, ...], ...]:
         """Rows of the daughters of each vessel, in the order of the rows."""
-        found: list[list[int]] = [[] for _ in self.name]
+        daughters: list[list[int]] = [[] for _ in self.name]
         for row, parent in enumerate(self.parent):
             if parent >= 0:
-                found[parent].append(row)
-        return tuple(map(tuple, found))
+                daughters[parent].append(row)
+        return tuple(map(tuple, daughters))
 
     @cached_property
     def terminals(self) -> np.ndarray:
@@ -147,20 +147,20 @@ class Network:
 
 def implausible_sizes(network: Network) -> list[str]:
     """Return a sentence for every sign that lengths or radii are in another unit than cm."""
-    found = []
+    remarks = []
     ratio = float(np.median(network.length / network.radius))
     if not 1.5 <= ratio <= 150:
-        found.append(
+        remarks.append(
             f"vessels are {ratio:.2g} radii long (median); arteries are 3 to 100: is the radius "
             "in the same unit as the length, and is it a radius, not a diameter?"
         )
     widest = float(network.radius[network.root])
     if not 0.004 <= widest <= 2.0:
-        found.append(
+        remarks.append(
             f"the root's radius is {widest:.3g} cm; a mouse's main pulmonary artery has 0.05 cm, "
             "a human aorta 1.5 cm: is the unit in the header right?"
         )
-    return found
+    return remarks
 
 
 def unknown_pressure(network: Network) -> list[str]:

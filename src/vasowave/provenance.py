@@ -20,9 +20,9 @@ def provenance(inputs: Sequence[Path] = ()) -> dict[str, str]:
     InputError
         An input file cannot be read.
     """
-    found = {"created": datetime.now(UTC).isoformat(timespec="seconds"), "python": platform.python_version()}
-    found |= {program: version(program) for program in _PROGRAMS}
-    return found | {f"sha256 of {Path(path).name}": sha256(Path(path)) for path in inputs}
+    origin = {"created": datetime.now(UTC).isoformat(timespec="seconds"), "python": platform.python_version()}
+    origin |= {program: version(program) for program in _PROGRAMS}
+    return origin | {f"sha256 of {Path(path).name}": sha256(Path(path)) for path in inputs}
 
 
 def sha256(path: Path) -> str:

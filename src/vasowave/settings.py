@@ -136,10 +136,10 @@ def _defaults(owner: Callable[..., Any]) -> dict[str, Any]:
 
 def _meanings(owner: Any) -> dict[str, str]:
     """Return what the docstring says of each argument or attribute; a class inherits what its bases say."""
-    found: dict[str, str] = {}
+    meanings: dict[str, str] = {}
     for one in reversed(inspect.getmro(owner)) if inspect.isclass(owner) else (owner,):
         text = inspect.cleandoc(one.__doc__ or "")
         section = _SECTION.search(text)
         for names, meaning in _ENTRY.findall(section[1] if section else ""):
-            found |= dict.fromkeys(names.split(", "), " ".join(meaning.split()))
-    return found
+            meanings |= dict.fromkeys(names.split(", "), " ".join(meaning.split()))
+    return meanings

@@ -100,10 +100,10 @@ def _pressure_in(table: Columns, where: Callable[[int], str]) -> float:
 
 def _parent_rows(names: Sequence[str], parents: Sequence[str], where: Callable[[int], str]) -> list[int]:
     rows = {name: row for row, name in enumerate(names)}
-    found = []
+    numbers = []
     for row, parent in enumerate(parents):
         if parent and parent not in rows:
             hint = "; leave the root's parent empty" if parent.lower() in _NO_PARENT else did_you_mean(parent, rows)
             raise InputError(f"{where(row)} (vessel '{names[row]}'): parent '{parent}' is not in the table{hint}")
-        found.append(rows[parent] if parent else -1)
-    return found
+        numbers.append(rows[parent] if parent else -1)
+    return numbers

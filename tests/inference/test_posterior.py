@@ -50,7 +50,7 @@ def test_shares_add_up_for_every_quantity(found):
 
 
 def test_predictions_go_through_the_measured_pressure(found):
-    predicted, measured = found.tree["posterior_predictive"]["pressure"], found.tree["observed_data"]["pressure"]
+    predicted, measured = found.data["posterior_predictive"]["pressure"], found.data["observed_data"]["pressure"]
     assert predicted.dims == ("chain", "draw", "time")
     distance = (predicted.mean(("chain", "draw")) - measured).to_numpy()
     assert np.sqrt(np.mean(distance**2)) < 0.5  # noise of 0.15 mmHg, and a free mean
@@ -58,9 +58,9 @@ def test_predictions_go_through_the_measured_pressure(found):
 
 def test_the_file_holds_the_groups_that_arviz_reads(found, tmp_path):
     path = found.write(tmp_path / "draws.nc")
-    with xr.open_datatree(path) as tree:
-        assert {"posterior", "prior", "sample_stats", "posterior_predictive", "observed_data"} <= set(tree.children)
-        beta = tree["posterior"]["beta"]
+    with xr.open_datatree(path) as result:
+        assert {"posterior", "prior", "sample_stats", "posterior_predictive", "observed_data"} <= set(result.children)
+        beta = result["posterior"]["beta"]
         assert beta.dims == ("chain", "draw")
         assert beta.attrs["units"] == "mmHg"
         assert np.array_equal(beta.to_numpy().ravel(), found.draws("beta"))

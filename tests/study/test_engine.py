@@ -108,6 +108,13 @@ def test_progress_counts_every_piece_and_estimates_the_time_left(tmp_path):
     assert steps[0].left >= steps[-1].left == 0
 
 
+def test_what_was_compiled_once_is_not_expected_again(tmp_path):
+    steps = []
+    names = ["first", *"abcd"]
+    run(cheap_tasks.compiles_first, names, tmp_path / "log", in_threads, workers=1, progress=steps.append)
+    assert steps[0].left == pytest.approx(4 * 0.1, rel=0.3)
+
+
 def test_a_worker_of_another_version_is_refused():
     with pytest.raises(InputError, match="another version"):
         engine.perform(int, (), 1, "another")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from vasowave.calibration import Found, Search, calibrate
+from vasowave.calibration import Search, SearchEnd, calibrate
 from vasowave.cli import app
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.study.engine import _Run
@@ -20,7 +20,7 @@ from vasowave.study.plan import read_study
 from vasowave.study.results import read_results
 from vasowave.study.status import study_status
 
-END = Found(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the tolerance", np.array([1e-17, 2.0]))
+END = SearchEnd(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the tolerance", np.array([1e-17, 2.0]))
 
 
 def test_an_end_comes_back_from_the_journal_to_the_last_bit(tmp_path):

@@ -16,13 +16,13 @@ NAMES = ["CTL 1", "Å é", "x" * 300, "A"]
 
 @pytest.fixture
 def stored(tmp_path):
-    """Return a folder with the results of a few animals, each a tree of one number."""
+    """Return a folder with the results of a few animals, each a result of one number."""
     folder = tmp_path / "results"
     store = Store(folder)
     pieces = {}
     for number, name in enumerate(NAMES):
-        tree = xr.DataTree(xr.Dataset({"x": float(number)}, attrs={"title": KIND, "animal": name}))
-        pieces[name, "CTL"] = store.keep(f"key{number}", to_bytes(tree))
+        result = xr.DataTree(xr.Dataset({"x": float(number)}, attrs={"title": KIND, "animal": name}))
+        pieces[name, "CTL"] = store.keep(f"key{number}", to_bytes(result))
     write_results(folder, pieces, {"CTL 9": "why"}, StudyFile())
     return folder
 

@@ -54,7 +54,7 @@ def test_all_slips_are_named_at_once_with_line_column_and_nearest_key():
     )
     assert sorted(said(text)) == [
         "study.yaml, line 1, column 1: unknown key 'speces' (did you mean 'species'?); known here: "
-        "title, animals, species, groups, image_pressure, practice, averaging, calibration, model_selection, "
+        "title, animals, species, groups, image_pressure, catheter, practice, averaging, calibration, model_selection, "
         "selection_optima, waves_at, inference, blood, numerics, report",
         "study.yaml, line 3, column 11: calibration.starts: 'four' is not a whole number",
         "study.yaml, line 4, column 19: calibration.walls.1: unknown wall law 'tangnt' "
@@ -113,8 +113,8 @@ TREES = st.recursive(LEAVES, lambda t: st.lists(t, max_size=3) | st.dictionaries
 
 @given(st.dictionaries(KEYS, TREES, max_size=5))
 @settings(max_examples=150, deadline=None)
-def test_any_tree_of_values_is_understood_or_refused_with_a_place(tree):
-    found, problems = parse_settings(yaml.safe_dump(tree, allow_unicode=True).encode())
+def test_any_tree_of_values_is_understood_or_refused_with_a_place(result):
+    found, problems = parse_settings(yaml.safe_dump(result, allow_unicode=True).encode())
     assert (found is None) == bool(problems)
     assert all(problem.place.startswith("study.yaml") and problem.message for problem in problems)
 

@@ -1,1 +1,1 @@
-"""One animal from its recording to everything the study asks of it, as one tree of labelled data."""
+"""One animal from its recording to everything the study asks of it, as one labelled result."""

@@ -36,13 +36,13 @@ def averages_dataset(selection: xr.Dataset, quantities: Mapping[str, xr.Dataset]
         return None
     first = weights.isel(covariance=0)
     laws = [str(wall) for wall in first["wall"].values]
-    found: dict[str, xr.Variable | xr.DataArray] = {"weight": weights}
+    values: dict[str, xr.Variable | xr.DataArray] = {"weight": weights}
     for name in AVERAGED:
         each = [quantities[wall][name] for wall in laws]
         if all(_spread(one) is not None for one in each):
-            found[name] = _variable(each, first.values)
+            values[name] = _variable(each, first.values)
     said = "the recording's error and the model's discrepancy within each law, and the choice between these laws"
-    return xr.Dataset(found, attrs={"covariance": str(first["covariance"].values), "interval_holds": said})
+    return xr.Dataset(values, attrs={"covariance": str(first["covariance"].values), "interval_holds": said})
 
 
 def _variable(each: list[xr.DataArray], weights: np.ndarray) -> xr.Variable:

@@ -3,26 +3,47 @@
 import numpy as np
 import xarray as xr
 
-from vasowave.recording import EnsembleAverage, RawRecording
+from vasowave.animal.datasets import recording_dataset
+from vasowave.recording import EnsembleAverage, RawRecording, Recording
 
 EXCERPT = 6.0
 """Length of the stretch of raw signals that is kept for a figure, s."""
 
 
 def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Dataset:
-    """Return onset, length and fate of every beat, and an excerpt of the signals around the averaged ones."""
-    beats = average.beats
-    found = {
+    """Return onset, length, level and fate of every beat, and an excerpt of the signals around the averaged ones."""
+    beats, baseline = average.beats, average.baseline
+    variables = {
         "onset": _along("beat", [beat.start for beat in beats], "s", "start of the beat"),
         "length": _along("beat", [beat.end - beat.start for beat in beats], "s", "length of the beat"),
         "kept": _along("beat", np.array([beat.averaged for beat in beats], dtype=np.int8), "1", "part of the average"),
         "reason": xr.Variable(
             "beat", np.array([beat.rejected for beat in beats], dtype=object), {"long_name": "why it was rejected"}
         ),
+        "level": _along("beat", baseline.level, "mmHg", "diastolic level of the beat"),
+        "drift": _along("beat", baseline.trend, "mmHg", "drift of the level since the zero of the transducer"),
         "delay": xr.Variable((), average.delay, {"units": "s", "long_name": "flow behind pressure (p-q delay)"}),
     }
-    dataset = xr.Dataset(found, attrs={"fiducial": average.fiducial, "delay_corrected": int(average.delay_corrected)})
+    done = {
+        "fiducial": average.fiducial,
+        "delay_corrected": int(average.delay_corrected),
+        "drift_size": baseline.size,
+        "drift_error": baseline.error,
+        "drift_removed": int(baseline.removed),
+    }
+    dataset = xr.Dataset(variables, attrs=done)
     return dataset if raw is None else dataset.merge(_excerpt(average, raw))
+
+
+def recording_with_scatter(recording: Recording, average: EnsembleAverage | None) -> xr.Dataset:
+    """Return the recording, with the standard deviation of the averaged beats where there are any."""
+    dataset = recording_dataset(recording)
+    if average is None:
+        return dataset
+    for name, dim, unit in (("pressure", "time", "mmHg"), ("flow", "flow_time", "ml/s")):
+        attrs = {"units": unit, "long_name": f"standard deviation of the {name} of the averaged beats"}
+        dataset[f"{name}_sd"] = (dim, getattr(average, f"{name}_sd"), attrs)
+    return dataset
 
 
 def _excerpt(average: EnsembleAverage, raw: RawRecording) -> xr.Dataset:

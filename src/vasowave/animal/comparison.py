@@ -22,8 +22,8 @@ def stiffening_dataset(fit: Fit) -> dict[str, xr.Dataset]:
     """Return the group that says how the wall stiffens, if the law has a parameter for it."""
     from vasowave.selection import stiffening
 
-    found = stiffening(fit)
-    return {} if found is None else {f"{fit.wall}/stiffening": found}
+    stiffens = stiffening(fit)
+    return {} if stiffens is None else {f"{fit.wall}/stiffening": stiffens}
 
 
 def selection_dataset(fits: Sequence[Fit], settings: Settings) -> xr.Dataset:

@@ -143,16 +143,18 @@ def harmonics_dataset(fit: Fit) -> xr.Dataset:
         "discrepancy": "modulus of the residual beyond the error of the measurement",
     }
     table = fit.harmonics
-    found = {name: _variable("harmonic", table[name].to_numpy(), "mmHg", text) for name, text in meanings.items()}
+    variables = {name: _variable("harmonic", table[name].to_numpy(), "mmHg", text) for name, text in meanings.items()}
     compared = fit.compared
-    found["harmonics"] = _variable((), compared.harmonics, "1", "highest harmonic of the pressure that was compared")
-    found["harmonics"].attrs |= {
+    variables["harmonics"] = _variable(
+        (), compared.harmonics, "1", "highest harmonic of the pressure that was compared"
+    )
+    variables["harmonics"].attrs |= {
         "choice": compared.choice,
         "with_signal": compared.errors.with_signal,
         "error_source": compared.errors.source,
         "said": " ".join(compared.sentences()),
     }
-    return xr.Dataset(found, coords={"harmonic": ("harmonic", table.index.to_numpy(), {"units": "1"})})
+    return xr.Dataset(variables, coords={"harmonic": ("harmonic", table.index.to_numpy(), {"units": "1"})})
 
 
 def scalars(fit: Fit) -> dict[str, xr.Variable]:
@@ -170,13 +172,13 @@ def scalars(fit: Fit) -> dict[str, xr.Variable]:
 
 def table_dataset(frame: pd.DataFrame, dim: str, units: dict[str, str] | None = None) -> xr.Dataset:
     """Return the columns of `frame` as variables along `dim`; a column ``S [mmHg2]`` becomes S with that unit."""
-    found: dict[str, xr.Variable] = {}
+    variables: dict[str, xr.Variable] = {}
     for label in frame.columns:
         name, unit = split_unit(str(label))
         unit = unit or (units or {}).get(name, "")
-        found[name] = xr.Variable(dim, plain(frame[label]), {"units": unit} if unit else {})
-    coordinate = {dim: found.pop(dim)} if dim in found else {}
-    return xr.Dataset(found, coords=coordinate)
+        variables[name] = xr.Variable(dim, plain(frame[label]), {"units": unit} if unit else {})
+    coordinate = {dim: variables.pop(dim)} if dim in variables else {}
+    return xr.Dataset(variables, coords=coordinate)
 
 
 def plain(column: pd.Series) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The tree of one animal as a netCDF-4 file that xarray, MATLAB and R open.
+"""The result of one animal as a netCDF-4 file that xarray, MATLAB and R open.
 
 Every group, variable and attribute is written with one opening of the file and read likewise; xarray opens the file
 anew for every group, which takes twenty times as long. Files are made and read in memory, so that a full disk is told
@@ -21,19 +21,19 @@ KIND = "vasowave animal"
 _ROOM = 1 << 20  # bytes to begin with; the library takes more as it needs
 
 
-def write_tree(tree: xr.DataTree, path: Path) -> None:
-    """Write the tree of one animal to the netCDF-4 file `path`, whole or not at all.
+def write_result(result: xr.DataTree, path: Path) -> None:
+    """Write the result of one animal to the netCDF-4 file `path`, whole or not at all.
 
     Raises
     ------
     InputError
         The file cannot be written; what stood there before is untouched.
     """
-    write_file(Path(path), to_bytes(tree))
+    write_file(Path(path), to_bytes(result))
 
 
-def read_tree(path: Path, sha256: str | None = None) -> xr.DataTree:
-    """Return the tree of one animal from a file that `write_tree` made, wholly in memory; the file is closed again.
+def read_result(path: Path, sha256: str | None = None) -> xr.DataTree:
+    """Return the result of one animal from a file that `write_result` made, wholly in memory; the file is closed again.
 
     Parameters
     ----------
@@ -55,21 +55,21 @@ def read_tree(path: Path, sha256: str | None = None) -> xr.DataTree:
     if sha256 is not None and hashlib.sha256(content).hexdigest() != sha256:
         raise InputError(f"{path}: damaged or changed since it was written (SHA-256); run again, it is made anew")
     try:
-        tree = from_bytes(content)
+        result = from_bytes(content)
     except (OSError, RuntimeError, ValueError, LookupError, AttributeError, TypeError) as error:
         raise InputError(f"{path}: not a netCDF-4 file, or damaged ({error}); make it again") from None
-    if tree.attrs.get("title") != KIND:
+    if result.attrs.get("title") != KIND:
         raise InputError(f"{path}: not the result of one animal (its title is not '{KIND}')")
-    return tree
+    return result
 
 
-def to_bytes(tree: xr.DataTree) -> bytes:
-    """Return a tree as the bytes of a netCDF-4 file, encoded as xarray does it."""
+def to_bytes(result: xr.DataTree) -> bytes:
+    """Return a result as the bytes of a netCDF-4 file, encoded as xarray does it."""
     import netCDF4
 
-    file = netCDF4.Dataset("tree.nc", "w", format="NETCDF4", memory=_ROOM)
+    file = netCDF4.Dataset("result.nc", "w", format="NETCDF4", memory=_ROOM)
     values: list[tuple[Any, np.ndarray]] = []
-    for node in tree.subtree:
+    for node in result.subtree:
         values += _define(file if node.path == "/" else file.createGroup(node.path), node.to_dataset(inherit=False))
     for stored, array in values:  # after everything is defined: between two definitions the library tidies the file
         stored[...] = array
@@ -77,11 +77,11 @@ def to_bytes(tree: xr.DataTree) -> bytes:
 
 
 def from_bytes(content: bytes) -> xr.DataTree:
-    """Return the tree that `to_bytes` made bytes of."""
+    """Return the result that `to_bytes` made bytes of."""
     import netCDF4
 
     groups: dict[str, xr.Dataset] = {}
-    with netCDF4.Dataset("tree.nc", "r", memory=content) as file:
+    with netCDF4.Dataset("result.nc", "r", memory=content) as file:
         file.set_auto_maskandscale(False)
         _read_groups(file, "/", groups)
     return xr.DataTree.from_dict(groups)

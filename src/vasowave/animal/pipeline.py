@@ -1,4 +1,4 @@
-"""Calibrate one animal's model with every wall law and make all analyses: one tree of labelled data."""
+"""Calibrate one animal's model with every wall law and make all analyses: one labelled result."""
 
 import json
 import warnings
@@ -10,9 +10,9 @@ from typing import Protocol
 import xarray as xr
 
 from vasowave.animal.animal import Animal, Settings
-from vasowave.animal.beats import beats_dataset
+from vasowave.animal.beats import beats_dataset, recording_with_scatter
 from vasowave.animal.comparison import compared_datasets, stiffening_dataset
-from vasowave.animal.datasets import calibration_dataset, network_dataset, nominal_dataset, recording_dataset
+from vasowave.animal.datasets import calibration_dataset, network_dataset, nominal_dataset
 from vasowave.animal.files import KIND
 from vasowave.animal.posterior import posterior_datasets
 from vasowave.animal.quantities import measured_quantities, model_quantities
@@ -49,7 +49,7 @@ class Kept(Protocol):
 def analyze(
     animal: Animal, settings: Settings | None = None, progress: Progress | None = None, kept: Kept | None = None
 ) -> xr.DataTree:
-    """Return everything about one animal as one tree of labelled data.
+    """Return everything about one animal as one labelled result.
 
     Parameters
     ----------
@@ -69,8 +69,8 @@ def analyze(
         where the law has a parameter for it. Every variable has its unit; ``quantities``
         holds single numbers, those that were fitted with their 95 % interval in the attributes. Attributes of the root:
         ``animal, group, synthetic, interrupted, settings, notes`` (what a reader must know, JSON list) and the versions
-        of the programs. The same input gives the same tree, unless it was interrupted (Ctrl-C): then the tree holds the
-        wall laws and starts that had finished, and says so.
+        of the programs. The same input gives the same result, unless it was interrupted (Ctrl-C): then it holds the
+        laws and starts that had finished, and says so.
 
     Raises
     ------
@@ -84,20 +84,20 @@ def analyze(
     >>> import vasowave as vw
     >>> quick = vw.Settings(walls=("linear",), starts=1)
     >>> mouse = vw.Animal("mouse 6", "CTL", vw.control_network(), vw.virtual_mouse(), synthetic=True)
-    >>> tree = vw.analyze(mouse, quick)
-    >>> [name for name in tree.children if name not in ("beats", "selection")]
+    >>> result = vw.analyze(mouse, quick)
+    >>> [name for name in result.children if name not in ("beats", "selection")]
     ['network', 'recording', 'nominal', 'measured', 'linear']
-    >>> tree["linear/quantities"]["R_T"].attrs["units"]
+    >>> result["linear/quantities"]["R_T"].attrs["units"]
     'mmHg s/ml'
     """
     settings = settings or Settings()
     with _collected() as warned:
         fits, interrupted = _fits(animal, settings, progress, kept)
         drawn = _posteriors(animal, fits, settings, kept) if not interrupted else {}
-    return tree_of(animal, fits, settings, warned, interrupted, drawn)
+    return result_of(animal, fits, settings, warned, interrupted, drawn)
 
 
-def tree_of(
+def result_of(
     animal: Animal,
     fits: Sequence[Fit],
     settings: Settings,
@@ -105,7 +105,7 @@ def tree_of(
     interrupted: bool = False,
     posteriors: Mapping[str, Posterior] | None = None,
 ) -> xr.DataTree:
-    """Return the tree of `analyze` of an animal that is calibrated already; `warned` becomes part of its notes."""
+    """Return the result of `analyze` of an animal that is calibrated already; `warned` becomes part of its notes."""
     posteriors = posteriors or {}
     with _collected() as more:
         groups = _measured(animal, settings)
@@ -117,8 +117,8 @@ def tree_of(
             groups |= compared_datasets(fits, settings, groups)
     doubts = (f"{wall} wall, posterior: {note}" for wall, one in posteriors.items() for note in one.warnings)
     notes = [*animal.recording.notes, *warned, *more, *_said(fits), *doubts]
-    tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
-    tree.attrs = {
+    result = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
+    result.attrs = {
         "title": KIND,
         "Conventions": "CF-1.11",
         "animal": animal.name,
@@ -129,7 +129,7 @@ def tree_of(
         "settings": settings.as_json(),
         **{program: version for program, version in provenance().items() if program != "created"},
     }
-    return tree
+    return result
 
 
 def _measured(animal: Animal, settings: Settings) -> dict[str, xr.Dataset]:
@@ -138,28 +138,17 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, xr.Dataset]:
     nominal = estimate_nominal(network, recording, blood)
     station = measured_station(recording, network, nominal, blood.inertia, settings.waves_at)
     waves = waves_dataset(station, blood.inertia)
-    found = {
+    groups = {
         "network": network_dataset(network),
-        "recording": _with_scatter(animal),
+        "recording": recording_with_scatter(animal.recording, animal.beats),
         "nominal": nominal_dataset(nominal, network),
         "measured/waves": waves,
         "measured/impedance": impedance_dataset(station, settings.harmonics, flow_noise(recording, animal.beats)),
         "measured/quantities": measured_quantities(recording, nominal, station, waves),
     }
     if animal.beats is not None:
-        found["beats"] = beats_dataset(animal.beats, animal.raw)
-    return found
-
-
-def _with_scatter(animal: Animal) -> xr.Dataset:
-    """Return the recording, with the standard deviation of the averaged beats where there are any."""
-    dataset = recording_dataset(animal.recording)
-    if animal.beats is None:
-        return dataset
-    for name, dim, unit in (("pressure", "time", "mmHg"), ("flow", "flow_time", "ml/s")):
-        attrs = {"units": unit, "long_name": f"standard deviation of the {name} of the averaged beats"}
-        dataset[f"{name}_sd"] = (dim, getattr(animal.beats, f"{name}_sd"), attrs)
-    return dataset
+        groups["beats"] = beats_dataset(animal.beats, animal.raw)
+    return groups
 
 
 def _fits(animal: Animal, settings: Settings, progress: Progress | None, kept: Kept | None) -> tuple[list[Fit], bool]:
@@ -253,4 +242,4 @@ def _collected() -> Iterator[list[str]]:
             warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
 
 
-__all__ = ["Progress", "analyze", "tree_of"]
+__all__ = ["Progress", "analyze", "result_of"]

@@ -13,7 +13,7 @@ SHARES = ("recording", "image", "model", "prior")
 
 
 def posterior_datasets(wall: str, drawn: Posterior) -> dict[str, xr.Dataset]:
-    """Return the groups of a posterior, by their place in the tree of an animal.
+    """Return the groups of a posterior, by their place in the result of an animal.
 
     ``WALL/inference`` holds the table by ``quantity`` (``median, interval_low, interval_high, prior_low, prior_high,
     contraction`` and the shares of the variance, ``share_recording, share_image, share_model, share_prior``) and the
@@ -27,7 +27,7 @@ def posterior_datasets(wall: str, drawn: Posterior) -> dict[str, xr.Dataset]:
         "trusted": int(drawn.diagnostics.trusted),
         "warnings": json.dumps(drawn.warnings, ensure_ascii=False),
     }
-    parts = {name: node.to_dataset() for name, node in drawn.tree.children.items()}
+    parts = {name: node.to_dataset() for name, node in drawn.data.children.items()}
     return {f"{wall}/inference": table} | {f"{wall}/inference/{name}": _plain(part) for name, part in parts.items()}
 
 

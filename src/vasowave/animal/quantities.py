@@ -88,10 +88,10 @@ def measured_quantities(recording: Recording, nominal: Nominal, station: Station
         "C_T": tau / R_T,
         "tau": tau,
     }
-    found = quantities_dataset(values, QUANTITIES)
-    found["wave_speed"].attrs["long_name"] = f"wave speed at {station.taken}, A Z_c/ρ"
-    found["beta"].attrs["long_name"] = "nominal wall stiffness"
-    return found
+    dataset = quantities_dataset(values, QUANTITIES)
+    dataset["wave_speed"].attrs["long_name"] = f"wave speed at {station.taken}, A Z_c/ρ"
+    dataset["beta"].attrs["long_name"] = "nominal wall stiffness"
+    return dataset
 
 
 def model_quantities(
@@ -114,14 +114,14 @@ def model_quantities(
         "S": fit.S,
         "RMSE": fit.rmse,
     }
-    found = quantities_dataset(values, quantities_of(type(fit.model.wall)), errors_of(fit, derive))
+    dataset = quantities_dataset(values, quantities_of(type(fit.model.wall)), errors_of(fit, derive))
     bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
-    for name, value in found.data_vars.items():
+    for name, value in dataset.data_vars.items():
         low, high = bounds.get(str(name), (0.0, 1.0 if name in SHARES else np.inf))
         if "interval_low" in value.attrs:  # beyond its bounds a parameter is not bounded by the data
             value.attrs["interval_low"] = max(value.attrs["interval_low"], low)
             value.attrs["interval_high"] = min(value.attrs["interval_high"], high)
-    return found
+    return dataset
 
 
 def derived(model: Model, values: Mapping[str, float], diastolic: np.ndarray, mean: float) -> dict[str, float]:
@@ -138,14 +138,14 @@ def derived(model: Model, values: Mapping[str, float], diastolic: np.ndarray, me
     mean : float
         Pressure at which the wave speed is taken, mmHg.
     """
-    found = dict(values)
+    quantities = dict(values)
     at_diastole = compliance(model, diastolic)
     speed = np.asarray(wave_speed(model.wall, mean, model.blood.inertia))
     slope = np.asarray(area_compliance(model.wall, mean, model.area0))
     if ratio := model.wall.law().ratio:
         first, second = model.wall._fields
-        found[ratio[0]] = values[first] / values[second]
-    return found | {
+        quantities[ratio[0]] = values[first] / values[second]
+    return quantities | {
         "stiffness": float(np.broadcast_to(stiffness(model.wall), len(model.network))[model.network.root]),
         "wave_speed": float(speed[model.network.root]),
         "area_compliance": float(slope[model.network.root]),
@@ -206,7 +206,7 @@ def quantities_dataset(
     errors: Mapping[str, tuple[float, float]] | None = None,
 ) -> xr.Dataset:
     """Return the values as labelled scalars, in the order of `quantities`; `errors` as from `errors_of`."""
-    found = {}
+    variables = {}
     for name, what in quantities.items():
         if name not in values:
             continue
@@ -219,5 +219,5 @@ def quantities_dataset(
             factor = float(np.exp(min(reach, _FARTHEST)))
             attrs |= {"standard_error": value * error, "interval_low": value / factor, "interval_high": value * factor}
             attrs["interval_level"] = LEVEL
-        found[name] = xr.Variable((), value, attrs)
-    return xr.Dataset(found)
+        variables[name] = xr.Variable((), value, attrs)
+    return xr.Dataset(variables)

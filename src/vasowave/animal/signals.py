@@ -92,7 +92,7 @@ def waves_dataset(station: Station, inertia: float) -> xr.Dataset:
     waves = wave_intensity(recording.pressure, recording.flow, period, station.area, station.wave_speed, inertia)
     named = named_waves(waves, period)
     area = station.area
-    found = {
+    variables = {
         "pressure": _series(recording.pressure, "mmHg", "pressure"),
         "p_plus": _series(waves.forward_pressure, "mmHg", "forward pressure wave (eq. 15)"),
         "p_minus": _series(waves.backward_pressure, "mmHg", "backward pressure wave (eq. 15)"),
@@ -105,10 +105,10 @@ def waves_dataset(station: Station, inertia: float) -> xr.Dataset:
         "wave_name": xr.Variable("wave", named["wave"].to_numpy(object), {"long_name": "kind of wave"}),
     }
     for column, (name, unit) in _WAVE_COLUMNS.items():
-        found[name] = _along("wave", named[column].to_numpy(float), unit, f"{column.split(' [')[0]} of the wave")
+        variables[name] = _along("wave", named[column].to_numpy(float), unit, f"{column.split(' [')[0]} of the wave")
     time = recording.time
     return xr.Dataset(
-        found,
+        variables,
         coords={
             "time": ("time", time, {"units": "s", "long_name": "time"}),
             "normalized_time": ("time", time / period, {"units": "1", "long_name": "time/T"}),

@@ -15,27 +15,27 @@ from vasowave.outlets import Windkessel
 from vasowave.recording import Recording
 
 
-def stored_network(tree: xr.DataTree) -> Network:
+def stored_network(result: xr.DataTree) -> Network:
     """Return the vessels of an animal's stored results."""
-    data = data_of(tree, "network")
+    data = data_of(result, "network")
     names = tuple(map(str, data["vessel"].values))
     rows = {name: row for row, name in enumerate(names)} | {"": -1}
     parent = np.array([rows[str(name)] for name in data["parent"].values])
     return Network(names, parent, data["length"].values, data["radius"].values, pressure=float(data["image_pressure"]))
 
 
-def stored_recording(tree: xr.DataTree) -> Recording:
+def stored_recording(result: xr.DataTree) -> Recording:
     """Return the averaged cycle of an animal's stored results."""
-    data = data_of(tree, "recording")
+    data = data_of(result, "recording")
     return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"])
 
 
-def stored_model(tree: xr.DataTree, wall: str = "") -> Model:
+def stored_model(result: xr.DataTree, wall: str = "") -> Model:
     """Return the model that was fitted to an animal, to the last bit.
 
     Parameters
     ----------
-    tree : DataTree
+    result : DataTree
         Of one animal, as `read_results` gives it.
     wall : str
         The wall law; by default the first that was fitted.
@@ -49,18 +49,18 @@ def stored_model(tree: xr.DataTree, wall: str = "") -> Model:
     --------
     >>> import vasowave as vw
     >>> mouse = vw.Animal("mouse 6", "CTL", vw.control_network(), vw.virtual_mouse(), synthetic=True)
-    >>> tree = vw.analyze(mouse, vw.Settings(walls=("linear",), starts=1))
-    >>> vw.stored_model(tree)
+    >>> result = vw.analyze(mouse, vw.Settings(walls=("linear",), starts=1))
+    >>> vw.stored_model(result)
     Model(LinearWall(beta ...), Windkessel, Network(21 vessels, ...))
     """
-    known = list(wall_laws(tree))
+    known = list(wall_laws(result))
     wall = wall or known[0]
     if wall not in known:
         raise InputError(f"no fit with the wall law '{wall}'{did_you_mean(wall, known)}; there are: {', '.join(known)}")
-    data = data_of(tree, f"{wall}/calibration")
+    data = data_of(result, f"{wall}/calibration")
     law = find_law(wall)
     friction = json.loads(data.attrs["friction"])
     kind = {one.__name__: one for one in FRICTIONS.values()}[friction.pop("law")]
     blood = Blood(data.attrs["blood_density_g_per_ml"], data.attrs["blood_viscosity_cm2_per_s"], kind(**friction))
     outlets = Windkessel(*(data[name].values for name in Windkessel._fields))
-    return Model(stored_network(tree), law(*(data[name].values for name in law._fields)), outlets, blood)
+    return Model(stored_network(result), law(*(data[name].values for name in law._fields)), outlets, blood)

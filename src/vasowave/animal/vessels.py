@@ -34,13 +34,15 @@ def vessels_dataset(fit: Fit) -> xr.Dataset:
     own = {
         name: ("vessel", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in meanings.items()
     }
-    found = xr.merge([speeds.assign(own), drops], combine_attrs="override", join="exact")
+    dataset = xr.merge([speeds.assign(own), drops], combine_attrs="override", join="exact")
     sums = {
         "C_v": (at_diastole.network_published, "compliance of the network, series/parallel rule (eqs. 28, 29)"),
         "C_v_plain": (at_diastole.network_sum, "compliance of the network, sum over vessels (eq. 25)"),
     }
-    found = found.assign({name: ((), v, {"units": "ml/mmHg", "long_name": text}) for name, (v, text) in sums.items()})
-    return found.merge(_law_curve(fit))
+    dataset = dataset.assign(
+        {name: ((), v, {"units": "ml/mmHg", "long_name": text}) for name, (v, text) in sums.items()}
+    )
+    return dataset.merge(_law_curve(fit))
 
 
 def _law_curve(fit: Fit) -> xr.Dataset:

@@ -3,7 +3,7 @@
 from vasowave.calibration.calibrate import Search, calibrate
 from vasowave.calibration.profile import profile_likelihood
 from vasowave.calibration.result import Fit
-from vasowave.calibration.search import Found
+from vasowave.calibration.search import SearchEnd
 from vasowave.calibration.starts import Ends
 
-__all__ = ["Ends", "Fit", "Found", "Search", "calibrate", "profile_likelihood"]
+__all__ = ["Ends", "Fit", "Search", "SearchEnd", "calibrate", "profile_likelihood"]

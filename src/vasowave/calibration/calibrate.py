@@ -16,7 +16,7 @@ from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, checke
 from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
-from vasowave.calibration.search import Found
+from vasowave.calibration.search import SearchEnd
 from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
 from vasowave.errors import VasowaveWarning
@@ -147,16 +147,16 @@ def calibrate(
     compared = compared_part(recording, plan.pressure_harmonics)
     numerics = _for_fits(numerics, min(len(recording.pressure), MOST_SAMPLES))
     starts = starting_points(space, plan.starts, plan.seed)
-    found, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
-    objective, best = _polish(space, compared, numerics, plan, found)
+    searched, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
+    objective, best = _polish(space, compared, numerics, plan, searched)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
     spread = spread_of(space, jacobian, residual, compared)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
-    table_of_starts = _starts_table(space, found, len(residual))
+    table_of_starts = _starts_table(space, searched, len(residual))
     notes = [*recording.notes, *compared.sentences(), *unknown_pressure(network), *oddities(nominal)]
     notes += sentences(table, correlation, table_of_starts, spread)
     if stopped:
-        notes.insert(0, f"Interrupted: {len(found)} of {plan.starts} starts had finished.")
+        notes.insert(0, f"Interrupted: {len(searched)} of {plan.starts} starts had finished.")
     run = objective.run(best.x)
     notes += run.notes
     return Fit(
@@ -178,10 +178,10 @@ def _coarser(numerics: Numerics) -> Numerics:
 
 
 def _polish(
-    space: Space, compared: Compared, numerics: Numerics, plan: Search, found: list[Found]
-) -> tuple[Objective, Found]:
+    space: Space, compared: Compared, numerics: Numerics, plan: Search, searched: list[SearchEnd]
+) -> tuple[Objective, SearchEnd]:
     """Search again from the best end, with the step that suits it, so that no start's detours stay in the result."""
-    best = min(found, key=lambda one: one.S)
+    best = min(searched, key=lambda one: one.S)
     objective = Objective(space, compared, numerics, threads(), threading.Event())
     again = searching.search(objective, best.x, plan.method)
     if not np.isfinite(again.S):
@@ -190,10 +190,13 @@ def _polish(
     return objective, again
 
 
-def _starts_table(space: Space, found: list[Found], samples: int) -> pd.DataFrame:
-    rows, least = [], min(one.S for one in found)  # rough ends are compared with each other, not with the polished one
+def _starts_table(space: Space, searched: list[SearchEnd], samples: int) -> pd.DataFrame:
+    rows, least = (
+        [],
+        min(one.S for one in searched),
+    )  # rough ends are compared with each other, not with the polished one
     most = least * (1 + SAME) + samples * _SEEN**2
-    for number, one in enumerate(sorted(found, key=lambda one: one.S), 1):
+    for number, one in enumerate(sorted(searched, key=lambda one: one.S), 1):
         row: dict[str, object] = {
             "start": number,
             "S [mmHg2]": one.S,

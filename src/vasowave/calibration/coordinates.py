@@ -57,15 +57,15 @@ class Coordinates:
     def of(self, x: np.ndarray) -> np.ndarray:
         """Return the coordinates of the logarithms `x` of the free parameters, shape (free,)."""
         values = self.space.values(x)
-        found = np.log(values)
+        coordinates = np.log(values)
         count = len(self.space.law._fields)
         if self.strained:
             strain = self.space.law.ratio_at(self.pressure, *values[:count]) - 1.0
-            found[0] = np.log(np.clip(strain, *_STRAINS))
+            coordinates[0] = np.log(np.clip(strain, *_STRAINS))
         if self.shared is not None:
             first, second = self.proximal * values[self.shared[0]], (1 - self.proximal) * values[self.shared[1]]
-            found[list(self.shared)] = np.log(first + second), logit(first / (first + second))
-        return found[self.space.free]
+            coordinates[list(self.shared)] = np.log(first + second), logit(first / (first + second))
+        return coordinates[self.space.free]
 
     def logarithms(self, z: np.ndarray) -> np.ndarray:
         """Return the logarithms of the free parameters at the coordinates `z`, shape (free,)."""

@@ -123,8 +123,8 @@ def _descend(objective: Objective, whiten: Whiten, start: np.ndarray) -> tuple[n
     sides = {"type": "ineq", "fun": lambda z: np.concatenate([start + to_x @ z - low, high - start - to_x @ z])}
     sides["jac"] = lambda z: np.concatenate([to_x, -to_x])
     options = {"ftol": _TOLERANCE, "maxiter": _MOST_STEPS}
-    found = minimize(value, np.zeros(len(start)), jac=slope, method="SLSQP", constraints=sides, options=options)
-    return np.clip(start + to_x @ found.x, low, high), bool(found.success), str(found.message)
+    optimum = minimize(value, np.zeros(len(start)), jac=slope, method="SLSQP", constraints=sides, options=options)
+    return np.clip(start + to_x @ optimum.x, low, high), bool(optimum.success), str(optimum.message)
 
 
 def objective_of(fit: Fit, fixed: Mapping[str, float], numerics: Numerics | None, workers: int) -> Objective:

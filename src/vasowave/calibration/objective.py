@@ -95,8 +95,8 @@ class Objective:
             raise Stopped
         self.simulations += 1
         directions = [self._direction(x, unit) for unit in np.eye(len(x))]
-        found = pressure_derivatives(run, self.inflow, directions, self.numerics, self.exactness, self.workers)
-        return -np.stack([self.compared.sampled(column) for column in found], axis=1)
+        derivatives = pressure_derivatives(run, self.inflow, directions, self.numerics, self.exactness, self.workers)
+        return -np.stack([self.compared.sampled(column) for column in derivatives], axis=1)
 
     def _direction(self, x: np.ndarray, unit: np.ndarray) -> Direction:
         before, after = (self.space.model(self.space.values(x + side * _APART * unit)) for side in (-0.5, 0.5))

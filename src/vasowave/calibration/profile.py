@@ -123,14 +123,14 @@ def _dataset(name: str, ends: Sequence[Optimum], metric: Whiten) -> xr.Dataset:
 
 def _crossings(x: np.ndarray, deviance: np.ndarray) -> tuple[float, float]:
     """Return where the deviance last stays below its limit on either side of its least value, NaN where it does."""
-    best, found = int(np.argmin(deviance)), [np.nan, np.nan]
+    best, limits = int(np.argmin(deviance)), [np.nan, np.nan]
     for side, step in enumerate((-1, 1)):
         i = best
-        while 0 <= i + step < len(x) and np.isnan(found[side]):
+        while 0 <= i + step < len(x) and np.isnan(limits[side]):
             j = i + step
             if deviance[j] >= _CHI2_95:
                 # The deviance is nearly a parabola, so its root is nearly straight between two points.
                 a, b = np.sqrt(deviance[i]), np.sqrt(deviance[j])
-                found[side] = x[i] + (np.sqrt(_CHI2_95) - a) / (b - a) * (x[j] - x[i])
+                limits[side] = x[i] + (np.sqrt(_CHI2_95) - a) / (b - a) * (x[j] - x[i])
             i = j
-    return found[0], found[1]
+    return limits[0], limits[1]

@@ -18,7 +18,7 @@ ROUGH = 1e-6  # of the searches before it, which only have to find the way
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class SearchEnd:
     """Where one search ended.
 
     Attributes
@@ -51,7 +51,7 @@ class _Hopeless(Exception):  # noqa: N818  a signal between functions of this fi
 
 def search(
     objective: Objective, start: np.ndarray, method: str, tolerance: float = TOLERANCE, enough: float = np.inf
-) -> Found:
+) -> SearchEnd:
     """Minimize S from the logarithms `start` of the free parameters, until its relative change is below `tolerance`.
 
     It gives up where even the minimum of the linear model lies above `enough` (mmHg²).
@@ -59,7 +59,7 @@ def search(
     try:
         objective.at(start)
     except NumericalError as error:
-        return Found(start, np.inf, objective.simulations, False, f"the start cannot be simulated: {error}")
+        return SearchEnd(start, np.inf, objective.simulations, False, f"the start cannot be simulated: {error}")
     solve = _least_squares if method == "least-squares" else _sqp
     try:
         x, S, converged, message = solve(objective, start, tolerance, enough)
@@ -74,7 +74,7 @@ def search(
         x = objective.reached(start)
         S, converged, message = float(np.sum(objective.residuals(x) ** 2)), False, str(error)
     residual = objective.residuals(x)
-    return Found(x, S, objective.simulations, converged, message, residual)
+    return SearchEnd(x, S, objective.simulations, converged, message, residual)
 
 
 _ENDS = {
@@ -106,22 +106,22 @@ def _least_squares(objective: Objective, start: np.ndarray, tolerance: float, en
     low, high = objective.space.log_bounds
     place = coordinates.bounds
     inside = 1e-6 * (place[1] - place[0])
-    found = _trust_region(
+    optimum = _trust_region(
         lambda z: objective.residuals(coordinates.logarithms(z)),
         lambda z: _promising(objective, coordinates.logarithms(z), enough) @ coordinates.slopes(z),
         np.clip(coordinates.of(start), place[0] + inside, place[1] - inside),
         place,
         tolerance,
     )
-    x = coordinates.logarithms(found.x)
+    x = coordinates.logarithms(optimum.x)
     if not np.all((low <= x) & (x <= high)):
         span = 1e-6 * (high - low)
         begin = np.clip(x, low + span, high - span)
-        found = _trust_region(
+        optimum = _trust_region(
             objective.residuals, lambda x: _promising(objective, x, enough), begin, (low, high), tolerance
         )
-        x = found.x
-    return x, float(2 * found.cost), bool(found.success), _ENDS.get(found.status, str(found.message))
+        x = optimum.x
+    return x, float(2 * optimum.cost), bool(optimum.success), _ENDS.get(optimum.status, str(optimum.message))
 
 
 def _trust_region(residuals: Array, jacobian: Array, start: np.ndarray, bounds: Bounds, tolerance: float) -> Any:
@@ -155,5 +155,5 @@ def _sqp(objective: Objective, start: np.ndarray, tolerance: float, enough: floa
 
     low, high = objective.space.log_bounds
     options = {"ftol": tolerance, "maxiter": 200}
-    found = minimize(scaled, start, jac=gradient, method="SLSQP", bounds=Sides(low, high), options=options)
-    return found.x, float(found.fun) * first, bool(found.success), str(found.message)
+    optimum = minimize(scaled, start, jac=gradient, method="SLSQP", bounds=Sides(low, high), options=options)
+    return optimum.x, float(optimum.fun) * first, bool(optimum.success), str(optimum.message)

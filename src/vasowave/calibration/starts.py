@@ -16,7 +16,7 @@ import numpy as np
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import Space
-from vasowave.calibration.search import ROUGH, Found, search
+from vasowave.calibration.search import ROUGH, SearchEnd, search
 from vasowave.errors import NumericalError
 from vasowave.solver.simulate import Numerics
 from vasowave.threads import threads
@@ -51,11 +51,11 @@ def starting_points(space: Space, count: int, seed: int) -> list[np.ndarray]:
 class Ends(Protocol):
     """Where the ends of the searches of one fit are kept, by stage and number of the start."""
 
-    def find(self, stage: str, start: int) -> Found | None:
+    def find(self, stage: str, start: int) -> SearchEnd | None:
         """Return where a search ended, if that is known."""
         ...
 
-    def keep(self, stage: str, start: int, found: Found) -> None:
+    def keep(self, stage: str, start: int, end: SearchEnd) -> None:
         """Keep where a search ended; called from several threads."""
         ...
 
@@ -68,8 +68,8 @@ def search_all(
     method: str,
     progress: Progress | None = None,
     ends: Ends | None = None,
-) -> tuple[list[Found], bool]:
-    """Search from every start, as many at once as there are cores; returns what was found, and if it was stopped.
+) -> tuple[list[SearchEnd], bool]:
+    """Search from every start, as many at once as there are cores; returns where they ended, and if they were stopped.
 
     Every search of every stage begins with nothing but its place, so that one whose end is known from `ends` need not
     be made, and all others are the same as without.
@@ -80,26 +80,26 @@ def search_all(
         No start could be simulated.
     """
     stages = _Stages(space, compared, numerics, starts, method, progress, ends)
-    found = stages.found
+    searched = stages.reached
     try:
         stages.follow(SCOUT, range(len(starts)), _GAIN if len(starts) > 1 else ROUGH)
-        best = min(sorted(found), key=lambda i: found[i].S)
-        if len(starts) > 1 and np.isfinite(found[best].S):
+        best = min(sorted(searched), key=lambda i: searched[i].S)
+        if len(starts) > 1 and np.isfinite(searched[best].S):
             stages.follow("best", [best], ROUGH)
-            found |= _joined(stages.objective(), found, best)
-            alone = [i for i, one in sorted(found.items()) if np.isfinite(one.S) and not one.joined and i != best]
-            stages.follow("alone", alone, ROUGH, _BEYOND * found[best].S)
+            searched |= _joined(stages.objective(), searched, best)
+            alone = [i for i, one in sorted(searched.items()) if np.isfinite(one.S) and not one.joined and i != best]
+            stages.follow("alone", alone, ROUGH, _BEYOND * searched[best].S)
     except KeyboardInterrupt:
-        if not any(np.isfinite(one.S) for one in found.values()):
+        if not any(np.isfinite(one.S) for one in searched.values()):
             raise
-    if not any(np.isfinite(one.S) for one in found.values()):
-        raise NumericalError(f"no start of the fit could be simulated; the first: {found[0].message}")
-    return [found[number] for number in sorted(found)], stages.stop.is_set()
+    if not any(np.isfinite(one.S) for one in searched.values()):
+        raise NumericalError(f"no start of the fit could be simulated; the first: {searched[0].message}")
+    return [searched[number] for number in sorted(searched)], stages.stop.is_set()
 
 
 @dataclass(eq=False)
 class _Stages:
-    """The searches of one fit, and what they have found by number of the start."""
+    """The searches of one fit, and where they ended, by number of the start."""
 
     space: Space
     compared: Compared
@@ -108,7 +108,7 @@ class _Stages:
     method: str
     progress: Progress | None
     ends: Ends | None
-    found: dict[int, Found] = field(default_factory=dict)
+    reached: dict[int, SearchEnd] = field(default_factory=dict)
     stop: threading.Event = field(default_factory=threading.Event)
 
     def objective(self) -> Objective:
@@ -119,16 +119,16 @@ class _Stages:
     def follow(self, stage: str, chosen: Sequence[int], tolerance: float, enough: float = np.inf) -> None:
         """Search from the chosen starts, or from where the stage before ended."""
         for number, one in _finished(chosen, lambda number: self.end(stage, number, tolerance, enough), self.stop):
-            before = self.found[number].simulations if number in self.found else 0
-            self.found[number] = replace(one, simulations=before + one.simulations)
+            before = self.reached[number].simulations if number in self.reached else 0
+            self.reached[number] = replace(one, simulations=before + one.simulations)
             if stage == SCOUT and self.progress is not None:
-                self.progress(len(self.found), len(self.starts), min(one.S for one in self.found.values()))
+                self.progress(len(self.reached), len(self.starts), min(one.S for one in self.reached.values()))
 
-    def end(self, stage: str, number: int, tolerance: float, enough: float) -> Found:
+    def end(self, stage: str, number: int, tolerance: float, enough: float) -> SearchEnd:
         """Return where a search ends, from what is known or by searching."""
         known = self.ends.find(stage, number) if self.ends is not None else None
         if known is None:
-            begin = self.starts[number] if stage == SCOUT else self.found[number].x
+            begin = self.starts[number] if stage == SCOUT else self.reached[number].x
             known = search(self.objective(), begin, self.method, tolerance, enough)
             if self.ends is not None:
                 self.ends.keep(stage, number, known)
@@ -136,11 +136,11 @@ class _Stages:
 
 
 def _finished(
-    chosen: Sequence[int], task: Callable[[int], Found], stop: threading.Event
-) -> Iterator[tuple[int, Found]]:
+    chosen: Sequence[int], task: Callable[[int], SearchEnd], stop: threading.Event
+) -> Iterator[tuple[int, SearchEnd]]:
     """Run the task for every chosen number, and yield what is finished; whatever ends this sets `stop`."""
     with ThreadPoolExecutor(max(1, min(threads(), len(chosen)))) as pool:
-        pending: dict[Future[Found], int] = {pool.submit(task, number): number for number in chosen}
+        pending: dict[Future[SearchEnd], int] = {pool.submit(task, number): number for number in chosen}
         try:
             while pending:
                 for future in wait(pending, timeout=0.2, return_when=FIRST_COMPLETED).done:
@@ -151,11 +151,11 @@ def _finished(
             raise
 
 
-def _joined(objective: Objective, found: dict[int, Found], best: int) -> dict[int, Found]:
+def _joined(objective: Objective, searched: dict[int, SearchEnd], best: int) -> dict[int, SearchEnd]:
     """Return the starts that lie in the bowl of the best optimum: its linear model explains their residuals."""
-    optimum, joined = found[best], {}
+    optimum, joined = searched[best], {}
     jacobian = objective.jacobian(optimum.x)
-    for number, one in found.items():
+    for number, one in searched.items():
         if number != best and np.isfinite(one.S):
             change = one.residual - optimum.residual
             left = change - jacobian @ (one.x - optimum.x)

@@ -30,10 +30,10 @@ def extract(
     check_extraction_folder(output)
     options = read_image_options(given or {})
     with _stages() as say:
-        found = extracted(volume, options, say)
+        extraction = extracted(volume, options, say)
         say("results")
-        page = write_extraction(found, output)
-    typer.echo(repr(found.network))
+        page = write_extraction(extraction, output)
+    typer.echo(repr(extraction.network))
     typer.echo(f"Look at it: {page}; then: vasowave fit {output / 'network.csv'} RECORDING")
 
 
@@ -66,7 +66,7 @@ def centerlines(
     check_centerlines_folder(output)
     size = _length_unit(unit)
     tree = read_centerlines(lines, size, cast(Literal["tube", "identical"], cut), collapse)
-    found = filled_at(wanted_part(measured_alone(tree), generations, vessels, min_radius), pressure)
+    measured = filled_at(wanted_part(measured_alone(tree), generations, vessels, min_radius), pressure)
     settings: dict[str, str | float] = {
         "pressure [mmHg]": pressure,
         "unit [cm]": size,
@@ -74,8 +74,8 @@ def centerlines(
         "collapse": collapse,
         "vessels in the file": len(tree.lines),
     }
-    write_centerline_network(found, lines, settings, output)
-    typer.echo(repr(found.network))
+    write_centerline_network(measured, lines, settings, output)
+    typer.echo(repr(measured.network))
     typer.echo(
         f"Look at it: {output / 'figures' / 'network.png'}; then: vasowave fit {output / 'network.csv'} RECORDING"
     )

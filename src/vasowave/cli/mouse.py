@@ -50,7 +50,7 @@ def _fit(study: "Study") -> None:
     with counting() as show:
         done = run_alone(study, show)
     typer.echo(f"Results: {done.results}{'' if done.computed else ' (kept from earlier)'}")
-    (tree,) = read_results(study.folder).trees()
-    for sentence in fit_sentences(tree):
+    (result,) = read_results(study.folder).in_order()
+    for sentence in fit_sentences(result):
         typer.echo(f"  {sentence}")
     typer.echo(f"Report: {report_study(study.folder)}")

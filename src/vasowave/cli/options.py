@@ -111,14 +111,14 @@ def _study_options() -> dict[str, Any]:
 
 def _keys() -> list[tuple[str, str, Any]]:
     """Return section (empty for the top level), name and field of every setting of a study."""
-    found = []
+    keys = []
     for name, field in StudyFile.model_fields.items():
         section = field.annotation
         if isinstance(section, type) and issubclass(section, BaseModel):
-            found += [(name, key, inner) for key, inner in section.model_fields.items()]
+            keys += [(name, key, inner) for key, inner in section.model_fields.items()]
         elif name not in _NOT_FOR_ONE:
-            found.append(("", name, field))
-    return found
+            keys.append(("", name, field))
+    return keys
 
 
 def _study_option(section: str, key: str, field: Any) -> Any:

@@ -130,8 +130,8 @@ def _fitted(folder: Path, animal: str, wall: str) -> "tuple[Model, Recording]":
     name = animal or next(iter(results))
     if name not in list(results):
         raise InputError(f"{folder}: no animal '{name}'; there are: {', '.join(results)}")
-    tree = results[name]
-    return stored_model(tree, wall), stored_recording(tree)
+    result = results[name]
+    return stored_model(result, wall), stored_recording(result)
 
 
 def _nominal(network: Path, recording: Sequence[Path], period: float | None, wall: str, blood: object

@@ -32,7 +32,7 @@ class Show(Protocol):
         """Tell that an animal is done."""
         ...
 
-    def searches(self, found: Searches) -> None:
+    def searches(self, under_way: Searches) -> None:
         """Tell how many searches of which animals have ended."""
         ...
 
@@ -70,9 +70,9 @@ class JsonLines:
         event("animal", animal=step.name, what=step.what, done=step.done, count=step.count, left_s=left,
               message=step.message)  # fmt: skip
 
-    def searches(self, found: Searches) -> None:
+    def searches(self, under_way: Searches) -> None:
         """Tell how many searches of which animals have ended, where that is more than before."""
-        for animal, walls in found.items():
+        for animal, walls in under_way.items():
             for wall, (done, count) in walls.items():
                 if self.said.get((animal, wall)) != done:
                     self.said[animal, wall] = done
@@ -98,13 +98,13 @@ class Rows:
         why = f": {step.message}" if step.message else ""
         self._print(f"{step.done} of {step.count}: {step.name} {_WORDS[step.what]}{why}{f' ({left})' if left else ''}")
 
-    def searches(self, found: Searches) -> None:
+    def searches(self, under_way: Searches) -> None:
         """Tell how many searches of which animals have ended."""
-        stages = {name: _stage(walls) for name, walls in found.items() if name not in self.finished}
+        stages = {name: _stage(walls) for name, walls in under_way.items() if name not in self.finished}
         for name, stage in stages.items():
             if name not in self.rows:
                 self.rows[name] = self.bars.add_task(name, total=None, left="")
-            done, count = (sum(one[i] for one in found[name].values()) for i in (0, 1))
+            done, count = (sum(one[i] for one in under_way[name].values()) for i in (0, 1))
             self.bars.update(self.rows[name], completed=done, total=count, left=stage)
         if not self.console.is_terminal and stages and time.monotonic() - self.said > _SAY:
             self.said = time.monotonic()

@@ -25,7 +25,7 @@ class Cohort:
     Attributes
     ----------
     groups : dict of str to list of DataTree
-        The trees of the animals, the reference group first.
+        The results of the animals, the reference group first.
     shown : dict of str to DataTree
         Of each group, the animal whose measured indices are nearest to the group's medians.
     table : DataFrame
@@ -37,9 +37,9 @@ class Cohort:
     table: pd.DataFrame
 
     @cached_property
-    def trees(self) -> list[xr.DataTree]:
+    def results(self) -> list[xr.DataTree]:
         """All animals, group by group."""
-        return [tree for trees in self.groups.values() for tree in trees]
+        return [result for results in self.groups.values() for result in results]
 
     @property
     def reference(self) -> str:
@@ -49,12 +49,12 @@ class Cohort:
     @property
     def single(self) -> bool:
         """Whether there is one animal only."""
-        return len(self.trees) == 1
+        return len(self.results) == 1
 
     @cached_property
     def walls(self) -> list[str]:
         """Wall laws that were calibrated in any animal."""
-        return list(dict.fromkeys(wall for tree in self.trees for wall in wall_laws(tree)))
+        return list(dict.fromkeys(wall for result in self.results for wall in wall_laws(result)))
 
     @property
     def sources(self) -> list[str]:
@@ -70,8 +70,8 @@ class Cohort:
     def shown_networks(self) -> list[list[str]]:
         """The groups whose shown animals have the same network, together."""
         alike: list[list[str]] = []
-        for group, tree in self.shown.items():
-            own = data_of(tree, "network")
+        for group, result in self.shown.items():
+            own = data_of(result, "network")
             for groups in alike:
                 if own.identical(data_of(self.shown[groups[0]], "network")):
                     groups.append(group)
@@ -82,21 +82,21 @@ class Cohort:
 
     def calibrated(self, wall: str) -> list[xr.DataTree]:
         """Return the animals that were calibrated with a wall law."""
-        return [tree for tree in self.trees if wall in wall_laws(tree)]
+        return [result for result in self.results if wall in wall_laws(result)]
 
     @cached_property
     def ballots(self) -> list[Ballots]:
         """What the comparisons of the wall laws came to, animal by animal."""
-        return [stored(tree) for tree in self.compared]
+        return [stored(result) for result in self.compared]
 
     @property
     def compared(self) -> list[xr.DataTree]:
         """The animals whose wall laws were compared by AICc and BIC."""
-        return [tree for tree in self.trees if "selection" in tree.children]
+        return [result for result in self.results if "selection" in result.children]
 
     def calibrations(self, wall: str) -> list[xr.Dataset]:
         """Return what the calibrations with a wall law came to, animal by animal."""
-        return [data_of(tree, f"{wall}/calibration") for tree in self.calibrated(wall)]
+        return [data_of(result, f"{wall}/calibration") for result in self.calibrated(wall)]
 
     def law(self, wall: str) -> StoredLaw:
         """Return what is said of a wall law."""
@@ -105,22 +105,22 @@ class Cohort:
     @cached_property
     def settings(self) -> dict[str, Any]:
         """The settings that all animals share; those that differ are left out."""
-        first, *others = map(settings_of, self.trees)
+        first, *others = map(settings_of, self.results)
         return {key: value for key, value in first.items() if all(one.get(key) == value for one in others)}
 
     @property
     def differing_settings(self) -> list[str]:
         """Names of the settings that are not the same for all animals."""
-        return [key for key in dict.fromkeys(key for tree in self.trees for key in settings_of(tree))
+        return [key for key in dict.fromkeys(key for result in self.results for key in settings_of(result))
                 if key not in self.settings]  # fmt: skip
 
 
-def gathered(trees: Sequence[xr.DataTree], reference: str | None = None) -> Cohort:
+def gathered(results: Sequence[xr.DataTree], reference: str | None = None) -> Cohort:
     """Return the animals in their groups.
 
     Parameters
     ----------
-    trees : sequence of DataTree
+    results : sequence of DataTree
         One per animal.
     reference : str, optional
         Group that the others are compared with; by default CTL, or the first.
@@ -130,15 +130,15 @@ def gathered(trees: Sequence[xr.DataTree], reference: str | None = None) -> Coho
     InputError
         No animal, two of the same name, an unknown reference, or a quantity in two units.
     """
-    if not trees:
+    if not results:
         raise InputError("there is no animal to report")
-    labels = list(dict.fromkeys(group_of(tree) for tree in trees))
+    labels = list(dict.fromkeys(group_of(result) for result in results))
     first = reference or (_CONTROL if _CONTROL in labels else labels[0])
     if first not in labels:
         raise InputError(f"no animal is of the reference group '{first}'; there are: {', '.join(labels)}")
     labels.sort(key=lambda label: label != first)
-    groups = {label: [tree for tree in trees if group_of(tree) == label] for label in labels}
-    table = cohort_table([tree for members in groups.values() for tree in members])
+    groups = {label: [result for result in results if group_of(result) == label] for label in labels}
+    table = cohort_table([result for members in groups.values() for result in members])
     shown = {label: _named(members, typical_animal(table, label)) for label, members in groups.items()}
     return Cohort(groups, shown, table)
 
@@ -153,5 +153,5 @@ def typical_animal(table: pd.DataFrame, group: str) -> str:
     return str(rows.index[int(np.argmin((away**2).sum(axis=1)))])
 
 
-def _named(trees: Iterable[xr.DataTree], name: str) -> xr.DataTree:
-    return next(tree for tree in trees if name_of(tree) == name)
+def _named(results: Iterable[xr.DataTree], name: str) -> xr.DataTree:
+    return next(result for result in results if name_of(result) == name)

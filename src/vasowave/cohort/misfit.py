@@ -22,20 +22,20 @@ def misfits(cohort: Cohort) -> pd.DataFrame:
     that of the animal's best law; whether it exceeds `WORSE_THAN_BEST` or `WORST_SHARE`, and the error of the cycle.
     """
     rows = []
-    for tree in cohort.trees:
-        left = {wall: float(data_of(tree, f"{wall}/calibration")["RMSE"]) for wall in wall_laws(tree)}
-        pulse, error = float(data_of(tree, "measured/quantities")["pPAP"]), _cycle_error(tree)
+    for result in cohort.results:
+        left = {wall: float(data_of(result, f"{wall}/calibration")["RMSE"]) for wall in wall_laws(result)}
+        pulse, error = float(data_of(result, "measured/quantities")["pPAP"]), _cycle_error(result)
         for wall, rmse in left.items():
             share, over = rmse / pulse, rmse / min(left.values())
             missed = (over > WORSE_THAN_BEST or share > WORST_SHARE) and not rmse < error
-            rows.append((name_of(tree), group_of(tree), wall, rmse, error, share, over, missed))
+            rows.append((name_of(result), group_of(result), wall, rmse, error, share, over, missed))
     return pd.DataFrame(rows, columns=["animal", "group", "wall", "RMSE", "error", "share", "over best", "missed"])
 
 
-def _cycle_error(tree: xr.DataTree) -> float:
+def _cycle_error(result: xr.DataTree) -> float:
     """Return the standard error of the averaged pressure from the scatter of its beats, mmHg."""
-    recording = data_of(tree, "recording")
-    if "pressure_sd" not in recording.data_vars or "beats" not in tree.children:
+    recording = data_of(result, "recording")
+    if "pressure_sd" not in recording.data_vars or "beats" not in result.children:
         return np.nan
-    beats = int(data_of(tree, "beats")["kept"].sum())
+    beats = int(data_of(result, "beats")["kept"].sum())
     return float(np.sqrt((recording["pressure_sd"] ** 2).mean() / max(beats, 1)))

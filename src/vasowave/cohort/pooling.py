@@ -114,5 +114,5 @@ def _between(values: np.ndarray, variances: np.ndarray) -> float:
     grid = floor + np.concatenate([[0.0], np.geomspace(1e-3, 4.0, 40) * scatter])
     best = int(np.argmin(loss(grid)))
     ends = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-    found = minimize_scalar(lambda x: loss(x)[0], bounds=ends, method="bounded", options={"xatol": 1e-6 * ends[1]})
-    return float(found.x)
+    optimum = minimize_scalar(lambda x: loss(x)[0], bounds=ends, method="bounded", options={"xatol": 1e-6 * ends[1]})
+    return float(optimum.x)

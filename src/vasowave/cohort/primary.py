@@ -49,7 +49,7 @@ class Compared(NamedTuple):
     Attributes
     ----------
     name, source : str
-    trees : list of DataTree
+    results : list of DataTree
         Animals of both groups that have it.
     logs, errors : array, shape (animal,)
     other : array of bool, shape (animal,)
@@ -57,7 +57,7 @@ class Compared(NamedTuple):
 
     name: str
     source: str
-    trees: list[xr.DataTree]
+    results: list[xr.DataTree]
     logs: np.ndarray
     errors: np.ndarray
     other: np.ndarray
@@ -159,15 +159,15 @@ def _check(cohort: Cohort, family: Family, law: str) -> None:
 
 def _usable(cohort: Cohort, names: Sequence[str], law: str, other: str, left_out: dict[str, str]) -> list[Compared]:
     """Return the quantities that can be compared; `left_out` gets the others with the reason."""
-    found = []
+    usable = []
     for name in names:
         source = source_of(name, law)
         one = _compared(cohort, source, name, other)
         if reason := "no animal has it" if one is None else _refusal(one):
             left_out[f"{name} ({other})"] = reason
         elif one is not None:
-            found.append(one)
-    return found
+            usable.append(one)
+    return usable
 
 
 def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | None:
@@ -177,24 +177,18 @@ def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | 
         return None
     values = rows[label].astype(float)
     pair = (cohort.reference, other)
-    trees = [
-        tree
-        for tree in cohort.trees
-        if group_of(tree) in pair
-        and (source == "measured" or source in wall_laws(tree))
-        and np.isfinite(values[name_of(tree)])
+    results = [
+        result
+        for result in cohort.results
+        if group_of(result) in pair
+        and (source == "measured" or source in wall_laws(result))
+        and np.isfinite(values[name_of(result)])
     ]
-    given = values[[name_of(tree) for tree in trees]].to_numpy()
+    given = values[[name_of(result) for result in results]].to_numpy()
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(given)
-    return Compared(
-        name,
-        source,
-        trees,
-        logs,
-        log_errors(trees, source, name),
-        np.array([group_of(tree) == other for tree in trees]),
-    )
+    of_other = np.array([group_of(result) == other for result in results])
+    return Compared(name, source, results, logs, log_errors(results, source, name), of_other)
 
 
 def _refusal(one: Compared) -> str:
@@ -235,11 +229,11 @@ def _family_p(usable: Sequence[Compared]) -> np.ndarray:
     """Return the family-wise p of the quantities; an animal counts where it has a value."""
     if not usable:
         return np.empty(0)
-    everyone = {name_of(tree): group for one in usable for tree, group in zip(one.trees, one.other, strict=True)}
+    everyone = {name_of(result): group for one in usable for result, group in zip(one.results, one.other, strict=True)}
     place = {name: row for row, name in enumerate(everyone)}
     values = np.full((len(place), len(usable)), np.nan)
     for quantity, one in enumerate(usable):
-        values[[place[name_of(tree)] for tree in one.trees], quantity] = one.logs
+        values[[place[name_of(result)] for result in one.results], quantity] = one.logs
     return family_p(values, np.array(list(everyone.values())))
 
 
@@ -248,7 +242,7 @@ def _influence(one: Compared, ratio: Ratio) -> dict[str, object]:
     nothing: dict[str, object] = {"without": "", "ratio without": np.nan}
     if min(one.other.sum(), (~one.other).sum()) < 3:
         return nothing
-    count = len(one.trees)
+    count = len(one.results)
     left = [one.ratio(np.arange(count) != row).value for row in range(count)]
     farthest = int(np.argmax(np.abs(np.log(left) - np.log(ratio.value))))
-    return {"without": name_of(one.trees[farthest]), "ratio without": left[farthest]}
+    return {"without": name_of(one.results[farthest]), "ratio without": left[farthest]}

@@ -16,7 +16,7 @@ INDICES = ("HR", "CO", "mPAP", "sPAP", "dPAP", "pPAP", "PVR")
 _NORMAL = 1.959964  # half width of a 95 % interval, in standard errors
 
 
-def cohort_table(trees: Sequence[xr.DataTree]) -> pd.DataFrame:
+def cohort_table(results: Sequence[xr.DataTree]) -> pd.DataFrame:
     """Return the single numbers of all animals: one row per animal and source (measured, and each wall law).
 
     Columns ``animal, group, source``, then one per quantity, ``NAME [unit]``; NaN where a source has no such quantity.
@@ -26,17 +26,17 @@ def cohort_table(trees: Sequence[xr.DataTree]) -> pd.DataFrame:
     InputError
         Two animals of the same name, or a quantity in two units.
     """
-    names = [name_of(tree) for tree in trees]
+    names = [name_of(result) for result in results]
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"two animals are called '{name}'; give every animal its own name")
     units: dict[str, str] = {}
     return pd.DataFrame(
         [
-            {"animal": name_of(tree), "group": group_of(tree), "source": str(source)}
-            | _labelled(node["quantities"].to_dataset(), units, name_of(tree))
-            for tree in trees
-            for source, node in tree.children.items()
+            {"animal": name_of(result), "group": group_of(result), "source": str(source)}
+            | _labelled(node["quantities"].to_dataset(), units, name_of(result))
+            for result in results
+            for source, node in result.children.items()
             if "quantities" in node.children
         ]
     )
@@ -53,17 +53,17 @@ def _labelled(quantities: xr.Dataset, units: dict[str, str], animal: str) -> dic
     return row
 
 
-def log_errors(trees: Sequence[xr.DataTree], source: str, name: str) -> np.ndarray:
+def log_errors(results: Sequence[xr.DataTree], source: str, name: str) -> np.ndarray:
     """Return the standard error of the logarithm of a quantity in every animal; 0 in all where it is not known of all.
 
     Parameters
     ----------
-    trees : sequence of DataTree
+    results : sequence of DataTree
         Animals that have the quantity from this source.
     source, name : str
     """
-    errors = np.array([_log_error(data_of(tree, f"{source}/quantities")[name]) for tree in trees])
-    return errors if np.all(np.isfinite(errors)) else np.zeros(len(trees))
+    errors = np.array([_log_error(data_of(result, f"{source}/quantities")[name]) for result in results])
+    return errors if np.all(np.isfinite(errors)) else np.zeros(len(results))
 
 
 def _log_error(value: xr.DataArray) -> float:

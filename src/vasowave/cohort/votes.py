@@ -15,13 +15,13 @@ NOISE = ("covariance", "sharing", "optimum")
 CRITERIA = ("AICc", "BIC")
 
 
-def ballots(tree: xr.DataTree) -> pd.DataFrame:
+def ballots(result: xr.DataTree) -> pd.DataFrame:
     """Return one row per noise model of one animal, in the order stored, discarded ones last.
 
     Columns: those of `NOISE` that there are; ``CRITERION LAW`` and ``CRITERION prefers`` (a law, "undecided" where
     the runner-up is too close, or "discarded"); ``λ``, ``N``, and ``D LAW``.
     """
-    candidates = data_of(tree, "selection").to_dataframe().reset_index(drop=True)
+    candidates = data_of(result, "selection").to_dataframe().reset_index(drop=True)
     keys = [key for key in NOISE if key in candidates.columns]
     rows = []
     for which, laws in candidates.groupby(keys, sort=False):
@@ -36,12 +36,12 @@ def ballots(tree: xr.DataTree) -> pd.DataFrame:
     return table.iloc[(table["AICc prefers"] == DISCARDED).argsort(kind="stable")]
 
 
-def vote(tree: xr.DataTree) -> str:
+def vote(result: xr.DataTree) -> str:
     """Return the law that AICc prefers under the likeliest noise model at the least-squares optimum.
 
     "undecided" where the runner-up is too close, "discarded" where no noise model is kept.
     """
-    animal = stored(tree)
+    animal = stored(result)
     return str(_under(animal, animal.likeliest)["AICc prefers"])
 
 
@@ -52,11 +52,11 @@ class Ballots(NamedTuple):
     likeliest: str
 
 
-def stored(tree: xr.DataTree) -> Ballots:
+def stored(result: xr.DataTree) -> Ballots:
     """Return what the comparison of one animal came to."""
-    table = ballots(tree)
+    table = ballots(result)
     return Ballots(
-        table, str(data_of(tree, "selection").attrs.get("preferred_covariance", table["covariance"].iloc[0]))
+        table, str(data_of(result, "selection").attrs.get("preferred_covariance", table["covariance"].iloc[0]))
     )
 
 
@@ -72,15 +72,15 @@ def differences(animals: Sequence[Ballots], reference: str, covariance: str = ""
         reference, by animal; ``low, high`` are the ends of its 95 % interval (Student) from the scatter of the animals.
         Positive numbers speak for the reference.
     """
-    found: dict[str, list[float]] = {}
+    by_wall: dict[str, list[float]] = {}
     for animal in animals:
         scores = _under(animal, covariance or animal.likeliest)
         labels = [label for label in scores.index if label.startswith("AICc ") and label != "AICc prefers"]
         by_law = {label.removeprefix("AICc "): float(scores[label]) for label in labels}
         if reference in by_law and scores["AICc prefers"] != DISCARDED:
             for wall in by_law.keys() - {reference}:
-                found.setdefault(wall, []).append(by_law[wall] - by_law[reference])
-    rows = [(wall, len(values), *_mean_and_interval(np.array(values)), sum(values)) for wall, values in found.items()]
+                by_wall.setdefault(wall, []).append(by_law[wall] - by_law[reference])
+    rows = [(wall, len(values), *_mean_and_interval(np.array(values)), sum(values)) for wall, values in by_wall.items()]
     return pd.DataFrame(rows, columns=["wall", "n", "mean", "low", "high", "sum"])
 
 

@@ -39,12 +39,12 @@ def plot_detected_beats(ax: "Axes", beats: "xr.Dataset", signal: str = "pressure
     time, values = beats["trace_time"].values, beats[f"trace_{signal}"].values
     onset, end = beats["onset"].values, beats["onset"].values + beats["length"].values
     inside = (end >= time[0]) & (onset <= time[-1])
-    labels = {"averaged", "rejected"}
-    for beat in np.flatnonzero(inside):
-        kind = "averaged" if beats["kept"].values[beat] else "rejected" if beats["reason"].values[beat] else ""
-        if kind:
-            ax.axvspan(onset[beat], end[beat], lw=0, label=kind if kind in labels else None, **_shade(kind))
-            labels.discard(kind)
+    averaged = beats["kept"].values == 1
+    for kind, those in (("averaged", averaged), ("rejected", ~averaged & (beats["reason"].values != ""))):
+        spans = np.column_stack([onset, end - onset])[inside & those]
+        if len(spans):
+            across = ax.get_xaxis_transform()  # from bottom to top, whatever the limits
+            ax.broken_barh(spans, (0.0, 1.0), lw=0, label=kind, transform=across, **_shade(kind))
     ax.plot(*thinned(time, values, _DRAWN), color=DATA, lw=0.6)
     starts = onset[inside & (onset >= time[0])]
     ax.plot(starts, np.interp(starts, time, values), "v", color=DATA, ms=3, ls="none", label="detected")
@@ -84,7 +84,7 @@ def plot_baseline(ax: "Axes", beats: "xr.Dataset") -> "Axes":
     return label_axes(ax, "time [s]", "diastolic level [mmHg]")
 
 
-def plot_ensemble(ax: "Axes", tree: "xr.DataTree", signal: str = "pressure") -> "Axes":
+def plot_ensemble(ax: "Axes", result: "xr.DataTree", signal: str = "pressure") -> "Axes":
     """Draw the averaged cycle of pressure or flow with a band of one standard deviation of the beats.
 
     Raises
@@ -94,12 +94,12 @@ def plot_ensemble(ax: "Axes", tree: "xr.DataTree", signal: str = "pressure") -> 
     """
     if signal not in ("pressure", "flow"):
         raise InputError(f"signal '{signal}' is neither 'pressure' nor 'flow'")
-    recording = data_of(tree, "recording")
-    if f"{signal}_sd" not in recording.data_vars or "beats" not in tree.children:
+    recording = data_of(result, "recording")
+    if f"{signal}_sd" not in recording.data_vars or "beats" not in result.children:
         raise InputError("the cycle came averaged; the scatter of its beats is not known")
     mean, deviation = recording[signal].values, recording[f"{signal}_sd"].values
     time = recording["time" if signal == "pressure" else "flow_time"].values
-    count = int(data_of(tree, "beats")["kept"].sum())
+    count = int(data_of(result, "beats")["kept"].sum())
     ax.fill_between(time, mean - deviation, mean + deviation, color="0.6", lw=0)
     ax.plot(time, mean, color=DATA, lw=0.9, label=f"mean of {count} beats ± SD")
     ax.set_xlim(0.0, recording.attrs["period"])

@@ -115,15 +115,15 @@ def plot_ratios(ax: "Axes", contrasts: "pd.DataFrame") -> "Axes":
     return label_axes(ax, "ratio of geometric means [1]", "")
 
 
-def plot_waveforms(ax: "Axes", trees: "Sequence[xr.DataTree]", quantity: str, color: str, shown: str = "") -> "Axes":
+def plot_waveforms(ax: "Axes", results: "Sequence[xr.DataTree]", quantity: str, color: str, shown: str = "") -> "Axes":
     """Draw the measured cycle of every animal of a group, the one called `shown` in black (the paper's "hemoData")."""
-    for tree in trees:
-        recording = data_of(tree, "recording")
+    for result in results:
+        recording = data_of(result, "recording")
         time = recording["time" if quantity == "pressure" else "flow_time"].values
-        first = name_of(tree) == shown
+        first = name_of(result) == shown
         look: dict[str, Any] = {"color": DATA, "linewidth": 1.8, "zorder": 4} if first else {"color": color, "lw": 0.9}
-        (line,) = ax.plot(closed_time(time, period(tree)), closed(recording[quantity].values), **look)
-        mark(line, name_of(tree), name_of(tree))
+        (line,) = ax.plot(closed_time(time, period(result)), closed(recording[quantity].values), **look)
+        mark(line, name_of(result), name_of(result))
     return label_axes(ax, "time [s]", {"pressure": "pressure [mmHg]", "flow": "flow [ml/s]"}[quantity])
 
 

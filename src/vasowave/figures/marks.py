@@ -48,8 +48,8 @@ def _note(artist: "Artist", said: dict[str, Any]) -> None:
     artist.set_gid(_MARK + json.dumps({key: value for key, value in said.items() if value}))
 
 
-def _written(found: re.Match[str]) -> str:
-    said = json.loads(html.unescape(found[2]))
+def _written(match: re.Match[str]) -> str:
+    said = json.loads(html.unescape(match[2]))
     tip = said.pop("tip", "")
     data = "".join(f' data-{key}="{html.escape(value)}"' for key, value in said.items())
     return f"<g{data}><title>{html.escape(tip)}</title>" if tip else f"<g{data}>"

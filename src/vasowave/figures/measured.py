@@ -6,7 +6,7 @@ import xarray as xr
 
 from vasowave.animal.reading import data_of, name_of, network
 from vasowave.cohort.cohort import Cohort
-from vasowave.figures.beats import plot_detected_beats, plot_ensemble
+from vasowave.figures.beats import plot_baseline, plot_detected_beats, plot_ensemble
 from vasowave.figures.groups import plot_waveforms
 from vasowave.figures.network import plot_network
 from vasowave.figures.nominal import plot_decay, plot_upstroke
@@ -23,30 +23,32 @@ _FARTHEST = 60.0  # cm, of a figure's side
 def hemodynamics_figure(cohort: Cohort) -> "Figure":
     """Measured pressure, flow, impedance modulus and phase, one column per group ("hemoData")."""
     figure, axes = grid(cohort, 4, 19)
-    for column, (group, trees) in enumerate(cohort.groups.items()):
+    for column, (group, results) in enumerate(cohort.groups.items()):
         color, shown = group_looks(cohort.groups)[group].color, name_of(cohort.shown[group])
         if not cohort.single:
-            axes[0, column].set_title(f"{short(group)} (n = {len(trees)}); black: {short(shown)}")
+            axes[0, column].set_title(f"{short(group)} (n = {len(results)}); black: {short(shown)}")
         for row, quantity in enumerate(("pressure", "flow")):
-            plot_waveforms(axes[row, column], trees, quantity, color, shown)
-        for tree in sorted(trees, key=lambda tree: name_of(tree) == shown):  # the shown one last, above the others
-            above = name_of(tree) == shown
+            plot_waveforms(axes[row, column], results, quantity, color, shown)
+        for result in sorted(
+            results, key=lambda result: name_of(result) == shown
+        ):  # the shown one last, above the others
+            above = name_of(result) == shown
             line = {"linewidth": 1.8} if above else {"color": color, "linewidth": 0.8, "markersize": 2}
-            plot_modulus(axes[2, column], data_of(tree, "measured/impedance"), **line)
-            plot_phase(axes[3, column], data_of(tree, "measured/impedance"), **line)
+            plot_modulus(axes[2, column], data_of(result, "measured/impedance"), **line)
+            plot_phase(axes[3, column], data_of(result, "measured/impedance"), **line)
     return outer(figure, axes)
 
 
 def networks_figure(cohort: Cohort) -> "Figure":
     """The directed graph of every group's network ("Network", c); the same one only once."""
     distinct = cohort.shown_networks
-    trees = [cohort.shown[groups[0]] for groups in distinct]
-    heights = [min(40.0, max(4.0, 0.85 * len(network(tree).terminals))) for tree in trees]
-    deepest = max(len(network(tree).generations) for tree in trees)
+    results = [cohort.shown[groups[0]] for groups in distinct]
+    heights = [min(40.0, max(4.0, 0.85 * len(network(result).terminals))) for result in results]
+    deepest = max(len(network(result).generations) for result in results)
     figure = new_figure(min(_FARTHEST, max(12.0, 2.1 * deepest)), sum(heights))
-    axes = figure.subplots(len(trees), 1, squeeze=False, height_ratios=heights)[:, 0]
-    for ax, tree, groups in zip(axes, trees, distinct, strict=True):
-        plot_network(ax, network(tree), group_looks(cohort.groups)[groups[0]].color)
+    axes = figure.subplots(len(results), 1, squeeze=False, height_ratios=heights)[:, 0]
+    for ax, result, groups in zip(axes, results, distinct, strict=True):
+        plot_network(ax, network(result), group_looks(cohort.groups)[groups[0]].color)
         if not cohort.single:
             ax.set_title(" and ".join(map(short, groups)))
     return figure
@@ -57,12 +59,13 @@ def nominal_figure(cohort: Cohort) -> "Figure":
     return shown_figure(cohort, [plot_upstroke, plot_decay], 13, share="none")
 
 
-def beats_figure(tree: xr.DataTree) -> "Figure":
-    """What was detected and kept of one animal's continuous recording, and the averaged cycle."""
-    beats = data_of(tree, "beats")
+def beats_figure(result: xr.DataTree) -> "Figure":
+    """What was detected and kept of one animal's continuous recording, its baseline, and the averaged cycle."""
+    beats = data_of(result, "beats")
     signals = [name for name in ("ecg", "pressure", "flow") if f"trace_{name}" in beats.data_vars]
-    figure = new_figure(17, 3.6 * len(signals) + 5.6)
-    rows: list[Any] = [[name, name] for name in signals]
+    levels = ["level"] if {"level", "drift"} <= set(beats.data_vars) else []
+    figure = new_figure(17, 3.6 * (len(signals) + len(levels)) + 5.6)
+    rows: list[Any] = [[name, name] for name in [*signals, *levels]]
     axes = figure.subplot_mosaic([*rows, ["p", "q"]])
     for place, name in enumerate(signals):
         plot_detected_beats(axes[name], beats, name)
@@ -70,6 +73,8 @@ def beats_figure(tree: xr.DataTree) -> "Figure":
             without_legend(axes[name])
         if place < len(signals) - 1:
             axes[name].set_xlabel("")
+    for name in levels:
+        plot_baseline(axes[name], beats)
     for panel, name in (("p", "pressure"), ("q", "flow")):
-        plot_ensemble(axes[panel], tree, name)
+        plot_ensemble(axes[panel], result, name)
     return figure

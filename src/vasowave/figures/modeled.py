@@ -33,25 +33,25 @@ _LEAST_RANGE = 1.02  # differences far below a percent are agreement, and look l
 _WIDE_RANGE = 3.0  # a waterfall that rises more gets a logarithmic axis
 
 
-def fit_figure(tree: xr.DataTree, color: str = CTL) -> "Figure":
+def fit_figure(result: xr.DataTree, color: str = CTL) -> "Figure":
     """Measured and fitted pressure and flow, and the residuals."""
     figure = new_figure(17, 12)
     panels = figure.subplot_mosaic([["p", "q"], ["r", "r"]], height_ratios=[3, 2])
-    plot_pressure(panels["p"], tree, color)
-    plot_flow(panels["q"], tree, color)
-    plot_residuals(panels["r"], tree, color)
+    plot_pressure(panels["p"], result, color)
+    plot_flow(panels["q"], result, color)
+    plot_residuals(panels["r"], result, color)
     return figure
 
 
-def vessels_figure(tree: xr.DataTree, color: str = CTL) -> "Figure":
+def vessels_figure(result: xr.DataTree, color: str = CTL) -> "Figure":
     """Pressure and flow at the middle of the vessels that carry most flow: one column each, one scale a row."""
-    whole = network(tree)
+    whole = network(result)
     vessels = main_vessels(whole)
     figure = new_figure(max(8.0, 1.5 + 3.4 * len(vessels)), 11.5)
     axes = figure.subplots(2, len(vessels), sharex=True, sharey="row", squeeze=False)
     for column, vessel in enumerate(vessels):
         for row, quantity in enumerate(("pressure", "flow")):
-            ax = plot_vessel(axes[row, column], tree, vessel, quantity, color)
+            ax = plot_vessel(axes[row, column], result, vessel, quantity, color)
             ax.label_outer()
             ax.locator_params(axis="x", nbins=3)
         share = 100 * whole.flow_fraction[whole.row(vessel)]
@@ -68,8 +68,8 @@ def pressure_area_figure(cohort: Cohort) -> "Figure":
 def residuals_figure(cohort: Cohort) -> "Figure":
     """Residuals and their autocorrelation ("Residuals")."""
     figure = shown_figure(cohort, [plot_residuals, plot_autocorrelation], 12.5)
-    for ax, (group, tree) in zip(figure.axes, cohort.shown.items(), strict=False):
-        errors = [f"{wall} {float(data_of(tree, f'{wall}/calibration')['RMSE']):.2f}" for wall in wall_laws(tree)]
+    for ax, (group, result) in zip(figure.axes, cohort.shown.items(), strict=False):
+        errors = [f"{wall} {float(data_of(result, f'{wall}/calibration')['RMSE']):.2f}" for wall in wall_laws(result)]
         whose = "" if cohort.single else f"{short(cohort.name(group), 40)}\n"
         ax.set_title(f"{whose}RMSE [mmHg]: {', '.join(errors)}")
     return shared_legend(figure, figure.axes[-1], 3)
@@ -79,10 +79,10 @@ def impedance_figure(cohort: Cohort) -> "Figure":
     """Measured and simulated impedance spectra ("Impd")."""
 
     def panel(plot: Callable[..., "Axes"]) -> Panel:
-        def draw(ax: "Axes", tree: xr.DataTree, color: str) -> None:
-            plot(ax, data_of(tree, "measured/impedance"), label="measured", linewidth=1.4)
-            for wall, line in wall_lines(wall_laws(tree), color).items():
-                plot(ax, data_of(tree, f"{wall}/impedance"), **(line | {"markersize": 2}))
+        def draw(ax: "Axes", result: xr.DataTree, color: str) -> None:
+            plot(ax, data_of(result, "measured/impedance"), label="measured", linewidth=1.4)
+            for wall, line in wall_lines(wall_laws(result), color).items():
+                plot(ax, data_of(result, f"{wall}/impedance"), **(line | {"markersize": 2}))
 
         return draw
 
@@ -94,10 +94,10 @@ def along_network_figure(cohort: Cohort) -> "Figure":
     """Wave speed at mean pressure and fall of the mean pressure, against the distance from the inlet ("Tree")."""
 
     def panel(distance: str, quantity: str, label: str) -> Panel:
-        def draw(ax: "Axes", tree: xr.DataTree, color: str) -> None:
-            looks = source_looks(wall_laws(tree))
+        def draw(ax: "Axes", result: xr.DataTree, color: str) -> None:
+            looks = source_looks(wall_laws(result))
             for wall, line in wall_lines(looks, color).items():
-                data, look = data_of(tree, f"{wall}/tree"), looks[wall]
+                data, look = data_of(result, f"{wall}/tree"), looks[wall]
                 ax.plot(data[distance], data[quantity], look.marker, color=line["color"], ms=4, label=line["label"],
                         mfc=line["color"] if look.filled else "none")  # fmt: skip
             label_axes(ax, "distance from the inlet [cm]", label)
@@ -112,13 +112,13 @@ def along_network_figure(cohort: Cohort) -> "Figure":
 
 def waves_figure(cohort: Cohort, group: str) -> "Figure":
     """Separated pressure and wave intensity of a group's shown animal, measured and of each wall law ("WIA")."""
-    tree, color = cohort.shown[group], group_looks(cohort.groups)[group].color
-    every = sources(tree)
+    result, color = cohort.shown[group], group_looks(cohort.groups)[group].color
+    every = sources(result)
     figure = new_figure(17, 1.5 + 4.8 * len(every))
     axes = figure.subplots(len(every), 2, sharex=True, sharey="col", squeeze=False)
     for row, source in enumerate(every):
-        plot_separated_pressure(axes[row, 0], data_of(tree, f"{source}/waves"), color)
-        plot_wave_intensity(axes[row, 1], data_of(tree, f"{source}/waves"), color)
+        plot_separated_pressure(axes[row, 0], data_of(result, f"{source}/waves"), color)
+        plot_wave_intensity(axes[row, 1], data_of(result, f"{source}/waves"), color)
         axes[row, 0].set_title(source if source == "measured" else f"{source} wall")
     for ax in axes[:-1].flat:
         ax.set_xlabel("")
@@ -131,9 +131,9 @@ def waterfall_figure(cohort: Cohort) -> "Figure":
     axes = figure.subplots(1, len(cohort.walls), squeeze=False, sharey=True)[0]
     looks = group_looks(cohort.groups)
     for ax, wall in zip(axes, cohort.walls, strict=True):
-        for group, trees in cohort.groups.items():
-            for place, tree in enumerate(tree for tree in trees if wall in wall_laws(tree)):
-                plot_waterfall(ax, data_of(tree, f"{wall}/calibration"), color=looks[group].color,
+        for group, results in cohort.groups.items():
+            for place, result in enumerate(result for result in results if wall in wall_laws(result)):
+                plot_waterfall(ax, data_of(result, f"{wall}/calibration"), color=looks[group].color,
                                marker=looks[group].marker, label=None if place else short(group))  # fmt: skip
         ax.set_title(f"{wall} wall")
     for ax in axes[1:]:

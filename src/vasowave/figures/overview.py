@@ -11,14 +11,12 @@ from vasowave.figures.fit import plot_flow, plot_pressure
 from vasowave.figures.groups import plot_waveforms
 from vasowave.figures.marks import mark, readable
 from vasowave.figures.network import plot_network
-from vasowave.figures.style import group_looks, new_figure, short
+from vasowave.figures.style import SCALE, group_looks, new_figure, short
 from vasowave.network import Network
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-_COLORS = "cividis"  # its lightness rises evenly: readable in grey and by the colour-blind
 
 
 def waveforms_figure(cohort: Cohort) -> "Figure":
@@ -28,10 +26,10 @@ def waveforms_figure(cohort: Cohort) -> "Figure":
     figure = new_figure(min(17.0, 1.5 + 5.2 * len(cohort.groups)), 8.6)
     axes = figure.subplots(2, len(cohort.groups), squeeze=False, sharex="col", sharey="row")
     looks = group_looks(cohort.groups)
-    for column, (group, trees) in enumerate(cohort.groups.items()):
-        axes[0, column].set_title(f"{short(group, 18)} (n = {len(trees)})")
+    for column, (group, results) in enumerate(cohort.groups.items()):
+        axes[0, column].set_title(f"{short(group, 18)} (n = {len(results)})")
         for row, quantity in enumerate(("pressure", "flow")):
-            plot_waveforms(axes[row, column], trees, quantity, looks[group].color)
+            plot_waveforms(axes[row, column], results, quantity, looks[group].color)
             axes[row, column].locator_params(axis="x", nbins=3)
     for ax in axes.flat:  # limits are shared, so they are final now; then inner labels go
         readable(ax)
@@ -41,24 +39,24 @@ def waveforms_figure(cohort: Cohort) -> "Figure":
 
 
 def _one_animal(cohort: Cohort) -> "Figure":
-    (tree,) = cohort.trees
+    (result,) = cohort.results
     figure = new_figure(12.0, 10.0)
     pressure, flow = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
     color = next(iter(group_looks(cohort.groups).values())).color
-    _plot_scatter(pressure, tree)
-    plot_pressure(pressure, tree, color)
-    plot_flow(flow, tree, color)
+    _plot_scatter(pressure, result)
+    plot_pressure(pressure, result, color)
+    plot_flow(flow, result, color)
     for ax in (pressure, flow):
         for line in ax.get_lines():
-            mark(line, str(line.get_label()), name_of(tree))
+            mark(line, str(line.get_label()), name_of(result))
         readable(ax)
     pressure.set_xlabel("")
     return figure
 
 
-def _plot_scatter(ax: "Axes", tree: xr.DataTree) -> None:
+def _plot_scatter(ax: "Axes", result: xr.DataTree) -> None:
     """Draw a band of one standard deviation of the beats, where they are known."""
-    recording = data_of(tree, "recording")
+    recording = data_of(result, "recording")
     if "pressure_sd" in recording.data_vars:
         mean, deviation = recording["pressure"].values, recording["pressure_sd"].values
         ax.fill_between(
@@ -68,25 +66,25 @@ def _plot_scatter(ax: "Axes", tree: xr.DataTree) -> None:
 
 def tree_figure(cohort: Cohort, wall: str) -> "Figure":
     """The network of each group's shown animal, coloured by the mean pressure that a wall law gives."""
-    trees = {group: tree for group, tree in cohort.shown.items() if wall in wall_laws(tree)}
-    means = {group: mean_pressures(tree, wall) for group, tree in trees.items()}
-    figure = new_figure(12.0, sum(_height(network(tree)) for tree in trees.values()) + 1.2)
-    heights = [_height(network(tree)) for tree in trees.values()]
-    axes = figure.subplots(len(trees), 1, squeeze=False, height_ratios=heights)[:, 0]
+    results = {group: result for group, result in cohort.shown.items() if wall in wall_laws(result)}
+    means = {group: mean_pressures(result, wall) for group, result in results.items()}
+    figure = new_figure(12.0, sum(_height(network(result)) for result in results.values()) + 1.2)
+    heights = [_height(network(result)) for result in results.values()]
+    axes = figure.subplots(len(results), 1, squeeze=False, height_ratios=heights)[:, 0]
     scale = _Scale(np.concatenate(list(means.values())))
-    for ax, (group, tree) in zip(axes, trees.items(), strict=True):
-        whole = network(tree)
-        plot_network(ax, whole, scale.colors(means[group]), _tips(tree, wall, whole, means[group]), size=6.5)
+    for ax, (group, result) in zip(axes, results.items(), strict=True):
+        whole = network(result)
+        plot_network(ax, whole, scale.colors(means[group]), _tips(result, wall, whole, means[group]), size=6.5)
         if not cohort.single:
             ax.set_title(short(cohort.name(group), 40))
     scale.draw(figure, list(axes), f"mean pressure [mmHg], {wall} wall")
     return figure
 
 
-def mean_pressures(tree: xr.DataTree, wall: str) -> np.ndarray:
+def mean_pressures(result: xr.DataTree, wall: str) -> np.ndarray:
     """Return the mean pressure at the middle of every vessel, mmHg, in the order of the network."""
-    pressure = data_of(tree, f"{wall}/simulation")["pressure"].sel(station="middle").mean("time")
-    return pressure.sel(vessel=list(network(tree).name)).values
+    pressure = data_of(result, f"{wall}/simulation")["pressure"].sel(station="middle").mean("time")
+    return pressure.sel(vessel=list(network(result).name)).values
 
 
 class _Scale:
@@ -96,7 +94,7 @@ class _Scale:
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import Normalize
 
-        self._map = ScalarMappable(Normalize(float(values.min()), float(values.max())), _COLORS)
+        self._map = ScalarMappable(Normalize(float(values.min()), float(values.max())), SCALE)
 
     def colors(self, values: np.ndarray) -> list[str]:
         from matplotlib.colors import to_hex
@@ -112,9 +110,9 @@ def _height(whole: Network) -> float:
     return min(14.0, max(2.4, 0.42 * len(whole.terminals)))
 
 
-def _tips(tree: xr.DataTree, wall: str, whole: Network, mean: np.ndarray) -> list[str]:
+def _tips(result: xr.DataTree, wall: str, whole: Network, mean: np.ndarray) -> list[str]:
     speed = dict(
-        zip(data_of(tree, f"{wall}/tree")["vessel"].values, data_of(tree, f"{wall}/tree")["wave_speed"].values)
+        zip(data_of(result, f"{wall}/tree")["vessel"].values, data_of(result, f"{wall}/tree")["wave_speed"].values)
     )
     return [
         f"vessel {name}: radius {whole.radius[row]:.3g} cm, length {whole.length[row]:.3g} cm, "

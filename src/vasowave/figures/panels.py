@@ -37,9 +37,9 @@ def shown_figure(cohort: Cohort, panels: Sequence[Panel], height: float, share: 
     """Draw the panels, one row each, for the shown animal of each group, one column each."""
     figure, axes = grid(cohort, len(panels), height, share)
     looks = group_looks(cohort.groups)
-    for column, (group, tree) in enumerate(cohort.shown.items()):
+    for column, (group, result) in enumerate(cohort.shown.items()):
         for row, panel in enumerate(panels):
-            panel(axes[row, column], tree, looks[group].color)
+            panel(axes[row, column], result, looks[group].color)
         if not cohort.single:
             axes[0, column].set_title(short(cohort.name(group), 40))
     return figure if share == "none" else outer(figure, axes)

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
+SCALE = "cividis"
+"""Colors of a quantity; their lightness rises evenly: readable in grey and by the color-blind."""
+
 DATA = "#000000"
 CTL = "#00a7c4"
 HPH = "#d6259b"
@@ -194,3 +197,10 @@ def ratio_ticks(low: float, high: float) -> list[float]:
     decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
     every = [digit * 10.0**decade for decade in decades for digit in leading]
     return [tick for tick in every if low / 1.3 <= tick <= high * 1.3]
+
+
+def color_stops(count: int) -> list[list[int]]:
+    """Return colors of evenly rising lightness, readable in grey and by the color-blind, as red, green and blue."""
+    from matplotlib import colormaps
+
+    return [[round(255 * part) for part in colormaps[SCALE](k / (count - 1))[:3]] for k in range(count)]

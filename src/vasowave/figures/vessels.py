@@ -36,16 +36,21 @@ def _main_path(network: Network, row: int) -> list[int]:
 
 
 def plot_vessel(
-    ax: "Axes", tree: "xr.DataTree", vessel: str, quantity: str = "pressure", color: str = CTL, station: str = "middle"
+    ax: "Axes",
+    result: "xr.DataTree",
+    vessel: str,
+    quantity: str = "pressure",
+    color: str = CTL,
+    station: str = "middle",
 ) -> "Axes":
     """Draw one simulated quantity at one station of one vessel, one line per wall law; data where measured."""
-    if vessel == root_vessel(tree) and quantity == "pressure":
-        measured = data_of(tree, "recording")["pressure"]
-        time = closed_time(measured["time"].values, period(tree))
+    if vessel == root_vessel(result) and quantity == "pressure":
+        measured = data_of(result, "recording")["pressure"]
+        time = closed_time(measured["time"].values, period(result))
         ax.plot(time, closed(measured.values), color=DATA, linewidth=1.0, label="measured (inlet)")
     label = quantity
-    for wall, line in wall_lines(wall_laws(tree), color).items():
-        values = simulated(tree, wall, quantity, vessel, station)
+    for wall, line in wall_lines(wall_laws(result), color).items():
+        values = simulated(result, wall, quantity, vessel, station)
         label = quantity_label(values.attrs, quantity)
-        ax.plot(closed_time(values["time"].values, period(tree)), closed(values.values), **line)
+        ax.plot(closed_time(values["time"].values, period(result)), closed(values.values), **line)
     return label_axes(ax, "time [s]", label)

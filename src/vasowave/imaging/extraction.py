@@ -104,12 +104,12 @@ def extract(image: Volume | str | Path, options: Options, progress: Callable[[st
     try:
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always", VasowaveWarning)
-            found = _extracted(image, options, say)
+            extraction = _extracted(image, options, say)
     finally:  # an error is easier to understand with the warnings that led to it
         notes = tuple(dict.fromkeys(str(one.message) for one in told if issubclass(one.category, VasowaveWarning)))
         for note in notes:
             warnings.warn(note, VasowaveWarning, stacklevel=2)
-    return replace(found, notes=notes)
+    return replace(extraction, notes=notes)
 
 
 def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str], None]) -> Extraction:

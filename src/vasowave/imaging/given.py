@@ -52,10 +52,12 @@ def given(image: Volume, options: Options) -> Given:
     edits = read_edits(options.edits) if options.edits else ()
     volume = isotropic(image)
     labels = on_grid_of(read_labels(options.mask, image, options.voxel), image, volume) if options.mask else None
-    found = marks(labels, volume) if labels is not None else {}
-    painted: Any = [place for label, place in found.items() if label > ROOT]
+    entrances = marks(labels, volume) if labels is not None else {}
+    painted: Any = [place for label, place in entrances.items() if label > ROOT]
     outlets: Any = options.outlets if options.outlets is not None else painted or None
-    root: Any = next((place for place in (root_of(edits), options.root, found.get(ROOT)) if place is not None), None)
+    root: Any = next(
+        (place for place in (root_of(edits), options.root, entrances.get(ROOT)) if place is not None), None
+    )
     seed: Any = root if options.seed is None else options.seed
     root, seed, outlets = (None if place is None else np.asarray(place, dtype=float) for place in (root, seed, outlets))
     return Given(image, volume, _segmenter(options, image, volume, labels), root, seed, outlets, edits)
@@ -69,5 +71,5 @@ def _segmenter(options: Options, image: Volume, volume: Volume, labels: np.ndarr
         region = on_grid_of(read_labels(options.region, image, options.voxel), image, volume) > 0
     if labels is not None:
         return EditedMask((labels > 0) if region is None else (labels > 0) & region, volume, options.threshold)
-    found = _METHODS[options.method]
-    return found if region is None else Within(region, volume, found)
+    segmenter = _METHODS[options.method]
+    return segmenter if region is None else Within(region, volume, segmenter)

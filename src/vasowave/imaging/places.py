@@ -29,16 +29,16 @@ def parse_place(text: str) -> np.ndarray:
 
 def place(xyz: Sequence[float], unit: float = 1.0) -> np.ndarray:
     """Return x, y, z in `unit` (cm) as z, y, x, cm; `InputError` unless they are finite."""
-    found = unit * np.array(xyz, dtype=float)[::-1]
-    if not np.isfinite(found).all():
+    point = unit * np.array(xyz, dtype=float)[::-1]
+    if not np.isfinite(point).all():
         raise InputError(f"the place {tuple(xyz)} is not finite")
-    return found
+    return point
 
 
 def parse_places(texts: Sequence[str]) -> np.ndarray | None:
     """Return the places in `texts`, each a place (`parse_place`) or a table (`read_places`); None without any."""
-    found = [read_places(text) if text.lower().endswith(".csv") else parse_place(text)[None] for text in texts]
-    return np.concatenate(found) if found else None
+    places = [read_places(text) if text.lower().endswith(".csv") else parse_place(text)[None] for text in texts]
+    return np.concatenate(places) if places else None
 
 
 def parse_region(text: str) -> Path | tuple[np.ndarray, np.ndarray]:

@@ -120,10 +120,10 @@ def features(local: np.ndarray) -> np.ndarray:
     """Return all monomials up to the degree, shape (point, term)."""
     padded = np.hstack([local, np.ones((len(local), 1))])
     factors = _factors(local.shape[1])
-    found = padded[:, factors[:, 0]]
+    products = padded[:, factors[:, 0]]
     for i in range(1, _DEGREE):
-        found = found * padded[:, factors[:, i]]
-    return found
+        products = products * padded[:, factors[:, i]]
+    return products
 
 
 @cache

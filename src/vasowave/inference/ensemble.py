@@ -37,10 +37,10 @@ def sample(
             z = ((_STRETCH - 1) * rng.random(len(moving)) + 1) ** 2 / _STRETCH
             partner = others[rng.integers(len(others), size=len(moving))]
             proposed = partner + z[:, np.newaxis] * (moving - partner)
-            found = log_density(proposed)
-            yes = np.log(rng.random(len(moving))) < (count - 1) * np.log(z) + found - log[here]
+            density = log_density(proposed)
+            yes = np.log(rng.random(len(moving))) < (count - 1) * np.log(z) + density - log[here]
             x[here] = np.where(yes[:, np.newaxis], proposed, moving)
-            log[here] = np.where(yes, found, log[here])
+            log[here] = np.where(yes, density, log[here])
             accepted += int(yes.sum())
         if step % keep_every == 0:
             points.append(x.copy())

@@ -32,10 +32,10 @@ def climb(simulate: Simulate, measured: np.ndarray, noise: Discrepancy, start: n
     points, outputs = [here], [y]
     for _ in range(_MOST):
         near = here + _STEP * np.eye(len(here))
-        found = simulate(near)
+        simulated = simulate(near)
         points += list(near)
-        outputs += list(found)
-        mean, root = _normal(noise, measured, here, y, np.nan_to_num((found - y) / _STEP).T)
+        outputs += list(simulated)
+        mean, root = _normal(noise, measured, here, y, np.nan_to_num((simulated - y) / _STEP).T)
         better = _better(simulate, measured, noise, here, y, mean)
         if better is None:
             break

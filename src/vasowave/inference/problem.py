@@ -82,13 +82,13 @@ class Problem:
         models = [self.unknowns.model(point)]
         models += [self.unknowns.model(point, radii=one) for one in radii if one.any()]
         models += [self.unknowns.model(point, lengths=one) for one in lengths if one.any()]
-        found = self._simulated(models)
-        if not np.isfinite(found).all():
+        outputs = self._simulated(models)
+        if not np.isfinite(outputs).all():
             raise NumericalError(
                 "a model with one vessel wider or longer by its assumed error cannot be simulated; give smaller errors "
                 "of radius and length, or other numerics"
             )
-        return (found[1:] - found[0]).T if len(found) > 1 else np.zeros((self.samples, 1))
+        return (outputs[1:] - outputs[0]).T if len(outputs) > 1 else np.zeros((self.samples, 1))
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Return coordinates of points, shape (point, unknown), in which the pressure bends less.
@@ -96,14 +96,14 @@ class Problem:
         In place of the wall law's first two parameters: the logarithms of compliance and strain at mean pressure.
         """
         law, names = self.unknowns.space.law, list(self.unknowns.all)
-        values, found = self.unknowns.values(points), np.array(points)
+        values, seen = self.unknowns.values(points), np.array(points)
         parameters = [values[name] for name in law._fields]
         mean = self.recording.mean_pressure
         shown = (law.slope_at(mean, *parameters), law.ratio_at(mean, *parameters) - 1.0)
         for name, quantity in zip(law._fields, shown, strict=False):
             if name in names:
-                found[:, names.index(name)] = np.log(np.maximum(quantity, _LEAST))
-        return found
+                seen[:, names.index(name)] = np.log(np.maximum(quantity, _LEAST))
+        return seen
 
     def in_time(self, coefficients: np.ndarray) -> np.ndarray:
         """Return the signals, shape (..., sample), mmHg, that coefficients (..., coefficient) stand for."""
@@ -123,13 +123,13 @@ class Problem:
         draws are from each other; and what a point gives does not depend on the points before it.
         """
         whole = [model for model in models if model is not None]
-        found = np.full((len(models), self.samples), np.nan)
+        pressures = np.full((len(models), self.samples), np.nan)
         runs = iter(simulate_runs(whole, self.recording.inflow, self._numerics, workers=self.workers) if whole else [])
         for i, model in enumerate(models):
             run = next(runs) if model is not None else None
             if isinstance(run, Run):
-                found[i] = fourier(run.inlet_pressure(self.samples))
-        return found
+                pressures[i] = fourier(run.inlet_pressure(self.samples))
+        return pressures
 
     @property
     def _numerics(self) -> Numerics:

@@ -28,7 +28,7 @@ def reported(
     before = _values(problem, rng.standard_normal((_PRIOR_DRAWS, len(problem.unknowns.all))))
     median, spread = noise.amplitude
     before["discrepancy"] = median * np.exp(spread * rng.standard_normal(_PRIOR_DRAWS))
-    found = Diagnostics(
+    diagnostics = Diagnostics(
         explored.weights.k_hat, explored.weights.effective,
         float(np.sqrt(np.nanmean(explored.missed**2))), explored.log_error, explored.log_evidence,
         explored.log_evidence_error, simulations, explored.rounds, problem.samples // 2, len(explored.points),
@@ -36,9 +36,9 @@ def reported(
     units = _units(problem)
     summary = _summary(values, before, units).join(_shares(problem, noise, explored, rows))
     scores = pd.Series(np.median(explored.points[rows], axis=0), index=list(problem.unknowns.all))
-    said = sentences(summary, scores, problem.unknowns.all, found)
+    said = sentences(summary, scores, problem.unknowns.all, diagnostics)
     wall = problem.unknowns.space.law.law().name
-    return Posterior(wall, _tree(problem, explored, rows, values, before, units), summary, found, said)
+    return Posterior(wall, _tree(problem, explored, rows, values, before, units), summary, diagnostics, said)
 
 
 def _resampled(log_weight: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -59,9 +59,9 @@ def _values(problem: Problem, points: np.ndarray) -> dict[str, np.ndarray]:
 
 def _units(problem: Problem) -> dict[str, tuple[str, str]]:
     """Return unit and meaning of every variable."""
-    found = {name: (one.unit, one.meaning) for name, one in problem.unknowns.all.items()}
-    found |= {name: (one.unit, one.meaning) for name, one in QUANTITIES.items()}
-    return found | {"discrepancy": ("mmHg", "standard deviation of what no parameters of the model explain")}
+    units = {name: (one.unit, one.meaning) for name, one in problem.unknowns.all.items()}
+    units |= {name: (one.unit, one.meaning) for name, one in QUANTITIES.items()}
+    return units | {"discrepancy": ("mmHg", "standard deviation of what no parameters of the model explain")}
 
 
 def _summary(
@@ -118,9 +118,9 @@ def _tree(
 
 
 def _labelled(values: dict[str, np.ndarray], units: dict[str, tuple[str, str]], chains: int) -> xr.Dataset:
-    found = {
+    variables = {
         name: (("chain", "draw"), draws.reshape(chains, -1), {"units": units[name][0], "long_name": units[name][1]})
         for name, draws in values.items()
     }
     count = len(next(iter(values.values()))) // chains
-    return xr.Dataset(found, coords={"chain": np.arange(chains), "draw": np.arange(count)})
+    return xr.Dataset(variables, coords={"chain": np.arange(chains), "draw": np.arange(count)})

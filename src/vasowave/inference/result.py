@@ -63,7 +63,7 @@ class Posterior:
     Attributes
     ----------
     wall : str
-    tree : DataTree
+    data : DataTree
         As ArviZ reads it: groups ``posterior`` (every unknown and derived quantity, dims chain, draw, equally
         weighted), ``sample_stats`` (the importance draws before resampling: log_weight), ``posterior_predictive`` and
         ``observed_data`` (pressure at the inlet, mmHg, by time), ``prior`` (draws of the same quantities).
@@ -79,13 +79,13 @@ class Posterior:
     --------
     >>> import vasowave as vw
     >>> network, mouse = vw.control_network(), vw.virtual_mouse()
-    >>> found = vw.posterior(network, mouse, priors=vw.Priors(radius=0, length=0), draws=40)
-    >>> found.summary.loc["wave_speed", ["interval_low", "median", "interval_high"]].is_monotonic_increasing
+    >>> drawn = vw.posterior(network, mouse, priors=vw.Priors(radius=0, length=0), draws=40)
+    >>> drawn.summary.loc["wave_speed", ["interval_low", "median", "interval_high"]].is_monotonic_increasing
     True
     """
 
     wall: str
-    tree: xr.DataTree
+    data: xr.DataTree
     summary: pd.DataFrame
     diagnostics: Diagnostics
     warnings: tuple[str, ...]
@@ -105,7 +105,7 @@ class Posterior:
 
     def draws(self, name: str) -> np.ndarray:
         """Return the equally weighted draws of an unknown or derived quantity, shape (draw,)."""
-        return np.asarray(self.tree["posterior"][name].values).ravel()
+        return np.asarray(self.data["posterior"][name].values).ravel()
 
     def write(self, path: str | Path) -> Path:
         """Write the draws as netCDF with one group each, which ``arviz.from_netcdf`` reads; returns the path.
@@ -115,4 +115,4 @@ class Posterior:
         InputError
             The file cannot be written.
         """
-        return write_file(Path(path), bytes(self.tree.to_netcdf()))
+        return write_file(Path(path), bytes(self.data.to_netcdf()))

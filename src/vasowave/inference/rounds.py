@@ -45,9 +45,9 @@ class Target:
     def log_likelihood(self, outputs: np.ndarray) -> np.ndarray:
         """Return the log-likelihood of outputs, shape (point, output); -inf for those that are NaN."""
         good = np.isfinite(outputs).all(axis=1)
-        found = np.full(len(outputs), -np.inf)
-        found[good] = self.noise.log_likelihood(self.measured - outputs[good])
-        return found
+        likelihoods = np.full(len(outputs), -np.inf)
+        likelihoods[good] = self.noise.log_likelihood(self.measured - outputs[good])
+        return likelihoods
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,10 +112,10 @@ def explore(target: Target, climbed: Climbed, rng: np.random.Generator, draws: i
     while rounds < _ROUNDS and log_error > _GOOD:
         rounds += 1
         fresh = walkers[rng.choice(len(walkers), 20 + 6 * size + 10 * rounds, replace=False)]
-        found = _simulated(target, fresh)
+        simulated = _simulated(target, fresh)
         if surrogate is not None:
-            log_error = _log_error(target, surrogate, fresh, found)
-        points, outputs = _joined(points, outputs, fresh, found)
+            log_error = _log_error(target, surrogate, fresh, simulated)
+        points, outputs = _joined(points, outputs, fresh, simulated)
         surrogate = _learned(target, points, outputs, walkers)
         walkers = _moved(surrogate, walkers, _STEPS, rng).points[-1]
     for _ in range(_TRIES):
@@ -136,17 +136,17 @@ def log_prior(points: np.ndarray) -> np.ndarray:
 
 
 def _simulated(target: Target, points: np.ndarray) -> np.ndarray:
-    found = target.simulate(points)
-    if np.mean(np.isfinite(found).all(axis=1)) < 0.5:
+    outputs = target.simulate(points)
+    if np.mean(np.isfinite(outputs).all(axis=1)) < 0.5:
         raise NumericalError("most models near the mode cannot be simulated; give narrower priors, or other numerics")
-    return found
+    return outputs
 
 
 def _joined(
-    points: np.ndarray, outputs: np.ndarray, fresh: np.ndarray, found: np.ndarray
+    points: np.ndarray, outputs: np.ndarray, fresh: np.ndarray, simulated: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    good = np.isfinite(found).all(axis=1)
-    return np.concatenate([points, fresh[good]]), np.concatenate([outputs, found[good]])
+    good = np.isfinite(simulated).all(axis=1)
+    return np.concatenate([points, fresh[good]]), np.concatenate([outputs, simulated[good]])
 
 
 def _learned(target: Target, points: np.ndarray, outputs: np.ndarray, around: np.ndarray) -> Surrogate:

@@ -40,9 +40,9 @@ def variance_shares(
     G, table = slopes.to_numpy(float), {}
     for name in SOURCES:
         own = np.array([("prior" if one == "recording" else one) == name for one in sources])
-        found = ((G @ left[:, own]) ** 2).sum(axis=1)
+        variance = ((G @ left[:, own]) ** 2).sum(axis=1)
         if name in parts:
-            found = found + np.einsum("qi,ij,qj->q", G @ K, parts[name], G @ K)
-        table[name] = found
+            variance = variance + np.einsum("qi,ij,qj->q", G @ K, parts[name], G @ K)
+        table[name] = variance
     frame = pd.DataFrame(table, index=slopes.index)
     return frame.div(frame.sum(axis=1), axis=0)

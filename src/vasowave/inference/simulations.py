@@ -73,9 +73,9 @@ class Simulations:
 def _read(path: Path, key: str) -> dict[bytes, np.ndarray]:
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
-            found, points, outputs = str(kept["key"]), kept["points"], kept["outputs"]
+            own, points, outputs = str(kept["key"]), kept["points"], kept["outputs"]
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         raise InputError(f"{path}: not a file of simulations, or damaged; remove it or give another path") from None
-    if found != key:
+    if own != key:
         raise InputError(f"{path} holds simulations of another problem; remove it or give another path")
     return {point.tobytes(): output for point, output in zip(points, outputs, strict=True)}

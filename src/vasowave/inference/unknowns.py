@@ -80,29 +80,29 @@ class Unknowns:
     @cached_property
     def all(self) -> dict[str, Unknown]:
         """Every unknown by its name."""
-        found = self._parameters() | self._structure()
-        return {name: one for name, one in found.items() if one.spread > 0}
+        unknowns = self._parameters() | self._structure()
+        return {name: one for name, one in unknowns.items() if one.spread > 0}
 
     def _parameters(self) -> dict[str, Unknown]:
-        found, values = {}, dict(zip(self.space.names, self.space.nominal, strict=True))
+        parameters, values = {}, dict(zip(self.space.names, self.space.nominal, strict=True))
         for name in self.space.free_names:
             usual = (values[name], PARAMETERS.get(name, UNKNOWN))
             center, spread = self.priors.parameters.get(name, usual)
             said = self.space.parameters[name]
-            found[name] = Unknown(said.unit, said.meaning, float(center), float(spread), True, "recording")
-        return found
+            parameters[name] = Unknown(said.unit, said.meaning, float(center), float(spread), True, "recording")
+        return parameters
 
     def _structure(self) -> dict[str, Unknown]:
         priors, image = self.priors, self.network.pressure
-        found = {
+        structure = {
             "radius_scale": Unknown("1", "factor of all radii", 1.0, priors.radius_scale, True, "image"),
             "length_scale": Unknown("1", "factor of all lengths", 1.0, priors.length_scale, True, "image"),
             "k": Unknown("1", "exponent of a stiffness ∝ radius^-k", 0.0, priors.stiffening, False, "model"),
         }
         if image:
             meaning = "pressure at which the image was taken"
-            found["image_pressure"] = Unknown("mmHg", meaning, float(image), priors.image_pressure, True, "image")
-        return found
+            structure["image_pressure"] = Unknown("mmHg", meaning, float(image), priors.image_pressure, True, "image")
+        return structure
 
     def values(self, scores: np.ndarray) -> dict[str, np.ndarray]:
         """Return the numbers at scores of shape (..., unknown), by name; those that are held or fixed too."""
@@ -112,12 +112,12 @@ class Unknowns:
 
     def scores(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the scores of a point; unknowns that `values` does not name stand at their medians."""
-        found = np.zeros(len(self.all))
+        scores = np.zeros(len(self.all))
         for i, (name, one) in enumerate(self.all.items()):
             if name in values:
                 change = np.log(values[name] / one.center) if one.positive else values[name] - one.center
-                found[i] = change / one.spread
-        return found
+                scores[i] = change / one.spread
+        return scores
 
     def model(self, scores: np.ndarray, radii: np.ndarray | None = None, lengths: np.ndarray | None = None) -> Model:
         """Return the model at scores of shape (unknown,), with each vessel's own errors of logarithms, (vessel,).

@@ -30,19 +30,19 @@ def sentences(
 
 
 def _trust(diagnostics: Diagnostics) -> list[str]:
-    found = []
+    said = []
     if not diagnostics.trusted:
-        found.append(
+        said.append(
             "Do not believe these numbers: the weights of the draws have a heavy tail (Pareto k "
             f"{diagnostics.k_hat:.2f}, above {UNTRUSTED}). Ask for more draws, start from another fit, or give "
             "narrower priors."
         )
     if diagnostics.effective < FEWEST_EFFECTIVE:
-        found.append(
+        said.append(
             f"The draws are worth {diagnostics.effective:.0f} independent ones: medians hold, the ends of intervals "
             "are rough. Ask for more draws."
         )
-    return found
+    return said
 
 
 def _silent(summary: pd.DataFrame, unknowns: dict[str, Unknown]) -> list[str]:
@@ -85,13 +85,13 @@ _REMEDIES = {
 
 
 def _sources(summary: pd.DataFrame) -> list[str]:
-    found = []
+    said = []
     for source, remedy in _REMEDIES.items():
         rows = summary.index[(summary[source] > _MAINLY) & (summary["contraction"] >= _SILENT)]
         parts = [f"{name} ({100 * np.round(summary.loc[name, source], 2):.0f} %)" for name in rows]
         if parts:
-            found.append(f"Mostly from the {source} comes the uncertainty of {_listed(parts)}: {remedy}.")
-    return found
+            said.append(f"Mostly from the {source} comes the uncertainty of {_listed(parts)}: {remedy}.")
+    return said
 
 
 def _listed(names: list[str]) -> str:

@@ -61,13 +61,13 @@ def fit_arma(series: np.ndarray, largest: tuple[int, int] = LARGEST_ORDERS) -> A
     """
     scale = float(np.sqrt(np.mean(series**2)))
     unit = series / scale
-    found: dict[tuple[int, int], tuple[np.ndarray, Arma]] = {}
+    candidates: dict[tuple[int, int], tuple[np.ndarray, Arma]] = {}
     for p, q in _orders(largest):
-        smaller = [(key, found[key][0]) for key in ((p - 1, q), (p, q - 1)) if key in found]
+        smaller = [(key, candidates[key][0]) for key in ((p - 1, q), (p, q - 1)) if key in candidates]
         starts = [_grown(x, key, (p, q)) for key, x in smaller]
         starts += [_burg(unit, p)] if q == 0 else []
-        found[p, q] = _fit_order(unit, p, q, starts)
-    best = min((one for _, one in found.values()), key=lambda one: one.bic)
+        candidates[p, q] = _fit_order(unit, p, q, starts)
+    best = min((one for _, one in candidates.values()), key=lambda one: one.bic)
     if not np.isfinite(best.bic):
         raise NumericalError("no ARMA model has a finite likelihood; are the residuals constant?")
     shift = unit.size * np.log(scale)

@@ -15,13 +15,13 @@ _STEP = 1e-5  # of the central differences
 @njit(**_OPTIONS)
 def levinson(partial):
     """Return the coefficients that belong to partial autocorrelations (Levinson and Durbin)."""
-    found = np.zeros(len(partial))
+    coefficients = np.zeros(len(partial))
     for k in range(len(partial)):
-        before = found.copy()
+        before = coefficients.copy()
         for i in range(k):
-            found[i] = before[i] - partial[k] * before[k - 1 - i]
-        found[k] = partial[k]
-    return found
+            coefficients[i] = before[i] - partial[k] * before[k - 1 - i]
+        coefficients[k] = partial[k]
+    return coefficients
 
 
 @kept

@@ -64,10 +64,10 @@ def fit_noise(
 
 
 def _arma(residuals: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:
-    found = fit_arma(residuals)
-    sigma = found.covariance(residuals.shape[1])
-    values = {"amplitude [mmHg2]": float(sigma[0, 0]), "p": float(len(found.ar)), "q": float(len(found.ma))}
-    for letter, coefficients in (("phi", found.ar), ("theta", found.ma)):
+    model = fit_arma(residuals)
+    sigma = model.covariance(residuals.shape[1])
+    values = {"amplitude [mmHg2]": float(sigma[0, 0]), "p": float(len(model.ar)), "q": float(len(model.ma))}
+    for letter, coefficients in (("phi", model.ar), ("theta", model.ma)):
         values |= {f"{letter}{i}": float(value) for i, value in enumerate(coefficients, 1)}
     return sigma, values
 

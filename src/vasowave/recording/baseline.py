@@ -121,16 +121,16 @@ def describe(baseline: Baseline, first: float, last: float, zero_time: float) ->
     if baseline.own:
         done += f" because {baseline.own} changes with it, as when the animal itself changes; average a shorter stretch"
     size = f"{baseline.size:+.2g} ± {baseline.error:.1g} mmHg"
-    found = [
+    sentences = [
         f"baseline: the diastolic level drifts by {size} from {zero_time:.3g} to {far:.3g} s, breaths set apart "
         f"({here:+.2g} mmHg in the averaged beats); {done}. The zero is taken to be right at {zero_time:.3g} s"
     ]
-    found += [
+    sentences += [
         f"baseline: a step of {step.height:+.2g} mmHg at {step.time:.4g} s, complete within a beat as an instrument's "
         f"(zero, calibration) is; {done}"
         for step in baseline.steps
     ]
-    return found
+    return sentences
 
 
 def find_baseline(
@@ -162,11 +162,11 @@ def find_baseline(
     while True:
         shifts = (np.arange(len(time))[:, None] >= np.array(first, dtype=int)).astype(float)
         breathless, curve = _without_breaths(time, level, good, shifts, zero_time)
-        found = _sharpest_step(breathless - shifts @ curve.extra, good)
-        if found is None or len(first) == _MOST_STEPS:
+        step = _sharpest_step(breathless - shifts @ curve.extra, good)
+        if step is None or len(first) == _MOST_STEPS:
             break
-        first.append(found)
-        good[found - 1 : found + 1] = False  # one of the two stands between the levels
+        first.append(step)
+        good[step - 1 : step + 1] = False  # one of the two stands between the levels
     times = np.array([0.5 * (time[at - 1] + time[at]) for at in first])
     trend = curve.values + shifts @ curve.extra - curve.at_anchor - float((times <= zero_time) @ curve.extra)
     far = int(np.argmax(np.abs(trend)))
@@ -216,11 +216,11 @@ def _own_change(pressure: np.ndarray, flow: np.ndarray, trend: np.ndarray) -> st
     quantities = {"the pulse": centred @ usual / (usual @ usual), "the flow": flow.mean(axis=1)}
     design = np.stack([np.ones(len(trend)), trend / np.abs(trend).max()], axis=1)
     inverse = np.linalg.pinv(design)
-    found = []
+    changes = []
     for name, values in quantities.items():
         values = values / np.median(values)
         fitted = inverse @ values
         error = np.std(values - design @ fitted) * np.linalg.norm(inverse[1])
         if abs(fitted[1]) > max(_OWN, _SURE * error):
-            found.append(f"{name} by {100 * np.sign(trend[np.argmax(np.abs(trend))]) * fitted[1]:+.0f} %")
-    return " and ".join(found)
+            changes.append(f"{name} by {100 * np.sign(trend[np.argmax(np.abs(trend))]) * fitted[1]:+.0f} %")
+    return " and ".join(changes)

@@ -79,8 +79,8 @@ def find_beats(raw: RawRecording, fiducial: str | None = None, heart_rates: tupl
         try:
             return _find_by(raw, "ecg", heart_rates)
         except NumericalError:
-            found = _find_by(raw, "pressure", heart_rates)
-            return replace(found, notes=("the ECG does not beat; beats were found from the pressure",))
+            beats = _find_by(raw, "pressure", heart_rates)
+            return replace(beats, notes=("the ECG does not beat; beats were found from the pressure",))
     return _find_by(raw, fiducial or "pressure", heart_rates)
 
 

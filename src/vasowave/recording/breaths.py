@@ -22,12 +22,12 @@ def breathing(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> np.ndarr
     used : bool array, shape (beat,)
         Beats that count.
     """
-    found = np.zeros(len(time))
+    breath = np.zeros(len(time))
     count = max(1, round((time[-1] - time[0]) / _STRETCH))
     for part in np.array_split(np.arange(len(time)), count):
         if used[part].sum() >= 10 * _HARMONICS:
-            found[part] = _in_stretch(time[part] - time[part[0]], level[part], used[part])
-    return found
+            breath[part] = _in_stretch(time[part] - time[part[0]], level[part], used[part])
+    return breath
 
 
 def _in_stretch(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> np.ndarray:

@@ -73,9 +73,19 @@ def suspect_catheter(recording: Recording) -> Catheter | None:
     responses = Catheter(natural[:, None], damping[:, None]).response(frequency)  # type: ignore[arg-type]
     misfits = _misfit(pressure / flow, frequency, np.vstack([np.ones(len(frequency)), responses]))
     best = int(np.argmin(misfits[1:]))
-    found = Catheter(float(natural[best]), float(damping[best]))
-    inside = found.natural_frequency < _INSIDE * frequency[-1]
-    return found if inside and found.damping < _RINGS and misfits[1 + best] < _BETTER * misfits[0] else None
+    catheter = Catheter(float(natural[best]), float(damping[best]))
+    inside = catheter.natural_frequency < _INSIDE * frequency[-1]
+    return catheter if inside and catheter.damping < _RINGS and misfits[1 + best] < _BETTER * misfits[0] else None
+
+
+def describe_catheter(catheter: Catheter, recording: Recording) -> str:
+    """Return what is to be said where a catheter is suspected, with what it would mean for the pulse pressure."""
+    ratio = np.ptp(correct_catheter(recording, catheter).pressure) / np.ptp(recording.pressure)
+    return (
+        f"the pressure looks as if its catheter rang at about {catheter.natural_frequency:.0f} Hz (damping "
+        f"{catheter.damping:.2g}); if so, the pulse pressure is {100 * (ratio - 1):+.0f} % of what it seems. Was it "
+        "flushed and free of bubbles? `catheter: [natural frequency, damping]` of a flush test corrects it"
+    )
 
 
 def _last_strong(recording: Recording, signal: str) -> int:

@@ -124,17 +124,17 @@ def _block(block: Block) -> BlockDescription:
 
 def _variables(path: str | Path) -> FileDescription:
     """Describe the variables of a MATLAB file that are vectors."""
-    found = {ALIASES.get(name.lower(), name.lower()): value for name, value in read_mat(path).items()}
+    variables = {ALIASES.get(name.lower(), name.lower()): value for name, value in read_mat(path).items()}
     vectors = {
         name: vector(value, f"{path}: variable '{name}'")
-        for name, value in found.items()
+        for name, value in variables.items()
         if np.asarray(value).dtype.kind in "iufb" and 1 < np.size(value) == max(np.shape(value))
     }
-    stated = {name: text(found.get(f"{name}_unit", "")) for name in vectors}
+    stated = {name: text(variables.get(f"{name}_unit", "")) for name in vectors}
     channels = tuple(ChannelDescription(name, stated[name], quantity_of(name)) for name in vectors if name != "time")
     count = max((len(values) for values in vectors.values()), default=0)
     if not channels:
-        raise InputError(f"{path}: no vectors; it has: {', '.join(found) or 'nothing'}")
+        raise InputError(f"{path}: no vectors; it has: {', '.join(variables) or 'nothing'}")
     rate = math.nan
     if len(time := vectors.get("time", np.empty(0))) > 1:
         lasts = float(time[-1] - time[0]) * units.factor(stated["time"] or "s", "time")

@@ -167,12 +167,13 @@ def average_beats(
     Recording(mPAP ... mmHg, CO ... ml/s, HR 53... ...)
     """
     _check_arguments(raw, beats, samples, harmonics, drift, zero_time)
-    found = find_beats(raw, fiducial, heart_rates)
-    if len(found.times) - 1 < beats:
+    heartbeats = find_beats(raw, fiducial, heart_rates)
+    if len(heartbeats.times) - 1 < beats:
         raise InputError(
-            f"{raw.source}: {len(found.times) - 1} whole beats found, {beats} wanted; record longer or average fewer"
+            f"{raw.source}: {len(heartbeats.times) - 1} whole beats found, {beats} wanted; record longer or average "
+            "fewer"
         )
-    cut = cut_all(raw, found.times, samples)
+    cut = cut_all(raw, heartbeats.times, samples)
     reasons = misshapen_beats(cut.ends - cut.starts, cut.pressure, cut.flow, length_tolerance, least_correlation)
     cut, baseline = levelled(cut, reasons, zero_time, drift == "remove", reject_ventilation)
     used, run = choose_run(reasons, beats, raw.source)
@@ -187,10 +188,10 @@ def average_beats(
         notes.append(f"the flow was advanced by the estimated p-q delay of {1e3 * delay:.2f} ms")
     first, last = float(cut.starts[used[0]]), float(cut.ends[used[-1]])
     said, warned = _said(raw, baseline, first, last, zero_time)
-    warned = [*found.notes, *warned, *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, beats)]
+    warned = [*heartbeats.notes, *warned, *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, beats)]
     for message in warned:
         warnings.warn(f"{raw.source}: {message}", VasowaveWarning, stacklevel=2)
-    summary = summarize(found.fiducial, reasons, beats, first, last)
+    summary = summarize(heartbeats.fiducial, reasons, beats, first, last)
     errors = (harmonic_error(values[used, :-1]) for values in (cut.pressure, cut.flow))
     notes = [*raw.notes, summary, *notes, *said, *warned]
     return EnsembleAverage(
@@ -198,7 +199,7 @@ def average_beats(
         deviations[0],
         np.maximum(deviations[1], 0.0),
         _listed(cut.starts, cut.ends, set(used.tolist()), reasons),
-        found.fiducial,
+        heartbeats.fiducial,
         delay,
         correct_delay,
         baseline,

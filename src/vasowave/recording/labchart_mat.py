@@ -44,8 +44,8 @@ def read_labchart_mat(path: str | Path) -> list[Block]:
         raise InputError(f"{path}: {channels} channels in datastart and {len(titles)} titles; export it again")
     read = []
     for b in range(blocks):
-        found = [_channel(path, tables, data, titles[c], c, b) for c in range(channels)]
-        read.append(Block(tuple(channel for channel in found if channel), _comments(path, variables, b)))
+        channels_read = [_channel(path, tables, data, titles[c], c, b) for c in range(channels)]
+        read.append(Block(tuple(channel for channel in channels_read if channel), _comments(path, variables, b)))
     return read
 
 
@@ -100,12 +100,12 @@ def _comments(path: str | Path, variables: Mapping[str, Any], block: int) -> tup
         raise InputError(f"{path}: the comments (com, comtext) are damaged; export it again without comments")
     texts = _rows_of_text(variables["comtext"])
     rates = vector(variables.get("tickrate", np.empty(0)), f"{path}: tickrate")
-    found = []
+    comments = []
     for channel, at_block, tick, _, number in table:
         if at_block - 1 == block and block < len(rates) and rates[block] > 0:
             text = texts[int(number) - 1] if 1 <= number <= len(texts) else ""
-            found.append(Comment(float(tick / rates[block]), text, max(int(channel), 0)))
-    return tuple(found)
+            comments.append(Comment(float(tick / rates[block]), text, max(int(channel), 0)))
+    return tuple(comments)
 
 
 def _rows_of_text(value: Any) -> list[str]:

@@ -171,12 +171,12 @@ def _units(header: dict[str, list[str]], count: int) -> list[str]:
 
 
 def _comments(cells: list[str], time: float) -> list[Comment]:
-    found = []
+    comments = []
     for part in re.split(r"\t(?=\s*#(?:\*|\d+)\s)", "\t".join(cells)):
         match = _REMARK.match(part.strip())
         channel = int(match[1][:6]) if match and match[1] != "*" else 0
-        found.append(Comment(time, match[2].strip() if match else part.strip("# "), channel))
-    return found
+        comments.append(Comment(time, match[2].strip() if match else part.strip("# "), channel))
+    return comments
 
 
 def _check_times(place: str, time: np.ndarray, interval: float, rows: NumberRows) -> None:

@@ -44,13 +44,13 @@ def find_plateaus(pressure: np.ndarray, rate: float) -> tuple[Plateau, ...]:
     high = np.lib.stride_tricks.sliding_window_view(ends[1], two).max(axis=1)
     still = high - low < _STILL * np.quantile(high - low, 0.75)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]])))
-    found = []
+    plateaus = []
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         last += two - 1  # the last window reaches over these blocks
         if (last - first) * width >= _SHORTEST * rate:
             level = float(np.median(blocks[first:last]))
-            found.append(Plateau(first * width / rate, last * width / rate, level))
-    return tuple(found)
+            plateaus.append(Plateau(first * width / rate, last * width / rate, level))
+    return tuple(plateaus)
 
 
 def describe_plateaus(plateaus: tuple[Plateau, ...]) -> tuple[list[str], list[str]]:

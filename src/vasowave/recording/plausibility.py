@@ -70,21 +70,21 @@ def check_flow(flow: np.ndarray, where: str) -> None:
 
 def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[str]:
     """Return a sentence for every value that is possible, yet more likely a slip."""
-    found = []
+    remarks = []
     if pressure.mean() > 75:
-        found.append(
+        remarks.append(
             f"mean pressure {pressure.mean():.4g} mmHg is systemic, not pulmonary; is the unit right? "
             f"({pressure.mean():.4g} mmHg = {pressure.mean() / 7.50062:.3g} kPa)"
         )
     if pressure.min() < 0:
-        found.append(f"the lowest pressure is {pressure.min():.3g} mmHg; is the zero of the transducer right?")
+        remarks.append(f"the lowest pressure is {pressure.min():.3g} mmHg; is the zero of the transducer right?")
     slowest, fastest = RODENT_FLOWS
     if period < 0.25 and not slowest <= flow.mean() <= fastest:
-        found.append(
+        remarks.append(
             f"mean flow {flow.mean():.3g} ml/s at {60 / period:.0f} beats/min; a mouse has about 0.2 ml/s, "
             "a rat about 1 ml/s: is the unit of flow right?"
         )
-    return found
+    return remarks
 
 
 def repeats_first(values: np.ndarray) -> bool:

@@ -120,17 +120,17 @@ def _last_repeats_first(signals: list[Signal], period: float | None) -> list[boo
     A flow that rests at zero may end where it began by chance, so signals of equal length decide together; and where
     both times and period are given, these decide.
     """
-    found = []
+    same = []
     for signal in signals:
         repeats = repeats_first(signal.values)
         if signal.time is not None and period is not None:
             lasts = signal.time[-1] - signal.time[0]
             step = lasts / (len(signal.time) - 1)
             repeats = abs(lasts - period) < abs(lasts + step - period)
-        found.append(repeats)
+        same.append(repeats)
     if len(signals[0].values) == len(signals[1].values):
-        found = [all(found)] * 2
-    return found
+        same = [all(same)] * 2
+    return same
 
 
 def _period(signal: Signal, drop: bool, period: float | None) -> float:

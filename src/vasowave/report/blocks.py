@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -123,6 +123,23 @@ class Drawing:
 
 
 @dataclass(frozen=True)
+class Space:
+    """Networks that a page turns in space, where scripts run; paper and a page without scripts have their figures.
+
+    Attributes
+    ----------
+    name, caption : str
+    data : dict
+        What ``space.js`` draws, as JSON writes it.
+    """
+
+    name: str
+    caption: str
+    data: dict[str, Any]
+    kind: str = "space"
+
+
+@dataclass(frozen=True)
 class Fold:
     """Blocks that a page shows when asked for; paper shows them always, or never if not `printed`."""
 
@@ -146,7 +163,7 @@ class Columns:
         return [*self.left, *self.right]
 
 
-Block = Paragraph | Heading | Bullets | Answers | Notice | Remarks | Table | Drawing | Fold | Columns
+Block = Paragraph | Heading | Bullets | Answers | Notice | Remarks | Table | Drawing | Space | Fold | Columns
 
 
 @dataclass(frozen=True)
@@ -196,6 +213,10 @@ class Report:
     def drawings(self) -> list[Drawing]:
         """Return all figures."""
         return [block for block in self._blocks() if isinstance(block, Drawing)]
+
+    def spaces(self) -> list[Space]:
+        """Return what turns in space."""
+        return [block for block in self._blocks() if isinstance(block, Space)]
 
     def _blocks(self) -> Iterator[Block]:
         for section in self.sections:

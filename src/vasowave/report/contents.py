@@ -33,7 +33,7 @@ def report_of(cohort: Cohort, primary: Primary, family: Family, failures: Mappin
         answer_sections(cohort, primary, family, failures),
         provenance(),
         glossary=glossary(cohort),
-        animals=[name_of(tree) for tree in cohort.trees],
+        animals=[name_of(result) for result in cohort.results],
     )
 
 
@@ -50,16 +50,16 @@ def supplement_of(cohort: Cohort, primary: Primary, title: str = "") -> Report:
         origin(cohort),
         records(cohort),
         glossary(cohort),
-        [name_of(tree) for tree in cohort.trees],
+        [name_of(result) for result in cohort.results],
     )
 
 
 def synthetic_banner(cohort: Cohort) -> str:
     """Say which animals are synthetic; empty if none is."""
-    made = [tree for tree in cohort.trees if is_synthetic(tree)]
+    made = [result for result in cohort.results if is_synthetic(result)]
     if not made:
         return ""
-    which = f"All {len(made)} animals were" if len(made) == len(cohort.trees) else f"The animals {named(made)} were"
+    which = f"All {len(made)} animals were" if len(made) == len(cohort.results) else f"The animals {named(made)} were"
     return (
         f"{'This animal was' if cohort.single else which} made by a model, not measured. The numbers show how the "
         "program works and say nothing about any living animal."
@@ -67,7 +67,7 @@ def synthetic_banner(cohort: Cohort) -> str:
 
 
 def _sections(cohort: Cohort, primary: Primary, comparisons: Mapping[str, Comparison]) -> list[Section]:
-    written = symbols(cohort.trees)
+    written = symbols(cohort.results)
     models = [model_section(cohort, primary.law, written)] if cohort.walls else []
     last = [
         methods_section(cohort, primary, comparisons),
@@ -88,25 +88,26 @@ def _of_one(section: Section) -> Section:
 
 def _titles(cohort: Cohort) -> tuple[str, str]:
     if cohort.single:
-        (tree,) = cohort.trees
-        source = str(data_of(tree, "recording").attrs.get("source", ""))
-        return f"Hemodynamic assessment of {name_of(tree)}", f"Recording: {source}" if source else ""
+        (result,) = cohort.results
+        source = str(data_of(result, "recording").attrs.get("source", ""))
+        return f"Hemodynamic assessment of {name_of(result)}", f"Recording: {source}" if source else ""
     groups = f"{len(cohort.groups)} {'group' if len(cohort.groups) == 1 else 'groups'}: {', '.join(cohort.groups)}"
-    return "Hemodynamic assessment of a cohort", f"{len(cohort.trees)} animals in {groups}"
+    return "Hemodynamic assessment of a cohort", f"{len(cohort.results)} animals in {groups}"
 
 
 def origin(cohort: Cohort) -> dict[str, str]:
     """Return versions, seed, settings and hashes: once where all animals share them, else by animal."""
     made = provenance()
     rows = {"report made": made["created"], "vasowave": made["vasowave"]}
-    keys = dict.fromkeys(str(key) for tree in cohort.trees for key in tree.attrs if key not in _SAID_ELSEWHERE)
+    keys = dict.fromkeys(str(key) for result in cohort.results for key in result.attrs if key not in _SAID_ELSEWHERE)
     for key in keys:
-        values = {name_of(tree): str(tree.attrs[key]) for tree in cohort.trees if key in tree.attrs}
-        if len(set(values.values())) == 1 and len(values) == len(cohort.trees):
+        values = {name_of(result): str(result.attrs[key]) for result in cohort.results if key in result.attrs}
+        if len(set(values.values())) == 1 and len(values) == len(cohort.results):
             label = f"{key} of the animals' results" if key in rows else key
             rows[label] = next(iter(values.values()))
         else:
             rows |= {f"{key} ({animal})": value for animal, value in values.items()}
     return rows | {
-        f"source of {name_of(tree)}": str(data_of(tree, "recording").attrs.get("source", "")) for tree in cohort.trees
+        f"source of {name_of(result)}": str(data_of(result, "recording").attrs.get("source", ""))
+        for result in cohort.results
     }

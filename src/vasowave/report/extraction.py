@@ -46,7 +46,7 @@ def check_extraction_folder(folder: Path) -> None:
     check_folder(Path(folder), MARKS)
 
 
-def write_extraction(found: Extraction, folder: Path) -> Path:
+def write_extraction(extraction: Extraction, folder: Path) -> Path:
     """Write everything about an extraction into `folder`, whole or not at all, and return the page's path.
 
     An earlier extraction in it is replaced; files of other origin stay. Lengths are cm in tables; mask, surface and
@@ -59,14 +59,14 @@ def write_extraction(found: Extraction, folder: Path) -> Path:
     """
     folder = Path(folder).resolve()
     check_extraction_folder(folder)
-    figures = extraction_figures(found)
-    origin = _provenance(found)
+    figures = extraction_figures(extraction)
+    origin = _provenance(extraction)
     drawings = {name: _svg(figure) for name, figure in figures.items()}
-    page = render(found, drawings, origin)
+    page = render(extraction, drawings, origin)
     with write_folder(folder) as fresh:
-        write_network_files(found.measured, fresh, found.doubts)
-        surface = smooth_surface(found.lumen)
-        write_mask(found.lumen, found.image, fresh / "mask.nrrd")
+        write_network_files(extraction.measured, fresh, extraction.doubts)
+        surface = smooth_surface(extraction.lumen)
+        write_mask(extraction.lumen, extraction.image, fresh / "mask.nrrd")
         write_surface_vtp(surface, fresh / "surface.vtp")
         write_stl(surface, fresh / "surface.stl")
         (fresh / FIGURES).mkdir()
@@ -75,9 +75,9 @@ def write_extraction(found: Extraction, folder: Path) -> Path:
             with style():
                 figure.savefig(fresh / FIGURES / f"{name}.png", metadata={"Software": None})
         stored = {
-            "settings": dict(settings_rows(found)),
-            "notes": found.notes,
-            "doubts": _told(found),
+            "settings": dict(settings_rows(extraction)),
+            "notes": extraction.notes,
+            "doubts": _told(extraction),
             "provenance": origin,
         }
         (fresh / SETTINGS).write_text(json.dumps(stored, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
@@ -85,11 +85,11 @@ def write_extraction(found: Extraction, folder: Path) -> Path:
     return folder / PAGE
 
 
-def extraction_figures(found: Extraction) -> dict[str, "Figure"]:
+def extraction_figures(extraction: Extraction) -> dict[str, "Figure"]:
     """Return the figures by name: projection, network."""
-    network = found.network
-    tree = found.tree.times(1 / found.factor)
-    projection = projection_figure(isotropic(found.image), found.lumen, tree, network.name)
+    network = extraction.network
+    tree = extraction.tree.times(1 / extraction.factor)
+    projection = projection_figure(isotropic(extraction.image), extraction.lumen, tree, network.name)
     with style():
         graph = network_figure(network)
         for figure in (projection, graph):  # drawn to several files: the layout is worked out once
@@ -147,21 +147,21 @@ def network_figure(network: Network) -> "Figure":
     return graph
 
 
-def _told(found: Extraction) -> list[dict[str, Any]]:
+def _told(extraction: Extraction) -> list[dict[str, Any]]:
     """Return the doubts as they are stored; places are x, y, z in cm, in the image's coordinates."""
     return [
         {"about": one.about, "text": one.text, "vessels": one.vessels, "places [cm]": one.places[:, ::-1].tolist()}
-        for one in found.doubts
+        for one in extraction.doubts
     ]
 
 
-def _provenance(found: Extraction) -> dict[str, str]:
-    options = found.options
-    files = [found.source, options.mask, options.edits, options.region]
+def _provenance(extraction: Extraction) -> dict[str, str]:
+    options = extraction.options
+    files = [extraction.source, options.mask, options.edits, options.region]
     origin = provenance([path for path in files if isinstance(path, Path) and path.is_file()])
-    if found.source is not None and found.source.is_dir():
+    if extraction.source is not None and extraction.source.is_dir():
         digest = hashlib.sha256()
-        for file in sorted(path for path in found.source.iterdir() if path.is_file()):
+        for file in sorted(path for path in extraction.source.iterdir() if path.is_file()):
             digest.update(file.read_bytes())
-        origin[f"sha256 of all files in {found.source.name}"] = digest.hexdigest()
+        origin[f"sha256 of all files in {extraction.source.name}"] = digest.hexdigest()
     return origin

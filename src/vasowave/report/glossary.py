@@ -47,7 +47,7 @@ def symbol(name: str, written: Mapping[str, str]) -> str:
 
 def glossary(cohort: Cohort) -> dict[str, str]:
     """Return the meaning of every symbol of the animals."""
-    written, known = symbols(cohort.trees), meanings(cohort.trees)
+    written, known = symbols(cohort.results), meanings(cohort.results)
     return {symbol(name, written): meaning for name, meaning in known.items()} | _OWN
 
 
@@ -67,9 +67,9 @@ def explained(entries: Mapping[str, str]) -> Callable[[str], str]:
     longest = sorted(map(re.escape, safe), key=len, reverse=True)
     pattern = re.compile(rf"(?<![\w/])({'|'.join(longest)})(?![\w/(₀-₉])") if longest else None
 
-    def mark(found: re.Match[str]) -> str:
+    def mark(match: re.Match[str]) -> str:
         # A table's first column and its header may hold single letters: they are whole cells.
-        return f'<abbr tabindex="0" title="{escape(entries[found[1]])}">{escape(found[1])}</abbr>'
+        return f'<abbr tabindex="0" title="{escape(entries[match[1]])}">{escape(match[1])}</abbr>'
 
     def of(text: str) -> str:
         whole = re.fullmatch(r"(\S+)( = \S+)?( \[.*\])?", text)
@@ -79,9 +79,9 @@ def explained(entries: Mapping[str, str]) -> Callable[[str], str]:
         if pattern is None:
             return escape(text)
         parts, end = [], 0
-        for found in pattern.finditer(text):
-            parts += [str(escape(text[end : found.start()])), mark(found)]
-            end = found.end()
+        for match in pattern.finditer(text):
+            parts += [str(escape(text[end : match.start()])), mark(match)]
+            end = match.end()
         return Markup("".join([*parts, str(escape(text[end:]))]))
 
     return of

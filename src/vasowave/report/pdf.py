@@ -19,6 +19,7 @@ from vasowave.report.blocks import (
     Paragraph,
     Remarks,
     Report,
+    Space,
     Table,
 )
 
@@ -125,6 +126,8 @@ def _block(block: Block) -> str:
             width = f"{min(block.figure.get_figwidth(), 17.4 / 2.54):.3f}in"
             image = f"image({quoted(block.name + '.svg')}, width: {width})"
             return f"#block(breakable: false)[#{image}\n#text(7.5pt, {quoted(block.caption)})]"
+        case Space():
+            return ""
         case Fold():
             if not block.printed:
                 return ""

@@ -25,32 +25,31 @@ _CAPTIONS = {
 _MOST_POINTS = 40  # of a vessel in the page's view
 
 
-def render(found: Extraction, drawings: dict[str, str], origin: dict[str, str]) -> str:
+def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, str]) -> str:
     """Return the page as HTML text with view and numbers inside; it needs no network.
 
     Parameters
     ----------
-    found : Extraction
+    extraction : Extraction
     drawings : dict of str
         The figures by name, as SVG text.
     origin : dict of str
         Provenance.
     """
     environment = templates()
-    source, *_ = environment.loader.get_source(environment, "tree3d.js")  # type: ignore[union-attr]
-    network = found.network
+    network = extraction.network
     scale = "not measured"
-    if found.options.cannula:
-        scale = f"{100 * (found.scale - 1):+.1f} %"
+    if extraction.options.cannula:
+        scale = f"{100 * (extraction.scale - 1):+.1f} %"
     return environment.get_template("review.html").render(
-        source=str(found.source),
+        source=str(extraction.source),
         sentence=f"{len(network)} vessels, {len(network.terminals)} of them terminal, in {len(network.generations)} "
         f"generations; total length {_number(network.length.sum())} cm; root {network.name[network.root]} with "
         f"a radius of {_number(network.radius[network.root])} cm. Scale of the cannula against the file: {scale}"
-        f"{', applied' if found.options.scale == 'cannula' else ''}.",
-        notes=found.notes,
+        f"{', applied' if extraction.options.scale == 'cannula' else ''}.",
+        notes=extraction.notes,
         actions=("remove", "cut", "merge", "root"),
-        proposals=_proposals(found),
+        proposals=_proposals(extraction),
         figures=[
             {
                 "name": name,
@@ -63,20 +62,19 @@ def render(found: Extraction, drawings: dict[str, str], origin: dict[str, str]) 
         table_caption="Radius: densitometric, or inscribed where the vessel is too short. SD: over thresholds of 0.8, "
         "1 and 1.2 times the chosen one, and of the grey levels. Doubted: what a warning above questions. Aspect: "
         "small over large half axis of the section. Taper: fall of the radius per length, with its standard error.",
-        table=_page_table(found),
-        settings=settings_rows(found),
+        table=_page_table(extraction),
+        settings=settings_rows(extraction),
         provenance=origin,
-        tree=_tree_data(found),
-        script=source,
+        tree=_tree_data(extraction),
     )
 
 
-def _proposals(found: Extraction) -> list[str]:
+def _proposals(extraction: Extraction) -> list[str]:
     """Return edits that would remove the terminal vessels which the second witness does not see, each a comment."""
-    ends = {found.network.name[row] for row in found.tree.terminals}
+    ends = {extraction.network.name[row] for row in extraction.tree.terminals}
     doubted = [
         (name, place)
-        for doubt in found.doubts
+        for doubt in extraction.doubts
         if doubt.about == "topology" and len(doubt.places) == len(doubt.vessels)
         for name, place in zip(doubt.vessels, doubt.places, strict=True)
         if name in ends
@@ -91,8 +89,8 @@ def _number(value: float, digits: int = 3) -> str:
     return f"{float(value):.{digits}g}" if np.isfinite(value) else "–"
 
 
-def _page_table(found: Extraction) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-    network, one = found.network, found.measured
+def _page_table(extraction: Extraction) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    network, one = extraction.network, extraction.measured
     slopes = taper(one.tree)
     aspect = np.full(len(network), np.nan) if one.grey is None else one.grey.aspect
     header = ("vessel", "parent", "length [cm]", "radius [cm]", "SD [cm]", "inscribed [cm]", "densitometric [cm]",
@@ -103,7 +101,7 @@ def _page_table(found: Extraction) -> tuple[tuple[str, ...], list[tuple[str, ...
         sizes = (network.length, network.radius, one.radius_sd, one.inscribed, one.densitometric)
         rows.append(
             (name, parent, *(_number(values[row]) for values in sizes), "yes" if one.reliable[row] else "no",
-             ", ".join(sorted({doubt.about for doubt in found.doubts if name in doubt.vessels})) or "–",
+             ", ".join(sorted({doubt.about for doubt in extraction.doubts if name in doubt.vessels})) or "–",
              _number(one.tree.lines[row].tortuosity, 4), _number(aspect[row]),
              *(_number(value, 2) for value in (slopes.slope[row], slopes.slope_se[row])),
              _number(100 * network.flow_fraction[row]))
@@ -111,35 +109,37 @@ def _page_table(found: Extraction) -> tuple[tuple[str, ...], list[tuple[str, ...
     return header, rows
 
 
-def _tree_data(found: Extraction) -> str:
-    network, vessels = found.network, []
+def _tree_data(extraction: Extraction) -> str:
+    network, vessels = extraction.network, []
     terminals = set(network.terminals.tolist())
-    for row, line in enumerate(found.tree.lines):
+    for row, line in enumerate(extraction.tree.lines):
         few = np.unique(np.linspace(0, len(line) - 1, min(len(line), _MOST_POINTS)).round().astype(int))
         points = np.round(np.column_stack([line.points[few, ::-1], line.radius[few]]), 5).tolist()
         sizes = {"radius": _number(network.radius[row]), "length": _number(network.length[row])}
-        sizes["doubts"] = "; ".join(doubt.text for doubt in found.doubts if network.name[row] in doubt.vessels)
+        sizes["doubts"] = "; ".join(doubt.text for doubt in extraction.doubts if network.name[row] in doubt.vessels)
         vessels.append({"name": network.name[row], "terminal": row in terminals, "points": points, **sizes})
     # A name may hold "</script>".
-    root = np.round(found.factor * found.root[::-1], 5).tolist()
+    root = np.round(extraction.factor * extraction.root[::-1], 5).tolist()
     places = [
-        np.round(found.factor * one.places[:, ::-1], 5).tolist() for one in found.doubts if one.about == "topology"
+        np.round(extraction.factor * one.places[:, ::-1], 5).tolist()
+        for one in extraction.doubts
+        if one.about == "topology"
     ]
     marks = [place for own in places for place in own]
-    return json.dumps({"factor": found.factor, "root": root, "vessels": vessels, "doubts": marks}).replace(
+    return json.dumps({"factor": extraction.factor, "root": root, "vessels": vessels, "doubts": marks}).replace(
         "<", "\\u003c"
     )
 
 
-def settings_rows(found: Extraction) -> list[tuple[str, str]]:
+def settings_rows(extraction: Extraction) -> list[tuple[str, str]]:
     """Return what the user asked for, by name, as text."""
     rows = [
-        ("image", str(found.source)),
-        ("root used (x,y,z, cm)", written(found.root)),
-        ("scale factor", f"{found.factor:.5g}"),
+        ("image", str(extraction.source)),
+        ("root used (x,y,z, cm)", written(extraction.root)),
+        ("scale factor", f"{extraction.factor:.5g}"),
     ]
-    for entry in fields(found.options):
-        value = getattr(found.options, entry.name)
+    for entry in fields(extraction.options):
+        value = getattr(extraction.options, entry.name)
         if value is None or entry.name == "root":
             continue
         if isinstance(value, tuple | list | np.ndarray):

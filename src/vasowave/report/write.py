@@ -25,7 +25,7 @@ Failures = Mapping[str, str] | Iterable[tuple[str, str]]
 
 
 def write_report(
-    trees: Sequence[xr.DataTree],
+    results: Sequence[xr.DataTree],
     folder: Path,
     *,
     failures: Failures = (),
@@ -38,12 +38,12 @@ def write_report(
 
     Parameters
     ----------
-    trees : sequence of DataTree
-        One per animal, from `animal.analyze` or `animal.read_tree`; one is enough.
+    results : sequence of DataTree
+        One per animal, from `animal.analyze` or `animal.read_result`; one is enough.
     folder : Path
         Made if missing. An earlier report in it is replaced, other files stay; whole or not at all.
     failures : mapping of animal to reason, or pairs of them
-        Animals that have no tree; the report names them and why.
+        Animals that have no result; the report names them and why.
     pdf : bool
         Whether to typeset the PDF too.
     reference : str, optional
@@ -75,12 +75,12 @@ def write_report(
     folder = Path(folder).resolve()
     _check_free(folder)
     why = dict(failures.items() if isinstance(failures, Mapping) else failures)
-    if not trees:
+    if not results:
         raise InputError(
             "; ".join(["there is no animal to report", *(f"{name}: {text}" for name, text in why.items())])
         )
     with style():
-        cohort, chosen = gathered(trees, reference), family or Family()
+        cohort, chosen = gathered(results, reference), family or Family()
         primary = primary_comparison(cohort, chosen)
         documents = (
             report_of(cohort, primary, chosen, why, title),
@@ -106,8 +106,8 @@ def _place(documents: Sequence[Report], folder: Path, pdf: bool) -> None:
 def _others(document: Report, typeset: bool) -> dict[str, str]:
     """Return the files that a document leads to, by what a link calls them."""
     first = document.name == REPORT
-    found = {"Supplement": f"{SUPPLEMENT}.html"} if first else {"The result on one page": PAGE}
-    return found | ({"PDF": f"{document.name}.pdf"} if typeset else {})
+    others = {"Supplement": f"{SUPPLEMENT}.html"} if first else {"The result on one page": PAGE}
+    return others | ({"PDF": f"{document.name}.pdf"} if typeset else {})
 
 
 def _check_free(folder: Path) -> None:

@@ -31,9 +31,9 @@ def verdicts(scores: Mapping[str, float]) -> list[tuple[str, float, str]]:
     order = sorted(scores, key=lambda key: scores[key])
     best = scores[order[0]]
     decided = len(order) > 1 and scores[order[1]] - best >= UNDECIDED
-    found = []
+    judged = []
     for key in order:
         difference = scores[key] - best
         clear = difference >= UNDECIDED or (key == order[0] and decided)
-        found.append((key, difference, ("preferred" if key == order[0] else "worse") if clear else "undecided"))
-    return found
+        judged.append((key, difference, ("preferred" if key == order[0] else "worse") if clear else "undecided"))
+    return judged

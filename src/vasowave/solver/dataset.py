@@ -91,7 +91,7 @@ def stack(outcomes: Sequence[Run | VasowaveError]) -> xr.Dataset:
 
 
 def _attributes(run: Run) -> dict[str, float | int | str]:
-    found: dict[str, float | int | str] = {
+    attributes: dict[str, float | int | str] = {
         "wall": type(run.model.wall).__name__,
         "period": run.period,
         "cycles": len(run.convergence.changes),
@@ -106,5 +106,5 @@ def _attributes(run: Run) -> dict[str, float | int | str]:
         "notes": "\n".join(run.notes),
     }
     for name, extreme in {"mach": run.mach, **run.extremes._asdict()}.items():
-        found |= {name: extreme.value, f"{name}_vessel": extreme.vessel, f"{name}_time": extreme.time}
-    return found
+        attributes |= {name: extreme.value, f"{name}_vessel": extreme.vessel, f"{name}_time": extreme.time}
+    return attributes

@@ -59,10 +59,10 @@ def pressure_derivatives(
 
     start = np.zeros((len(directions), steppers[0].size))
     with ThreadPoolExecutor(len(parts)) as pool:
-        found = affine_fixed_point(cycle, start, tolerance, _MOST, run.convergence.secants)
-    if found is None or not np.all(np.isfinite(found)):
+        fixed_point = affine_fixed_point(cycle, start, tolerance, _MOST, run.convergence.secants)
+    if fixed_point is None or not np.all(np.isfinite(fixed_point)):
         raise NumericalError(
             f"the derivatives of the pressure do not become periodic within {_MOST} cycles; the state is at the edge "
             "of its stability: look for a vessel near collapse or near its largest area"
         )
-    return found
+    return fixed_point

@@ -98,12 +98,12 @@ def _checked(model: Model, name: str, given: Sequence[float]) -> np.ndarray:
     known = (*model.wall._fields, *_BEDS, *_SIZES)
     if name not in known:
         raise InputError(f"'{name}' cannot be swept{did_you_mean(name, known)}; there are: {', '.join(known)}")
-    found = np.atleast_1d(np.asarray(given, dtype=float))
-    if found.ndim != 1 or not len(found) or not np.all(np.isfinite(found) & (found > 0)):
+    values = np.atleast_1d(np.asarray(given, dtype=float))
+    if values.ndim != 1 or not len(values) or not np.all(np.isfinite(values) & (values > 0)):
         raise InputError(f"{name}: give positive numbers, not {given!r}")
-    if name == "a" and found.max() >= 1:
-        raise InputError(f"a: {found.max():g}; R1 is a part of the total resistance, so a lies below 1")
-    return found
+    if name == "a" and values.max() >= 1:
+        raise InputError(f"a: {values.max():g}; R1 is a part of the total resistance, so a lies below 1")
+    return values
 
 
 def _outcomes(

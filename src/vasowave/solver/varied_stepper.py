@@ -104,8 +104,8 @@ def _beside(wall: Any) -> tuple[tuple[Any, Any], ...]:
 
 def _outlet_changes(run: Run, directions: Sequence[Direction]) -> OutletChanges:
     """Return how the outlets' steps change, by complex steps in R1, R2 and C."""
-    beds, found = np.array(run.model.outlets, dtype=float), []
+    beds, changes = np.array(run.model.outlets, dtype=float), []
     for one in directions:
         moved: Any = Windkessel(*(beds * (1 + 1j * _COMPLEX * one.outlets)))
-        found.append([value.imag / _COMPLEX for value in outlet_steps(moved, run.steps, run.period)])
-    return OutletChanges(*(np.array(value) for value in zip(*found, strict=True)))
+        changes.append([value.imag / _COMPLEX for value in outlet_steps(moved, run.steps, run.period)])
+    return OutletChanges(*(np.array(value) for value in zip(*changes, strict=True)))

@@ -72,13 +72,13 @@ def _check_place(folder: Path) -> None:
     check_writable(folder)
 
 
-def fit_sentences(tree: xr.DataTree) -> list[str]:
+def fit_sentences(result: xr.DataTree) -> list[str]:
     """Return what a person at the terminal wants to know of an animal: its fits, and what to consider."""
     said = []
-    for wall in wall_laws(tree):
-        data = data_of(tree, f"{wall}/calibration")
+    for wall in wall_laws(result):
+        data = data_of(result, f"{wall}/calibration")
         values = ", ".join(f"{name} {float(value):.4g}" for name, value in zip(data["parameter"].values, data["value"]))
         S, count, rmse = float(data["S"]), int(data["N"]), float(data["RMSE"])
         agree = int(np.sum(data["start_agrees"].values))
         said.append(f"{wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {rmse:.3g} mmHg, {agree} starts agree")
-    return said + [f"note: {note}" for note in json.loads(tree.attrs["notes"])]
+    return said + [f"note: {note}" for note in json.loads(result.attrs["notes"])]

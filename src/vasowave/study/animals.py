@@ -188,21 +188,21 @@ def _missing(file: Path) -> str:
 
 
 def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[Problem]:
-    found = []
+    duplicates = []
     first: dict[str, AnimalRow] = {}
     for row in rows:
         other = first.setdefault(row.animal.casefold(), row)
         if other is not row:
             place = f"{path}, line {row.line}, column 'animal'"
-            found.append(Problem(place, f"'{row.animal}' stands in line {other.line} already; rename one"))
-    return found
+            duplicates.append(Problem(place, f"'{row.animal}' stands in line {other.line} already; rename one"))
+    return duplicates
 
 
 def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str]) -> list[Problem]:
-    found = []
+    problems = []
     for label in groups:
         size = sum(row.group == label for row in rows)
         if size < 2:
             many = "no animal" if size == 0 else "one animal"
-            found.append(Problem(str(path), f"group '{label}' has {many}; a comparison needs two or more", False))
-    return found
+            problems.append(Problem(str(path), f"group '{label}' has {many}; a comparison needs two or more", False))
+    return problems

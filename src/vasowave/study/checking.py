@@ -88,10 +88,10 @@ def _unreadable(place: str, row: AnimalRow, message: str) -> Problem:
 
 def _settings(study: Study, document: Document) -> list[Problem]:
     """Return what is odd about the settings by themselves."""
-    calibration, found = study.settings.calibration, []
+    calibration, problems = study.settings.calibration, []
 
     def say(message: str, *at: str) -> None:
-        found.append(Problem(document.place(at, key=True), f"{'.'.join(at)}: {message}", False))
+        problems.append(Problem(document.place(at, key=True), f"{'.'.join(at)}: {message}", False))
 
     names = {name for wall in calibration.walls for name in fitted_parameters(wall)}
     for section, given in (("bounds", calibration.bounds), ("fixed", calibration.fixed)):
@@ -122,7 +122,7 @@ def _settings(study: Study, document: Document) -> list[Problem]:
                 "blood",
                 quantity,
             )
-    return found
+    return problems
 
 
 def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, place: str) -> list[Problem]:
@@ -135,10 +135,12 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
         *oddities(nominal),
         *_known(row, nominal),
     ]
-    found = [Problem(place, message, False) for message in dict.fromkeys(said)]
+    problems = [Problem(place, message, False) for message in dict.fromkeys(said)]
     for name, message in _bounds(animal, nominal, settings).items():
-        found.append(Problem(document.place(("calibration", "bounds", name), key=True), f"'{row.animal}': {message}"))
-    return found
+        problems.append(
+            Problem(document.place(("calibration", "bounds", name), key=True), f"'{row.animal}': {message}")
+        )
+    return problems
 
 
 def _odd_notes(animal: Animal) -> list[str]:
@@ -149,21 +151,21 @@ def _odd_notes(animal: Animal) -> list[str]:
 
 
 def _physiology(animal: Animal, nominal: Nominal, settings: StudyFile) -> list[str]:
-    found = []
+    problems = []
     values = animal.recording.indices() | {"root radius": float(animal.network.radius[animal.network.root])}
     for name, (low, high, unit) in NORMAL.get(settings.species, {}).items():
         if not low <= values[name] <= high:
             doubt = "is it one whole cycle?" if name in INDEX_UNITS else "is it a radius, not a diameter?"
-            found.append(
+            problems.append(
                 f"{name} {values[name]:.4g} {unit} is implausible for a {settings.species} ({low:g} to {high:g}); "
                 f"is the unit right, and {doubt}"
             )
     if settings.species != "other" and not _TAU[0] <= nominal.time_constant <= _TAU[1]:
-        found.append(
+        problems.append(
             f"the pressure decays with τ = {nominal.time_constant:.3g} s after ejection (usual are {_TAU[0]:g} to "
             f"{_TAU[1]:g} s); do pressure and flow belong together, and are they aligned?"
         )
-    return found
+    return problems
 
 
 def _known(row: AnimalRow, nominal: Nominal) -> list[str]:
@@ -174,20 +176,20 @@ def _known(row: AnimalRow, nominal: Nominal) -> list[str]:
         ("tau", row.tau, tau, "s", "decay of the recording"),
         ("C_T", row.C_T, (row.tau or tau) / (row.R_T or R_T), "ml/mmHg", "τ/R_T"),
     ]
-    found = []
+    problems = []
     for name, given, expected, unit, source in pairs:
         if given is not None and not 1 / _SLIP <= given / expected <= _SLIP:
-            found.append(
+            problems.append(
                 f"{name} {given:.4g} {unit} as given, {expected:.4g} from the {source}: a factor of "
                 f"{max(given / expected, expected / given):.3g}; a slip of the exponent? (The published C_T of HPH 2, "
                 "0.13e-4, is one.)"
             )
-    return found
+    return problems
 
 
 def _bounds(animal: Animal, nominal: Nominal, settings: Settings) -> dict[str, str]:
     """Return the parameters whose nominal value their bounds exclude, and a sentence for each."""
-    found: dict[str, str] = {}
+    problems: dict[str, str] = {}
     for wall in settings.walls:
         search = settings.search(wall)
         try:
@@ -195,30 +197,30 @@ def _bounds(animal: Animal, nominal: Nominal, settings: Settings) -> dict[str, s
                 wall, animal.network, nominal, settings.blood, search.bounds, search.fixed, search.paper_bounds
             )
         except VasowaveError as error:
-            found[""] = str(error)
+            problems[""] = str(error)
             continue
         for i, name in enumerate(space.names):
             low, high, value = space.lower[i], space.upper[i], space.nominal[i]
             if space.free[i] and not low * (1 - 1e-9) <= value <= high * (1 + 1e-9):
                 unit = "" if space.parameters[name].unit == "1" else f" {space.parameters[name].unit}"
-                found[name] = (
+                problems[name] = (
                     f"the bounds of {name}, {low:.4g} to {high:.4g}{unit}, exclude the nominal value of this animal, "
                     f"{value:.4g}{unit}; widen them"
                 )
-    return found
+    return problems
 
 
 def _same_files(study: Study) -> list[Problem]:
     """Return a warning for every recording that two animals share, by its content."""
-    found, first = [], dict[tuple[str, ...], AnimalRow]()
+    problems, first = [], dict[tuple[str, ...], AnimalRow]()
     for row in study.animals:
         content = _contents(row.recordings)
         other = first.setdefault(content, row) if content else row
         stretch = (row.block, row.start, row.end) == (other.block, other.start, other.end)
         if other is not row and stretch:
             place = f"{study.table}, line {row.line}, column 'recording'"
-            found.append(Problem(place, f"the same recording as '{other.animal}' (line {other.line})", False))
-    return found
+            problems.append(Problem(place, f"the same recording as '{other.animal}' (line {other.line})", False))
+    return problems
 
 
 def _contents(paths: Sequence[Path]) -> tuple[str, ...]:

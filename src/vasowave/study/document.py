@@ -127,22 +127,22 @@ class _Builder:
     def _mapping(self, node: Any, path: Path_) -> dict[str, Any]:
         import yaml
 
-        found: dict[str, Any] = {}
+        mapping: dict[str, Any] = {}
         for key, value in node.value:
             here = (*path, key.value if isinstance(key, yaml.ScalarNode) else "?")
             if not isinstance(key, yaml.ScalarNode):
                 self.document._values.setdefault(here, _mark(key))
                 self._problem(here, "this cannot be a key; write 'key: value'")
                 continue
-            if key.value in found:
+            if key.value in mapping:
                 first = self.document._keys[here][0]
                 place = "{}, line {}, column {}".format(self.document.name, *_mark(key))
                 message = f"'{key.value}' stands a second time (first in line {first}); keep one"
                 self.document.problems.append(Problem(place, message))
                 continue
             self.document._keys[here] = _mark(key)
-            found[key.value] = self.build(value, here)
-        return found
+            mapping[key.value] = self.build(value, here)
+        return mapping
 
     def _problem(self, path: Path_, message: str) -> None:
         self.document.problems.append(Problem(self.document.place(path), message))

@@ -8,10 +8,11 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from vasowave.errors import InputError, VasowaveError
 from vasowave.files import is_full
+from vasowave.kernels import seconds_compiling
 from vasowave.study.fingerprint import source_digest
 from vasowave.threads import VARIABLE, cores
 
@@ -46,7 +47,7 @@ class Progress:
     ----------
     name : str
     what : {"kept", "computed", "failed"}
-        Found from an earlier run; computed now; failed now.
+        Known from an earlier run; computed now; failed now.
     done, count : int
         Pieces that are done, and all.
     left : float or None
@@ -170,7 +171,9 @@ class _Run:
         error = future.exception()
         if error is None:
             try:
-                self.keep(job, future.result())
+                performed = future.result()
+                self.began[job.name] += performed.compiling
+                self.keep(job, performed.piece)
             except VasowaveError:
                 raise
             except Exception as unforeseen:
@@ -204,13 +207,22 @@ class _Run:
         return (running + each * (rest - len(self.began))) / min(self.at_once, max(rest, 1))
 
 
-def perform(function: Callable[..., Any], arguments: tuple[Any, ...], threads: int | None, source: str) -> Any:
+class Performed(NamedTuple):
+    """What a worker returns: the piece, and how long of its time went into compiling, s, which happens once."""
+
+    piece: Any
+    compiling: float
+
+
+def perform(function: Callable[..., Any], arguments: tuple[Any, ...], threads: int | None, source: str) -> Performed:
     """Compute one piece; runs in a worker, possibly on another machine."""
     if source_digest() != source:
         raise InputError("the worker has another version of vasowave than the program that sent it work; update it")
     if threads is not None:
         os.environ[VARIABLE] = str(threads)
-    return function(*arguments)
+    before = seconds_compiling()
+    piece = function(*arguments)
+    return Performed(piece, seconds_compiling() - before)
 
 
 def _why(error: BaseException) -> str:

@@ -19,15 +19,15 @@ _NOT_NUMERICAL = ("cli", "report", "figures", "cohort")
 def source_digest() -> str:
     """Return a fingerprint of the package's source and of the numerical libraries' versions."""
     root = Path(__file__).parents[1]
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for program in _NUMERICAL:
-        found.update(f"{program} {version(program)}\n".encode())
+        digest.update(f"{program} {version(program)}\n".encode())
     for path in sorted(root.rglob("*")):
         inside = path.relative_to(root)
         if path.suffix in (".py", ".csv") and inside.parts[0] not in _NOT_NUMERICAL:
-            found.update(f"{inside.as_posix()}\n".encode())
-            found.update(path.read_bytes())
-    return found.hexdigest()
+            digest.update(f"{inside.as_posix()}\n".encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def fingerprint(what: Mapping[str, Any], files: Mapping[str, Path]) -> str:
@@ -45,6 +45,6 @@ def fingerprint(what: Mapping[str, Any], files: Mapping[str, Path]) -> str:
     InputError
         A file cannot be read.
     """
-    found = {"program": source_digest(), "what": what, "files": {role: sha256(path) for role, path in files.items()}}
-    text = json.dumps(found, sort_keys=True, ensure_ascii=True, allow_nan=False)
+    inputs = {"program": source_digest(), "what": what, "files": {role: sha256(path) for role, path in files.items()}}
+    text = json.dumps(inputs, sort_keys=True, ensure_ascii=True, allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()[:32]

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.calibration import Found
+from vasowave.calibration import SearchEnd
 
 FOLDER = "searches"
 """Folder of the journals, in that of the results."""
@@ -60,14 +60,14 @@ class WallEnds:
     def __init__(self, journal: Journal, wall: str, starts: int) -> None:
         self.journal, self.wall, self.starts = journal, wall, starts
 
-    def find(self, stage: str, start: int) -> Found | None:
+    def find(self, stage: str, start: int) -> SearchEnd | None:
         """Return where the search of a stage from a start ended, if that is known."""
         return self.journal.known.get((self.wall, stage, start))
 
-    def keep(self, stage: str, start: int, found: Found) -> None:
+    def keep(self, stage: str, start: int, end: SearchEnd) -> None:
         """Keep where the search of a stage from a start ended."""
-        entry = {"wall": self.wall, "stage": stage, "start": start, "starts": self.starts} | vars(found)
-        self.journal.write(entry | {"x": found.x.tolist(), "residual": found.residual.tolist()})
+        entry = {"wall": self.wall, "stage": stage, "start": start, "starts": self.starts} | vars(end)
+        self.journal.write(entry | {"x": end.x.tolist(), "residual": end.residual.tolist()})
 
 
 def read_journal(path: Path) -> list[dict[str, Any]]:
@@ -87,9 +87,9 @@ def remove_journals(folder: Path) -> None:
             path.unlink(missing_ok=True)
 
 
-def _found(entry: Mapping[str, Any]) -> Found:
+def _found(entry: Mapping[str, Any]) -> SearchEnd:
     values = {name: entry[name] for name in ("S", "simulations", "converged", "message", "joined")}
-    return Found(x=np.array(entry["x"]), residual=np.array(entry["residual"]), **values)
+    return SearchEnd(x=np.array(entry["x"]), residual=np.array(entry["residual"]), **values)
 
 
 def _check(text: str) -> int:

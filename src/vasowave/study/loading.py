@@ -15,7 +15,16 @@ from vasowave.errors import InputError, VasowaveWarning
 from vasowave.laws import law_file
 from vasowave.network import Network
 from vasowave.provenance import sha256
-from vasowave.recording import Recording, average_beats, read_raw_recording, read_recording
+from vasowave.recording import (
+    Catheter,
+    Recording,
+    average_beats,
+    correct_catheter,
+    describe_catheter,
+    read_raw_recording,
+    read_recording,
+    suspect_catheter,
+)
 from vasowave.solver.practice import PAPER
 from vasowave.study.fingerprint import fingerprint
 from vasowave.study.journal import Journal
@@ -48,7 +57,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     ignored = {"network", "recordings", "line", "R_T", "C_T", "tau"}
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
     what["settings"], what["image pressure"] = animal_settings(study).as_json(), study.image_pressure
-    what["practice"] = study.practice
+    what["practice"], what["catheter"] = study.practice, study.catheter
     what["kind"] = row.kind or kind_of(row.recordings)
     if what["kind"] == "raw":
         what["averaging"] = study.averaging.model_dump()
@@ -89,7 +98,18 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
             animal = Animal(row.animal, row.group, network, beats.recording, beats, raw)
     said = [str(one.message) for one in caught if issubclass(one.category, VasowaveWarning)]
     synthetic = row.synthetic or _says_synthetic(row)
-    return replace(animal, recording=_relative(animal.recording, said, folder), synthetic=synthetic)
+    recording = _through_catheter(_relative(animal.recording, said, folder), study)
+    return replace(animal, recording=recording, synthetic=synthetic)
+
+
+def _through_catheter(recording: Recording, study: StudyFile) -> Recording:
+    """Return the recording corrected for the catheter of the study; where none is given, say if one rings."""
+    if study.catheter is not None:
+        return correct_catheter(recording, Catheter(*study.catheter))
+    suspected = suspect_catheter(recording)
+    if suspected is None:
+        return recording
+    return replace(recording, notes=(*recording.notes, describe_catheter(suspected, recording)))
 
 
 def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
@@ -117,15 +137,15 @@ def analyze_animal(
 ) -> xr.DataTree:
     """Analyze one animal; searches that its journal (a file) knows are not made again.
 
-    The SHA-256 of its files stands among the attributes of the tree.
+    The SHA-256 of its files stands among the attributes of the result.
     """
-    tree = analyze(animal, settings, progress, Journal(Path(journal)))
-    tree.attrs |= {f"sha256 of {role}": found for role, found in hashes.items()}
-    return tree
+    result = analyze(animal, settings, progress, Journal(Path(journal)))
+    result.attrs |= {f"sha256 of {role}": digest for role, digest in hashes.items()}
+    return result
 
 
 def analyzed_bytes(animal: Animal, settings: Settings, hashes: Mapping[str, str], journal: str) -> bytes:
-    """Return the tree of `analyze_animal` as the bytes of a netCDF-4 file. Runs in a worker."""
+    """Return the result of `analyze_animal` as the bytes of a netCDF-4 file. Runs in a worker."""
     return to_bytes(analyze_animal(animal, settings, hashes, journal))
 
 

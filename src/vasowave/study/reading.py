@@ -75,15 +75,15 @@ def _unknown_parameters(document: Document) -> list[Problem]:
         return []
     walls = calibration.get("walls")
     known = known_parameters([wall for wall in walls if _is_law(wall)] if isinstance(walls, list) else [])
-    found = []
+    problems = []
     for section in ("bounds", "fixed"):
         given = calibration.get(section)
         for name in given if isinstance(given, dict) else ():
             if name not in known:
                 message = f"'{name}' is not known{did_you_mean(name, known)}; choose from: {', '.join(known)}"
                 place = document.place(("calibration", section, name), key=True)
-                found.append(Problem(place, f"calibration.{section}: {message}"))
-    return found
+                problems.append(Problem(place, f"calibration.{section}: {message}"))
+    return problems
 
 
 def _is_law(wall: Any) -> bool:

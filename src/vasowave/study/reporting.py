@@ -26,14 +26,14 @@ def report_study(study: Path, pdf: bool | None = None) -> Path:
         There are no results, they are damaged, or the report cannot be written.
     """
     folder = study_path(Path(study)).parent
-    results = read_results(folder)
-    trees, asked = results.trees(), results.settings.report
+    stored = read_results(folder)
+    results, asked = stored.in_order(), stored.settings.report
     return write_report(
-        trees,
+        results,
         folder / REPORT_FOLDER,
-        failures=results.failures,
+        failures=stored.failures,
         pdf=asked.pdf if pdf is None else pdf,
-        reference=trees[0].attrs["group"],
-        title=results.settings.title,
+        reference=results[0].attrs["group"],
+        title=stored.settings.title,
         family=Family(asked.law, asked.quantities),
     )

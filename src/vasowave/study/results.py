@@ -21,7 +21,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from vasowave.animal.files import read_tree
+from vasowave.animal.files import read_result
 from vasowave.errors import InputError
 from vasowave.files import made_inside, write_file
 from vasowave.notebook import card
@@ -40,7 +40,7 @@ _LONGEST = 80  # bytes of an animal's name in that of its file
 
 @dataclass(frozen=True)
 class StoredAnimal:
-    """Where the tree of one animal is.
+    """Where the result of one animal is.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Results:
     versions: dict[str, str]
 
     def __getitem__(self, animal: str) -> xr.DataTree:
-        """Return the tree of one animal.
+        """Return the result of one animal.
 
         Raises
         ------
@@ -92,7 +92,7 @@ class Results:
             Its file is missing or damaged.
         """
         stored = {one.animal: one for one in self.animals}[animal]
-        return read_tree(self.folder / stored.file, stored.sha256)
+        return read_result(self.folder / stored.file, stored.sha256)
 
     def __iter__(self) -> Iterator[str]:
         """Go through the names of the animals."""
@@ -110,8 +110,8 @@ class Results:
         failed = [f"{name} failed: {why}" for name, why in self.failures.items()]
         return card(f"Study: {self.settings.title}", facts, failed)
 
-    def trees(self) -> list[xr.DataTree]:
-        """Return the trees of all animals, in the order of their groups."""
+    def in_order(self) -> list[xr.DataTree]:
+        """Return the results of all animals, in the order of their groups."""
         order = list(self.settings.groups)
         grouped = sorted(self.animals, key=lambda one: order.index(one.group))
         return [self[one.animal] for one in grouped]

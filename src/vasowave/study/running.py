@@ -151,10 +151,10 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
             raise InputError(failures[row.animal])
         for job in jobs:
             animal, settings, hashes, journal = job.load()
-            tree = analyze_animal(animal, settings, hashes, journal, progress)
-            key = f"interrupted-{job.key}" if tree.attrs["interrupted"] else job.key
-            pieces[row.animal] = store.keep(key, to_bytes(tree))
-            if not tree.attrs["interrupted"]:
+            result = analyze_animal(animal, settings, hashes, journal, progress)
+            key = f"interrupted-{job.key}" if result.attrs["interrupted"] else job.key
+            pieces[row.animal] = store.keep(key, to_bytes(result))
+            if not result.attrs["interrupted"]:
                 remove_journals(study.results)
         results = _write(study, pieces, {})
     computed = tuple(job.name for job in jobs)
@@ -166,9 +166,9 @@ def _write(study: Study, pieces: Mapping[str, Path], failures: Mapping[str, str]
     if not pieces:
         listed = "\n".join(f"  {name}: {why}" for name, why in failures.items())
         raise InputError(f"{study.path}: every animal failed\n{listed}")
-    found = {(row.animal, row.group): pieces[row.animal] for row in study.animals if row.animal in pieces}
+    stored = {(row.animal, row.group): pieces[row.animal] for row in study.animals if row.animal in pieces}
     failed = {row.animal: failures[row.animal] for row in study.animals if row.animal in failures}
-    return write_results(study.results, found, failed, study.settings)
+    return write_results(study.results, stored, failed, study.settings)
 
 
 def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[str, str]]:
@@ -183,9 +183,9 @@ def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[
         except InputError as error:
             failures[row.animal] = str(error)
             continue
-        found = store.find(key)
-        if found is not None:
-            pieces[row.animal] = found
+        piece = store.find(key)
+        if piece is not None:
+            pieces[row.animal] = piece
             continue
 
         def load(row: Any = row, key: str = key) -> tuple[Any, ...]:

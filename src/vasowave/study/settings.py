@@ -17,7 +17,7 @@ from vasowave.calibration.calibrate import NUMERICS
 from vasowave.cohort.primary import Family
 from vasowave.network import HIGHEST
 from vasowave.recording import average_beats
-from vasowave.settings import Check, Setting, settings_of
+from vasowave.settings import Check, Positive, Setting, settings_of
 from vasowave.solver import Numerics
 from vasowave.solver.practice import PAPER
 from vasowave.study.names import checked_name
@@ -58,10 +58,10 @@ def _section(name: str, words: str, settings: Mapping[str, Setting], base: type[
 
 def _friction_settings() -> dict[str, Setting]:
     """Return the choice of a friction law and the settings of every law."""
-    found = {"friction": Setting(Literal[tuple(FRICTIONS)], next(iter(FRICTIONS)), _BLOOD["friction"].meaning)}
+    settings = {"friction": Setting(Literal[tuple(FRICTIONS)], next(iter(FRICTIONS)), _BLOOD["friction"].meaning)}
     for name, law in FRICTIONS.items():
-        found |= {key: one._replace(meaning=f"For {name}: {one.meaning}") for key, one in settings_of(law).items()}
-    return found
+        settings |= {key: one._replace(meaning=f"For {name}: {one.meaning}") for key, one in settings_of(law).items()}
+    return settings
 
 
 class _FrictionBelongs(Section):
@@ -89,6 +89,12 @@ class _First(Section):
         0.0,
         description="Transmural pressure at which the vessels were filled for the image, mmHg, of the animals whose "
         "network or row does not say it; 0 where it is not known.",
+    )
+
+    catheter: tuple[Positive, Positive] | None = Field(
+        None,
+        description="Natural frequency (Hz) and damping ratio of the catheter, by a flush test: the pressures are "
+        "corrected for it. Nothing is corrected unless this is given.",
     )
 
     practice: Literal["vasowave", "paper"] = Field("vasowave", description=_PRACTICE)

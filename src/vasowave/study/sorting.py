@@ -41,18 +41,18 @@ def files_in(paths: Sequence[Path]) -> list[Path]:
     InputError
         A name that is no file and no folder, or nothing at all.
     """
-    found: list[Path] = []
+    files: list[Path] = []
     for path in paths:
         if path.is_dir():
             inside = sorted(one for one in path.rglob("*") if one.is_file() and one.suffix.lower() in _SUFFIXES)
-            found += [one for one in inside if not any(part.startswith(".") for part in one.parts)]
+            files += [one for one in inside if not any(part.startswith(".") for part in one.parts)]
         elif path.is_file():
-            found.append(path)
+            files.append(path)
         else:
             raise InputError(f"{path}: there is no such file or folder")
-    if not found:
+    if not files:
         raise InputError(f"{', '.join(map(str, paths))}: no file there ends in {', '.join(_SUFFIXES)}")
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(files))
 
 
 def sort_files(files: Iterable[Path]) -> Sorted:
@@ -115,14 +115,14 @@ def _half(file: Path, block: BlockDescription) -> tuple[str, str]:
 def _told_by_unit(block: BlockDescription) -> dict[str, str]:
     """Return the channels whose titles do not say what they hold, but whose units leave one answer."""
     known = {one.quantity for one in block.channels}
-    found = {}
+    told = {}
     for quantity, dimension in (("pressure", "pressure"), ("flow", "flow"), ("ecg", "voltage")):
         if quantity in known:
             continue
         fit = [one.title for one in block.channels if not one.quantity and _has_unit(one.unit, dimension)]
         if len(fit) == 1 and fit[0]:
-            found[quantity] = fit[0]
-    return found
+            told[quantity] = fit[0]
+    return told
 
 
 def _has_unit(unit: str, quantity: str) -> bool:

@@ -52,19 +52,19 @@ def study_status(study: Study) -> StudyStatus:
 
     On a cluster without a common disk, searches are not kept: its animals are done, or waiting.
     """
-    found = []
+    statuses = []
     for row in study.animals:
         try:
-            found.append(_status(row.animal, animal_key(row, study.settings, study.folder), study.results))
+            statuses.append(_status(row.animal, animal_key(row, study.settings, study.folder), study.results))
         except InputError as error:
-            found.append(AnimalStatus(row.animal, "unreadable", {}, str(error)))
-    return StudyStatus(tuple(found), holder(study.results / LOCK))
+            statuses.append(AnimalStatus(row.animal, "unreadable", {}, str(error)))
+    return StudyStatus(tuple(statuses), holder(study.results / LOCK))
 
 
 def searches_of(results: Path, keys: Mapping[str, str]) -> dict[str, dict[str, tuple[int, int]]]:
     """Return, for every animal of `keys` that was begun, the searches that have ended and all, by wall law."""
-    found = {animal: _searches(results, key) for animal, key in keys.items()}
-    return {animal: searches for animal, searches in found.items() if searches}
+    by_animal = {animal: _searches(results, key) for animal, key in keys.items()}
+    return {animal: searches for animal, searches in by_animal.items() if searches}
 
 
 def _status(animal: str, key: str, results: Path) -> AnimalStatus:
@@ -75,8 +75,8 @@ def _status(animal: str, key: str, results: Path) -> AnimalStatus:
 
 
 def _searches(results: Path, key: str) -> dict[str, tuple[int, int]]:
-    found: dict[str, tuple[int, int]] = {}
+    searches: dict[str, tuple[int, int]] = {}
     for one in read_journal(results / FOLDER / f"{key}.jsonl"):
-        before = found.get(one["wall"], (0, 0))[0]
-        found[one["wall"]] = (before + (one["stage"] == SCOUT), one["starts"])
-    return found
+        before = searches.get(one["wall"], (0, 0))[0]
+        searches[one["wall"]] = (before + (one["stage"] == SCOUT), one["starts"])
+    return searches

@@ -123,7 +123,7 @@ def _neighbors(mask: np.ndarray, depth: np.ndarray) -> tuple[coo_array, coo_arra
 
 def _nearest(points: np.ndarray, spacing: float, places: np.ndarray, what: str) -> np.ndarray:
     """Return the voxel nearest to each of `places`; all that are too far are named at once."""
-    distance, found = cKDTree(points).query(places)
+    distance, nearest = cKDTree(points).query(places)
     lost = [
         f"{what} {written(place)} cm (x,y,z) was not reached: {gap:.0f} voxels from the lumen"
         for place, gap in zip(places, distance / spacing, strict=True)
@@ -131,7 +131,7 @@ def _nearest(points: np.ndarray, spacing: float, places: np.ndarray, what: str) 
     ]
     if lost:
         raise InputError("; ".join(lost) + "; move it, or lower the threshold")
-    return np.asarray(found)
+    return np.asarray(nearest)
 
 
 def outlet_tips(ways: MinimalPaths, outlets: np.ndarray) -> list[int]:

@@ -46,7 +46,7 @@ def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
 
 def height_outside(tree: Tree, points: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """Return for each point its distance from the nearest tube (negative inside) and that tube's radius, voxels."""
-    found, wide = np.full(len(points), np.inf), np.zeros(len(points))
+    height, wide = np.full(len(points), np.inf), np.zeros(len(points))
     for row, (line, stretch) in enumerate(zip(tree.lines, free_stretches(tree), strict=True)):
         axis, radius = _calm(line.points), _tube_radius(line, stretch, row in tree.terminals)
         if tree.parent[row] < 0:
@@ -60,9 +60,9 @@ def height_outside(tree: Tree, points: np.ndarray, spacing: float) -> tuple[np.n
         between = np.stack([np.interp(fine, np.arange(len(axis)), axis[:, k]) for k in range(3)], axis=1)
         distance, nearest = cKDTree(between).query(points[near])
         own = np.interp(fine, np.arange(len(axis)), radius)[nearest]
-        nearer = distance - own < found[near]
-        found[near[nearer]], wide[near[nearer]] = (distance - own)[nearer], own[nearer]
-    return found / spacing, wide / spacing
+        nearer = distance - own < height[near]
+        height[near[nearer]], wide[near[nearer]] = (distance - own)[nearer], own[nearer]
+    return height / spacing, wide / spacing
 
 
 def _tube_radius(line: Line, stretch: tuple[float, float], is_end: bool) -> np.ndarray:

@@ -13,11 +13,11 @@ def free_length(tree: Tree) -> np.ndarray:
 
 def free_stretches(tree: Tree) -> list[tuple[float, float]]:
     """Return where each vessel leaves its first junction's ball and where it enters the last or nears its end, cm."""
-    found = []
+    stretches = []
     for row, line in enumerate(tree.lines):
         tail = line.typical_radius if row in tree.terminals else line.radius[-1]
-        found.append((float(line.radius[0]), float(line.length - tail)))
-    return found
+        stretches.append((float(line.radius[0]), float(line.length - tail)))
+    return stretches
 
 
 def clear_stretches(tree: Tree) -> list[tuple[float, float]]:
@@ -26,7 +26,7 @@ def clear_stretches(tree: Tree) -> list[tuple[float, float]]:
     A thin vessel runs on in the wide tube of its sister long after it has left the junction's ball, and its center
     path there is not its axis. At most half a vessel's length is given up to its sisters.
     """
-    found = []
+    stretches = []
     for row, (begin, end) in enumerate(free_stretches(tree)):
         line = tree.lines[row]
         for sister in np.flatnonzero((tree.parent == tree.parent[row]) & (tree.parent >= 0)):
@@ -35,5 +35,5 @@ def clear_stretches(tree: Tree) -> list[tuple[float, float]]:
                 near = distance < tree.lines[sister].typical_radius + 0.5 * line.typical_radius
                 first = len(line) - 1 if near.all() else int(np.argmin(near))
                 begin = max(begin, min(float(line.run[first]), 0.5 * line.length))
-        found.append((begin, end))
-    return found
+        stretches.append((begin, end))
+    return stretches

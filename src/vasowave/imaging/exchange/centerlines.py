@@ -106,12 +106,12 @@ def _points(path: Path, data: PolyLines, unit: float) -> Line:
 def _flat(path: Path, unit: float) -> list[Line]:
     """Return the lines of a flat table, which has lost them: a jump longer than both radii starts a new line."""
     table = read_columns(path, _ALIASES)
-    found = []
+    parts = []
     for axis in ("z", "y", "x", "radius"):
         column = table.require(axis)
         given = bool(table.units and table.units[column])
-        found.append(table.numbers(column, "length", "cm") * (1.0 if given else unit))
-    points = Line.of(np.column_stack(found))
+        parts.append(table.numbers(column, "length", "cm") * (1.0 if given else unit))
+    points = Line.of(np.column_stack(parts))
     jumps = np.diff(points.run) > points.radius[1:] + points.radius[:-1]
     lines = (points[rows] for rows in np.split(np.arange(len(points)), 1 + np.flatnonzero(jumps)))
     return [line for line in lines if len(line) > 1]

@@ -36,10 +36,10 @@ def parse_legacy(raw: bytes) -> PolyLines:
     points = values(number.end(), 3 * count, number[2].decode()).reshape(-1, 3).astype(float)
     lines_of = _lines_by_offsets if float(version.split()[-1]) > 4.2 else _lines_by_counts
     fields = {}
-    for found in re.finditer(rb"\nSCALARS (\S+) (\w+)[^\n]*\nLOOKUP_TABLE [^\n]*\n", raw):
-        fields[found[1].decode()] = values(found.end(), count, found[2].decode())
-    for found in re.finditer(rb"\n(\S+) 1 %d (float|double) *\n" % count, raw):
-        fields[found[1].decode()] = values(found.end(), count, found[2].decode())
+    for match in re.finditer(rb"\nSCALARS (\S+) (\w+)[^\n]*\nLOOKUP_TABLE [^\n]*\n", raw):
+        fields[match[1].decode()] = values(match.end(), count, match[2].decode())
+    for match in re.finditer(rb"\n(\S+) 1 %d (float|double) *\n" % count, raw):
+        fields[match[1].decode()] = values(match.end(), count, match[2].decode())
     return PolyLines(points, tuple(lines_of(raw, listed, values)), fields)
 
 
@@ -49,10 +49,10 @@ def _reader(raw: bytes, binary: bool) -> Reader:
     def values(at: int, count: int, name: str) -> np.ndarray:
         if binary:
             return np.frombuffer(raw, ">" + _TYPES[name], count, at)
-        found = np.array(raw[at : at + 64 * count].split(maxsplit=count)[:count], dtype=_TYPES[name])
-        if len(found) < count:
+        numbers = np.array(raw[at : at + 64 * count].split(maxsplit=count)[:count], dtype=_TYPES[name])
+        if len(numbers) < count:
             raise InputError("truncated; write the file again")
-        return found
+        return numbers
 
     return values
 

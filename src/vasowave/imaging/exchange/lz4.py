@@ -11,26 +11,26 @@ def lz4_block(packed: bytes) -> bytes:
     InputError
         A block that ends early or copies from before its beginning.
     """
-    found, at = bytearray(), 0
+    unpacked, at = bytearray(), 0
     try:
         while at < len(packed):
             token = packed[at]
             count, at = _count(packed, at + 1, token >> 4)
             if at + count > len(packed):
                 raise IndexError
-            found += packed[at : at + count]
+            unpacked += packed[at : at + count]
             at += count
             if at == len(packed):  # the last sequence has no copy
                 break
             back = packed[at] | packed[at + 1] << 8
             count, at = _count(packed, at + 2, token & 15)
-            if not 0 < back <= len(found):
+            if not 0 < back <= len(unpacked):
                 raise IndexError
             for _ in range(count + 4):  # may overlap what it writes
-                found.append(found[-back])
+                unpacked.append(unpacked[-back])
     except IndexError:
         raise InputError("truncated or damaged LZ4 data; write the file again") from None
-    return bytes(found)
+    return bytes(unpacked)
 
 
 def _count(packed: bytes, at: int, first: int) -> tuple[int, int]:

@@ -121,8 +121,8 @@ def _array(element: Any, top: Any, appended: bytes) -> np.ndarray:
     encoded = True
     if form == "appended":
         source = appended[int(element.get("offset")) :]
-        found = top.find("AppendedData")
-        encoded = found is None or found.get("encoding", "base64") != "raw"
+        section = top.find("AppendedData")
+        encoded = section is None or section.get("encoding", "base64") != "raw"
     else:
         source = b"".join((element.text or "").encode().split())
     content = _unpacked(source, encoded, header, top.get("compressor"))

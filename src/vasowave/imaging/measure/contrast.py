@@ -21,12 +21,12 @@ def blur_of(profiles: Sequence[Profile | None], inscribed: np.ndarray, spacing: 
 
     Bends and sections that are not round flatten the mean wall too, so the steepest of the wide vessels counts.
     """
-    found = [
+    widths = [
         float(np.median(one.plateau)) / (np.sqrt(2 * np.pi) * one.slope)
         for one, radius in zip(profiles, inscribed, strict=True)
         if one is not None and one.slope > 0 and radius > WIDE * spacing
     ]
-    return min(found) if found else BLUR * spacing
+    return min(widths) if widths else BLUR * spacing
 
 
 def own_contrast(one: Profile, blur: float) -> tuple[float, float]:

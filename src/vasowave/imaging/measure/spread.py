@@ -49,18 +49,18 @@ def with_spread(
     """
     tree, radius = measured.tree, measured.network.radius
     part = _around(volume, tree, root)
-    found, lengths = [radius], [measured.network.length]
+    radii, lengths = [radius], [measured.network.length]
     for level in (factor * threshold for factor in FACTORS):
         try:
             sizes = _sizes_in(segmenter(part, level, root), tree, part, np.isfinite(measured.densitometric))
         except InputError as error:
             _warn(f"at threshold {level:g} no tree, so radius_sd is unknown: {error}")
             sizes = np.full((2, len(radius)), np.nan)
-        found.append(sizes[0])
+        radii.append(sizes[0])
         lengths.append(sizes[1])
     grey = np.zeros(len(radius)) if measured.grey is None else np.nan_to_num(measured.grey.sd)
     spacing = float(volume.spacing[0])
-    spread = np.hypot(np.std(found, axis=0, ddof=1), grey)
+    spread = np.hypot(np.std(radii, axis=0, ddof=1), grey)
     return replace(measured, radius_sd=spread, length_sd=np.hypot(np.std(lengths, axis=0, ddof=1), ENDS * spacing))
 
 

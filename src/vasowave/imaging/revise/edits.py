@@ -58,7 +58,7 @@ def read_edits(path: str | Path) -> tuple[Edit, ...]:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: the edits cannot be read ({error}); they are plain text") from None
-    found: list[Edit] = []
+    edits: list[Edit] = []
     unit = 1.0
     for number, line in enumerate(text.splitlines(), 1):
         words = line.split("#")[0].replace(",", " ").split()
@@ -73,10 +73,10 @@ def read_edits(path: str | Path) -> tuple[Edit, ...]:
             known = ("unit", "root", *_ACTIONS)
             hint = did_you_mean(action, known)
             raise InputError(f"{where}: unknown edit '{words[0]}'{hint}; there are: {', '.join(known)}")
-        found.append(Edit(action, _place(words, unit, where), where))
-        if action == "root" and sum(edit.action == "root" for edit in found) > 1:
+        edits.append(Edit(action, _place(words, unit, where), where))
+        if action == "root" and sum(edit.action == "root" for edit in edits) > 1:
             raise InputError(f"{where}: a second root; a tree has one")
-    return tuple(found)
+    return tuple(edits)
 
 
 def root_of(edits: tuple[Edit, ...]) -> np.ndarray | None:
@@ -171,11 +171,11 @@ _ACTIONS: dict[str, Callable[[Tree, Edit], Tree]] = {"remove": _removed, "cut": 
 
 def _beyond(tree: Tree, row: int) -> set[int]:
     """Return `row` and all rows beyond it (parents stand before daughters)."""
-    found = {row}
+    rows = {row}
     for other, parent in enumerate(tree.parent):
-        if parent in found:
-            found.add(other)
-    return found
+        if parent in rows:
+            rows.add(other)
+    return rows
 
 
 def _without(lines: list[Line], parents: np.ndarray, gone: set[int]) -> Tree:

@@ -17,7 +17,7 @@ NEAR, OVER = 2.0, (1.0, 4.0)
 def crossing_doubts(tree: Tree) -> list[Doubt]:
     """Return a doubt for each pair of vessels, neither beyond the other, that could be one vessel passing by."""
     ways = [_direction(line) for line in tree.lines]
-    found = []
+    doubts = []
     for one, other in combinations(range(len(tree)), 2):
         lines = tree.lines[one], tree.lines[other]
         gap = np.linalg.norm(lines[0].points[0] - lines[1].points[0])
@@ -29,8 +29,8 @@ def crossing_doubts(tree: Tree) -> list[Doubt]:
                 f"vessel(s) {', '.join(names)}: run on straight into one another, as one vessel does that touches or "
                 "crosses another: if it is not of this tree, remove both"
             )
-            found.append(Doubt("topology", text, names, np.array([line.points[-1] for line in lines])))
-    return found
+            doubts.append(Doubt("topology", text, names, np.array([line.points[-1] for line in lines])))
+    return doubts
 
 
 def _direction(line: Line) -> np.ndarray:

@@ -32,12 +32,12 @@ def surface_misfit(tree: Tree, radius: np.ndarray, surface: np.ndarray, spacing:
     owner = tree.owner[nearest]
     run = np.concatenate([line.run for line in tree.lines])[nearest]
     # What a tube's own taper explains is no misfit: the gap is taken from the mean along it.
-    found = np.full(len(tree), np.nan)
+    misfit = np.full(len(tree), np.nan)
     for row, (begin, end) in enumerate(free_stretches(tree)):
         own = (owner == row) & (run > begin) & (run < end) & (distance < 3 * radius[row] + 3 * spacing)
         if own.sum() < 30:
             continue
         bins = (run[own] / max(radius[row], spacing)).astype(int)
         mean = np.bincount(bins, distance[own]) / np.maximum(np.bincount(bins), 1)
-        found[row] = float(np.median(np.abs(distance[own] - mean[bins]))) / radius[row]
-    return found
+        misfit[row] = float(np.median(np.abs(distance[own] - mean[bins]))) / radius[row]
+    return misfit

@@ -77,13 +77,13 @@ def _junction_doubts(tree: Tree, skeleton: Branches, pairs: dict[int, int]) -> l
 
 def _beyond(parent: np.ndarray, names: dict[int, int]) -> dict[int, frozenset[int]]:
     """Return the names of the named rows at or beyond each row."""
-    found: dict[int, set[int]] = {row: set() for row in range(len(parent))}
+    ends_beyond: dict[int, set[int]] = {row: set() for row in range(len(parent))}
     for row, name in names.items():
         at = row
         while at >= 0:
-            found[at].add(name)
+            ends_beyond[at].add(name)
             at = int(parent[at])
-    return {row: frozenset(ends) for row, ends in found.items()}
+    return {row: frozenset(ends) for row, ends in ends_beyond.items()}
 
 
 def _nearest(tree: Tree, places: np.ndarray) -> list[int]:

@@ -35,10 +35,10 @@ def doubts_about(measured: Measurement, lumen: Segmentation, root: np.ndarray, a
     """
     surface = surface_points(lumen)
     skeleton = skeleton_branches(lumen, root, surface)
-    found = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends)
+    doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends)
     misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
-    found += crossing_doubts(measured.tree)
-    return (*found, *_cut(measured, lumen), *_unsettled(measured), *_uneven(measured, misfit))
+    doubts += crossing_doubts(measured.tree)
+    return (*doubts, *_cut(measured, lumen), *_unsettled(measured), *_uneven(measured, misfit))
 
 
 def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
@@ -70,18 +70,18 @@ def _unsettled(measured: Measurement) -> list[Doubt]:
 
 def _uneven(measured: Measurement, misfit: np.ndarray) -> list[Doubt]:
     """Return which vessels are no evenly filled round tubes."""
-    found = []
+    doubts = []
     uneven = np.nan_to_num(misfit) > UNEVEN
     if uneven.any():
         text = "the surface is not that of a round tube: not round, touched by another vessel, or badly segmented"
-        found.append(_doubt(measured, "length", uneven, text))
+        doubts.append(_doubt(measured, "length", uneven, text))
     if measured.grey is not None:
         contrast = measured.grey.contrast
         dim = np.nan_to_num(contrast / contrast[measured.network.root], nan=1.0) < FILLED
         if dim.any():
             text = f"less than {FILLED:.0%} of the root's contrast: partly filled, and what lies beyond may be missing"
-            found.append(_doubt(measured, "radius", dim, text))
-    return found
+            doubts.append(_doubt(measured, "radius", dim, text))
+    return doubts
 
 
 def _doubt(measured: Measurement, about: str, rows: Sequence[bool] | np.ndarray, text: str) -> Doubt:

@@ -63,30 +63,30 @@ def _dots(cohort: Cohort, source: str, name: str, other: str) -> list[Dot]:
     ]
 
 
-def animal_rows(tree: xr.DataTree, law: str, family: Family, called: Called) -> list[Row]:
+def animal_rows(result: xr.DataTree, law: str, family: Family, called: Called) -> list[Row]:
     """Return one row for each quantity of the model, as a multiple of the primary law's value."""
-    data = data_of(tree, f"{law}/quantities")
+    data = data_of(result, f"{law}/quantities")
     names = dict.fromkeys(["R_T", *family.quantities])
     there = [name for name in names if name not in INDICES and name in data]
     questions = list(dict.fromkeys([*map(question_of, family.quantities), *map(question_of, there)]))
     there.sort(key=lambda name: questions.index(question_of(name)))
-    return [_animal_row(tree, law, name, called) for name in there]
+    return [_animal_row(result, law, name, called) for name in there]
 
 
-def _animal_row(tree: xr.DataTree, law: str, name: str, called: Called) -> Row:
-    value = data_of(tree, f"{law}/quantities")[name]
+def _animal_row(result: xr.DataTree, law: str, name: str, called: Called) -> Row:
+    value = data_of(result, f"{law}/quantities")[name]
     center = float(value)
-    beside = [_relative(tree, wall, name, center, called) for wall in wall_laws(tree) if wall != law]
-    measured = data_of(tree, "measured/quantities")
+    beside = [_relative(result, wall, name, center, called) for wall in wall_laws(result) if wall != law]
+    measured = data_of(result, "measured/quantities")
     if name in _FROM_DATA and name in measured:
         alone = float(measured[name])
         tip = f"{called(name)} from the recording alone ({_FROM_DATA[name]}): {value_text(measured[name])}"
         beside.append(Point(alone / center, alone / center, alone / center, "data", tip))
-    point = _relative(tree, law, name, center, called)
+    point = _relative(result, law, name, center, called)
     return Row(question_of(name), called(name), value_text(value), "", point, beside)
 
 
-def _relative(tree: xr.DataTree, wall: str, name: str, center: float, called: Called) -> Point:
-    value = data_of(tree, f"{wall}/quantities")[name]
+def _relative(result: xr.DataTree, wall: str, name: str, center: float, called: Called) -> Point:
+    value = data_of(result, f"{wall}/quantities")[name]
     low, high = (float(value.attrs.get(f"interval_{end}", value)) / center for end in ("low", "high"))
     return Point(float(value) / center, low, high, wall, f"{called(name)}: {value_text(value)} ({wall} wall)")

@@ -21,8 +21,8 @@ def model_limits(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[s
 
 def _image_pressure(cohort: Cohort) -> list[str]:
     """Say at which pressure the radii were measured, where the results tell."""
-    known = [float(data_of(tree, "network")["image_pressure"]) for tree in cohort.trees
-             if "image_pressure" in data_of(tree, "network")]  # fmt: skip
+    known = [float(data_of(result, "network")["image_pressure"]) for result in cohort.results
+             if "image_pressure" in data_of(result, "network")]  # fmt: skip
     if not known:
         return []
     if not any(known):
@@ -37,11 +37,13 @@ def one_geometry(cohort: Cohort) -> list[str]:
     """Say where animals of a group have one network: of its geometry there is one measurement, whatever n is."""
     if cohort.single or not cohort.walls:
         return []
-    alike = [group for group, trees in cohort.groups.items() if len(trees) > 1 and _share_a_network(trees)]
+    alike = [group for group, results in cohort.groups.items() if len(results) > 1 and _share_a_network(results)]
     if not alike:
         return []
     first, *others = cohort.groups
-    radius = {group: float(data_of(trees[0], "network")["radius"].values[0]) for group, trees in cohort.groups.items()}
+    radius = {
+        group: float(data_of(results[0], "network")["radius"].values[0]) for group, results in cohort.groups.items()
+    }
     factors = listed([f"{number((radius[group] / radius[first]) ** 4, 2)} in {group}" for group in others])
     alone = f", here by {factors} against {first}" if others else ""
     return [
@@ -50,8 +52,8 @@ def one_geometry(cohort: Cohort) -> list[str]:
     ]
 
 
-def _share_a_network(trees: list[xr.DataTree]) -> bool:
-    first, *rest = (data_of(tree, "network") for tree in trees)
+def _share_a_network(results: list[xr.DataTree]) -> bool:
+    first, *rest = (data_of(result, "network") for result in results)
     return all(one.sizes == first.sizes and np.array_equal(one["radius"], first["radius"]) for one in rest)
 
 

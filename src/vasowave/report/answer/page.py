@@ -22,7 +22,7 @@ from vasowave.report.tables.cells import meanings, symbols
 
 def answer_sections(cohort: Cohort, primary: Primary, family: Family, failures: Mapping[str, str]) -> list[Section]:
     """Return the sections of the one result."""
-    written = symbols(cohort.trees)
+    written = symbols(cohort.results)
     called = _caller(cohort, written)
     forest = _forest(cohort, primary, family, called)
     return [
@@ -33,7 +33,7 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family, failures: 
 
 
 def _caller(cohort: Cohort, written: Mapping[str, str]) -> Called:
-    known = meanings(cohort.trees)
+    known = meanings(cohort.results)
 
     def called(name: str) -> str:
         said, sign = words(name, known), symbol(name, written)
@@ -45,7 +45,7 @@ def _caller(cohort: Cohort, written: Mapping[str, str]) -> Called:
 def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[tuple[str, str]]:
     wall = [wall_answer(cohort, primary.law)] if primary.law else []
     if cohort.single:
-        return [*animal_answers(cohort.trees[0], primary.law, family, called), *wall]
+        return [*animal_answers(cohort.results[0], primary.law, family, called), *wall]
     if len(cohort.groups) < 2:
         return [("Groups", "There is one group; nothing is compared between groups."), *wall]
     return [*group_answers(primary, called), *_not_compared(primary), *wall]
@@ -62,7 +62,7 @@ def _not_compared(primary: Primary) -> list[tuple[str, str]]:
 def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[Block]:
     looks, sources = group_looks(cohort.groups), source_looks([*cohort.sources, "data"])
     if cohort.single:
-        rows = animal_rows(cohort.trees[0], primary.law, family, called) if primary.law else []
+        rows = animal_rows(cohort.results[0], primary.law, family, called) if primary.law else []
         axis, columns = f"relative to the {primary.law} wall [1]", ("value [95 %]", "")
         caption = (
             f"The {primary.law} wall's values with their 95 % intervals (diamonds), and on the same scale those of "
@@ -88,7 +88,7 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
 
 
 def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
-    scatter = "; grey: SD of the beats" if "pressure_sd" in data_of(cohort.trees[0], "recording") else ""
+    scatter = "; grey: SD of the beats" if "pressure_sd" in data_of(cohort.results[0], "recording") else ""
     single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}."
     caption = single if cohort.single else "Measured pressure and flow of every animal."
     waves: list[Block] = [Drawing("Measured", caption, waveforms_figure(cohort))]

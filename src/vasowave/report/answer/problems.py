@@ -16,25 +16,25 @@ _MOST_NAMED = 4
 
 def problems(cohort: Cohort, failures: Mapping[str, str]) -> list[str]:
     """Return what is wrong: animals lost, laws that miss their data, searches that found their optimum only once."""
-    found = [f"{name} failed: {why}" for name, why in failures.items()]
+    sentences = [f"{name} failed: {why}" for name, why in failures.items()]
     for wall in cohort.walls:
-        lost = [name_of(tree) for tree in cohort.trees if wall not in wall_laws(tree)]
+        lost = [name_of(result) for result in cohort.results if wall not in wall_laws(result)]
         if lost:
-            found.append(f"Not calibrated with the {wall} wall: {_some(lost)}.")
-    interrupted = [name_of(tree) for tree in cohort.trees if int(tree.attrs.get("interrupted", 0))]
+            sentences.append(f"Not calibrated with the {wall} wall: {_some(lost)}.")
+    interrupted = [name_of(result) for result in cohort.results if int(result.attrs.get("interrupted", 0))]
     if interrupted:
-        found.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
+        sentences.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
     if differing := cohort.differing_settings:
-        found.append(f"The animals were not all analyzed with the same settings: {', '.join(differing)}.")
-    return [*found, *_missed(cohort), *_alone(cohort)]
+        sentences.append(f"The animals were not all analyzed with the same settings: {', '.join(differing)}.")
+    return [*sentences, *_missed(cohort), *_alone(cohort)]
 
 
 def problem_blocks(cohort: Cohort, failures: Mapping[str, str]) -> list[Block]:
     """Return the problems as an alarm, and quietly where routine notes stand."""
-    found = problems(cohort, failures)
-    blocks: list[Block] = [Notice("Problems", found)] if found else []
-    count = sum(len(notes_of(tree)) for tree in cohort.trees)
-    none = [] if found else ["No problem was found: nothing failed, and no law misses its data."]
+    sentences = problems(cohort, failures)
+    blocks: list[Block] = [Notice("Problems", sentences)] if sentences else []
+    count = sum(len(notes_of(result)) for result in cohort.results)
+    none = [] if sentences else ["No problem was found: nothing failed, and no law misses its data."]
     notes = [f"{count} routine notes stand with the animals in the supplement."] if count else []
     return [*blocks, *([Remarks("Checks", [*none, *notes])] if none or notes else [])]
 
@@ -61,20 +61,20 @@ def _miss(wall: str, rows: pd.DataFrame) -> str:
 
 def _alone(cohort: Cohort) -> list[str]:
     """Name searches of several starts of which only one came to the best optimum."""
-    found = []
+    sentences = []
     for wall in cohort.walls:
         names = [
-            name_of(tree)
-            for tree in cohort.calibrated(wall)
-            for fit in [data_of(tree, f"{wall}/calibration")]
+            name_of(result)
+            for result in cohort.calibrated(wall)
+            for fit in [data_of(result, f"{wall}/calibration")]
             if fit.sizes["start"] > 2 and int(fit["start_agrees"].sum()) == 1
         ]
         if names:
-            found.append(
+            sentences.append(
                 f"Only one start reached the best optimum ({wall} wall): {_some(names)}. Others may be better: raise "
                 "`starts`."
             )
-    return found
+    return sentences
 
 
 def _some(names: list[str]) -> str:

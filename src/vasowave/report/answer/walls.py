@@ -37,33 +37,33 @@ def _exponents(cohort: Cohort) -> list[str]:
     """Say how the wall stiffens where a law has a parameter for it, pooled over animals."""
     said = []
     for wall in cohort.walls:
-        trees = [tree for tree in cohort.calibrated(wall) if "stiffening" in tree[wall].children]
-        found = [data_of(tree, f"{wall}/stiffening")["exponent"] for tree in trees]
-        inside = [one for one in found if not int(one.attrs["at_bound"])]
+        results = [result for result in cohort.calibrated(wall) if "stiffening" in result[wall].children]
+        exponents = [data_of(result, f"{wall}/stiffening")["exponent"] for result in results]
+        inside = [one for one in exponents if not int(one.attrs["at_bound"])]
         if inside:
-            said.append(_exponent(wall, inside, len(found)))
+            said.append(_exponent(wall, inside, len(exponents)))
     return said
 
 
-def _exponent(wall: str, found: Sequence[xr.DataArray], count: int) -> str:
-    name, linear = found[0].attrs["parameter"], float(found[0].attrs["linear_at"])
-    value, low, high = _pooled_exponent(found)
+def _exponent(wall: str, exponents: Sequence[xr.DataArray], count: int) -> str:
+    name, linear = exponents[0].attrs["parameter"], float(exponents[0].attrs["linear_at"])
+    value, low, high = _pooled_exponent(exponents)
     verdict = "stiffens more than" if low > linear else "stiffens less than" if high < linear else ""
     start = f"The wall {verdict}" if verdict else "Open is whether the wall stiffens more or less than"
-    animals = "" if count == 1 else f"; {len(found)} animals pooled"
-    others = f", {count - len(found)} at a bound left out" if len(found) < count else ""
+    animals = "" if count == 1 else f"; {len(exponents)} animals pooled"
+    others = f", {count - len(exponents)} at a bound left out" if len(exponents) < count else ""
     size = with_interval(value, low, high)
     return f"{start} a linear one: {name} = {size} ({wall} law; {linear:g} is linear{animals}{others})."
 
 
-def _pooled_exponent(found: Sequence[xr.DataArray]) -> tuple[float, float, float]:
+def _pooled_exponent(exponents: Sequence[xr.DataArray]) -> tuple[float, float, float]:
     """Return the exponent with the ends of its 95 % interval; of several animals, pooled on logarithms."""
     from scipy.special import stdtrit
 
-    ends = np.log([(float(one.attrs["interval_low"]), float(one.attrs["interval_high"])) for one in found])
-    logs = np.log([float(one) for one in found])
-    if len(found) == 1:
-        return float(found[0]), float(np.exp(ends[0, 0])), float(np.exp(ends[0, 1]))
+    ends = np.log([(float(one.attrs["interval_low"]), float(one.attrs["interval_high"])) for one in exponents])
+    logs = np.log([float(one) for one in exponents])
+    if len(exponents) == 1:
+        return float(exponents[0]), float(np.exp(ends[0, 0])), float(np.exp(ends[0, 1]))
     mean = pooled_mean(logs, np.diff(ends)[:, 0] / (2 * stdtrit(np.inf, 0.975)))
     reach = float(stdtrit(mean.freedom, 0.975)) * mean.error
     low, high = np.exp([mean.value - reach, mean.value + reach]).tolist()

@@ -10,18 +10,24 @@ from vasowave.report.tables.animal import estimates_frame
 from vasowave.report.wording import listed, number, unit, with_error
 
 
-def fit_sentences(tree: xr.DataTree, wall: str, written: Mapping[str, str]) -> list[str]:
+def fit_sentences(result: xr.DataTree, wall: str, written: Mapping[str, str]) -> list[str]:
     """Return stiffness, outlets, quality, determination and agreement of the starts."""
-    fit = data_of(tree, f"{wall}/calibration")
-    table = estimates_frame(tree, wall).set_index("parameter")
-    return [_walls(tree, wall, table, written), _beds(fit), _quality(tree, fit), *_limits(table, written), _starts(fit)]
+    fit = data_of(result, f"{wall}/calibration")
+    table = estimates_frame(result, wall).set_index("parameter")
+    return [
+        _walls(result, wall, table, written),
+        _beds(fit),
+        _quality(result, fit),
+        *_limits(table, written),
+        _starts(fit),
+    ]
 
 
-def _walls(tree: xr.DataTree, wall: str, table: pd.DataFrame, written: Mapping[str, str]) -> str:
-    quantities = data_of(tree, f"{wall}/quantities")
+def _walls(result: xr.DataTree, wall: str, table: pd.DataFrame, written: Mapping[str, str]) -> str:
+    quantities = data_of(result, f"{wall}/quantities")
     parts = [
         f"{quantities[name].attrs['long_name']} {written.get(name, name)} = {_with_error(table.loc[[name]].iloc[0])}"
-        for name in law_of(tree, wall).parameters
+        for name in law_of(result, wall).parameters
     ]
     speed = number(float(quantities["wave_speed"]))
     return f"Walls: {listed(parts)}; waves run at {speed} cm/s in the root vessel at the measured mean pressure."
@@ -42,8 +48,8 @@ def _beds(fit: xr.Dataset) -> str:
     )
 
 
-def _quality(tree: xr.DataTree, fit: xr.Dataset) -> str:
-    share = 100 * float(fit["RMSE"]) / float(data_of(tree, "measured/quantities")["pPAP"])
+def _quality(result: xr.DataTree, fit: xr.Dataset) -> str:
+    share = 100 * float(fit["RMSE"]) / float(data_of(result, "measured/quantities")["pPAP"])
     return (
         f"Fit: the pressure differs from the measured one by {number(float(fit['RMSE']))} mmHg (root mean square), "
         f"{number(share, 2)} % of the pulse pressure; S = {number(float(fit['S']))} mmHg² over {int(fit['N'])} samples."

@@ -32,11 +32,11 @@ def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, 
 
 
 def _data(cohort: Cohort) -> str:
-    groups = listed([f"{len(trees)} {group}" for group, trees in cohort.groups.items()])
+    groups = listed([f"{len(results)} {group}" for group, results in cohort.groups.items()])
     whose = "one animal" if cohort.single else f"{groups} animals"
     return (
         f"Pressure and flow in the main pulmonary artery of {whose} were analyzed with vasowave "
-        f"{cohort.trees[0].attrs.get('vasowave', '')}. {_averaged(cohort)}. Nominal parameters came from "
+        f"{cohort.results[0].attrs.get('vasowave', '')}. {_averaged(cohort)}. Nominal parameters came from "
         f"{'the' if cohort.single else 'each'} recording: Z_c by the up-slope method (eq. 8), wall stiffness from Z_c "
         "(eqs. 9, 10), the time constant from the diastolic decay (eq. 12), resistances and compliances of the beds by "
         "the flow division of Poiseuille's law (eqs. 11, 13)."
@@ -45,13 +45,13 @@ def _data(cohort: Cohort) -> str:
 
 def _averaged(cohort: Cohort) -> str:
     """Say whose beats were averaged, and whose cycle was given as it is."""
-    raw = [tree for tree in cohort.trees if "beats" in tree.children]
-    given = named([tree for tree in cohort.trees if "beats" not in tree.children])
+    raw = [result for result in cohort.results if "beats" in result.children]
+    given = named([result for result in cohort.results if "beats" not in result.children])
     if not raw:
         return f"One averaged cycle of pressure and flow{'' if cohort.single else ' per animal'} was given"
-    counts = sorted({int(data_of(tree, "beats")["kept"].sum()) for tree in raw})
+    counts = sorted({int(data_of(result, "beats")["kept"].sum()) for result in raw})
     beats = " to ".join(str(count) for count in dict.fromkeys((counts[0], counts[-1])))
-    marks = {str(data_of(tree, "beats").attrs.get("fiducial", "")) for tree in raw}
+    marks = {str(data_of(result, "beats").attrs.get("fiducial", "")) for result in raw}
     aligned = listed(sorted(_FIDUCIALS.get(mark, mark) for mark in marks))
     whose = f" of {named(raw)}" if given else ""
     words = f"Pressure and flow{whose} were averaged over {beats} beats (rejected ones left out), aligned at {aligned}"
@@ -59,7 +59,7 @@ def _averaged(cohort: Cohort) -> str:
 
 
 def _model(cohort: Cohort) -> str:
-    networks = [network(tree) for tree in cohort.shown.values()]
+    networks = [network(result) for result in cohort.shown.values()]
     sizes = listed([str(size) for size in sorted({len(one) for one in networks})])
     lengths = np.array([one.length.sum() for one in networks])
     return (
@@ -83,7 +83,7 @@ def _blood(cohort: Cohort) -> str:
     if not isinstance(blood, dict):
         return ""
     friction = dict(blood.get("friction", {}))
-    layers = np.array([boundary_layer(float(blood["viscosity"]), period(tree)) for tree in cohort.trees])
+    layers = np.array([boundary_layer(float(blood["viscosity"]), period(result)) for result in cohort.results])
     return (
         f" Blood had density {blood['density']} g/ml and kinematic viscosity {blood['viscosity']} cm²/s (boundary "
         f"layer {span(layers)} cm); friction was that of {friction_words(friction.pop('law', ''), friction)}."
@@ -91,7 +91,7 @@ def _blood(cohort: Cohort) -> str:
 
 
 def _numerics(cohort: Cohort) -> str:
-    attrs = [data_of(tree, f"{wall}/simulation").attrs for tree in cohort.trees for wall in wall_laws(tree)]
+    attrs = [data_of(result, f"{wall}/simulation").attrs for result in cohort.results for wall in wall_laws(result)]
     if not attrs or not all({"courant", "cell_size", "converged", "cycles"} <= set(one) for one in attrs):
         return ""
     periodic = sum(bool(one["converged"]) for one in attrs)
@@ -121,7 +121,7 @@ def _calibration(cohort: Cohort) -> str:
 
 
 def _free(cohort: Cohort, wall: str) -> str:
-    fit, written = cohort.calibrations(wall)[0], symbols(cohort.trees)
+    fit, written = cohort.calibrations(wall)[0], symbols(cohort.results)
     names = map(str, fit["parameter"].values[fit["free"].values.astype(bool)])
     return ", ".join(written.get(name, name) for name in names)
 

@@ -9,6 +9,7 @@ from vasowave.figures import modeled as figures
 from vasowave.figures.compared import boxes_figure
 from vasowave.figures.style import group_looks
 from vasowave.report.blocks import Block, Drawing, Fold, Section, Table
+from vasowave.report.sections.space import space_block
 from vasowave.report.tables import models as tables
 from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
 from vasowave.report.wording import column_label
@@ -20,6 +21,7 @@ _SOURCES = "Sources differ by their hatch and stand below their boxes."
 def model_section(cohort: Cohort, law: str, written: Mapping[str, str]) -> Section:
     """What the calibrated models say."""
     blocks = [
+        *space_block(cohort, law or cohort.walls[0]),
         *_waveforms(cohort),
         *(tables.parameters(cohort, wall) for wall in cohort.walls),
         tables.bounds(cohort),
@@ -54,8 +56,8 @@ def _waveforms(cohort: Cohort) -> list[Block]:
     looks = group_looks(cohort.groups)
     return [
         *(Drawing(f"PQsim-{place}", f"Pressure and flow at the middle of chosen vessels of {cohort.name(group)}; in "
-                  "brackets the vessel's share of the mean flow.", figures.vessels_figure(tree, looks[group].color))
-          for place, (group, tree) in enumerate(cohort.shown.items(), start=1)),
+                  "brackets the vessel's share of the mean flow.", figures.vessels_figure(result, looks[group].color))
+          for place, (group, result) in enumerate(cohort.shown.items(), start=1)),
         Drawing("PAsim", "Pressure against area at the middle of the root vessel over one cycle (thick), and the wall "
                 "law from zero pressure on (thin, if the results hold it).", figures.pressure_area_figure(cohort)),
         Drawing("Tree", "Wave speed at mean pressure in every vessel (eqs. 31, 32), and fall of the mean pressure "
@@ -100,7 +102,7 @@ def _selection(cohort: Cohort, law: str) -> list[Block]:
 
 
 def _harmonics(cohort: Cohort) -> int:
-    return max(int(data_of(tree, "measured/impedance")["harmonic"].max()) for tree in cohort.trees)
+    return max(int(data_of(result, "measured/impedance")["harmonic"].max()) for result in cohort.results)
 
 
 def _whose(cohort: Cohort) -> str:

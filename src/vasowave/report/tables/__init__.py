@@ -1,1 +1,1 @@
-"""The tables of a report, made from the trees of the animals."""
+"""The tables of a report, made from the results of the animals."""

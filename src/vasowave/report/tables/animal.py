@@ -23,15 +23,15 @@ _NUMERICS = {
 }
 
 
-def values(tree: xr.DataTree, written: dict[str, str]) -> Table:
+def values(result: xr.DataTree, written: dict[str, str]) -> Table:
     """Return every single number: measured, and of each wall law with its 95 % interval where it is known."""
-    by_source = {source: data_of(tree, f"{source}/quantities") for source in sources(tree)}
+    by_source = {source: data_of(result, f"{source}/quantities") for source in sources(result)}
     rows: list[Row] = []
     for name in dict.fromkeys(str(name) for data in by_source.values() for name in data.data_vars):
         units = next(str(data[name].attrs.get("units", "1")) for data in by_source.values() if name in data)
-        cells = [_value(tree, source, name) if name in data else "" for source, data in by_source.items()]
+        cells = [_value(result, source, name) if name in data else "" for source, data in by_source.items()]
         rows.append((with_unit(f"{name} [{units}]", written), *cells))
-    header = ("quantity", "measured", *(f"{wall} wall" for wall in wall_laws(tree)))
+    header = ("quantity", "measured", *(f"{wall} wall" for wall in wall_laws(result)))
     note = (
         "Measured: the indices, and nominal values; β and c follow from the up-slope, τ from the diastolic decay, R_T "
         f"is mean pressure over mean flow. {MARKS}"
@@ -39,9 +39,9 @@ def values(tree: xr.DataTree, written: dict[str, str]) -> Table:
     return Table("", "Values, measured and calibrated [95 % interval]", header, rows, note)
 
 
-def estimates(tree: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
+def estimates(result: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
     """Return what the search for the parameters of one wall law came to."""
-    data = estimates_frame(tree, wall)
+    data = estimates_frame(result, wall)
     known = data["parameter"].map(lambda name: written.get(name, name))
     shown = data.assign(parameter=known, unit=data["unit"].map(unit))
     shown = shown.drop(columns=["symbol", "meaning"], errors="ignore")
@@ -49,9 +49,9 @@ def estimates(tree: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
     return Table.of("", f"{wall.capitalize()} wall: the parameters and their search", shown)
 
 
-def posterior(tree: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
+def posterior(result: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
     """Return what the posterior of one wall law says of every quantity, and where its uncertainty comes from."""
-    data = data_of(tree, f"{wall}/inference")
+    data = data_of(result, f"{wall}/inference")
     header = (
         "quantity",
         "median [95 %]",
@@ -85,22 +85,22 @@ def _range(one: xr.Dataset, low: str, high: str, middle: str = "") -> str:
     return f"{number(float(one[middle]))} {ends}" if middle else ends
 
 
-def correlations(tree: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
+def correlations(result: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
     """Return the correlation of the estimates of one wall law."""
-    matrix = data_of(tree, f"{wall}/calibration")["correlation"]
+    matrix = data_of(result, f"{wall}/calibration")["correlation"]
     names = [written.get(str(name), str(name)) for name in matrix["free_parameter"].values]
     rows = [(name, *(f"{value:.2f}" for value in row)) for name, row in zip(names, matrix.values, strict=True)]
     return Table("", f"{wall.capitalize()} wall: correlation of the estimates", (" ", *names), rows)
 
 
-def starts(tree: xr.DataTree, wall: str) -> Table:
+def starts(result: xr.DataTree, wall: str) -> Table:
     """Return where every start of the search ended."""
-    return Table.of("", f"{wall.capitalize()} wall: starts of the search", starts_frame(tree, wall), digits=4)
+    return Table.of("", f"{wall.capitalize()} wall: starts of the search", starts_frame(result, wall), digits=4)
 
 
-def numerics(tree: xr.DataTree) -> Table:
+def numerics(result: xr.DataTree) -> Table:
     """Return settings and checks of the simulations, one column per wall law."""
-    by_wall = {wall: data_of(tree, f"{wall}/simulation").attrs for wall in wall_laws(tree)}
+    by_wall = {wall: data_of(result, f"{wall}/simulation").attrs for wall in wall_laws(result)}
     rows: list[Row] = []
     for key in dict.fromkeys(str(key) for attrs in by_wall.values() for key in attrs if key != "wall"):
         cells = [_setting(key, attrs.get(key)) for attrs in by_wall.values()]
@@ -109,17 +109,17 @@ def numerics(tree: xr.DataTree) -> Table:
     return Table("", "Settings and checks of the simulations", header, rows)
 
 
-def estimates_frame(tree: xr.DataTree, wall: str) -> pd.DataFrame:
+def estimates_frame(result: xr.DataTree, wall: str) -> pd.DataFrame:
     """Return parameters, bounds, values and errors of one calibration in full precision."""
-    fit = data_of(tree, f"{wall}/calibration")
+    fit = data_of(result, f"{wall}/calibration")
     along = [str(name) for name, value in fit.data_vars.items() if value.dims == ("parameter",)]
     order = ["unit", *(name for name in along if name != "unit")]
     return pd.DataFrame({"parameter": fit["parameter"].values, **{name: fit[name].values for name in order}})
 
 
-def starts_frame(tree: xr.DataTree, wall: str) -> pd.DataFrame:
+def starts_frame(result: xr.DataTree, wall: str) -> pd.DataFrame:
     """Return where every start ended in full precision, units in the column names."""
-    fit = data_of(tree, f"{wall}/calibration")
+    fit = data_of(result, f"{wall}/calibration")
     count = {"start": np.arange(fit.sizes["start"])}
     columns = {}
     for name, value in fit.data_vars.items():
@@ -130,10 +130,10 @@ def starts_frame(tree: xr.DataTree, wall: str) -> pd.DataFrame:
     return pd.DataFrame(count | columns)
 
 
-def _value(tree: xr.DataTree, source: str, name: str) -> str:
-    value = data_of(tree, f"{source}/quantities")[name]
+def _value(result: xr.DataTree, source: str, name: str) -> str:
+    value = data_of(result, f"{source}/quantities")[name]
     text = value_text(value, with_unit=False)
-    return text if source == "measured" else text + mark(data_of(tree, f"{source}/calibration"), name)
+    return text if source == "measured" else text + mark(data_of(result, f"{source}/calibration"), name)
 
 
 def _setting(key: str, value: object) -> str:

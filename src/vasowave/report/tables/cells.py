@@ -12,22 +12,22 @@ from vasowave.report.wording import name_and_unit, number, with_error, with_inte
 _SUBSCRIPTS = {"_0": "₀", "_1": "₁", "_2": "₂", "cm2": "cm²"}
 
 
-def symbols(trees: Sequence[xr.DataTree]) -> dict[str, str]:
-    """Return the symbol of every quantity of the trees, as people write it."""
+def symbols(results: Sequence[xr.DataTree]) -> dict[str, str]:
+    """Return the symbol of every quantity of the results, as people write it."""
     written: dict[str, str] = {}
-    for tree in trees:
-        for source in sources(tree):
-            for name, value in data_of(tree, f"{source}/quantities").data_vars.items():
+    for result in results:
+        for source in sources(result):
+            for name, value in data_of(result, f"{source}/quantities").data_vars.items():
                 written.setdefault(str(name), _symbol(str(value.attrs.get("symbol", name))))
     return written
 
 
-def meanings(trees: Sequence[xr.DataTree]) -> dict[str, str]:
-    """Return what every quantity of the trees is, in words."""
+def meanings(results: Sequence[xr.DataTree]) -> dict[str, str]:
+    """Return what every quantity of the results is, in words."""
     known: dict[str, str] = {}
-    for tree in trees:
-        for source in reversed(sources(tree)):  # the models first: theirs is the general meaning
-            for name, value in data_of(tree, f"{source}/quantities").data_vars.items():
+    for result in results:
+        for source in reversed(sources(result)):  # the models first: theirs is the general meaning
+            for name, value in data_of(result, f"{source}/quantities").data_vars.items():
                 known.setdefault(str(name), str(value.attrs.get("long_name", name)))
     return known
 
@@ -38,14 +38,14 @@ def _symbol(text: str) -> str:
     return text
 
 
-def who(tree: xr.DataTree) -> dict[str, object]:
+def who(result: xr.DataTree) -> dict[str, object]:
     """Return the first two cells of a row about an animal."""
-    return {"animal": name_of(tree), "group": group_of(tree)}
+    return {"animal": name_of(result), "group": group_of(result)}
 
 
-def named(trees: Sequence[xr.DataTree]) -> str:
+def named(results: Sequence[xr.DataTree]) -> str:
     """Return the animals by name."""
-    return ", ".join(map(name_of, trees))
+    return ", ".join(map(name_of, results))
 
 
 def source_title(source: str) -> str:

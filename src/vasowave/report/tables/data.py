@@ -17,11 +17,11 @@ def hemodynamics(cohort: Cohort) -> Table:
     """Mean ± SD of the measured indices ("HemoStats")."""
     rows = cohort.table[cohort.table["source"] == "measured"]
     data = describe(rows, columns(rows, INDICES))
-    groups = [f"{group} (n = {len(trees)})" for group, trees in cohort.groups.items()]
+    groups = [f"{group} (n = {len(results)})" for group, results in cohort.groups.items()]
     header = ("index", *(["measured"] if cohort.single else groups))
-    known = meanings(cohort.trees)
+    known = meanings(cohort.results)
     cells = [
-        (with_unit(label, symbols(cohort.trees)), *(mean_sd(row) for _, row in part.iterrows()))
+        (with_unit(label, symbols(cohort.results)), *(mean_sd(row) for _, row in part.iterrows()))
         for label, part in data.groupby("quantity", sort=False)
     ]
     note = "; ".join(f"{name}: {known[name]}" for name in INDICES if name in known)
@@ -32,23 +32,23 @@ def hemodynamics(cohort: Cohort) -> Table:
 def networks(cohort: Cohort) -> list[Table]:
     """Connectivity and size of the vessels ("Network"), side by side where the groups' vessels are the same."""
     by_topology: dict[tuple[str, ...], dict[str, xr.DataTree]] = {}
-    for group, tree in cohort.shown.items():
-        vessels = network(tree)
-        by_topology.setdefault((*vessels.name, *map(str, vessels.parent)), {})[group] = tree
+    for group, result in cohort.shown.items():
+        vessels = network(result)
+        by_topology.setdefault((*vessels.name, *map(str, vessels.parent)), {})[group] = result
     return [
-        _network("Network" if place == 1 else f"Network-{place}", trees, cohort.single)
-        for place, trees in enumerate(by_topology.values(), start=1)
+        _network("Network" if place == 1 else f"Network-{place}", results, cohort.single)
+        for place, results in enumerate(by_topology.values(), start=1)
     ]
 
 
-def _network(name: str, trees: dict[str, xr.DataTree], single: bool) -> Table:
-    first = network(next(iter(trees.values())))
+def _network(name: str, results: dict[str, xr.DataTree], single: bool) -> Table:
+    first = network(next(iter(results.values())))
     daughters = [", ".join(first.name[row] for row in rows) or "–" for rows in first.daughters]
     data = pd.DataFrame({"vessel": first.name, "daughters": daughters})
-    for group, tree in trees.items():
-        vessels, label = network(tree), "" if single else f" {group}"
+    for group, result in results.items():
+        vessels, label = network(result), "" if single else f" {group}"
         data[f"r0{label} [cm]"], data[f"L{label} [cm]"] = vessels.radius, vessels.length
-    whose = "" if single else f" of {' and '.join(trees)} (animals {named(list(trees.values()))})"
+    whose = "" if single else f" of {' and '.join(results)} (animals {named(list(results.values()))})"
     note = "– marks a terminal vessel; the first one is the root."
     return Table.of(name, f"Dimensions of the vessels{whose}", data, note)
 
@@ -56,10 +56,10 @@ def _network(name: str, trees: dict[str, xr.DataTree], single: bool) -> Table:
 def nominal(cohort: Cohort) -> Table:
     """Nominal parameters of every animal ("ParNom", eqs. 8 to 12)."""
     rows = []
-    for tree in cohort.trees:
-        start = data_of(tree, "nominal")
+    for result in cohort.results:
+        start = data_of(result, "nominal")
         values = {f"{label} [{start[name].attrs['units']}]": float(start[name]) for name, label in _NOMINAL.items()}
-        rows.append(who(tree) | values)
+        rows.append(who(result) | values)
     note = "Every wall law starts at the stiffness β₀ (eqs. 9, 10), all vascular beds at a = R₁/R_T = 0.2."
     return Table.of("ParNom", "Nominal parameters", pd.DataFrame(rows), note)
 
@@ -67,10 +67,10 @@ def nominal(cohort: Cohort) -> Table:
 def characteristic_impedances(cohort: Cohort) -> Table:
     """Z_c of every animal by several estimators (eq. 8)."""
     rows = []
-    for tree in cohort.trees:
-        spectrum = data_of(tree, "measured/impedance")
+    for result in cohort.results:
+        spectrum = data_of(result, "measured/impedance")
         values = zip(spectrum["estimator"].values, spectrum["Z_c"].values, strict=True)
-        rows.append(who(tree) | {f"{name} [mmHg s/ml]": float(value) for name, value in values})
+        rows.append(who(result) | {f"{name} [mmHg s/ml]": float(value) for name, value in values})
     note = (
         "The nominal stiffness follows from the up-slope; where estimators disagree, reflections or delays are at work."
     )

@@ -43,7 +43,7 @@ def bounds(cohort: Cohort) -> Table:
 
 def parameters(cohort: Cohort, wall: str) -> Table:
     """Optimized values of every animal with one wall law ("Parameters")."""
-    law, written = cohort.law(wall), symbols(cohort.trees)
+    law, written = cohort.law(wall), symbols(cohort.results)
     names = dict.fromkeys((*law.parameters, law.stiffness, *_DERIVED))
     table = cohort.table[cohort.table["source"] == wall]
     there = [label for label in columns(table, tuple(names)) if table[label].notna().any()]
@@ -59,10 +59,10 @@ def parameters(cohort: Cohort, wall: str) -> Table:
 def starts(cohort: Cohort) -> Table:
     """How many starts of every calibration found its optimum."""
     rows = []
-    for tree in cohort.trees:
-        row = who(tree)
-        for wall in wall_laws(tree):
-            fit = data_of(tree, f"{wall}/calibration")
+    for result in cohort.results:
+        row = who(result)
+        for wall in wall_laws(result):
+            fit = data_of(result, f"{wall}/calibration")
             row[f"{wall}: starts"] = int(fit.sizes["start"])
             row[f"{wall}: agree"] = int(fit["start_agrees"].values.astype(bool).sum())
             row[f"{wall}: simulations"] = int(fit["start_simulations"].values.sum())
@@ -73,9 +73,11 @@ def starts(cohort: Cohort) -> Table:
 def waves(cohort: Cohort) -> Table:
     """Peak, area and time of the largest wave of each kind, by group and source."""
     rows = []
-    for tree in cohort.trees:
-        for source in sources(tree):
-            rows += [who(tree) | {"source": source} | wave for wave in _largest_waves(data_of(tree, f"{source}/waves"))]
+    for result in cohort.results:
+        for source in sources(result):
+            rows += [
+                who(result) | {"source": source} | wave for wave in _largest_waves(data_of(result, f"{source}/waves"))
+            ]
     data = pd.DataFrame(rows)
     data = data.sort_values("wave", key=lambda wave: wave.map(list(WAVES).index), kind="stable", ignore_index=True)
     measures = [label for label in data.columns if "[" in label]

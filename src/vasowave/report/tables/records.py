@@ -15,7 +15,7 @@ from vasowave.report.tables.cells import who
 
 def records(cohort: Cohort) -> dict[str, pd.DataFrame]:
     """Return the tables by name; one row for each parameter, pair of parameters, start, outlet or time."""
-    tables = {"Waveforms": pd.concat([_waveforms(tree) for tree in cohort.trees], ignore_index=True)}
+    tables = {"Waveforms": pd.concat([_waveforms(result) for result in cohort.results], ignore_index=True)}
     if cohort.walls:
         tables |= {
             "Estimates": _by_law(cohort, estimates_frame),
@@ -27,24 +27,26 @@ def records(cohort: Cohort) -> dict[str, pd.DataFrame]:
 
 
 def _by_law(cohort: Cohort, table: Callable[[xr.DataTree, str], pd.DataFrame]) -> pd.DataFrame:
-    parts = [_labelled(table(tree, wall), tree, wall=wall) for tree in cohort.trees for wall in wall_laws(tree)]
+    parts = [
+        _labelled(table(result, wall), result, wall=wall) for result in cohort.results for wall in wall_laws(result)
+    ]
     return pd.concat(parts, ignore_index=True)
 
 
-def _labelled(table: pd.DataFrame, tree: xr.DataTree, **labels: str) -> pd.DataFrame:
-    known = who(tree) | labels
+def _labelled(table: pd.DataFrame, result: xr.DataTree, **labels: str) -> pd.DataFrame:
+    known = who(result) | labels
     return table.assign(**known)[[*known, *table.columns]]  # type: ignore[arg-type]
 
 
-def _correlations(tree: xr.DataTree, wall: str) -> pd.DataFrame:
-    pairs = data_of(tree, f"{wall}/calibration")["correlation"].to_dataframe().reset_index()
+def _correlations(result: xr.DataTree, wall: str) -> pd.DataFrame:
+    pairs = data_of(result, f"{wall}/calibration")["correlation"].to_dataframe().reset_index()
     return pairs.set_axis(["parameter", "other", "correlation [1]"], axis=1)
 
 
-def _outlets(tree: xr.DataTree, wall: str) -> pd.DataFrame:
+def _outlets(result: xr.DataTree, wall: str) -> pd.DataFrame:
     """Return what every vascular bed was calibrated to, and where it started."""
-    sets = {"": data_of(tree, f"{wall}/calibration"), " nominal": data_of(tree, "nominal")}
-    vessels = network(tree)
+    sets = {"": data_of(result, f"{wall}/calibration"), " nominal": data_of(result, "nominal")}
+    vessels = network(result)
     columns = {
         f"{name}{which} [{value.attrs.get('units', '1')}]": value.values
         for which, data in sets.items()
@@ -56,17 +58,17 @@ def _outlets(tree: xr.DataTree, wall: str) -> pd.DataFrame:
     return pd.DataFrame({"vessel": names, "flow fraction [1]": share, **columns})
 
 
-def _waveforms(tree: xr.DataTree) -> pd.DataFrame:
+def _waveforms(result: xr.DataTree) -> pd.DataFrame:
     """Return pressure and flow at the inlet over one cycle: measured, and of every wall law."""
-    recording = data_of(tree, "recording")
+    recording = data_of(result, "recording")
     pressure = recording["pressure"].values
     waves = {"measured": (pressure, resample(recording["flow"].values, len(pressure)))}
-    for wall in wall_laws(tree):
-        root = root_vessel(tree)
-        waves[wall] = simulated(tree, wall, "pressure", root).values, simulated(tree, wall, "flow", root).values
+    for wall in wall_laws(result):
+        root = root_vessel(result)
+        waves[wall] = simulated(result, wall, "pressure", root).values, simulated(result, wall, "flow", root).values
     parts = [
-        _labelled(pd.DataFrame({"time [s]": np.arange(len(p)) * (period(tree) / len(p)), "pressure [mmHg]": p,
-                                "flow [ml/s]": q}), tree, source=source)
+        _labelled(pd.DataFrame({"time [s]": np.arange(len(p)) * (period(result) / len(p)), "pressure [mmHg]": p,
+                                "flow [ml/s]": q}), result, source=source)
         for source, (p, q) in waves.items()
     ]  # fmt: skip
     return pd.concat(parts, ignore_index=True)

@@ -19,7 +19,7 @@ _NOTE = (
 def selection_table(cohort: Cohort) -> Table:
     """AICc and BIC of the wall laws under every noise model, for every animal, likeliest noise model first."""
     pairs = zip(cohort.ballots, cohort.compared, strict=True)
-    parts = [one.table.assign(**who(tree)) for one, tree in pairs]  # type: ignore[arg-type]
+    parts = [one.table.assign(**who(result)) for one, result in pairs]  # type: ignore[arg-type]
     data = pd.concat(parts, ignore_index=True)
     data = data[["animal", "group", *(label for label in data.columns if label not in ("animal", "group"))]]
     verdict = data_of(cohort.compared[0], "selection")["AICc_verdict"].attrs.get("long_name", "")
