@@ -47,7 +47,7 @@ class Numerics:
 
     accuracy: Positive | None = None
     cell_size: Positive = 0.1
-    samples: Annotated[int, Ge(1)] = 256
+    samples: Annotated[int, Ge(1)] = 512
     steps_per_cycle: Annotated[int, Ge(1)] | None = None
     tolerance: Positive = 1e-4
     most_cycles: Annotated[int, Ge(2)] = 60
