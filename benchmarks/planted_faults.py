@@ -62,6 +62,23 @@ FAULTS = [
     ),
     Fault("drag as an explicit step", CELLS, (("E = 1.0 / (1.0 + x + 0.5 * x * x)", "E = 1.0 - x"),)),
     Fault("thin vessels on two cells", "solver/grid.py", (("_STEADY_ERROR = 2e-4", "_STEADY_ERROR = 2e4"),)),
+    Fault(
+        "solver's vessels of one cell without a slope",
+        CYCLE,
+        (("            continue_lines(area, flow, vessels.single, faces)\n", ""),),
+    ),
+    Fault(
+        "solver's vessels of one cell slope the wrong way",
+        CELLS,
+        (("area[j] + rise, area[j] - rise", "area[j] - rise, area[j] + rise"),),
+    ),
+    Fault("one cell where the pressure falls", "solver/grid.py", (("_FLAT = 0.05", "_FLAT = 5.0"),)),
+    Fault(
+        "sensitivity of vessels of one cell without a slope",
+        "solver/varied_cycle.py",
+        (("continue_lines(dA[d], dq[d],", "continue_lines(0.0 * dA[d], dq[d],"),),
+    ),
+    Fault("linear network about rest", "linear.py", (("middle = 0.5 * (1.0 + kept) * inlet", "middle = 0.0 * kept"),)),
     Fault("flow faster than its waves", "solver/validity.py", (("mach.value >= 1.0", "mach.value >= 1e9"),)),
     Fault("dispersion a tenth of what it is", "solver/extremes.py", (("/ (6 * c**3)", "/ (60 * c**3)"),)),
     Fault(
@@ -109,7 +126,11 @@ FAULTS = [
     Fault("convective term dropped", CELLS, (("fluxes.momentum[j] = q * q * per_area", "fluxes.momentum[j] = 0.0"),)),
     Fault("one Newton step", NODES, (("_NEWTON_CLOSE = 1e-", "_NEWTON_CLOSE = 1e+"),)),
     Fault("inflow late by a step", CYCLE, (("solve_nodes(inflow[n], n,", "solve_nodes(inflow[n - 1], n,"),)),
-    Fault("junction adds a daughter's flow", NODES, (("excess += ends.side[e] * (", "excess += ("),)),
+    Fault(
+        "junction adds a daughter's flow",
+        NODES,
+        (("+= ends.side[e] * nodes.intercept[e] + m *", "+= nodes.intercept[e] + nodes.slope[e] *"),),
+    ),
     Fault(
         "characteristics start at the cell's center",
         NODES,

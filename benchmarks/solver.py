@@ -2,13 +2,17 @@
 
 uv run python benchmarks/solver.py           and the ratios to the stored run
 uv run python benchmarks/solver.py --keep    store this run
+uv run python benchmarks/solver.py --ensemble 100000    an ensemble of so many members alone, and the memory it takes
 
-Times are the shortest of several, of the processor and not of the clock. For the comparison with the stored run they
-are counted in units of a fixed piece of compiled work, timed in the same run: not every machine counts instructions.
+Counts of work (cell steps, vessel-end steps) are the same on every machine. Times are the shortest of several, of the
+processor and not of the clock. For the comparison with the stored run they are counted in units of a fixed piece of
+compiled work, timed in the same run: not every machine counts instructions.
 """
 
+import argparse
 import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -33,6 +37,7 @@ from vasowave.network import Network
 from vasowave.nominal import estimate_nominal, windkessels
 from vasowave.solver import Numerics
 from vasowave.solver.simulate import simulate_run, simulate_runs
+from vasowave.solver.sweep import sweep
 from vasowave.solver.trigonometry import tangent
 from vasowave.walls import LinearWall, TangentWall
 
@@ -81,11 +86,11 @@ def unit() -> float:
 
 
 def compared(costs: dict[str, float]) -> None:
-    """Print every cost (in units of work) and its ratio to that of the stored run."""
+    """Print every cost and its ratio to that of the stored run."""
     stored = json.loads(STORED.read_text()) if STORED.exists() else {}
     for name, cost in costs.items():
         before = f"{cost / stored[name]:6.2f} of the stored run" if name in stored else "  not stored"
-        print(f"{name:32} {cost:8.3f} units {before}")
+        print(f"{name:32} {cost:10.5g} {before}")
 
 
 def tree(count: int) -> Network:
@@ -108,8 +113,8 @@ def compiling() -> None:
     print(f"first simulation of a process: {first:.1f} s with compiling, {cached:.2f} s with what was compiled before")
 
 
-def one_simulation(name: str, wall: LinearWall | TangentWall) -> dict[str, float]:
-    """Print and return the cost of one simulation and of a Jacobian, s; print that of an ensemble."""
+def one_simulation(name: str, wall: LinearWall | TangentWall) -> tuple[dict[str, float], dict[str, float]]:
+    """Print the cost of one simulation, a Jacobian and an ensemble; return work counted and times, s."""
     inflow, network = ejection(), control_network()
     model = Model(network, wall, windkessels(network, 76.0, 0.12, 0.12))
     run = simulate_run(model, inflow, Numerics())
@@ -129,7 +134,12 @@ def one_simulation(name: str, wall: LinearWall | TangentWall) -> dict[str, float
         f"  a Jacobian of {free} parameters costs as much as {exact / alone:.2f} simulations near by, one for a search "
         f"{rough / alone:.2f}"
     )
-    return {f"{name}, simulation": seconds, f"{name}, near by": alone, f"{name}, Jacobian": exact}
+    work = {
+        f"{name}, cell steps": cells * run.steps * cycles,
+        f"{name}, end steps": 2 * len(network) * run.steps * cycles,
+    }
+    times = {f"{name}, simulation": seconds, f"{name}, near by": alone, f"{name}, Jacobian": exact}
+    return work, times
 
 
 def cost_of_a_jacobian(name: str) -> tuple[float, float, float, int]:
@@ -175,18 +185,48 @@ def calibrations() -> dict[str, float]:
     return costs
 
 
+def ensemble(count: int) -> None:
+    """Print time and memory of an ensemble of tubes of four cells: every combination of stiffness and resistance."""
+    network = Network(("tube",), np.array([-1]), np.array([0.4]), np.array([0.047]))
+    model = Model(network, LinearWall(57.0), windkessels(network, 76.0, 0.12, 0.12))
+    inflow, numerics, few = ejection(), Numerics(samples=32), round(count**0.5)
+
+    def swept(members: int) -> float:
+        values = {"beta": np.linspace(40, 90, few).tolist(), "R_T": np.linspace(60, 95, members // few).tolist()}
+        start = time.perf_counter()
+        failed = int((sweep(model, inflow, values, numerics, samples=32).failure.to_numpy() != "").sum())
+        size = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        seconds = time.perf_counter() - start
+        print(
+            f"{few * (members // few)} members of one vessel: {seconds:.1f} s, {failed} failed, {size:.0f} MB at most"
+        )
+        return seconds
+
+    swept(10 * few)
+    swept(count)
+
+
 def main() -> None:
     """Print all costs; with --keep, store them."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--keep", action="store_true")
+    parser.add_argument("--ensemble", type=int, metavar="MEMBERS")
+    chosen = parser.parse_args()
+    if chosen.ensemble:
+        ensemble(chosen.ensemble)
+        return
     compiling()
+    costs: dict[str, float] = {}
     seconds: dict[str, float] = {}
     for law, parameters in WALLS.items():
-        seconds |= one_simulation(law, parameters)
+        work, times = one_simulation(law, parameters)
+        costs, seconds = costs | work, seconds | times
     growth()
     seconds |= calibrations()
-    work = unit()
-    costs = {name: value / work for name, value in seconds.items()}
+    one = unit()
+    costs |= {f"{name}, units of work": value / one for name, value in seconds.items()}
     compared(costs)
-    if "--keep" in sys.argv[1:]:
+    if chosen.keep:
         STORED.write_text(json.dumps({name: round(cost, 4) for name, cost in costs.items()}, indent=2) + "\n")
 
 

@@ -48,7 +48,7 @@ class LinearSolution:
     def at(self, vessel: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the spectra of pressure and flow at x (cm) into the vessels (rows), shape (harmonic, place)."""
         P, Q = self.pressure[:, vessel], self.flow[:, vessel]
-        cosh, sinh = np.cosh(self.propagation[:, vessel] * x), np.sinh(self.propagation[:, vessel] * x)
+        cosh, sinh = _hyperbolic(self.propagation[:, vessel] * x)
         Z = self.line_impedance[:, vessel]
         p = P * cosh - Z * Q * sinh
         q = Q * cosh - P / Z * sinh
@@ -61,18 +61,42 @@ class LinearSolution:
         phase = np.exp(2j * np.pi / self.period * np.multiply.outer(np.asarray(t), k))
         return np.tensordot(phase, spectrum, axes=1).real
 
+    def over_cycle(self, spectrum: np.ndarray, count: int) -> np.ndarray:
+        """Return the signals at `count` evenly spaced times of the cycle, more than twice the harmonics."""
+        halves = 0.5 * count * spectrum
+        halves[0] *= 2.0
+        return np.fft.irfft(halves, count, axis=0)
+
 
 def linear_solution(model: Model, inflow: Inflow, harmonics: int = 32) -> LinearSolution:
     """Solve the linearized network for the harmonics 0 … `harmonics` of the inflow."""
     count = min(harmonics, (len(inflow.flow) - 1) // 2) + 1
     spectrum = np.fft.rfft(inflow.flow)[:count] / len(inflow.flow)
     spectrum[1:] *= 2
-    mean_pressure = np.zeros(len(model.network))
-    for _ in range(4):  # the mean pressure fixes the areas, which fix the friction, which fixes the mean pressure
-        steady = _solve(model, spectrum[:1], mean_pressure, inflow.period)
-        half_drop = 0.5 * steady.resistance * model.network.length * steady.flow[0].real
-        mean_pressure = steady.pressure[0].real - half_drop
-    return _solve(model, spectrum, mean_pressure, inflow.period)
+    return _solve(model, spectrum, _mean_pressure(model, float(spectrum[0].real), inflow.period), inflow.period)
+
+
+def _mean_pressure(model: Model, flow: float, period: float) -> np.ndarray:
+    """Mean pressure in the middle of every vessel, mmHg: it fixes areas, they fix friction, and that the pressure."""
+    network, blood = model.network, model.blood
+    parent, downward = network.parent.tolist(), np.concatenate(network.generations).tolist()
+    beds = np.zeros(len(network))
+    beds[network.terminals] = 1.0 / model.outlets.impedance_at(1, period)[0].real
+    k0, k1 = blood.friction.coefficients(blood.viscosity, period)
+    middle = np.zeros(len(network))
+    for _ in range(4):
+        A = walls.area(model.wall, middle, model.area0)
+        fall = blood.inertia * network.length * (k0 + k1 * np.sqrt(A)) / A**2
+        resistance, conductance = fall.tolist(), beds.tolist()
+        for row in reversed(downward):  # plain numbers: arrays of a few vessels cost more
+            resistance[row] += 1.0 / conductance[row]
+            if parent[row] >= 0:
+                conductance[parent[row]] += 1.0 / resistance[row]
+        kept, inlet = 1.0 - fall / resistance, [flow * resistance[network.root]] * len(network)
+        for row in downward[1:]:
+            inlet[row] = inlet[parent[row]] * float(kept[parent[row]])
+        middle = 0.5 * (1.0 + kept) * inlet
+    return middle
 
 
 def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period: float) -> LinearSolution:
@@ -86,13 +110,27 @@ def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period
     gamma = np.sqrt(series * shunt)
     with np.errstate(divide="ignore", invalid="ignore"):
         Z_line = np.sqrt(series / shunt)
-        tanh = np.tanh(gamma * network.length)
-        across, along = Z_line * tanh, tanh / Z_line
+    Z_line[0] = 1.0  # has no meaning at zero frequency, where γ = 0 multiplies it
+    cosh, sinh = _hyperbolic(gamma * network.length)
+    across, along = Z_line * sinh / cosh, sinh / cosh / Z_line
     resistance = inertia / A * drag
     across[0], along[0] = resistance * network.length, 0.0  # a steady flow meets resistance alone
-    Z_line[0] = 1.0  # has no meaning at zero frequency, where γ = 0 multiplies it
     Z_in = _input_impedance(model, model.outlets.impedance_at(len(spectrum), period), across, along)
-    return _go_down(model, spectrum, period, mean_pressure, Z_in, gamma, Z_line, resistance)
+    passed = cosh - Z_line / Z_in * sinh
+    passed[0] = 1.0 - across[0] / Z_in[0]
+    P = np.empty_like(Z_in)
+    P[:, network.root] = Z_in[:, network.root] * spectrum
+    for rows in network.generations[1:]:
+        parents = network.parent[rows]
+        P[:, rows] = P[:, parents] * passed[:, parents]
+    return LinearSolution(period, mean_pressure, Z_in, P, P / Z_in, gamma, Z_line, resistance)
+
+
+def _hyperbolic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cosh x and sinh x of complex x, from one exponential."""
+    grown = np.exp(x)
+    decayed = 1.0 / grown
+    return 0.5 * (grown + decayed), 0.5 * (grown - decayed)
 
 
 def _input_impedance(model: Model, end: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
@@ -102,31 +140,8 @@ def _input_impedance(model: Model, end: np.ndarray, across: np.ndarray, along: n
     load_admittance[:, network.terminals] = 1.0 / end
     Z_in = np.empty_like(load_admittance)
     for rows in reversed(network.generations):
-        load = 1.0 / load_admittance[:, rows]
-        Z_in[:, rows] = (load + across[:, rows]) / (1.0 + load * along[:, rows])
-        parents = network.parent[rows]
+        admittance, parents = load_admittance[:, rows], network.parent[rows]
+        Z_in[:, rows] = (1.0 + admittance * across[:, rows]) / (admittance + along[:, rows])
         if parents[0] >= 0:
             np.add.at(load_admittance.T, parents, (1.0 / Z_in[:, rows]).T)
     return Z_in
-
-
-def _go_down(
-    model: Model,
-    spectrum: np.ndarray,
-    period: float,
-    mean_pressure: np.ndarray,
-    Z_in: np.ndarray,
-    gamma: np.ndarray,
-    Z_line: np.ndarray,
-    resistance: np.ndarray,
-) -> LinearSolution:
-    """Pressure and flow at every inlet, from the root down."""
-    network = model.network
-    P, Q = np.zeros_like(Z_in), np.zeros_like(Z_in)
-    P[:, network.root], Q[:, network.root] = Z_in[:, network.root] * spectrum, spectrum
-    solution = LinearSolution(period, mean_pressure, Z_in, P, Q, gamma, Z_line, resistance)
-    for rows in network.generations[1:]:
-        parents = network.parent[rows]
-        P[:, rows] = solution.at(parents, network.length[parents])[0]
-        Q[:, rows] = P[:, rows] / Z_in[:, rows]
-    return solution

@@ -14,7 +14,16 @@ from vasowave.kernels import kept
 from vasowave.solver import cells as cell_kernels
 from vasowave.solver import grid, laws, trigonometry
 from vasowave.solver import nodes as node_kernels
-from vasowave.solver.cells import OPTIONS, find_fluxes, inner_faces, is_calm, largest_speeds, update_cells, worst_slot
+from vasowave.solver.cells import (
+    OPTIONS,
+    continue_lines,
+    find_fluxes,
+    inner_faces,
+    is_calm,
+    largest_speeds,
+    update_cells,
+    worst_slot,
+)
 from vasowave.solver.nodes import characteristics, gather, solve_nodes
 
 DONE, LEFT_LAW, NODE_FAILED = 0, 1, 2
@@ -82,9 +91,9 @@ def _compiled() -> Any:
             characteristics(ends, end_wall, fluid, nodes)
             failed = solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
             if failed >= 0:
-                report[STATUS], report[PLACE], report[STEP] = NODE_FAILED, ends.vessel[ends.start[failed]], n
+                report[STATUS], report[PLACE], report[STEP] = NODE_FAILED, ends.vessel[failed], n
                 return report
-            inlet_area[n] = faces.area[ends.face[0]]
+            inlet_area[n] = faces.area[ends.face[ends.inlet]]
             if not find_fluxes(faces.area, faces.flow, cells, wall, fluid, fluxes):
                 report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(faces.area, cells), n
                 return report
@@ -94,12 +103,13 @@ def _compiled() -> Any:
                     cell_out[0, n // every] = area
                     cell_out[1, n // every] = flow
             update_cells(area, flow, cells, fluid, fluxes, faces)
+            continue_lines(area, flow, vessels.single, faces)
             if sampled and per_cell:  # the cell at the half step is the mean of before and after
                 cell_out[0, n // every] = 0.5 * (cell_out[0, n // every] + area)
                 cell_out[1, n // every] = 0.5 * (cell_out[1, n // every] + flow)
             report[INFLOW] += inflow[n]
-            for k in ends.terminal_node:
-                report[OUTFLOW] += faces.flow[ends.face[ends.start[k]]]
+            for k in range(ends.first_terminal, len(nodes.step)):
+                report[OUTFLOW] += faces.flow[ends.face[k]]
         if not find_fluxes(area, flow, cells, wall, fluid, fluxes):
             report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(area, cells), len(inflow)
         return report

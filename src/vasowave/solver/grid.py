@@ -2,6 +2,7 @@
 
 Slots: every vessel owns its n cells and one ghost slot behind them, so that face j is the left face of slot j, face j+1
 its right one, and one loop over all slots serves the whole network. Faces 0 and n of a vessel are its two ends.
+The state of a vessel of one cell is a straight line: its ghost slot holds it a cell ahead, a second one a cell back.
 """
 
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from vasowave.linear import LinearSolution
 from vasowave.model import Model
 
 _STEADY_ERROR = 2e-4  # of the pressure, allowed to the fall of the mean pressure along a vessel
-FEWEST_CELLS = 2  # the foot of a characteristic is extrapolated from the two cells next to an end
+_FLAT = 0.05  # share of the pressure: where the mean falls by more, a vessel's middle is not the mean of its ends
 
 
 class Vessels(NamedTuple):
@@ -23,23 +24,27 @@ class Vessels(NamedTuple):
 
     first: np.ndarray  # (vessel,) first cell, which is also the inlet face
     last: np.ndarray  # (vessel,) outlet face, which is also the ghost slot
+    single: np.ndarray  # (short vessel,) the only cell of every vessel of one cell
 
 
 class Ends(NamedTuple):
-    """How vessel ends meet: they are sorted by node, and node k owns ends start[k] … start[k+1].
+    """How vessel ends meet.
 
-    Node 0 is the inlet of the root; then come the junctions, the parent's end first; then the terminals' outlets.
+    Nodes are sorted by the number of their ends: junctions, then the inlet of the root, then the terminals' outlets.
+    Ends are sorted by rank: the first end of every node, then the second of those that have one, and so on. The end of
+    rank r at node k is start[r] + k: ends of one rank lie side by side, as their nodes do.
     """
 
-    start: np.ndarray  # (node + 1,)
-    terminal_node: np.ndarray  # (terminal,)
+    start: np.ndarray  # (rank + 1,)
+    inlet: int  # node
+    first_terminal: int  # node
     vessel: np.ndarray  # (end,)
-    node: np.ndarray  # (end,)
     side: np.ndarray  # (end,) 1 at an outlet, -1 at an inlet
     face: np.ndarray  # (end,)
     cell: np.ndarray  # (end,) next to the end
     inner: np.ndarray  # (end,) the one behind it
     area0: np.ndarray  # (end,) cm²
+    per_area0: np.ndarray  # (end,) 1/cm²
     half: np.ndarray  # (end,) dt/(2 dx), s/cm
     dt: np.ndarray  # (end,) s
 
@@ -65,7 +70,7 @@ class Grid:
     vessel : int array, shape (slot,)
         Row of the vessel that owns the slot.
     position : float array, shape (slot,)
-        Distance of the cell's centre from the vessel's inlet, cm; NaN in ghost slots.
+        Distance of the cell's centre from the vessel's inlet, cm; NaN in slots without a state.
     spacing : float array, shape (slot,)
         Cell length dx, cm.
     wall : wall law
@@ -84,40 +89,48 @@ class Grid:
         """Number of cells, shape (vessel,)."""
         return self.vessels.last - self.vessels.first
 
-    @property
+    @cached_property
     def is_cell(self) -> np.ndarray:
         """True where the slot is a cell, False where it is a ghost; shape (slot,)."""
+        return (self.position > 0) & (self.position < self.model.network.length[self.vessel])
+
+    @cached_property
+    def has_state(self) -> np.ndarray:
+        """True where the slot is a cell or continues the only one of its vessel; shape (slot,)."""
         return ~np.isnan(self.position)
 
     @cached_property
     def _ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Number of ends of every node, and vessel and side of every end."""
+        """Where each rank of ends starts, and vessel and side of every end; the first end is the parent's."""
         network = self.model.network
-        junctions = [row for row, daughters in enumerate(network.daughters) if daughters]
-        meeting = [[row, *network.daughters[row]] for row in junctions]
-        count = [1, *map(len, meeting), *[1] * len(network.terminals)]
-        vessel = [network.root, *(row for rows in meeting for row in rows), *network.terminals]
-        sides = [[1.0, *[-1.0] * (len(rows) - 1)] for rows in meeting]
-        side = [-1.0, *(sign for signs in sides for sign in signs), *[1.0] * len(network.terminals)]
-        return np.array(count), np.array(vessel), np.array(side)
+        junctions = [[row, *daughters] for row, daughters in enumerate(network.daughters) if daughters]
+        junctions.sort(key=len, reverse=True)
+        nodes = [*junctions, [network.root], *([row] for row in network.terminals)]
+        ranks = [[rows[r] for rows in nodes if len(rows) > r] for r in range(len(nodes[0]))]
+        side = -np.ones(2 * len(network))
+        side[: len(nodes)] = 1.0
+        side[len(junctions)] = -1.0
+        return np.cumsum([0, *map(len, ranks)]), np.array([row for rows in ranks for row in rows]), side
 
     def ends(self, dt: float) -> Ends:
         """Return the vessel ends' constants for the time step `dt` (s)."""
-        count, vessel, side = self._ends
-        nodes, beds = len(count), len(self.model.network.terminals)
+        start, vessel, side = self._ends
+        first_terminal = int(start[1]) - len(self.model.network.terminals)
         face = np.where(side > 0, self.vessels.last[vessel], self.vessels.first[vessel])
         cell = np.where(side > 0, face - 1, face)
-        inner = cell - side.astype(np.int64)
+        backward = np.where(self.counts[vessel] > 1, -1, 2)  # the slot behind the cell next to an outlet
+        inner = cell + np.where(side > 0, backward, 1)
         return Ends(
-            start=np.concatenate([[0], np.cumsum(count)]),
-            terminal_node=np.arange(nodes - beds, nodes),
+            start=start.astype(np.uintp),
+            inlet=first_terminal - 1,
+            first_terminal=first_terminal,
             vessel=vessel,
-            node=np.repeat(np.arange(nodes), count).astype(np.uintp),
             side=side,
             face=face.astype(np.uintp),
             cell=cell.astype(np.uintp),
             inner=inner.astype(np.uintp),
             area0=self.model.area0[vessel],
+            per_area0=1 / self.model.area0[vessel],
             half=dt / (2 * self.spacing[cell]),
             dt=np.full(len(vessel), dt),
         )
@@ -137,36 +150,38 @@ class Grid:
 def make_grid(model: Model, counts: np.ndarray) -> Grid:
     """Cut every vessel into the given number of equal cells."""
     network = model.network
-    slots = counts + 1
+    slots = np.where(counts > 1, counts + 1, 3)
     first = np.concatenate([[0], np.cumsum(slots)[:-1]])
     vessel = np.repeat(np.arange(len(network)), slots)
     number = np.arange(slots.sum()) - first[vessel]
     spacing = (network.length / counts)[vessel]
     position = np.where(number < counts[vessel], (number + 0.5) * spacing, np.nan)
+    single = first[counts == 1]
+    position[single + 1], position[single + 2] = 1.5 * spacing[single], -0.5 * spacing[single]
     wall = type(model.wall)(*(np.array(value[vessel]) for value in model.wall))
-    return Grid(model, Vessels(first, first + counts), vessel, position, spacing, wall)
+    return Grid(model, Vessels(first, first + counts, single), vessel, position, spacing, wall)
 
 
 def cell_counts(model: Model, cell_size: float, steady: LinearSolution) -> np.ndarray:
     """Return the number of cells of every vessel.
 
-    Cells are at most `cell_size` (cm), at least two, and so many that the mean flow of the linear solution loses the
-    right pressure to drag: where a thin vessel takes most of the pressure, two would not follow its fall.
+    Cells are at most `cell_size` (cm), and so many that the mean flow of the linear solution loses the right pressure
+    to drag: where a thin vessel takes most of the pressure, one would not follow its fall.
     """
-    count = np.ceil(model.network.length / cell_size - 1e-9)
-    for_drag = 2 * np.ceil(
-        0.5 * np.sqrt(_error_of_one_cell(model, steady) / _STEADY_ERROR)
-    )  # even: a face in the middle
-    return np.maximum(FEWEST_CELLS, np.maximum(count, for_drag)).astype(np.int64)
-
-
-def _error_of_one_cell(model: Model, steady: LinearSolution) -> np.ndarray:
-    """Error that one cell would make in the steady fall of pressure along each vessel, as a share of the pressure."""
     inlet = steady.pressure[0].real
     outlet = inlet - steady.resistance * model.network.length * steady.flow[0].real
+    count = np.ceil(model.network.length / cell_size - 1e-9)
+    flat = np.abs(inlet - outlet) <= _FLAT * np.maximum(inlet, outlet)
+    for_drag = 0.5 * np.sqrt(_error_of_one_cell(model, inlet, outlet, steady.period) / _STEADY_ERROR)
+    for_drag = np.where(flat & (for_drag <= 0.5), 1, 2 * np.maximum(1, np.ceil(for_drag)))  # even: a face in the middle
+    return np.maximum(count, for_drag).astype(np.int64)
+
+
+def _error_of_one_cell(model: Model, inlet: np.ndarray, outlet: np.ndarray, period: float) -> np.ndarray:
+    """Error that one cell would make in the steady fall of pressure along each vessel, as a share of the pressure."""
     p = outlet + np.linspace(0.0, 1.0, 9)[:, np.newaxis] * (inlet - outlet)
     A = np.asarray(walls.area(model.wall, np.maximum(p, 0.0), model.area0))
-    k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, steady.period)
+    k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
     drag = (k0 + k1 * np.sqrt(A)) / A  # the fall per length is proportional to drag/A
     simpson = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24
     with np.errstate(invalid="ignore", divide="ignore"):

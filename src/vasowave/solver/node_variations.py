@@ -41,6 +41,8 @@ class EndChanges(NamedTuple):
     flow: np.ndarray  # (end,) r
     wall: np.ndarray  # (end,) g
     balance: np.ndarray  # (end,) flow into the node at an unchanged pressure
+    inflow: np.ndarray  # (node,) the same of all its ends
+    fall: np.ndarray  # (node,) derivative of the flow into the node by its pressure
     pressure: np.ndarray  # (node,)
 
 
@@ -139,35 +141,39 @@ def change_nodes(d, before, memory, outlet, outlets, ends, faces, slopes, change
 
     `before` is what the outlets remembered before this step, `memory` its change, `outlets` the changes of the outlets.
     """
-    first = len(changes.pressure) - len(ends.terminal_node)
     for k in range(len(changes.pressure)):
-        flow, slope = 0.0, 0.0
-        for e in range(ends.start[k], ends.start[k + 1]):
-            flow += changes.balance[e]
-            slope += slopes.line[e]
-        if k < first:
-            changes.pressure[k] = -flow / slope
-        else:
-            j, q = k - first, faces.flow[ends.face[ends.start[k]]]
-            resistance = outlet.R1[j] + outlet.gain_half[j]
-            rise = outlet.decay_half[j] * memory[j, 0] + outlets.decay_half[d, j] * before[j]
-            rise += (outlets.R1[d, j] + outlets.gain_half[d, j]) * q
-            changes.pressure[k] = (rise + resistance * flow) / (1.0 - resistance * slope)
+        changes.inflow[k], changes.fall[k] = 0.0, 0.0
+    for r in range(len(ends.start) - 1):
+        first = ends.start[r]
+        for k in range(ends.start[r + 1] - first):
+            changes.inflow[k] += changes.balance[first + k]
+            changes.fall[k] += slopes.line[first + k]
+    for k in range(ends.first_terminal):
+        changes.pressure[k] = -changes.inflow[k] / changes.fall[k]
+    for k in range(ends.first_terminal, len(changes.pressure)):
+        j, q = k - ends.first_terminal, faces.flow[ends.face[k]]
+        resistance = outlet.R1[j] + outlet.gain_half[j]
+        rise = outlet.decay_half[j] * memory[j, 0] + outlets.decay_half[d, j] * before[j]
+        rise += (outlets.R1[d, j] + outlets.gain_half[d, j]) * q
+        changes.pressure[k] = (rise + resistance * changes.inflow[k]) / (1.0 - resistance * changes.fall[k])
 
 
 @njit(**OPTIONS)
 def change_ends(ends, nodes, slopes, changes, face_dA, face_dq):
     """Changes of area and flow at all ends."""
-    for e in range(len(ends.face)):
-        area = slopes.compliance[e] * (changes.pressure[ends.node[e]] - changes.wall[e])
-        face_dA[ends.face[e]] = area
-        face_dq[ends.face[e]] = changes.flow[e] + nodes.slope[e] * area
+    for r in range(len(ends.start) - 1):
+        first = ends.start[r]
+        for k in range(ends.start[r + 1] - first):
+            e = first + k
+            area = slopes.compliance[e] * (changes.pressure[k] - changes.wall[e])
+            face_dA[ends.face[e]] = area
+            face_dq[ends.face[e]] = changes.flow[e] + nodes.slope[e] * area
 
 
 @njit(**OPTIONS)
 def change_memory(d, before, memory, outlet, outlets, ends, faces, face_dq):
     """Change in direction d of what the outlets remember of this step."""
-    for j in range(len(ends.terminal_node)):
-        face = ends.face[ends.start[ends.terminal_node[j]]]
+    for j in range(len(memory)):
+        face = ends.face[ends.first_terminal + j]
         memory[j, 0] = outlet.decay[j] * memory[j, 0] + outlets.decay[d, j] * before[j]
         memory[j, 0] += outlet.gain[j] * face_dq[face] + outlets.gain[d, j] * faces.flow[face]

@@ -37,7 +37,9 @@ class NodeStates(NamedTuple):
     trial: np.ndarray  # (end,) pressure that is tried, mmHg
     end_area: np.ndarray  # (end,) at that pressure
     compliance: np.ndarray  # (end,) dA/dp at that pressure, cm²/mmHg
-    pressure: np.ndarray  # (3, node) at the last three half steps, the latest first
+    pressure: np.ndarray  # (4, node) at the last four half steps, the latest first
+    excess: np.ndarray  # (node,) flow into the node that its pressure leaves over, ml/s
+    fall: np.ndarray  # (node,) its derivative by the pressure
     step: np.ndarray  # (node,) last Newton step, mmHg
     source: np.ndarray  # (node,) ml/s
     weight: np.ndarray  # (node,)
@@ -47,11 +49,11 @@ class NodeStates(NamedTuple):
 
 def make_node_states(ends: Ends) -> NodeStates:
     """Return scratch memory for one simulation."""
-    count, nodes, beds = len(ends.face), len(ends.start) - 1, len(ends.terminal_node)
-    at_ends, at_nodes = [np.ones(count) for _ in range(11)], [np.zeros(nodes) for _ in range(5)]
-    states = NodeStates(*at_ends, np.zeros((3, nodes)), *at_nodes)  # type: ignore[call-arg]
-    states.weight[: nodes - beds] = 1.0
-    states.outlet[nodes - beds :] = 1.0
+    count, nodes = len(ends.face), int(ends.start[1])
+    at_ends, at_nodes = [np.ones(count) for _ in range(11)], [np.zeros(nodes) for _ in range(7)]
+    states = NodeStates(*at_ends, np.zeros((4, nodes)), *at_nodes)  # type: ignore[call-arg]
+    states.weight[: ends.first_terminal] = 1.0
+    states.outlet[ends.first_terminal :] = 1.0
     return states
 
 
@@ -74,7 +76,7 @@ def characteristics(ends, wall, fluid, nodes):
     """
     for e in range(len(ends.face)):
         A, q, side, half = nodes.area[e], nodes.flow[e], ends.side[e], ends.half[e]
-        c = np.sqrt(A / ends.area0[e] / (fluid.inertia * slope_at(wall, e, nodes.cell_pressure[e])))
+        c = np.sqrt(A * ends.per_area0[e] / (fluid.inertia * slope_at(wall, e, nodes.cell_pressure[e])))
         u = q / A
         reach = 0.5 - side * (u + side * c) * half
         foot_area = A + reach * (A - nodes.inner_area[e])
@@ -87,21 +89,23 @@ def characteristics(ends, wall, fluid, nodes):
 
 @njit(**OPTIONS)
 def first_guess(step, ends, nodes):
-    """Pressure of every node extrapolated from its last three half steps; at the start of a cycle its cell's."""
+    """Pressure of every node extrapolated from its last four half steps; at the start of a cycle its cell's."""
     p = nodes.pressure
     if step == 0:
         for k in range(p.shape[1]):
-            p[:, k] = nodes.cell_pressure[ends.start[k]]
+            p[:, k] = nodes.cell_pressure[k]
     for k in range(p.shape[1]):
-        guess = 3.0 * (p[0, k] - p[1, k]) + p[2, k]
-        p[2, k], p[1, k], p[0, k] = p[1, k], p[0, k], guess
+        guess = 4.0 * (p[0, k] + p[2, k]) - 6.0 * p[1, k] - p[3, k]
+        p[3, k], p[2, k], p[1, k], p[0, k] = p[2, k], p[1, k], p[0, k], guess
 
 
 @njit(**OPTIONS)
 def try_pressures(ends, wall, nodes):
     """Area and compliance of every end at the present pressure of its node."""
-    for e in range(len(ends.face)):
-        nodes.trial[e] = nodes.pressure[0, ends.node[e]]
+    for r in range(len(ends.start) - 1):
+        first = ends.start[r]
+        for k in range(ends.start[r + 1] - first):
+            nodes.trial[first + k] = nodes.pressure[0, k]
     for e in range(len(ends.face)):
         nodes.end_area[e] = ends.area0[e] * ratio_at(wall, e, nodes.trial[e])
         nodes.compliance[e] = ends.area0[e] * slope_at(wall, e, nodes.trial[e])
@@ -109,57 +113,66 @@ def try_pressures(ends, wall, nodes):
 
 @njit(**OPTIONS)
 def newton_step(ends, nodes):
-    """Move every node's pressure by one Newton step; returns the largest step and its node.
+    """Move every node's pressure by one Newton step; returns whether all steps were small.
 
     A step is no longer than the pressure allows: laws that saturate throw a full step out of their range.
     """
-    largest, where = 0.0, 0
     for k in range(len(nodes.step)):
-        excess, slope = nodes.source[k], 0.0
-        for e in range(ends.start[k], ends.start[k + 1]):
-            m = nodes.slope[e]
-            excess += ends.side[e] * (nodes.intercept[e] + m * nodes.end_area[e])
-            slope += ends.side[e] * m * nodes.compliance[e]
+        nodes.excess[k], nodes.fall[k] = nodes.source[k], 0.0
+    for r in range(len(ends.start) - 1):
+        first = ends.start[r]
+        for k in range(ends.start[r + 1] - first):
+            e = first + k
+            m = ends.side[e] * nodes.slope[e]
+            nodes.excess[k] += ends.side[e] * nodes.intercept[e] + m * nodes.end_area[e]
+            nodes.fall[k] += m * nodes.compliance[e]
+    small = True
+    for k in range(len(nodes.step)):
         p = nodes.pressure[0, k]
-        excess = nodes.weight[k] * excess - nodes.outlet[k] * (p - nodes.memory[k])
-        slope = nodes.weight[k] * slope - nodes.outlet[k]
-        step = -excess / slope
-        if step != step:
-            return np.inf, k
+        excess = nodes.weight[k] * nodes.excess[k] - nodes.outlet[k] * (p - nodes.memory[k])
+        step = -excess / (nodes.weight[k] * nodes.fall[k] - nodes.outlet[k])
         most = 5.0 + 0.5 * abs(p)
         step = min(max(step, -most), most)
         nodes.step[k] = step
         nodes.pressure[0, k] = p + step
-        if abs(step) > largest:
-            largest, where = abs(step), k
-    return largest, where
+        small &= abs(step) < _NEWTON_CLOSE
+    return small
 
 
 @njit(**OPTIONS)
 def close_ends(ends, nodes, faces):
     """Move all ends by the last, small Newton step; linear, so that the flows at every node balance exactly."""
+    for r in range(len(ends.start) - 1):
+        first = ends.start[r]
+        for k in range(ends.start[r + 1] - first):
+            nodes.end_area[first + k] += nodes.compliance[first + k] * nodes.step[k]
     for e in range(len(ends.face)):
-        A = nodes.end_area[e] + nodes.compliance[e] * nodes.step[ends.node[e]]
-        faces.area[ends.face[e]] = A
-        faces.flow[ends.face[e]] = nodes.intercept[e] + nodes.slope[e] * A
+        faces.area[ends.face[e]] = nodes.end_area[e]
+        faces.flow[ends.face[e]] = nodes.intercept[e] + nodes.slope[e] * nodes.end_area[e]
 
 
 @njit(**OPTIONS)
 def solve_nodes(inflow, step, outlet, memory, ends, wall, nodes, faces):
     """State of all vessel ends at the half step (eqs. 6, 7); returns the node that has no solution, or -1."""
-    beds = len(ends.terminal_node)
-    nodes.source[0] = inflow
-    for j in range(beds):
-        k = ends.terminal_node[j]
-        nodes.memory[k], nodes.weight[k] = outlet_line(outlet, memory, j, step)
+    nodes.source[ends.inlet] = inflow
+    for k in range(ends.first_terminal, len(nodes.step)):
+        nodes.memory[k], nodes.weight[k] = outlet_line(outlet, memory, k - ends.first_terminal, step)
     first_guess(step, ends, nodes)
-    where = 0
     for _ in range(_NEWTON_MOST):
         try_pressures(ends, wall, nodes)
-        largest, where = newton_step(ends, nodes)
-        if largest < _NEWTON_CLOSE:
+        if newton_step(ends, nodes):
             close_ends(ends, nodes, faces)
-            for j in range(beds):
-                remember(outlet, memory, j, step, faces.flow[ends.face[ends.start[ends.terminal_node[j]]]])
+            for k in range(ends.first_terminal, len(nodes.step)):
+                remember(outlet, memory, k - ends.first_terminal, step, faces.flow[ends.face[k]])
             return -1
+    return worst_node(nodes)
+
+
+@njit(**OPTIONS)
+def worst_node(nodes):
+    """Return the node whose last Newton step was the longest."""
+    where = 0
+    for k in range(len(nodes.step)):
+        if abs(nodes.step[k]) > abs(nodes.step[where]):
+            where = k
     return where

@@ -19,7 +19,7 @@ from vasowave.solver.periodic import Secants
 from vasowave.solver.result import Run
 from vasowave.solver.state import State
 
-AIM = 0.85  # Courant number at which a chosen step aims; the scheme is stable to 1
+AIM = 0.9  # Courant number at which a chosen step aims; the scheme is stable to 1
 _WASTEFUL = 0.7  # a neighbour's step is kept, so that results change smoothly, unless so few steps would do
 
 
@@ -69,8 +69,7 @@ class FromLinear:
     def demand(self) -> np.ndarray:
         """Return the steps per cycle that each vessel asks for, shape (vessel,)."""
         model, linear = self.grid.model, self.linear
-        times = np.linspace(0, linear.period, 64, endpoint=False)
-        pressure, flow = linear.in_time(linear.pressure, times), linear.in_time(linear.flow, times)
+        pressure, flow = (linear.over_cycle(waves, 72) for waves in (linear.pressure, linear.flow))
         pressure = np.clip(pressure, *_range_of_pressure(model))
         speed = walls.wave_speed(model.wall, pressure, model.blood.inertia)
         speed = speed + np.abs(flow) / walls.area(model.wall, pressure, model.area0)
@@ -83,13 +82,13 @@ class FromLinear:
     def state(self, outlet: OutletSteps, steps: int) -> State:
         """Return the linear solution half a step before t = 0."""
         grid, linear, model = self.grid, self.linear, self.grid.model
-        cell, step = grid.is_cell, linear.period / steps
-        P, Q = linear.at(grid.vessel[cell], grid.position[cell])
+        held, step = grid.has_state, linear.period / steps
+        P, Q = linear.at(grid.vessel[held], grid.position[held])
         area, flow = model.area0[grid.vessel].copy(), np.zeros(len(grid.vessel))
-        wall = type(grid.wall)(*(value[cell] for value in grid.wall))
+        wall = type(grid.wall)(*(value[held] for value in grid.wall))
         pressure = np.clip(linear.in_time(P, -0.5 * step), *_range_of_pressure(model))
-        area[cell] = walls.area(wall, pressure, area[cell])
-        flow[cell] = linear.in_time(Q, -0.5 * step)
+        area[held] = walls.area(wall, pressure, area[held])
+        flow[held] = linear.in_time(Q, -0.5 * step)
         terminals = model.network.terminals
         times = outlet.remembered() * step
         waves = (linear.in_time(W, times) for W in linear.at(terminals, model.network.length[terminals]))

@@ -36,19 +36,19 @@ class Scale:
         area = walls.area(model.wall, mean_pressure, area0)
         speed = walls.wave_speed(model.wall, mean_pressure, model.blood.inertia)
         impedance = np.asarray(model.blood.inertia * speed / area)
-        self.cell = grid.is_cell
+        self.held = grid.has_state
         self.ghost_area = area0[grid.vessel]
-        vessel = grid.vessel[self.cell]
+        vessel = grid.vessel[self.held]
         self.compliance, self.impedance = compliance[vessel], impedance[vessel]
         self.memory = outlet.memory_scale(impedance[model.network.terminals])
 
     def vector(self, state: State) -> np.ndarray:
         """Return the state as pressures, mmHg."""
-        cell = self.cell
+        held = self.held
         return np.concatenate(
             [
-                state.area[cell] / self.compliance,
-                state.flow[cell] * self.impedance,
+                state.area[held] / self.compliance,
+                state.flow[held] * self.impedance,
                 (state.memory * self.memory).ravel(),
             ]
         )
@@ -56,11 +56,11 @@ class Scale:
     def state(self, x: np.ndarray) -> State:
         """Return the state whose vector is `x`."""
         n = len(self.compliance)
-        area, flow = self.ghost_area.copy(), np.zeros(len(self.cell))
-        area[self.cell], flow[self.cell] = x[:n] * self.compliance, x[n : 2 * n] / self.impedance
+        area, flow = self.ghost_area.copy(), np.zeros(len(self.held))
+        area[self.held], flow[self.held] = x[:n] * self.compliance, x[n : 2 * n] / self.impedance
         return State(area, flow, x[2 * n :].reshape(self.memory.shape) / self.memory)
 
     def change(self, x: np.ndarray) -> State:
         """Return the difference between two states whose vectors differ by `x`."""
         change = self.state(x)
-        return State(np.where(self.cell, change.area, 0.0), change.flow, change.memory)
+        return State(np.where(self.held, change.area, 0.0), change.flow, change.memory)

@@ -8,7 +8,7 @@ from numba import njit
 from vasowave import walls
 from vasowave.kernels import kept
 from vasowave.solver import node_variations, variations
-from vasowave.solver.cells import OPTIONS, find_fluxes, inner_faces, update_cells
+from vasowave.solver.cells import OPTIONS, Faces, continue_lines, find_fluxes, inner_faces, update_cells
 from vasowave.solver.cycle import PARTS
 from vasowave.solver.node_variations import (
     change_characteristics,
@@ -37,7 +37,7 @@ def _compiled() -> Any:
         area, flow, memory = state
         dA, dq, remembered = changed
         (wall, end_wall), (wall_beside, end_wall_beside) = law, shifted
-        (cells, ends), (in_slots, at_ends) = parts, weights
+        (vessels, cells, ends), (in_slots, at_ends) = parts, weights
         faces, cell_fluxes, nodes, fluxes = base
         cell_slopes, slopes, to_faces, to_cells, lines, at_nodes, face_dA, face_dq, before = scratch
         for n in range(len(inflow)):
@@ -64,9 +64,11 @@ def _compiled() -> Any:
                 change_nodes(d, before, remembered[d], outlet, outlets, ends, faces, lines, at_nodes)
                 change_ends(ends, nodes, lines, at_nodes, face_dA, face_dq)
                 change_memory(d, before, remembered[d], outlet, outlets, ends, faces, face_dq)
-                out[d, n] = at_nodes.pressure[0]
+                out[d, n] = at_nodes.pressure[ends.inlet]
                 change_cells(face_dA, face_dq, faces.flow, cells, to_cells, weight, longer, dA[d], dq[d])
+                continue_lines(dA[d], dq[d], vessels.single, Faces(face_dA, face_dq))
             update_cells(area, flow, cells, fluid, fluxes, faces)
+            continue_lines(area, flow, vessels.single, faces)
 
     return advance_changes
 

@@ -31,7 +31,7 @@ class VariedStepper:
         self.weights = _weights(directions, vessel), _weights(directions, ends.vessel)
         self.outlets = _outlet_changes(run, directions)
         self.shifted = tuple(map(_beside, self.stepper.law))
-        slots, count, nodes = len(vessel), len(ends.face), len(ends.start) - 1
+        slots, count, nodes = len(vessel), len(ends.face), int(ends.start[1])
         rows = len(run.grid.wall) + 1
         self.base = *self.stepper.scratch, Fluxes(*np.ones((3, slots)))
         self.scratch = (
@@ -40,10 +40,10 @@ class VariedStepper:
             _ones(Stencil, [*5 * [(slots,)], *[(rows, slots)]]),
             _ones(Stencil, [*5 * [(slots,)], *[(rows, slots)]]),
             _ones(EndSlopes, [*13 * [(count,)], *2 * [(rows, count)]]),
-            _ones(EndChanges, [*3 * [(count,)], *[(nodes,)]]),
+            _ones(EndChanges, [*3 * [(count,)], *3 * [(nodes,)]]),
             np.zeros(slots),
             np.zeros(slots),
-            np.zeros(len(ends.terminal_node)),
+            np.zeros(len(run.grid.model.network.terminals)),
         )
         self.output = np.zeros((len(directions), run.steps))
 
@@ -75,7 +75,7 @@ class VariedStepper:
         changed = tuple(np.array([getattr(one, name) for one in changes]) for name in ("area", "flow", "memory"))
         varied_cycle_kernel(type(stepper.grid.wall))(
             (state.area, state.flow, state.memory), changed, stepper.inflow, stepper.law, self.shifted,
-            stepper.outlets, self.outlets, stepper.parts[1:], self.weights, stepper.fluid, self.base, self.scratch,
+            stepper.outlets, self.outlets, stepper.parts, self.weights, stepper.fluid, self.base, self.scratch,
             self.output,
         )  # fmt: skip
         return state, np.array([scale.vector(State(*change)) for change in zip(*changed, strict=True)])
