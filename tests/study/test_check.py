@@ -1,3 +1,4 @@
+import os
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -69,6 +70,13 @@ def test_everything_wrong_in_the_table_is_said_at_once(make_study):
         "E animals.csv, line 8, column 'recording': 'nowhere/2.csv' does not exist, nor does its folder",
         "E animals.csv, line 7, column 'animal': 'c' stands in line 6 already; rename one",
     ]
+
+
+def test_a_pipe_as_recording_is_called_one(make_study):
+    folder = make_study()
+    (folder / "recordings" / "0.csv").unlink()
+    os.mkfifo(folder / "recordings" / "0.csv")
+    assert any("'recordings/0.csv' is a pipe or a device" in text for text in said(folder))
 
 
 @pytest.mark.parametrize(

@@ -182,6 +182,8 @@ def _number(text: str, title: str, say: Say) -> float | None:
 def _missing(file: Path) -> str:
     if file.is_dir():
         return "is a folder"
+    if file.exists():
+        return "is a pipe or a device; copy what it gives into a file"
     if not file.parent.is_dir():
         return "does not exist, nor does its folder"
     hint = did_you_mean(file.name, [beside.name for beside in file.parent.iterdir()])
