@@ -91,12 +91,14 @@ def fuzz(name: str, count: int, seed: int, keep: Path | None = None) -> Counter[
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, bufsize=1) as child:
             assert child.stdout is not None
             patience = 10.0 * LONGEST  # until the sound file is read, everything has to be loaded
-            while select.select([child.stdout], [], [], patience)[0] and (line := child.stdout.readline()):
+            while not (silent := not select.select([child.stdout], [], [], patience)[0]):
+                if not (line := child.stdout.readline()):  # the end of what it says, and of itself
+                    break
                 found[line.strip()] += 1
                 done += 1
                 patience = LONGEST
             if done < count:
-                found["crash" if child.poll() is not None else "hang"] += 1
+                found["hang" if silent else "crash"] += 1
                 done += 1
             child.kill()
     return found
