@@ -48,6 +48,7 @@ def own_law(tmp_path, monkeypatch):
     return "laws_of_our_lab:ExponentialWall"
 
 
+@pytest.mark.validation  # a law of its own is compiled anew
 def test_a_law_in_a_file_of_ones_own_is_simulated_and_its_parameters_come_back(own_law):
     law, network = find_law(own_law), control_network()
     assert find_law(law) is law
