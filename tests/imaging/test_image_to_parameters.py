@@ -25,8 +25,8 @@ def fitted(network, recording, output):
         arguments = ["fit", network, recording, "-o", output, "--walls", "linear", "--starts", "2", "--no-pdf"]
         result = CliRunner().invoke(app, list(map(str, arguments)))
     assert result.exit_code == 0, result.output + repr(result.exception)
-    (tree,) = read_results(output).trees()
-    return tree["linear/calibration"], tree["linear/quantities"]
+    (result,) = read_results(output).in_order()
+    return result["linear/calibration"], result["linear/quantities"]
 
 
 @pytest.mark.validation
