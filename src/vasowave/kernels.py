@@ -104,7 +104,7 @@ class _Kernel(CompileResultCacheImpl):
 
 
 class _Clock:
-    """How long this process has compiled, or waited for another that did, s; what is compiled within counts once."""
+    """How long this process has compiled, loaded, or waited for another to compile, s; what is within counts once."""
 
     def __init__(self) -> None:
         self.seconds, self._began, self._within = 0.0, 0.0, 0
@@ -124,7 +124,7 @@ _clock = _Clock()
 
 
 def seconds_compiling() -> float:
-    """Return how long this process has compiled kernels, or waited for another that did, s."""
+    """Return how long this process has compiled or loaded kernels, or waited for another that compiled them, s."""
     return _clock.seconds
 
 
@@ -141,11 +141,11 @@ class _KernelCache(FunctionCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the kernel, if it is there or another process is compiling it; else None, to be compiled and saved."""
+        self._release()  # that of a compilation which failed
+        _clock.start()
+        self._compiling = True
         kernel = super().load_overload(sig, target_context)
         if kernel is None:
-            self._release()  # that of a compilation which failed
-            _clock.start()
-            self._compiling = True
             self._lock = _waited_for(self._folder / f"{self._impl.filename_base}.lock")
             kernel = super().load_overload(sig, target_context)
         if kernel is not None:

@@ -172,7 +172,7 @@ class _Run:
         if error is None:
             try:
                 performed = future.result()
-                self.began[job.name] += performed.compiling
+                self.began[job.name] = time.monotonic() - performed.seconds
                 self.keep(job, performed.piece)
             except VasowaveError:
                 raise
@@ -213,10 +213,10 @@ def _is_lost(future: Future[Any]) -> bool:
 
 
 class Performed(NamedTuple):
-    """What a worker returns: the piece, and how long of its time went into compiling, s, which happens once."""
+    """What a worker returns: the piece, and how long it took, s, without what happens once: starting and compiling."""
 
     piece: Any
-    compiling: float
+    seconds: float
 
 
 def perform(function: Callable[..., Any], arguments: tuple[Any, ...], threads: int | None, source: str) -> Performed:
@@ -225,9 +225,9 @@ def perform(function: Callable[..., Any], arguments: tuple[Any, ...], threads: i
         raise InputError("the worker has another version of vasowave than the program that sent it work; update it")
     if threads is not None:
         os.environ[VARIABLE] = str(threads)
-    before = seconds_compiling()
+    began, before = time.monotonic(), seconds_compiling()
     piece = function(*arguments)
-    return Performed(piece, seconds_compiling() - before)
+    return Performed(piece, time.monotonic() - began - (seconds_compiling() - before))
 
 
 def _why(error: BaseException) -> str:
