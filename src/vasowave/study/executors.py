@@ -5,11 +5,15 @@ import signal
 import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from importlib import import_module
 from multiprocessing import active_children, get_context, parent_process
 
 from vasowave.errors import InputError
 from vasowave.threads import limit_threads
+
+_LOADED_LATE = ("scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.stats", "dask.array")
+"""What an analysis loads when it first needs it; xarray looks for Dask, which need not be there."""
 
 
 @contextmanager
@@ -57,6 +61,9 @@ def _start_worker(threads: int) -> None:
     limit_threads(threads)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program that waits for us
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    for name in _LOADED_LATE:  # now, so that the first piece tells how long the others will take
+        with suppress(ImportError):
+            import_module(name)
 
 
 def _end_with_parent() -> None:
