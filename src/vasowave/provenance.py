@@ -22,8 +22,12 @@ def provenance(inputs: Sequence[Path] = ()) -> dict[str, str]:
         An input file cannot be read.
     """
     origin = {"created": datetime.now(UTC).isoformat(timespec="seconds"), "python": platform.python_version()}
-    origin |= {program: version(program) for program in _PROGRAMS}
-    return origin | {f"sha256 of {Path(path).name}": sha256(Path(path)) for path in inputs}
+    return origin | versions() | {f"sha256 of {Path(path).name}": sha256(Path(path)) for path in inputs}
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of vasowave and of the programs that its numbers come from."""
+    return {program: version(program) for program in _PROGRAMS}
 
 
 def sha256(path: Path) -> str:

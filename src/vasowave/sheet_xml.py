@@ -161,14 +161,14 @@ class Sheet(Text):
 
     def _column_of(self, place: str | None) -> int:
         match = _PLACE.fullmatch(place or "")
-        found = self._column + 1
+        column = self._column + 1
         if match:
-            found = 0
+            column = 0
             for letter in match[1]:
-                found = 26 * found + ord(letter) - 64
-        if not self._column < found <= _MOST_COLUMNS:
+                column = 26 * column + ord(letter) - 64
+        if not self._column < column <= _MOST_COLUMNS:
             raise InputError(f"row {self._row}: cell {place} is out of place; save the sheet again")
-        return found
+        return column
 
     def _value(self) -> str:
         if self._kind == "s":

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vasowave.errors import InputError
-from vasowave.recording import Catheter, suspect_catheter
+from vasowave.recording import Catheter, correct_catheter, suspect_catheter
 from vasowave.study import loading
 from vasowave.study.loading import animal_key, load_animal
 from vasowave.study.plan import read_study
@@ -36,9 +36,16 @@ def test_a_suspected_catheter_is_said_with_what_it_means_for_the_pulse_and_what_
     monkeypatch.setattr(loading, "suspect_catheter", lambda recording: Catheter(60.0, 0.3))
     animal = loaded(make_study())
     note = next(note for note in animal.recording.notes if "rang at about 60 Hz (damping 0.3)" in note)
-    assert "pulse pressure is" in note
+    true = np.ptp(correct_catheter(animal.recording, Catheter(60.0, 0.3)).pressure)
+    assert f"the pulse pressure is {true:.3g} mmHg, not {np.ptp(animal.recording.pressure):.3g}" in note
     assert "`catheter: [natural frequency, damping]`" in note
     assert suspect_catheter(animal.recording) is None  # none is suspected by itself
+
+
+def test_a_suspicion_that_cannot_be_corrected_is_said_and_stops_nobody(make_study, monkeypatch):
+    monkeypatch.setattr(loading, "suspect_catheter", lambda recording: Catheter(3.0, 0.1))
+    animal = loaded(make_study())
+    assert any("3 Hz" in note and "what it lost cannot be recovered" in note for note in animal.recording.notes)
 
 
 def test_a_catheter_without_damping_is_refused(make_study):

@@ -64,16 +64,21 @@ def mutate_bytes(content: bytes, rng: np.random.Generator) -> bytes:
     return bytes(damaged)
 
 
-def mutate_binary(content: bytes, rng: np.random.Generator) -> bytes:
-    """Change bytes, cut, lengthen, blank a stretch, or put a nasty number of four bytes; mostly near the beginning."""
-    kind = int(rng.integers(6))
-    near = int(rng.integers(min(len(content), 600) if rng.integers(4) else len(content)))
+def mutate_ends(content: bytes, rng: np.random.Generator, kind: int) -> bytes:
+    """Change bytes (kind 0), cut (1), or lengthen (2)."""
     if kind == 0:
         return mutate_bytes(content, rng)
     if kind == 1:
         return content[: int(rng.integers(len(content)))]
-    if kind == 2:
-        return content + bytes(rng.integers(0, 256, int(rng.integers(1, 5000)), dtype=np.uint8))
+    return content + bytes(rng.integers(0, 256, int(rng.integers(1, 5000)), dtype=np.uint8))
+
+
+def mutate_binary(content: bytes, rng: np.random.Generator) -> bytes:
+    """Change bytes, cut, lengthen, blank a stretch, or put a nasty number of four bytes; mostly near the beginning."""
+    kind = int(rng.integers(6))
+    near = int(rng.integers(min(len(content), 600) if rng.integers(4) else len(content)))
+    if kind < 3:
+        return mutate_ends(content, rng, kind)
     if kind == 3:
         length = int(rng.integers(1, 64))
         return (content[:near] + bytes(length) + content[near + length :])[: len(content)]

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.io import savemat
 
 from fuzzing.forms import Form
-from fuzzing.mutations import mutate_bytes, mutate_text
+from fuzzing.mutations import mutate_ends, mutate_text
 from vasowave.recording import read_raw_recording, read_recording
 
 RATE, COUNT = 1000.0, 1500
@@ -77,12 +77,8 @@ def cycle_mat(path: Path) -> None:
 def mutate_edf(content: bytes, rng: np.random.Generator) -> bytes:
     kind = int(rng.integers(4))
     damaged = bytearray(content)
-    if kind == 0:
-        return mutate_bytes(content, rng)
-    if kind == 1:
-        return content[: int(rng.integers(len(content)))]
-    if kind == 2:
-        return content + bytes(rng.integers(0, 256, int(rng.integers(1, 5000)), dtype=np.uint8))
+    if kind < 3:
+        return mutate_ends(content, rng, kind)
     field = str(rng.choice(["-1", "0", "1", "nan", "1e9", "99999999", "3.5", "-32769", "", "1E308", "2147483648"]))
     starts = [0, 184, 236, 244, 252, *range(256 + 3 * 96, 256 + 3 * 136, 8), *range(256 + 3 * 216, 256 + 3 * 224, 8)]
     at = int(rng.choice(starts))
@@ -92,10 +88,8 @@ def mutate_edf(content: bytes, rng: np.random.Generator) -> bytes:
 
 def mutate_mat(content: bytes, rng: np.random.Generator) -> bytes:
     kind = int(rng.integers(4))
-    if kind == 0:
-        return mutate_bytes(content, rng)
-    if kind == 1:
-        return content[: int(rng.integers(len(content)))]
+    if kind < 2:
+        return mutate_ends(content, rng, kind)
     # Tags, sizes and dimensions stand in words of four bytes, most of them near the variables' beginnings.
     damaged = bytearray(content)
     at = 128 + 4 * int(

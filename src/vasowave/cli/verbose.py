@@ -6,21 +6,19 @@ import time
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.metadata import version
 
 import typer
 
 from vasowave.errors import VasowaveError
 
-_LIBRARIES = ("vasowave", "numpy", "scipy", "numba", "xarray")
-
 
 @contextmanager
 def told() -> Iterator[None]:
     """Say versions before what is done inside, and afterwards time, memory and the place of an error."""
+    from vasowave.provenance import versions
     from vasowave.threads import threads
 
-    used = ", ".join(f"{name} {version(name)}" for name in _LIBRARIES)
+    used = ", ".join(f"{name} {number}" for name, number in versions().items())
     typer.echo(f"Python {platform.python_version()}, {used}; {platform.platform()}, {threads()} threads", err=True)
     wall, processor = time.monotonic(), time.process_time()
     try:

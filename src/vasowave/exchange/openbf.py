@@ -105,7 +105,7 @@ def _friction_note(error: float) -> str:
 def _vessels(solved: Solved, tube: LinearTube, profiles: np.ndarray) -> list[dict[str, Any]]:
     network, nodes = solved.network, _nodes(solved)
     beds = dict(zip(network.terminals.tolist(), zip(*map(np.asarray, windkessel(solved.model, "openBF"))), strict=True))
-    found = []
+    vessels = []
     for row in np.concatenate(network.generations).tolist():
         radius = 1e-2 * math.sqrt(tube.area0[row] / math.pi)
         cells = max(_FEWEST_CELLS, math.ceil(network.length[row] / _LONGEST_CELL))
@@ -124,8 +124,8 @@ def _vessels(solved: Solved, tube: LinearTube, profiles: np.ndarray) -> list[dic
             R1, R2, C = beds[row]
             vessel |= {"R1": float(R1) * PA * 1e6, "R2": float(R2) * PA * 1e6, "Cc": float(C) * 1e-6 / PA}
             vessel["inlet_impedance_matching"] = False
-        found.append(vessel)
-    return found
+        vessels.append(vessel)
+    return vessels
 
 
 def _nodes(solved: Solved) -> dict[int, int]:

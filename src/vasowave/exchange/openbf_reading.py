@@ -102,18 +102,18 @@ class _Vessel:
             raise InputError(f"{self.place}: no '{key}'; openBF needs it")
         text = _word(self.place, key, value)
         try:
-            found = float(text)
+            parsed = float(text)
         except ValueError:
             raise InputError(f"{self.place}: '{key}' is '{text}', not a number") from None
-        if not math.isfinite(found) or found < least:
+        if not math.isfinite(parsed) or parsed < least:
             raise InputError(f"{self.place}: '{key}' is {text}; it must be a number of at least {least:g}")
-        return found
+        return parsed
 
     def node(self, key: str) -> int:
-        found = self.number(key)
-        if found != int(found):
-            raise InputError(f"{self.place}: '{key}' is {found:g}; nodes are whole numbers")
-        return int(found)
+        number = self.number(key)
+        if number != int(number):
+            raise InputError(f"{self.place}: '{key}' is {number:g}; nodes are whole numbers")
+        return int(number)
 
     def warn(self, message: str) -> None:
         warnings.warn(f"{self.place}: {message}", VasowaveWarning, stacklevel=4)
@@ -139,10 +139,10 @@ def _word(place: str, key: str, value: Any) -> str:
 
 
 def _part(path: Path, config: Mapping[str, Any], key: str, kind: type) -> Any:
-    found = config.get(key)
-    if not isinstance(found, kind):
+    part = config.get(key)
+    if not isinstance(part, kind):
         raise InputError(f"{path}: '{key}' is missing or is no {'list' if kind is list else 'section'}")
-    return found
+    return part
 
 
 def _parents(path: Path, vessels: list[_Vessel]) -> list[int]:

@@ -83,7 +83,7 @@ def _vessels(solved: Solved) -> list[dict[str, Any]]:
     inertance = network.length * model.blood.density / area
     compliance = network.length * np.asarray(walls.area_compliance(model.wall, solved.mean_pressure, model.area0))
     terminals = set(network.terminals.tolist())
-    found = []
+    vessels = []
     for row, name in enumerate(network.name):
         ends = {"inlet": _INFLOW} if row == network.root else {}
         ends |= {"outlet": f"OUT{row}"} if row in terminals else {}
@@ -91,5 +91,5 @@ def _vessels(solved: Solved) -> list[dict[str, Any]]:
                   "C": compliance[row] / MMHG, "stenosis_coefficient": 0.0}  # fmt: skip
         vessel: dict[str, Any] = {"vessel_id": row, "vessel_name": name, "vessel_length": float(network.length[row])}
         vessel |= {"zero_d_element_type": "BloodVessel", "zero_d_element_values": values}
-        found.append(vessel | ({"boundary_conditions": ends} if ends else {}))
-    return found
+        vessels.append(vessel | ({"boundary_conditions": ends} if ends else {}))
+    return vessels

@@ -80,11 +80,16 @@ def suspect_catheter(recording: Recording) -> Catheter | None:
 
 def describe_catheter(catheter: Catheter, recording: Recording) -> str:
     """Return what is to be said where a catheter is suspected, with what it would mean for the pulse pressure."""
-    ratio = np.ptp(correct_catheter(recording, catheter).pressure) / np.ptp(recording.pressure)
+    try:
+        true = float(np.ptp(correct_catheter(recording, catheter).pressure))
+    except InputError:
+        meaning = "what it lost cannot be recovered"
+    else:
+        meaning = f"the pulse pressure is {true:.3g} mmHg, not {np.ptp(recording.pressure):.3g}"
     return (
         f"the pressure looks as if its catheter rang at about {catheter.natural_frequency:.0f} Hz (damping "
-        f"{catheter.damping:.2g}); if so, the pulse pressure is {100 * (ratio - 1):+.0f} % of what it seems. Was it "
-        "flushed and free of bubbles? `catheter: [natural frequency, damping]` of a flush test corrects it"
+        f"{catheter.damping:.2g}); if so, {meaning}. Was it flushed and free of bubbles? "
+        "`catheter: [natural frequency, damping]` of a flush test corrects it"
     )
 
 

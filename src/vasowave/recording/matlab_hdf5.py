@@ -18,16 +18,16 @@ def read_mat_hdf5(path: str | Path) -> dict[str, Any]:
     """
     from netCDF4 import Dataset
 
-    found: dict[str, Any] = {}
+    variables: dict[str, Any] = {}
     with Dataset(path) as file:
         for name, variable in file.variables.items():
             kind = variable.getncattr("MATLAB_class") if "MATLAB_class" in variable.ncattrs() else ""
             if "MATLAB_empty" in variable.ncattrs():
-                found[name] = np.empty((0, 0))
+                variables[name] = np.empty((0, 0))
             elif getattr(variable.dtype, "kind", "") in "iufb" and variable.dtype is not str:
                 values = np.asarray(variable[...]).T
-                found[name] = _texts(values) if kind == "char" else values
-    return found
+                variables[name] = _texts(values) if kind == "char" else values
+    return variables
 
 
 def _texts(codes: np.ndarray) -> np.ndarray:

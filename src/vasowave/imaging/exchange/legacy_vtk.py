@@ -66,9 +66,9 @@ class _File:
         """Return the next `count` numbers; after them there is a line that is none, or the end."""
         dtype = np.dtype(">" + _TYPES[kind.lower()])
         if self.binary:
-            found = np.frombuffer(self.raw, dtype, count, self.at)
-            self.at += found.nbytes
-            return found
+            numbers = np.frombuffer(self.raw, dtype, count, self.at)
+            self.at += numbers.nbytes
+            return numbers
         stop = _NO_NUMBERS.search(self.raw, self.at)
         end = len(self.raw) if stop is None else stop.start()
         words = self.raw[self.at : end].split()
@@ -83,9 +83,9 @@ class _File:
         if key == "POINTS":
             self.points = self.values(3 * _count(words[0]), words[1]).reshape(-1, 3).astype(float)
         elif key in _CELLS:
-            found = (self._by_offsets if self.offsets else self._by_counts)(_count(words[0]), _count(words[1]))
-            self.cells += len(found)
-            self.lines = tuple(found) if key == "LINES" else self.lines
+            cells = (self._by_offsets if self.offsets else self._by_counts)(_count(words[0]), _count(words[1]))
+            self.cells += len(cells)
+            self.lines = tuple(cells) if key == "LINES" else self.lines
         elif key in ("POINT_DATA", "CELL_DATA"):
             self._begin_data(key, _count(words[0]))
         elif key == "METADATA":

@@ -107,9 +107,9 @@ def _xml(raw: bytes) -> PolyLines:
     return PolyLines(np.concatenate(points), tuple(lines), _joined(fields), _joined(cells))
 
 
-def _require_count(what: str, found: int, announced: str | None) -> None:
-    if announced is not None and int(announced) != found:
-        raise InputError(f"{found} {what} where {announced} were announced; write the file again")
+def _require_count(what: str, count: int, announced: str | None) -> None:
+    if announced is not None and int(announced) != count:
+        raise InputError(f"{count} {what} where {announced} were announced; write the file again")
 
 
 def _joined(parts: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
@@ -135,8 +135,8 @@ def _array(element: Any, top: Any, appended: bytes) -> np.ndarray:
         if not 0 <= offset < len(appended):
             raise InputError(f"an array begins at byte {offset} of {len(appended)}; write the file again")
         source = appended[offset:]
-        found = top.find("AppendedData")
-        encoded = found is None or found.get("encoding", "base64") != "raw"
+        appended_data = top.find("AppendedData")
+        encoded = appended_data is None or appended_data.get("encoding", "base64") != "raw"
     else:
         source = b"".join((element.text or "").encode().split())
     content = _unpacked(source, encoded, header, top.get("compressor"))

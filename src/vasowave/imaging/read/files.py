@@ -79,8 +79,8 @@ def _checked(path: Path, spacing: float | None) -> Path:
 
 def _header_of(path: Path) -> Path:
     """Return the header beside a .raw file, which says nothing about itself."""
-    found = [path.with_suffix(suffix) for suffix in (".mhd", ".nhdr") if path.with_suffix(suffix).exists()]
-    if not found:
+    headers = [path.with_suffix(suffix) for suffix in (".mhd", ".nhdr") if path.with_suffix(suffix).exists()]
+    if not headers:
         wanted = f"{path.stem}.mhd (MetaImage) or {path.stem}.nhdr (NRRD)"
         raise InputError(f"{path}: RAW says nothing about its size; put its header beside it: {wanted}")
-    return found[0]
+    return headers[0]

@@ -72,10 +72,10 @@ def unpacked(path: Path, start: int, packing: Packing, most: int) -> Iterator[by
     zlib.error, OSError, ValueError
         It is damaged.
     """
-    stream, found = _stream(packing), 0
+    stream, size = _stream(packing), 0
     with path.open("rb") as file:
         file.seek(start)
-        while found <= most:
+        while size <= most:
             if stream.ended:
                 rest = stream.unused
                 if packing == "zlib" or not (rest or (rest := file.read(_CHUNK))).strip(b"\0"):
@@ -89,7 +89,7 @@ def unpacked(path: Path, start: int, packing: Packing, most: int) -> Iterator[by
                 piece = stream.add(chunk)
             else:
                 piece = stream.add(b"")
-            found += len(piece)
+            size += len(piece)
             yield piece
 
 
