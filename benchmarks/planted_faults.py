@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
+KERNELS = ROOT / "build" / "kernels of planted faults"
 WORDS = (
     "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry tubes "
     "sensitivity starts kernels"
@@ -185,8 +186,12 @@ def broken(text: str, fault: Fault) -> str:
 
 
 def run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
-    """Run Python so that `import vasowave` takes the copy of the source in `folder`."""
-    environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    """Run Python so that `import vasowave` takes the copy of the source in `folder`.
+
+    All copies share what is compiled: it is kept by the source of each kernel, so only what a fault touches is compiled.
+    """
+    environment = {"NUMBA_CACHE_DIR": str(KERNELS), **os.environ}
+    environment |= {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
     return subprocess.run(
         [sys.executable, *command],
         cwd=ROOT,

@@ -12,13 +12,18 @@ from numba import njit
 
 from vasowave.solver.laws import pressure_at, slope_at
 
-# Forced inlining: handing these bundles of arrays to a real call costs as much as the work on twenty vessels.
-OPTIONS: dict[str, Any] = {
+WHOLE: dict[str, Any] = {
     "nogil": True,
-    "forceinline": True,
     "error_model": "numpy",
     "fastmath": {"contract", "reassoc", "nsz", "arcp"},
+    "no_cfunc_wrapper": True,
 }
+"""How a kernel that Python calls is compiled."""
+
+# Forced inlining: handing these bundles of arrays to a real call costs as much as the work on twenty vessels. A door
+# for Python would cost as much compiling as the part itself.
+OPTIONS = WHOLE | {"forceinline": True, "no_cpython_wrapper": True}
+"""How the parts of a kernel are compiled, which only kernels call."""
 
 
 class Fluid(NamedTuple):

@@ -16,6 +16,7 @@ from vasowave.solver import grid, laws, trigonometry
 from vasowave.solver import nodes as node_kernels
 from vasowave.solver.cells import (
     OPTIONS,
+    WHOLE,
     continue_lines,
     find_fluxes,
     inner_faces,
@@ -62,12 +63,27 @@ def record_stations(sample, vessels, faces, out):
             out[kind, sample, v, 2] = values[k]
 
 
+@njit(**OPTIONS)
+def record_cells(sample, area, flow, out):
+    """Area and flow of every cell into out[0] and out[1]."""
+    for j in range(len(area)):
+        out[0, sample, j], out[1, sample, j] = area[j], flow[j]
+
+
+@njit(**OPTIONS)
+def center_cells(sample, area, flow, out):
+    """Make what was recorded before a step that of its middle: the mean of before and after."""
+    for j in range(len(area)):
+        out[0, sample, j] = 0.5 * (out[0, sample, j] + area[j])
+        out[1, sample, j] = 0.5 * (out[1, sample, j] + flow[j])
+
+
 PARTS = walls, laws, trigonometry, grid, cell_kernels, node_kernels
 """Modules of which a cycle is compiled."""
 
 
 def _compiled() -> Any:
-    @njit(**OPTIONS)
+    @njit(**WHOLE)
     def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, inlet_area, out, cell_out):
         area, flow, memory = state
         wall, end_wall = law
@@ -100,13 +116,11 @@ def _compiled() -> Any:
             if sampled:
                 record_stations(n // every, vessels, faces, out)
                 if per_cell:
-                    cell_out[0, n // every] = area
-                    cell_out[1, n // every] = flow
+                    record_cells(n // every, area, flow, cell_out)
             update_cells(area, flow, cells, fluid, fluxes, faces)
             continue_lines(area, flow, vessels.single, faces)
-            if sampled and per_cell:  # the cell at the half step is the mean of before and after
-                cell_out[0, n // every] = 0.5 * (cell_out[0, n // every] + area)
-                cell_out[1, n // every] = 0.5 * (cell_out[1, n // every] + flow)
+            if sampled and per_cell:
+                center_cells(n // every, area, flow, cell_out)
             report[INFLOW] += inflow[n]
             for k in range(ends.first_terminal, len(nodes.step)):
                 report[OUTFLOW] += faces.flow[ends.face[k]]

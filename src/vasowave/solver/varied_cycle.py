@@ -8,7 +8,7 @@ from numba import njit
 from vasowave import walls
 from vasowave.kernels import kept
 from vasowave.solver import node_variations, variations
-from vasowave.solver.cells import OPTIONS, Faces, continue_lines, find_fluxes, inner_faces, update_cells
+from vasowave.solver.cells import WHOLE, Faces, continue_lines, find_fluxes, inner_faces, update_cells
 from vasowave.solver.cycle import PARTS
 from vasowave.solver.node_variations import (
     change_characteristics,
@@ -30,7 +30,7 @@ from vasowave.solver.variations import (
 
 
 def _compiled() -> Any:
-    @njit(**OPTIONS)
+    @njit(**WHOLE)
     def advance_changes(
         state, changed, inflow, law, shifted, outlet, outlets, parts, weights, fluid, base, scratch, out
     ):
@@ -45,7 +45,8 @@ def _compiled() -> Any:
             inner_faces(area, flow, cells, fluid, cell_fluxes, faces)
             gather(area, flow, cell_fluxes, ends, nodes)
             characteristics(ends, end_wall, fluid, nodes)
-            before[:] = memory[:, 0]
+            for j in range(len(before)):
+                before[j] = memory[j, 0]
             solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
             find_fluxes(faces.area, faces.flow, cells, wall, fluid, fluxes)
 
