@@ -136,7 +136,7 @@ def worker_killed(folder: Path) -> Said:
 
 def memory_limit(folder: Path) -> Said:
     def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_AS, (1_300_000_000,) * 2)
+        resource.setrlimit(resource.RLIMIT_AS, (900_000_000,) * 2)
 
     return run(folder, preexec_fn=limit)
 
@@ -206,7 +206,7 @@ FAULTS: dict[str, Fault] = {
     "program killed": killed,
     "program interrupted (Ctrl-C)": interrupted,
     "worker killed": worker_killed,
-    "memory limited to 1.3 GB": memory_limit,
+    "memory limited to 0.9 GB": memory_limit,
     "recordings vanish": recordings_vanish,
     "results/ removed": results_removed,
     "clock jumps back": clock_jumps_back,

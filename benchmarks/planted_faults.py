@@ -188,7 +188,7 @@ def broken(text: str, fault: Fault) -> str:
 def run(folder: Path, *command: str) -> subprocess.CompletedProcess[str]:
     """Run Python so that `import vasowave` takes the copy of the source in `folder`.
 
-    All copies share what is compiled: it is kept by the source of each kernel, so only what a fault touches is compiled.
+    All copies share what is compiled: it is kept by the source of each kernel, so only what a fault touches is new.
     """
     environment = {"NUMBA_CACHE_DIR": str(KERNELS), **os.environ}
     environment |= {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}

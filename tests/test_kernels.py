@@ -47,8 +47,8 @@ def installed(folder, writable=True):
     return folder
 
 
-def started(folder, home, source="one", code=SCRIPT, **environment):
-    script = home / "script.py"
+def started(folder, home, source="one", code=SCRIPT, name="script.py", **environment):
+    script = home / name
     script.write_text(code)
     variables = {**os.environ, "PYTHONPATH": str(folder), "HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")}
     variables.pop("NUMBA_CACHE_DIR", None)
@@ -77,6 +77,22 @@ def test_a_read_only_installation_compiles_once_for_all_processes_and_anew_for_a
     assert other[:2] == (0, 1)
     assert first[2] == second[2] != other[2]
     assert (tmp_path / "cache") in first[2].parents
+
+
+@pytest.mark.validation
+def test_kernels_for_other_arguments_are_compiled_at_the_same_time_and_all_kept(sealed, tmp_path):
+    """Each compiles one of two kernels of a function, neither waits for the other, and a third process loads both."""
+    head = SCRIPT.split("assert doubled")[0].replace("time.sleep(4.0)", "time.sleep(4.0); print('slept', time.time())")
+    for code, count in ((head + "doubled(3.0)\n", 1), (head + "doubled(3)\n", 1), (head, 0)):
+        assert code.count("doubled(3") == count
+    pair = [
+        started(sealed, tmp_path, code=head + f"doubled({argument})\n", name=f"{number}.py")
+        for number, argument in enumerate(("3.0", "3"))
+    ]
+    slept = [float(process.communicate(timeout=120)[0].split()[1]) for process in pair]
+    assert abs(slept[0] - slept[1]) < 4.0
+    both = head + "doubled(3.0), doubled(3)\nprint(len(doubled.stats.cache_hits), 0, '.')\n"
+    assert told(started(sealed, tmp_path, code=both))[0] == 2
 
 
 @pytest.mark.validation
@@ -137,3 +153,19 @@ def test_compiling_is_timed_and_what_is_compiled_within_counts_once(tmp_path, mo
     for _ in range(100):
         taken(1.0)
     assert kernels.seconds_compiling() - before == spent
+
+
+def test_a_fit_asks_for_no_kernel_that_was_not_compiled_beforehand():
+    code = """
+import vasowave as vw
+from vasowave.solver.cycle import cycle_kernel
+from vasowave.solver.ready import compile_kernels
+from vasowave.solver.varied_cycle import varied_cycle_kernel
+kernels = [one(vw.LinearWall) for one in (cycle_kernel, varied_cycle_kernel)]
+compile_kernels("linear")
+print([len(kernel.signatures) for kernel in kernels])
+vw.calibrate(vw.control_network(), vw.virtual_mouse(), search=vw.Search(starts=1))
+print([len(kernel.signatures) for kernel in kernels])
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300)
+    assert done.stdout.split("\n")[:2] == ["[1, 1]", "[1, 1]"]

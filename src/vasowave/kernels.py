@@ -47,7 +47,7 @@ def _source(module: ModuleType) -> str:
 
 def _folder(source: str) -> Path | None:
     """Return the folder of kernels with this source, made where it can be written; None where that is nowhere."""
-    stamp = hashlib.sha256(f"{numba.__version__} {sys.version} {source}".encode()).hexdigest()[:16]
+    stamp = _digest(f"{numba.__version__} {sys.version} {source}")
     for place in _places():
         folder = place / f"kernels-{stamp}"
         try:
@@ -59,6 +59,10 @@ def _folder(source: str) -> Path | None:
         except OSError:
             continue
     return None
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _places() -> Iterator[Path]:
@@ -146,7 +150,7 @@ class _KernelCache(FunctionCache):
         self._compiling = True
         kernel = super().load_overload(sig, target_context)
         if kernel is None:
-            self._lock = _waited_for(self._folder / f"{self._impl.filename_base}.lock")
+            self._lock = _waited_for(self._folder / f"{self._impl.filename_base}-{_digest(str(sig))}.lock")
             kernel = super().load_overload(sig, target_context)
         if kernel is not None:
             self._release()
@@ -154,11 +158,14 @@ class _KernelCache(FunctionCache):
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a kernel."""
+        index = _waited_for(self._folder / f"{self._impl.filename_base}.lock")  # all kernels of a function are in one
         try:
             super().save_overload(sig, data)
         except OSError:  # a full disk: it serves this process all the same
             pass
         finally:
+            if index is not None:
+                index.close()
             self._release()
 
     def _release(self) -> None:

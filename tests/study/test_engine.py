@@ -1,3 +1,5 @@
+import io
+import logging
 import os
 import signal
 import subprocess
@@ -13,7 +15,7 @@ import cheap_tasks
 import pytest
 
 from vasowave.errors import InputError
-from vasowave.study import engine
+from vasowave.study import engine, executors
 from vasowave.study.engine import Job, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
 from vasowave.study.lock import locked
@@ -229,3 +231,15 @@ def test_a_dask_worker_killed_in_the_middle_loses_nothing_and_repeats_nothing_ke
     assert len(kept) == 3
     assert all(runs[name] == 1 for name in kept)
     assert sum(runs.values()) <= len(names) + 2  # what the killed worker was at, and a result it had not handed over
+
+
+def test_what_a_library_prints_of_errors_that_it_raises_is_not_printed():
+    logger, printed = logging.getLogger("loud"), io.StringIO()
+    printer = logging.StreamHandler(printed)
+    logger.addHandler(printer)
+    with executors._quiet("loud"):
+        logging.getLogger("loud.client").error("Traceback")
+    assert printed.getvalue() == ""
+    logger.error("heard again")
+    assert printed.getvalue() == "heard again\n"
+    logger.removeHandler(printer)

@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 from small_study import make_study_in
 
-from vasowave.errors import InputError
+from vasowave.errors import InputError, VasowaveWarning
 from vasowave.study.plan import RESULTS, read_study
 from vasowave.study.reporting import report_study
 from vasowave.study.results import read_results
@@ -152,6 +152,18 @@ def test_what_has_finished_is_found_by_content_and_only_what_changed_is_computed
         assert_same(results(folder), results(undisturbed[0]))
 
     first.write_text(original)  # the earlier result was not overwritten by that of the other input
+    assert finish(folder).computed == ()
+    assert_same(results(folder), results(undisturbed[0]))
+
+
+def test_a_line_lost_from_the_table_is_missed_and_comes_back_without_computing(undisturbed, tmp_path):
+    folder = copied(undisturbed, tmp_path / "study")
+    table = folder / "animals.csv"
+    whole = table.read_text()
+    table.write_text("\n".join(line for line in whole.splitlines() if not line.startswith("mouse 1")) + "\n")
+    with pytest.warns(VasowaveWarning, match="mouse 1: in the results of the last run, but no longer in the table"):
+        assert finish(folder).kept == ("mouse 0", "mouse 2")
+    table.write_text(whole)
     assert finish(folder).computed == ()
     assert_same(results(folder), results(undisturbed[0]))
 

@@ -1,9 +1,10 @@
 """Where animals are computed: a pool of processes on this machine, or a Dask cluster."""
 
+import logging
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from importlib import import_module
@@ -17,11 +18,16 @@ _LOADED_LATE = ("scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.st
 
 
 @contextmanager
-def process_pool(workers: int, threads: int = 1) -> Iterator[Executor]:
-    """Give a pool of fresh processes, each with `threads` threads; none of them outlives the block or this program."""
+def process_pool(workers: int, threads: int = 1, laws: Sequence[str] = ()) -> Iterator[Executor]:
+    """Give a pool of fresh processes, each with `threads` threads; none of them outlives the block or this program.
+
+    The kernels of the wall laws are compiled first, each law by another process, where they are not there already.
+    """
     before = set(active_children())
     pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker, (threads,))
     try:
+        for law in laws:
+            pool.submit(_compile_kernels, law)
         yield pool
     except BaseException:
         # Nobody waits for the results any more, and a task may have minutes to go.
@@ -50,10 +56,29 @@ def dask_cluster(address: str, patience: float = 30.0) -> Iterator[Executor]:
     except (OSError, TimeoutError, ValueError) as error:
         raise InputError(
             f"no Dask scheduler answers at '{address}' ({error}); start one with `dask scheduler` and give its "
-            "address, for example tcp://host:8786"
+            "address, for example tcp://host:8786. What has finished is kept"
         ) from None
-    with client, client.get_executor(pure=False) as executor:
+    with _quiet("distributed"), client, client.get_executor(pure=False) as executor:
         yield executor
+
+
+@contextmanager
+def _quiet(library: str) -> Iterator[None]:
+    """Keep a library from printing the errors that it also raises, with its tracebacks."""
+    printers = {printer: printer.level for printer in logging.getLogger(library).handlers}
+    for printer in printers:
+        printer.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for printer, level in printers.items():
+            printer.setLevel(level)
+
+
+def _compile_kernels(law: str) -> None:
+    from vasowave.solver.ready import compile_kernels
+
+    compile_kernels(law)
 
 
 def _start_worker(threads: int) -> None:

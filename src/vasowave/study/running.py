@@ -1,6 +1,7 @@
 """Do a study: every animal on all cores, what is already known from the store, then results, tables and report."""
 
-from collections.abc import Callable, Mapping
+import warnings
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
@@ -9,7 +10,7 @@ from typing import Any
 
 from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress as FitProgress
-from vasowave.errors import InputError
+from vasowave.errors import InputError, VasowaveWarning
 from vasowave.files import made_inside
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
@@ -17,7 +18,7 @@ from vasowave.study.journal import FOLDER, remove_journals
 from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
 from vasowave.study.lock import locked
 from vasowave.study.plan import RESULTS, Study
-from vasowave.study.results import write_results
+from vasowave.study.results import read_results, write_results
 from vasowave.study.settings import animal_settings
 from vasowave.study.store import Store
 from vasowave.threads import cores
@@ -78,6 +79,11 @@ def run_study(
     Done
         Animals that failed stand in it and in the results.
 
+    Warns
+    -----
+    VasowaveWarning
+        The table no longer names an animal of the last results.
+
     Raises
     ------
     InputError
@@ -101,6 +107,7 @@ def run_study(
     """
     say = progress or (lambda step: None)
     with locked(made_inside(study.folder, RESULTS) / LOCK):
+        _tell_lost(study)
         store = Store(study.results)
         pieces, jobs, failures = _plan(study, store)
         kept = tuple(pieces)
@@ -114,7 +121,8 @@ def run_study(
             say(replace(step, done=len(kept) + step.done, count=len(study.animals)))
 
         if jobs:
-            pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs))
+            laws = study.settings.calibration.walls
+            pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs), laws)
             failures |= run_jobs(jobs, analyzed_bytes, keep, pools, at_once, threads, shifted)
         results = _write(study, pieces, failures)
         if not failures:
@@ -161,6 +169,21 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
     return Done(results, computed, () if computed else (row.animal,), {})
 
 
+def _tell_lost(study: Study) -> None:
+    """Warn of animals that the last results hold and the table no longer names: nothing else misses a lost line."""
+    try:
+        before = read_results(study.results)
+    except InputError:
+        return
+    lost = [name for name in before if name not in {row.animal for row in study.animals}]
+    if lost:
+        message = (
+            f"{study.path}: {', '.join(lost)}: in the results of the last run, but no longer in the table of animals; "
+            "if a line was lost, put it back and run again: nothing is computed twice"
+        )
+        warnings.warn(message, VasowaveWarning, stacklevel=3)
+
+
 def _write(study: Study, pieces: Mapping[str, Path], failures: Mapping[str, str]) -> Path:
     """Write the results from the pieces, in the order of the table."""
     if not pieces:
@@ -199,7 +222,7 @@ def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[
 
 
 def _pools(
-    executor: Executor | None, scheduler: str | None, workers: int | None, jobs: int
+    executor: Executor | None, scheduler: str | None, workers: int | None, jobs: int, laws: Sequence[str]
 ) -> tuple[Pools, int, int | None]:
     """Return what gives executors, how many jobs to hand out at once, and the threads of each."""
     if executor is not None:
@@ -210,6 +233,6 @@ def _pools(
     threads = max(1, cores() // at_once)
 
     def pools(count: int) -> AbstractContextManager[Executor]:
-        return process_pool(count, threads)
+        return process_pool(count, threads, laws)
 
     return pools, at_once, threads

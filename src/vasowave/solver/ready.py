@@ -1,0 +1,38 @@
+"""Compiling before the work: all that a fit with one wall law asks of the solver, on the smallest model there is."""
+
+import numpy as np
+
+from vasowave.blood import Blood
+from vasowave.laws import find_law
+from vasowave.model import Model
+from vasowave.network import Network
+from vasowave.nominal import windkessels
+from vasowave.recording import Inflow
+from vasowave.solver.direction import direction_between
+from vasowave.solver.numerics import Numerics
+from vasowave.solver.run import run_to_periodic
+from vasowave.solver.sensitivity import pressure_derivatives
+
+_STIFFNESS = 50.0  # mmHg
+
+
+def compile_kernels(wall: str | type) -> None:
+    """Compile the kernels of a wall law, or load them where another process has compiled them.
+
+    Parameters
+    ----------
+    wall : str or type
+        As for `calibrate`.
+
+    Raises
+    ------
+    InputError
+        There is no such law.
+    """
+    law = find_law(wall)
+    tube = Network(("1",), np.array([-1]), np.array([1.0]), np.array([0.05]))
+    values = [np.full(1, one.nominal * one.scale(_STIFFNESS)) for one in law.law().parameters]
+    model = Model(tube, law(*values), windkessels(tube, 75.0, 0.12), Blood())
+    inflow, numerics = Inflow(np.full(32, 0.1), 0.12), Numerics(samples=32)
+    run = run_to_periodic(model, inflow, numerics)
+    pressure_derivatives(run, inflow, [direction_between(model, model, 1.0)], numerics)
