@@ -34,6 +34,7 @@ from vasowave.solver import Numerics, simulate
 from vasowave.walls import LinearWall, TangentWall
 
 SAMPLES, NOISE, WHITE = 512, 0.4, 0.03
+METHODS = ("fit", "posterior")
 QUANTITIES = ("wave_speed", "R_T", "a", "C_p")
 ROWS = {
     "linear": ("linear", "linear", "nothing"),
@@ -132,16 +133,17 @@ def by_posterior(network, recording, wall, fit, draws):
     return {name: tuple(found.summary.loc[name, columns]) for name in QUANTITIES}, found.diagnostics
 
 
-def lines(row, number, draws):
-    """Analyze one animal; return the lines of the file."""
+def lines(row, number, methods, draws):
+    """Analyze one animal by the methods asked for; yield the lines of the file."""
     recording, model, wall = animal(row, number)
     network, truth = control_network(), derived(model, recording.mean_pressure)
     classic, fit = by_fit(network, recording, wall)
-    bayes, diagnostics = by_posterior(network, recording, wall, fit, draws)
-    for method, found, k, count in (
-        ("fit", classic, np.nan, int(fit.starts["simulations"].sum())),
-        ("posterior", bayes, diagnostics.k_hat, diagnostics.simulations),
-    ):
+    rows = {"fit": (classic, np.nan, int(fit.starts["simulations"].sum()))}
+    if "posterior" in methods:
+        bayes, diagnostics = by_posterior(network, recording, wall, fit, draws)
+        rows["posterior"] = (bayes, diagnostics.k_hat, diagnostics.simulations)
+    for method in methods:
+        found, k, count = rows[method]
         for name in QUANTITIES:
             yield [row, number, method, name, truth[name], *found[name], k, count]
 
@@ -162,12 +164,22 @@ def table(path):
 
 
 def done(path):
+    """Return row, animal and method of all that stands in the file."""
     if not path.exists():
         with path.open("w", newline="") as file:
             csv.writer(file).writerow(FIELDS)
     data = pd.read_csv(path)
-    counts = data.groupby(["row", "animal"]).size()
-    return {key for key, count in counts.items() if count == 2 * len(QUANTITIES)}
+    return set(data[["row", "animal", "method"]].itertuples(index=False, name=None))
+
+
+def work(chosen):
+    """Yield row, number and methods of the animals that are not in the file yet, every row's first animal first."""
+    finished = done(chosen.out)
+    for number in range(chosen.first, chosen.first + chosen.animals):
+        for row in chosen.rows:
+            methods = [one for one in chosen.method if (row, number, one) not in finished]
+            if methods:
+                yield row, number, methods
 
 
 def main():
@@ -176,19 +188,15 @@ def main():
     parser.add_argument("--animals", type=int, default=10, help="of every row")
     parser.add_argument("--first", type=int, default=0, help="number of the first animal")
     parser.add_argument("--rows", nargs="*", default=list(ROWS), choices=list(ROWS))
+    parser.add_argument("--method", nargs="*", default=list(METHODS), choices=list(METHODS))
     parser.add_argument("--draws", type=int, default=150, help="draws of each posterior")
     parser.add_argument("--table", action="store_true", help="print the table and compute nothing")
     chosen = parser.parse_args()
-    if not chosen.table:
-        finished = done(chosen.out)
-        wanted = [(row, n) for n in range(chosen.first, chosen.first + chosen.animals) for row in chosen.rows]
-        for row, number in [one for one in wanted if one not in finished]:
-            found = list(lines(row, number, chosen.draws))
-            with chosen.out.open("a", newline="") as file:
-                csv.writer(file).writerows(found)
-            print(
-                row, number, *(f"{x[2]} {x[3]} {x[4]:.3g} in [{x[5]:.3g}, {x[7]:.3g}]" for x in found[::4]), flush=True
-            )
+    for row, number, methods in [] if chosen.table else work(chosen):
+        found = list(lines(row, number, methods, chosen.draws))
+        with chosen.out.open("a", newline="") as file:
+            csv.writer(file).writerows(found)
+        print(row, number, *(f"{x[2]} {x[3]} {x[4]:.3g} in [{x[5]:.3g}, {x[7]:.3g}]" for x in found[::4]), flush=True)
     with pd.option_context("display.width", 200, "display.max_rows", 200):
         print(table(chosen.out))
 
