@@ -8,13 +8,16 @@ at before.
 """
 
 import argparse
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from robustness_page import put
 from vasowave.cohort import pooled_ratio
 
 TRUE_RATIO = 2.6
+PAGE = Path(__file__).parents[1] / "docs" / "statistics.md"
 
 
 class Kind(NamedTuple):
@@ -26,6 +29,7 @@ class Kind(NamedTuple):
     said: float = 1.0
     degrees: int = 0
     heavy: bool = False
+    image: float = 0.0  # error of the one image that all animals of a group share
 
 
 CHOSEN_ON = {
@@ -44,6 +48,12 @@ UNSEEN = {
     "small errors": Kind(error=0.05),
     "errors from 3 degrees of freedom": Kind(degrees=3),
 }
+ONE_IMAGE = {
+    "image 5 %, animals differ by 30 %": Kind(error=0.1, image=0.05),
+    "image 10 %, animals differ by 10 %": Kind(spread=(0.1, 0.1), error=0.05, image=0.1),
+    "image 10 %, animals do not differ": Kind(spread=(0.02, 0.02), error=0.1, image=0.1),
+    "image 10 %, 3 + 3 animals": Kind((3, 3), (0.1, 0.1), 0.1, image=0.1),
+}
 
 
 def group(rng: np.random.Generator, kind: Kind, which: int) -> tuple[np.ndarray, np.ndarray]:
@@ -52,6 +62,7 @@ def group(rng: np.random.Generator, kind: Kind, which: int) -> tuple[np.ndarray,
     error = kind.error * np.exp(0.8 * rng.standard_normal(n))
     own = rng.standard_t(3, n) / np.sqrt(3) if kind.heavy else rng.standard_normal(n)
     logs = which * np.log(TRUE_RATIO) + kind.spread[which] * own + error * rng.standard_normal(n)
+    logs = logs + kind.image * rng.standard_normal()
     estimated = np.sqrt(rng.chisquare(kind.degrees, n) / kind.degrees) if kind.degrees else 1.0
     return logs, kind.said * error * estimated
 
@@ -68,18 +79,56 @@ def row(kind: Kind, cohorts: int, seed: int) -> tuple[float, float, float, float
     return (*np.mean(inside, axis=0), *np.exp(np.median(width, axis=0)))
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cohorts", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=5)
-    options = parser.parse_args()
-    print("| cohorts | pooled: holds the truth | Welch: holds the truth | pooled: × ÷ | Welch: × ÷ |")
-    print("|---|---|---|---|---|")
+def one_image(kind: Kind, cohorts: int, seed: int) -> tuple[float, ...]:
+    """Return coverage: the image shared, the image as an error of each animal's own, Welch; and widths of the first."""
+    rng, inside, width = np.random.default_rng(seed), [], []
+    for _ in range(cohorts):
+        groups = group(rng, kind, 0), group(rng, kind, 1)
+        own = tuple((logs, np.hypot(errors, kind.image)) for logs, errors in groups)
+        plain = tuple((logs, np.zeros(len(logs))) for logs, _ in groups)
+        found = pooled_ratio(*groups, shared=np.sqrt(2) * kind.image), pooled_ratio(*own), pooled_ratio(*plain)
+        inside.append([one.low <= TRUE_RATIO <= one.high for one in found])
+        width.append([np.log(one.high / one.low) / 2 for one in found])
+    return (*np.mean(inside, axis=0), *np.exp(np.median(width, axis=0)))
+
+
+def pooling_table(options: argparse.Namespace) -> str:
+    """Return the table of the kinds whose animals have errors of their own only."""
+    lines = [
+        "| cohorts | pooled: holds the truth | Welch: holds the truth | pooled: × ÷ | Welch: × ÷ |",
+        "|---|---|---|---|---|",
+    ]
     for title, kinds in (("chosen on", CHOSEN_ON), ("unseen", UNSEEN)):
         for name, kind in kinds.items():
             pooled, welch, width, plain = row(kind, options.cohorts, options.seed)
-            print(f"| {title}: {name} | {pooled:.3f} | {welch:.3f} | {width:.2f} | {plain:.2f} |", flush=True)
+            lines.append(f"| {title}: {name} | {pooled:.3f} | {welch:.3f} | {width:.2f} | {plain:.2f} |")
+    return "\n".join(lines)
+
+
+def image_table(options: argparse.Namespace) -> str:
+    """Return the table of the kinds whose groups have one image each."""
+    lines = [
+        "| one image for each group | error of the image shared | as if each animal's own | Welch | × ÷ of the three |",
+        "|---|---|---|---|---|",
+    ]
+    for name, kind in ONE_IMAGE.items():
+        shared, own, welch, *widths = one_image(kind, options.cohorts, options.seed)
+        sizes = ", ".join(f"{width:.2f}" for width in widths)
+        lines.append(f"| {name} | {shared:.3f} | {own:.3f} | {welch:.3f} | {sizes} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Print the tables, or put them into the page."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cohorts", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=5)
+    parser.add_argument("--docs", action="store_true", help="put the tables into docs/statistics.md")
+    options = parser.parse_args()
+    for name, table in (("pooling", pooling_table(options)), ("one image", image_table(options))):
+        print(table, flush=True)
+        if options.docs:
+            put(name, table, PAGE)
 
 
 if __name__ == "__main__":

@@ -61,7 +61,7 @@ def made_parameters(values):
         rows[name] = {
             "unit": "mmHg" if name in ("beta", "p1") else "1", "nominal": 0.8 * value, "lower": 0.1 * value,
             "upper": 2.5 * value, "value": value, "standard_error": 0.04 * value,
-            "standard_error_correlated": 0.3 * value, "degrees_of_freedom": 8.0,
+            "standard_error_correlated": 0.3 * value,
             "interval_low": 0.5 * value, "interval_high": 2.0 * value, "at_bound": False, "free": True,
             "determined": name != "r1",
         }  # fmt: skip

@@ -39,36 +39,22 @@ def averages_dataset(selection: xr.Dataset, quantities: Mapping[str, xr.Dataset]
     values: dict[str, xr.Variable | xr.DataArray] = {"weight": weights}
     for name in AVERAGED:
         each = [quantities[wall][name] for wall in laws]
-        if all(_spread(one) is not None for one in each):
+        if all(_error(one) is not None for one in each):
             values[name] = _variable(each, first.values)
     said = "the recording's error and the model's discrepancy within each law, and the choice between these laws"
     return xr.Dataset(values, attrs={"covariance": str(first["covariance"].values), "interval_holds": said})
 
 
 def _variable(each: list[xr.DataArray], weights: np.ndarray) -> xr.Variable:
-    spreads = [spread for one in each if (spread := _spread(one)) is not None]
-    errors, freedoms = zip(*spreads, strict=True)
-    mean = averaged([float(one) for one in each], errors, freedoms, list(weights))
+    errors = [error for one in each if (error := _error(one)) is not None]
+    mean = averaged([float(one) for one in each], errors, list(weights))
     attrs = {name: each[0].attrs[name] for name in ("units", "long_name", "symbol")}
     high = min(mean.high, 1.0) if each[0].name in SHARES else mean.high
     attrs |= {"interval_low": mean.low, "interval_high": high, "interval_level": LEVEL}
     return xr.Variable((), mean.value, attrs | {"between_laws": mean.between})
 
 
-def _spread(quantity: xr.DataArray) -> tuple[float, float] | None:
-    """Standard error of the logarithm of a quantity and its degrees of freedom, None where they are not known.
-
-    What is stored is the error and the interval: the quantile between them tells the degrees of freedom.
-    """
-    from scipy.optimize import brentq
-    from scipy.special import ndtri, stdtrit
-
-    error, low = quantity.attrs.get("standard_error", 0.0) / float(quantity), quantity.attrs.get("interval_low", 0.0)
-    if not (error > 0 and low > 0):
-        return None
-    ratio, share = np.log(float(quantity) / low) / error, 0.5 + 0.5 * LEVEL
-    if ratio <= 1.001 * ndtri(share):
-        return error, np.inf
-    if ratio >= stdtrit(1.0, share):
-        return error, 1.0
-    return error, float(brentq(lambda n: stdtrit(n, share) - ratio, 1.0, 1e9))
+def _error(quantity: xr.DataArray) -> float | None:
+    """Standard error of the logarithm of a quantity, None where it is not known."""
+    error = quantity.attrs.get("standard_error", 0.0) / float(quantity)
+    return float(error) if error > 0 else None

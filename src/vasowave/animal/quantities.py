@@ -9,7 +9,7 @@ import xarray as xr
 from vasowave.analysis import compliance
 from vasowave.animal.signals import Station
 from vasowave.calibration import Fit
-from vasowave.calibration.uncertainty import LEVEL
+from vasowave.calibration.uncertainty import LEVEL, NORMAL
 from vasowave.descriptions import Quantity
 from vasowave.model import Model
 from vasowave.nominal import Nominal
@@ -173,16 +173,12 @@ def model_of(fit: Fit, values: Mapping[str, float]) -> Model:
 def errors_of(fit: Fit, derive: Callable[[Mapping[str, float]], dict[str, float]]) -> dict[str, tuple[float, float]]:
     """Standard errors of the logarithms of all derived quantities and the half widths of their 95 % intervals.
 
-    By the delta method from those of the parameters. The degrees of freedom are those of the parameters, weighted by
-    what each contributes to the variance.
+    By the delta method from those of the parameters.
     """
-    from scipy.special import stdtrit
-
     names = list(fit.correlation.index)
     table = fit.parameters.loc[names]
     spread = (table["standard_error_correlated"] / table["value"]).to_numpy(float)
     cov = fit.correlation.to_numpy(float) * np.outer(spread, spread)
-    unknown = 1 / table["degrees_of_freedom"].to_numpy(float)
     values = _values(fit)
     up = [derive(values | {name: values[name] * np.exp(_LOG_STEP)}) for name in names]
     down = [derive(values | {name: values[name] * np.exp(-_LOG_STEP)}) for name in names]
@@ -190,9 +186,7 @@ def errors_of(fit: Fit, derive: Callable[[Mapping[str, float]], dict[str, float]
     for key in up[0]:
         slope = np.array([np.log(one[key] / other[key]) / (2 * _LOG_STEP) for one, other in zip(up, down)])
         error = float(np.sqrt(max(0.0, slope @ cov @ slope)))
-        share = (slope * spread) ** 2
-        freedom = share.sum() / (share @ unknown) if share.any() else np.inf
-        errors[key] = (error, float(stdtrit(min(freedom, 1e6), 0.5 + 0.5 * LEVEL)) * error)
+        errors[key] = (error, NORMAL * error)
     return errors
 
 

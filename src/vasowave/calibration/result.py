@@ -30,8 +30,8 @@ class Fit:
     parameters : DataFrame
         One row per parameter (index: the wall law's, then r1, r2, c1), columns ``unit, nominal, lower, upper,
         value, standard_error`` (if every sample had independent noise), ``standard_error_correlated`` (for the smooth
-        noise that the residual shows, `residual_noise`), ``degrees_of_freedom`` of that error, ``interval_low,
-        interval_high`` (95 %, from both), ``at_bound, free, determined``.
+        noise that the residual shows, `noise.spectrum`), ``interval_low, interval_high`` (95 %, from the latter),
+        ``at_bound, free, determined``.
     correlation : DataFrame
         Correlation of the free parameters' estimates.
     starts : DataFrame

@@ -8,16 +8,13 @@ import pandas as pd
 
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
-from vasowave.noise.spectrum import (
-    FEWEST_DEGREES,
-    is_limited,
-    known_variance,
-    least_squares_covariance,
-    noise_spectrum,
-)
+from vasowave.noise.spectrum import known_variance, least_squares_covariance, likely_spectra
 
 LEVEL = 0.95
 """Level of the intervals, symmetric in the logarithm of a parameter."""
+
+NORMAL = 1.959964
+"""Half width of such an interval in standard errors."""
 
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 _NEAR_BOUND = 1e-3  # in the logarithm
@@ -41,43 +38,37 @@ class Spread:
     Attributes
     ----------
     covariance : array, shape (free, free)
-    degrees_of_freedom : array, shape (free,)
-        Of each variance.
+        Whose normal 95 % intervals are those of all spectra of the noise that the residual leaves possible.
     independent : array, shape (free,)
         Standard errors if every sample had independent noise.
-    limited : bool
-        Whether the limit of what noise a fit may hide binds; see `noise.spectrum`.
+    assumed : bool
+        Whether the prior of the size of the noise decides; see `noise.spectrum`.
     """
 
     covariance: np.ndarray
-    degrees_of_freedom: np.ndarray
     independent: np.ndarray
-    limited: bool
+    assumed: bool
 
 
 def spread_of(space: Space, jacobian: np.ndarray, residual: np.ndarray, compared: Compared) -> Spread:
     """Return the spread of least-squares estimates under the error of the measurement and the model's discrepancy.
 
-    The error is known from the beats; the spectrum of the discrepancy is fitted to the residual.
+    The error is known from the beats; of the spectrum of the discrepancy the residual tells the rest.
     """
     low, high = space.log_bounds
     known = known_variance(compared.error_power(), len(residual))
-    spectrum = noise_spectrum(residual, jacobian, known)
-    matrix, degrees = least_squares_covariance(residual, jacobian, spectrum, high - low, known)
+    spectra = likely_spectra(residual, jacobian, known)
     independent = np.sqrt(np.diag(covariance(jacobian, residual)))
-    return Spread(matrix, degrees, independent, is_limited(residual, spectrum))
+    return Spread(least_squares_covariance(jacobian, spectra, high - low), independent, spectra.assumed)
 
 
 def parameter_table(space: Space, x: np.ndarray, spread: Spread) -> pd.DataFrame:
     """One row per parameter; see `Fit.parameters`."""
-    from scipy.special import stdtrit
-
     values = space.values(x)
-    independent, correlated, freedom = (np.full(len(values), np.nan) for _ in range(3))
+    independent, correlated = (np.full(len(values), np.nan) for _ in range(2))
     independent[space.free] = spread.independent
     correlated[space.free] = np.sqrt(np.diag(spread.covariance))
-    freedom[space.free] = np.minimum(spread.degrees_of_freedom, 1e6)
-    reach = np.minimum(stdtrit(freedom, 0.5 + 0.5 * LEVEL) * correlated, _FARTHEST)
+    reach = np.minimum(NORMAL * correlated, _FARTHEST)
     low, high = space.log_bounds
     at_bound = np.zeros(len(values), dtype=bool)
     at_bound[space.free] = (x - low < _NEAR_BOUND) | (high - x < _NEAR_BOUND)
@@ -90,7 +81,6 @@ def parameter_table(space: Space, x: np.ndarray, spread: Spread) -> pd.DataFrame
             "value": values,
             "standard_error": independent * values,
             "standard_error_correlated": correlated * values,
-            "degrees_of_freedom": freedom,
             "interval_low": values * np.exp(-reach),
             "interval_high": values * np.exp(reach),
             "at_bound": at_bound,
@@ -115,7 +105,7 @@ def sentences(table: pd.DataFrame, correlation: pd.DataFrame, starts: pd.DataFra
         *_at_bounds(table),
         *_undetermined(table),
         *_inseparable(correlation),
-        *_assumed(table, spread),
+        *_assumed(spread),
         *_disagreeing(starts),
     ]
 
@@ -156,21 +146,14 @@ def _inseparable(correlation: pd.DataFrame) -> list[str]:
     ]
 
 
-def _assumed(table: pd.DataFrame, spread: Spread) -> list[str]:
-    """Name the constants of `noise.spectrum` that decide the width of the intervals."""
-    fewest = [str(name) for name, row in table.iterrows() if row["degrees_of_freedom"] == FEWEST_DEGREES]
-    said = []
-    if fewest:
-        said.append(
-            f"One residual tells little about its own noise: the intervals of {', '.join(fewest)} are those of the "
-            f"fewest degrees of freedom that are allowed ({FEWEST_DEGREES:g}), a choice and not a finding."
-        )
-    if spread.limited:
-        said.append(
-            "The intervals assume that the noise which the fit hides is at most four times as strong as what the "
-            "residual shows."
-        )
-    return said
+def _assumed(spread: Spread) -> list[str]:
+    """Say where an assumption of `noise.spectrum` decides the width of the intervals."""
+    if not spread.assumed:
+        return []
+    return [
+        "The residual hardly tells how strong the noise is that the fit hides at the lowest harmonics: the width of "
+        "the intervals rests on the assumption that it is known within a factor of 4."
+    ]
 
 
 def _disagreeing(starts: pd.DataFrame) -> list[str]:

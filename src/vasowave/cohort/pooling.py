@@ -66,7 +66,10 @@ class Ratio(NamedTuple):
 
 
 def pooled_ratio(
-    reference: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray], level: float = 0.95
+    reference: tuple[np.ndarray, np.ndarray],
+    other: tuple[np.ndarray, np.ndarray],
+    level: float = 0.95,
+    shared: float = 0.0,
 ) -> Ratio:
     """Return the ratio of a group over its reference, each pooled by itself; without errors, Welch's interval.
 
@@ -77,6 +80,9 @@ def pooled_ratio(
     reference, other : (array, array)
         Logarithms of the animals' estimates, and their standard errors.
     level : float
+    shared : float
+        Standard error of the logarithm of the ratio from what the animals of a group have in common, an image for
+        instance: no number of animals averages it away.
 
     Raises
     ------
@@ -87,8 +93,9 @@ def pooled_ratio(
 
     first, second = pooled_mean(*reference), pooled_mean(*other)
     parts = np.array([first.error**2, second.error**2])
-    freedom = parts.sum() ** 2 / (parts**2 / [first.freedom, second.freedom]).sum()
-    difference, error = second.value - first.value, float(np.sqrt(parts.sum()))
+    variance = parts.sum() + shared**2
+    freedom = variance**2 / (parts**2 / [first.freedom, second.freedom]).sum()
+    difference, error = second.value - first.value, float(np.sqrt(variance))
     reach = float(stdtrit(freedom, 0.5 + 0.5 * level)) * error
     value, low, high = np.exp([difference, difference - reach, difference + reach]).tolist()
     return Ratio(value, low, high, error)

@@ -11,9 +11,10 @@ import xarray as xr
 
 from vasowave.animal.reading import group_of, name_of, wall_laws
 from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.estimates import Estimates, estimates_of, shared_error
 from vasowave.cohort.permutation import MOST_RELABELINGS, family_p, smallest_family_p
 from vasowave.cohort.pooling import Ratio, pooled_ratio
-from vasowave.cohort.table import INDICES, column, log_errors, rows_of
+from vasowave.cohort.table import INDICES, column, rows_of
 from vasowave.errors import InputError, did_you_mean
 
 QUESTIONS = {
@@ -51,21 +52,21 @@ class Compared(NamedTuple):
     name, source : str
     results : list of DataTree
         Animals of both groups that have it.
-    logs, errors : array, shape (animal,)
+    known : Estimates
     other : array of bool, shape (animal,)
     """
 
     name: str
     source: str
     results: list[xr.DataTree]
-    logs: np.ndarray
-    errors: np.ndarray
+    known: Estimates
     other: np.ndarray
 
     def ratio(self, kept: np.ndarray | slice = slice(None)) -> Ratio:
         """Return the pooled ratio of the second group over the first, of the animals kept."""
-        logs, errors, other = self.logs[kept], self.errors[kept], self.other[kept]
-        return pooled_ratio((logs[~other], errors[~other]), (logs[other], errors[other]))
+        one, other = self.known.of(kept), self.other[kept]
+        reference = one.logs[~other], one.errors[~other]
+        return pooled_ratio(reference, (one.logs[other], one.errors[other]), shared=shared_error(one, other))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +79,11 @@ class Primary:
         The law whose quantities are primary; empty if no animal was calibrated.
     rows : DataFrame
         One per pair of groups and quantity: ``reference, other, question, quantity, source, n reference, n other``,
-        ``ratio, low, high, p, smallest p, apart, without, ratio without``. `p` is family-wise over all quantities and
-        pairs. `apart`: no animal of one group lies among the other. `without` is the animal that moves the ratio
-        most when it is left out (empty for fewer than three), and the ratio is then `ratio without`.
+        ``ratio, low, high, p, smallest p, apart, without, ratio without, estimates``. `p` is family-wise over all
+        quantities and pairs. `apart`: no animal of one group lies among the other. `without` is the animal that moves
+        the ratio most when it is left out (empty for fewer than three), and the ratio is then `ratio without`.
+        `estimates` says what the animals' values and errors are of: their ``posterior`` where all have one that can be
+        trusted, their ``fit``, or ``plain`` values without errors.
     others : DataFrame
         The same effects by the other laws, without a test: ``reference, other, quantity, source, ratio, low, high``.
     left_out : dict of str to str
@@ -184,20 +187,17 @@ def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | 
         and (source == "measured" or source in wall_laws(result))
         and np.isfinite(values[name_of(result)])
     ]
-    given = values[[name_of(result) for result in results]].to_numpy()
-    with np.errstate(divide="ignore", invalid="ignore"):
-        logs = np.log(given)
     of_other = np.array([group_of(result) == other for result in results])
-    return Compared(name, source, results, logs, log_errors(results, source, name), of_other)
+    return Compared(name, source, results, estimates_of(results, source, name), of_other)
 
 
 def _refusal(one: Compared) -> str:
     """Return why groups cannot be compared by a quantity; empty if they can."""
     if min(one.other.sum(), (~one.other).sum()) < 2:
         return "a group has fewer than two animals with it"
-    if not np.all(np.isfinite(one.logs)):
+    if not np.all(np.isfinite(one.known.logs)):
         return "a value is not positive; a ratio needs positive values"
-    if min(np.ptp(one.logs[one.other]), np.ptp(one.logs[~one.other])) < 1e-9:
+    if min(np.ptp(one.known.logs[one.other]), np.ptp(one.known.logs[~one.other])) < 1e-9:
         return "the values hardly vary within a group; there is nothing to test"
     return ""
 
@@ -213,7 +213,7 @@ def _rows(usable: Sequence[Compared], reference: str, other: str, pairs: int) ->
             "reference": reference, "other": other, "question": question_of(one.name), "quantity": one.name,
             "source": one.source, "n reference": sizes[0], "n other": sizes[1], "ratio": ratio.value,
             "low": ratio.low, "high": ratio.high, "p": min(1.0, pairs * value), "smallest p": smallest_p(sizes, pairs),
-            "apart": _apart(one),
+            "apart": _apart(one), "estimates": one.known.origin,
         }  # fmt: skip
         rows.append(row | _influence(one, ratio))
     return rows
@@ -221,7 +221,7 @@ def _rows(usable: Sequence[Compared], reference: str, other: str, pairs: int) ->
 
 def _apart(one: Compared) -> bool:
     """Return whether every animal of one group lies above every animal of the other."""
-    x, y = one.logs[~one.other], one.logs[one.other]
+    x, y = one.known.logs[~one.other], one.known.logs[one.other]
     return bool(x.max() < y.min() or y.max() < x.min())
 
 
@@ -233,7 +233,7 @@ def _family_p(usable: Sequence[Compared]) -> np.ndarray:
     place = {name: row for row, name in enumerate(everyone)}
     values = np.full((len(place), len(usable)), np.nan)
     for quantity, one in enumerate(usable):
-        values[[place[name_of(result)] for result in one.results], quantity] = one.logs
+        values[[place[name_of(result)] for result in one.results], quantity] = one.known.logs
     return family_p(values, np.array(list(everyone.values())))
 
 

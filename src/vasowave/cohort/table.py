@@ -6,14 +6,12 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.reading import data_of, group_of, name_of
+from vasowave.animal.reading import group_of, name_of
 from vasowave.columns import split_unit
 from vasowave.errors import InputError
 
 INDICES = ("HR", "CO", "mPAP", "sPAP", "dPAP", "pPAP", "PVR")
 """The measured indices of Table 1, compared as one family."""
-
-_NORMAL = 1.959964  # half width of a 95 % interval, in standard errors
 
 
 def cohort_table(results: Sequence[xr.DataTree]) -> pd.DataFrame:
@@ -51,29 +49,6 @@ def _labelled(quantities: xr.Dataset, units: dict[str, str], animal: str) -> dic
             raise InputError(f"'{name}' of animal '{animal}' is in {unit}, before in {units[str(name)]}")
         row[f"{name} [{unit}]"] = float(value)
     return row
-
-
-def log_errors(results: Sequence[xr.DataTree], source: str, name: str) -> np.ndarray:
-    """Return the standard error of the logarithm of a quantity in every animal; 0 in all where it is not known of all.
-
-    Parameters
-    ----------
-    results : sequence of DataTree
-        Animals that have the quantity from this source.
-    source, name : str
-    """
-    errors = np.array([_log_error(data_of(result, f"{source}/quantities")[name]) for result in results])
-    return errors if np.all(np.isfinite(errors)) else np.zeros(len(results))
-
-
-def _log_error(value: xr.DataArray) -> float:
-    """Return what an estimate says of its standard error, else what its interval does."""
-    if "standard_error" in value.attrs:
-        return float(value.attrs["standard_error"]) / float(value)
-    if "interval_low" in value.attrs:
-        ends = np.log([value.attrs["interval_low"], value.attrs["interval_high"]])
-        return float(np.diff(ends)[0] / (2 * _NORMAL))
-    return np.nan
 
 
 def column(table: pd.DataFrame, name: str) -> str:

@@ -1,11 +1,9 @@
 """The likelihood of a residual: discrepancy of the model, errors of measurement and of single vessels, one Gaussian.
 
 What no parameters explain is a stationary process on the circle: its Fourier coefficients are independent. Their
-variance, σ² (1 + rk/s)^-s up to a factor that makes σ the standard deviation in the cycle, falls with the harmonic k by
-the rate r at first and as k^-s at last. It rises to the very mean: parameters take the lowest harmonics from every
-residual, so that a spectrum which became flat there would promise what no residual can show. σ, r and s are unknown;
-the likelihood is the mean over their priors. For each shape (r, s) all other covariances are diagonalized beside it
-once, so that each σ costs a sum.
+variance is σ², the square of the standard deviation in the cycle, times one of `noise.spectrum.spectral_shapes`. σ and
+the shape's r and s are unknown; the likelihood is the mean over their priors. For each shape (r, s) all other
+covariances are diagonalized beside it once, so that each σ costs a sum.
 """
 
 from dataclasses import dataclass, replace
@@ -13,13 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vasowave.noise.spectrum import harmonics
-
-_RATE = np.log(0.5), 0.5
-"""Mean and SD of log r: power falls to 1/e over two harmonics, as that of the residual of measured mouse C6."""
-
-_POWER = np.log(6.0), 0.5
-"""Mean and SD of log s."""
+from vasowave.noise.spectrum import harmonics, log_normal, spectral_shapes
 
 _NODES = (-1.5, -0.75, 0.0, 0.75, 1.5), (-1.2, 0.0, 1.2)
 """Nodes of the quadrature over log r and log s, in SD: rates of 0.24 to 1.1, powers of 3.3 to 11.
@@ -100,13 +92,9 @@ class Discrepancy:
     @cached_property
     def _shapes(self) -> tuple[np.ndarray, np.ndarray]:
         """Variances for σ = 1 of every shape, (shape, coefficient), with mean 1, and log prior weights."""
-        rate, last = (np.array(one) for one in _NODES)
-        rates, powers = np.exp(_RATE[0] + _RATE[1] * rate), np.exp(_POWER[0] + _POWER[1] * last)
-        k = harmonics(self.samples)
-        power = np.array([(1 + r * k / s) ** -s for r in rates for s in powers])
-        weight = _log_normal(np.add.outer(rate**2, last**2).ravel())
+        shapes, weight = spectral_shapes(harmonics(self.samples), *_NODES)
         shown = slice(None) if self.kept is None else self.kept[0]
-        return (power / power.mean(axis=1, keepdims=True))[shown], weight[shown]
+        return shapes[shown], weight[shown]
 
     @cached_property
     def _amplitudes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -116,7 +104,7 @@ class Discrepancy:
             return np.array([median]), np.zeros(1)
         score = np.array(_AMPLITUDES)
         shown = slice(None) if self.kept is None else self.kept[1]
-        return (median * np.exp(spread * score))[shown], _log_normal(score**2)[shown]
+        return (median * np.exp(spread * score))[shown], log_normal(score**2)[shown]
 
     @cached_property
     def _diagonal(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -126,8 +114,3 @@ class Discrepancy:
         white = other / (scale[:, :, np.newaxis] * scale[:, np.newaxis, :])
         values, axes = np.linalg.eigh(white)
         return axes / scale[:, :, np.newaxis], np.maximum(values, 0.0), 2 * np.log(scale).sum(axis=1)
-
-
-def _log_normal(square: np.ndarray) -> np.ndarray:
-    """Return log weights, adding up to 1, of nodes at these squared distances from the center."""
-    return -0.5 * square - np.log(np.exp(-0.5 * square).sum())

@@ -6,7 +6,7 @@ from vasowave.noise.fitting import NOISE, Sharing, fit_noise
 from vasowave.noise.gaussian import log_likelihood, whiten
 from vasowave.noise.likelihood import KERNELS, Kernel, fit_kernel
 from vasowave.noise.models import CirculantNoise, DenseNoise, Noise
-from vasowave.noise.spectrum import NoiseSpectrum, noise_spectrum
+from vasowave.noise.spectrum import Spectra, likely_spectra
 
 __all__ = [
     "KERNELS",
@@ -16,16 +16,16 @@ __all__ = [
     "DenseNoise",
     "Kernel",
     "Noise",
-    "NoiseSpectrum",
     "Sharing",
+    "Spectra",
     "fit_arma",
     "fit_kernel",
     "fit_noise",
+    "likely_spectra",
     "log_likelihood",
     "matern32",
     "matern52",
     "neural_network",
-    "noise_spectrum",
     "periodic",
     "regularize",
     "squared_exponential",

@@ -1,49 +1,53 @@
-"""What the residual of a fit says about the noise: a smooth spectrum, from its restricted likelihood.
+"""What the residual of a fit says about the noise: the spectra that may lie behind it, each with its probability.
 
 A measured cycle closes, so its noise is stationary and periodic: its Fourier coefficients are independent, with a
-variance that falls with the harmonic. A fit removes from the residual what its parameters can imitate, above all at low
-harmonics; the restricted likelihood allows for that.
+variance that falls with the harmonic. A fit removes from the residual what its parameters can imitate, above all at
+low harmonics; the restricted likelihood allows for that. What a residual leaves open of the spectrum is integrated out.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.noise.gaussian import without_fit
-
 HARMONICS = 20
-"""Harmonics from which the spectrum is estimated: those that the averaged cycle of a mouse carries."""
+"""Harmonics by which spectra are judged: those that the averaged cycle of a mouse carries."""
 
-_USUAL = np.log([1.0, 4.0, 2.5])  # the shape of the residual of a measured mouse; σ² is free
-_SPREAD = np.array([np.inf, 0.7, 0.5])  # SD of the logarithms around it
-_LOG_BOUNDS = np.log([(1e-9, 1e4), (0.5, 30.0), (0.5, 8.0)])
-_CORNERS = (3.0, 8.0)  # starts of the corner harmonic
-_STEP = 1e-2  # of the finite differences, in logarithms
-_FLATTEST = 1e-2  # curvature below which a hyperparameter counts as known to its bounds only
-MOST_HIDDEN = 4.0  # noise that a fit hides is at most this times as strong as at the harmonic where most is seen
-FEWEST_DEGREES = 2.0  # degrees of freedom; with fewer an interval would be as good as infinite
+RATE = np.log(0.5), 0.5
+"""Mean and SD of log r: power falls to 1/e over two harmonics, as that of the residual of measured mouse C6."""
+
+POWER = np.log(6.0), 0.5
+"""Mean and SD of log s."""
+
+SIZE = 0.7
+"""SD of the prior of log σ above its median: at most four times larger. Below, all sizes are alike."""
+
+# Nodes in SD. Ends of 5 SD for r in place of 3.5 move no interval of mouse C6 by 1 %.
+_RATES, _POWERS, _SIZES = np.linspace(-3.5, 3.5, 15), np.linspace(-2.0, 2.0, 5), np.linspace(-5.0, 3.0, 33)
+_LOOSE = 0.5  # SD of log σ, in that of its prior, above which the prior counts as what decides
+_EXACT = 1e-9  # mmHg: no residual is smaller
+_LEVEL = 0.95
+_NORMAL = 1.959964  # half width of a 95 % interval, in standard errors
+_HALVINGS = 40
+_MATTERS = 1e-6  # probability of a spectrum below which it is left out
 
 
-@dataclass(frozen=True, eq=False)
-class NoiseSpectrum:
-    """Variance S_k = σ² (1 + (k/k0)²)^-m of the Fourier coefficients of harmonic k, and how well it is known.
-
-    This is what a model leaves unexplained; the error of the measurement is known and comes on top of it.
+class Spectra(NamedTuple):
+    """Spectra that may lie behind a residual.
 
     Attributes
     ----------
-    logarithms : array, shape (3,)
-        log σ² (mmHg²), log k0, log m.
-    covariance : array, shape (3, 3)
-        Of their estimates.
+    variance : array, shape (spectrum, coefficient)
+        Of each Fourier coefficient, mmHg², the error of the measurement included.
+    probability : array, shape (spectrum,)
+        Adding up to 1.
+    assumed : bool
+        Whether the residual hardly tells how strong the noise is, so that the prior of its size decides.
     """
 
-    logarithms: np.ndarray
-    covariance: np.ndarray
-
-    def variance(self, harmonic: np.ndarray) -> np.ndarray:
-        """Variance of the coefficients at these harmonics, mmHg²."""
-        return _variance(self.logarithms, harmonic)
+    variance: np.ndarray
+    probability: np.ndarray
+    assumed: bool
 
 
 def known_variance(error_power: np.ndarray, count: int) -> np.ndarray:
@@ -52,8 +56,46 @@ def known_variance(error_power: np.ndarray, count: int) -> np.ndarray:
     return count * error_power[k] / np.bincount(k)[k]
 
 
-def noise_spectrum(residual: np.ndarray, jacobian: np.ndarray, known: np.ndarray | float = 0.0) -> NoiseSpectrum:
-    """Return the spectrum of the noise behind the residual of a least-squares fit.
+def spectral_shapes(
+    harmonic: np.ndarray, rates: Sequence[float] | np.ndarray, powers: Sequence[float] | np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return variances (1 + rk/s)^-s of harmonics k, up to a factor that makes their mean 1, and log prior weights.
+
+    The power falls with the harmonic by the rate r at first and as k^-s at last. It rises to the very mean: parameters
+    take the lowest harmonics from every residual, so that a spectrum which became flat there would promise what no
+    residual can show.
+
+    Parameters
+    ----------
+    harmonic : array, shape (coefficient,)
+    rates, powers : sequence of float
+        Nodes of log r and log s, in SD of their normal priors.
+
+    Returns
+    -------
+    shapes : array, shape (rate · power, coefficient)
+    log_weight : array, shape (rate · power,)
+        Adding up to 1.
+    """
+    rate, last = np.asarray(rates), np.asarray(powers)
+    r, s = np.exp(RATE[0] + RATE[1] * rate), np.exp(POWER[0] + POWER[1] * last)
+    shapes = np.array([(1 + one * harmonic / other) ** -other for one in r for other in s])
+    return shapes / shapes.mean(axis=1, keepdims=True), log_normal(np.add.outer(rate**2, last**2).ravel())
+
+
+def log_normal(square: np.ndarray) -> np.ndarray:
+    """Return log weights, adding up to 1, of nodes at these squared distances (in SD) from the center."""
+    return np.asarray(-0.5 * square - np.log(np.exp(-0.5 * square).sum()))
+
+
+def likely_spectra(residual: np.ndarray, jacobian: np.ndarray, known: np.ndarray | float = 0.0) -> Spectra:
+    """Return the spectra that may lie behind the residual of a least-squares fit.
+
+    Their shapes have the prior of `spectral_shapes`. Their standard deviation σ in the cycle is before expected to be
+    that of the residual, made up for what a fit takes from noise of the usual shape. Any smaller one is as likely, for
+    the error of the measurement may explain all; larger ones have the log-normal spread of the posterior's prior of a
+    discrepancy. Without it a steep spectrum could hide an error of the mean pressure many times larger than anything
+    that the residual shows.
 
     Parameters
     ----------
@@ -64,56 +106,76 @@ def noise_spectrum(residual: np.ndarray, jacobian: np.ndarray, known: np.ndarray
     known : array, shape (N,), optional
         Variance of the coefficients by the error of the measurement, see `known_variance`.
     """
-    from scipy.optimize import minimize
-
-    harmonic = harmonics(len(residual))
-    kept = harmonic <= min(HARMONICS, (len(residual) - 1) // 2)
-    k, y, J = harmonic[kept], fourier(residual)[kept], fourier(jacobian)[kept]
-    scale = max(float(np.mean(y**2)), 1e-300)
-    y, floor = y / np.sqrt(scale), np.broadcast_to(known, len(harmonic))[kept] / scale
-    J = np.linalg.qr(J)[0]  # any basis of what the parameters can imitate serves
-    fits = [
-        minimize(_objective, np.log([10.0, corner, 2.0]), (k, y, J, floor), "L-BFGS-B", bounds=_LOG_BOUNDS)
-        for corner in _CORNERS
-    ]
-    best = min(fits, key=lambda one: one.fun).x
-    curvature, axes = np.linalg.eigh(_hessian(lambda x: _objective(x, k, y, J, floor), best))
-    covariance = (axes / np.maximum(curvature, _FLATTEST)) @ axes.T
-    return NoiseSpectrum(best + np.array([np.log(scale), 0.0, 0.0]), covariance)
+    k, y = harmonics(len(residual)), fourier(residual)
+    shapes, log_prior = spectral_shapes(k, _RATES, _POWERS)
+    basis = np.linalg.qr(fourier(jacobian))[0]  # of what the parameters can imitate
+    sigma = max(float(np.sqrt(np.mean(y**2))), _EXACT) * _usual_ratio(k, basis) * np.exp(SIZE * _SIZES)
+    variance = (sigma[:, np.newaxis] ** 2 * shapes[:, np.newaxis] + known).reshape(-1, len(k))
+    kept = k <= HARMONICS
+    log = np.add.outer(log_prior, log_normal(np.maximum(_SIZES, 0.0) ** 2)).ravel()
+    log += restricted_likelihood(variance[:, kept], y[kept], basis[kept])
+    probability = np.exp(log - log.max())
+    probability /= probability.sum()
+    size = probability.reshape(-1, len(sigma)).sum(axis=0)
+    loose = np.sqrt(size @ _SIZES**2 - (size @ _SIZES) ** 2) > _LOOSE
+    return Spectra(variance, probability, bool(loose))
 
 
-def least_squares_covariance(
-    residual: np.ndarray,
-    jacobian: np.ndarray,
-    spectrum: NoiseSpectrum,
-    ranges: np.ndarray | None = None,
-    known: np.ndarray | float = 0.0,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Covariance of least-squares estimates under this noise, J⁺ Σ J⁺ᵀ, and the degrees of freedom of each variance.
+def _usual_ratio(harmonic: np.ndarray, basis: np.ndarray) -> float:
+    """Return the standard deviation of noise of the usual shape over that of what a fit leaves of it."""
+    usual = spectral_shapes(harmonic, [0.0], [0.0])[0][0]
+    left = usual.sum() - np.sum(usual @ basis**2)
+    return float(np.sqrt(usual.sum() / left))
 
-    The noise is known from one short residual only; Satterthwaite's degrees of freedom, 2 V²/Var V, say how well, and
-    the quantiles of Student's t distribution with them make intervals that cover. Parameters with a range (of the
-    bounds) are nowhere less certain than it allows: a combination that the data do not see would otherwise spread its
-    endless error over the others. `known` is as in `noise_spectrum`.
+
+def restricted_likelihood(variance: np.ndarray, y: np.ndarray, J: np.ndarray) -> np.ndarray:
+    """Return the log-likelihood of what the parameters could not take from a residual, up to a constant.
+
+    Parameters
+    ----------
+    variance : array, shape (spectrum, coefficient)
+    y : array, shape (coefficient,)
+        Coefficients of the residual.
+    J : array, shape (coefficient, D)
     """
-    k = harmonics(len(residual))
-    variance = np.minimum(spectrum.variance(k), MOST_HIDDEN * _largest_seen(residual)) + known
+    basis = np.linalg.qr(J)[0]  # any basis of what the parameters can imitate serves
+    information = np.einsum("nk,ki,kj->nij", 1 / variance, basis, basis, optimize=True)
+    seen = (y / variance) @ basis
+    taken = np.einsum("ni,ni->n", seen, np.linalg.solve(information, seen[:, :, np.newaxis])[:, :, 0])
+    return -0.5 * (np.log(variance).sum(axis=1) + np.linalg.slogdet(information)[1] + (1 / variance) @ y**2 - taken)
+
+
+def least_squares_covariance(jacobian: np.ndarray, spectra: Spectra, ranges: np.ndarray | None = None) -> np.ndarray:
+    """Covariance of least-squares estimates, J⁺ Σ J⁺ᵀ, whose normal 95 % intervals allow for all spectra together.
+
+    Under one spectrum a coefficient is normal, under all of them it has a mixture of normal distributions. In Σ stands
+    the variance of the normal distribution that has the mixture's 95 % interval.
+    Parameters with a range (of the bounds) are nowhere less certain than it allows: a combination that the data do not
+    see would otherwise spread its endless error over the others.
+
+    Parameters
+    ----------
+    jacobian : array, shape (N, D)
+    spectra : Spectra
+    ranges : array, shape (D,), optional
+    """
+    variance = (_reach(np.sqrt(spectra.variance.T), spectra.probability) / _NORMAL) ** 2
     inverse = _inverse(fourier(jacobian), variance, ranges)
-    matrix = (inverse * variance) @ inverse.T
-    slopes = []
-    for unit in np.eye(3):
-        up, down = (_variance(spectrum.logarithms + sign * _STEP * unit, k) for sign in (1, -1))
-        slopes.append((inverse**2) @ (up - down) / (2 * _STEP))
-    gradient = np.array(slopes)
-    uncertain = np.einsum("ip,ij,jp->p", gradient, spectrum.covariance, gradient)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        freedom = 2 * np.diag(matrix) ** 2 / uncertain
-    return matrix, np.where(np.isfinite(freedom), np.maximum(freedom, FEWEST_DEGREES), np.inf)
+    return np.asarray((inverse * variance) @ inverse.T)
 
 
-def is_limited(residual: np.ndarray, spectrum: NoiseSpectrum) -> bool:
-    """Whether the spectrum, extrapolated below what a residual shows, passes the limit of hidden noise."""
-    return bool(spectrum.variance(np.zeros(1))[0] > MOST_HIDDEN * _largest_seen(residual))
+def _reach(deviations: np.ndarray, probability: np.ndarray) -> np.ndarray:
+    """Return half widths of the 95 % intervals of mixtures of centered normals, (mixture, part), by bisection."""
+    from scipy.special import ndtr
+
+    matter = probability > _MATTERS
+    share, parts = probability[matter] / probability[matter].sum(), np.maximum(deviations[:, matter], 1e-300)
+    low, high = np.zeros(len(parts)), 10 * parts.max(axis=1)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        short = ndtr(middle[:, np.newaxis] / parts) @ share < 0.5 + 0.5 * _LEVEL
+        low, high = np.where(short, middle, low), np.where(short, high, middle)
+    return high
 
 
 def _inverse(J: np.ndarray, variance: np.ndarray, ranges: np.ndarray | None) -> np.ndarray:
@@ -125,17 +187,6 @@ def _inverse(J: np.ndarray, variance: np.ndarray, ranges: np.ndarray | None) -> 
         uniform = (right**2) @ (ranges**2 / 12)  # variance along each singular direction if all is possible
         gain = np.minimum(gain, np.sqrt(uniform / (variance @ left**2)))
     return (right.T * gain) @ left.T
-
-
-def _largest_seen(residual: np.ndarray) -> float:
-    """Largest mean square of the residual's coefficients over its harmonics, mmHg².
-
-    The spectrum is a law for its fall. Below the harmonics that a residual shows it would be extrapolated, for mouse C6
-    to an error of the mean pressure of 6 mmHg, where no harmonic shows more than 0.2.
-    """
-    k = harmonics(len(residual))
-    power = np.bincount(k, fourier(residual) ** 2) / np.bincount(k)
-    return max(float(power[1 : HARMONICS + 1].max()), 1e-300)
 
 
 def harmonics(count: int) -> np.ndarray:
@@ -153,38 +204,6 @@ def fourier(values: np.ndarray) -> np.ndarray:
     return np.concatenate([cosines, -np.sqrt(2) * spectrum.imag[inner]])
 
 
-def _variance(logarithms: np.ndarray, harmonic: np.ndarray) -> np.ndarray:
-    power, corner, slope = np.exp(logarithms)
-    return power * falling_power(harmonic, corner, slope)
-
-
 def falling_power(harmonic: np.ndarray, corner: float, slope: float) -> np.ndarray:
     """Power (1 + (k/k0)²)^-m of harmonic k: that of a Matérn process on the circle."""
     return (1 + (harmonic / corner) ** 2) ** -slope
-
-
-def _objective(x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray, known: np.ndarray) -> float:
-    """Return minus the restricted log-likelihood and minus the log-prior of the shape.
-
-    One residual has few harmonics left after a fit; without the prior a spectrum that rises without end towards
-    harmonic 0, which the parameters hide, is sometimes the likeliest.
-    """
-    return 0.5 * float(np.sum(((x - _USUAL) / _SPREAD) ** 2)) - restricted_likelihood(x, k, y, J, known)
-
-
-def restricted_likelihood(
-    x: np.ndarray, k: np.ndarray, y: np.ndarray, J: np.ndarray, known: np.ndarray | float = 0.0
-) -> float:
-    """Log-likelihood of what the parameters could not take from the residual, up to a constant."""
-    deviation = np.sqrt(_variance(x, k) + known)
-    left, information = without_fit(y / deviation, J / deviation[:, np.newaxis])
-    return -0.5 * float(2 * np.log(deviation).sum() + information + left @ left)
-
-
-def _hessian(function, x: np.ndarray) -> np.ndarray:  # type: ignore[no-untyped-def]
-    steps = _STEP * np.eye(len(x))
-    H = np.empty((len(x), len(x)))
-    for i, a in enumerate(steps):
-        for j, b in enumerate(steps):
-            H[i, j] = function(x + a + b) - function(x + a - b) - function(x - a + b) + function(x - a - b)
-    return H / (4 * _STEP**2)

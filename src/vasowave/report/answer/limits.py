@@ -45,10 +45,16 @@ def one_geometry(cohort: Cohort) -> list[str]:
         group: float(data_of(results[0], "network")["radius"].values[0]) for group, results in cohort.groups.items()
     }
     factors = listed([f"{number((radius[group] / radius[first]) ** 4, 2)} in {group}" for group in others])
+    drawn = any("inference" in result[wall].children for wall in cohort.walls for result in cohort.calibrated(wall))
+    unaware = (
+        "no p knows of it, and of the intervals only those from posteriors"
+        if drawn
+        else "no interval and no p knows of it"
+    )
     alone = f", here by {factors} against {first}" if others else ""
     return [
         f"Within {listed(alike)} all animals have one network: of its geometry n is 1. Stiffness grows with the fourth "
-        f"power of the root's radius{alone}; no interval and no p knows of it."
+        f"power of the root's radius{alone}; {unaware}."
     ]
 
 

@@ -116,7 +116,8 @@ def _calibration(cohort: Cohort) -> str:
         f"by {search} from {listed([str(count) for count in starts])} starts (seed {shared.get('seed', '–')}) within "
         f"{bounds}{own}, over {free}. R1 = r1·R1⁰, R2 = r2·R2⁰ and C = c1·C⁰ in all vascular beds."
         f"{f' Held fixed: {held}.' if held else ''} Intervals follow from the Jacobian at the optimum and allow for "
-        "the correlation of the residuals."
+        "all spectra that the noise may have after what the residual shows; they take image, wall law and zero of the "
+        "pressure as exact."
     )
 
 

@@ -1,0 +1,103 @@
+"""What is known of one quantity in every animal: from the posteriors where all animals have one, else from the fits."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from vasowave.animal.reading import data_of
+
+_NORMAL = 1.959964  # half width of a 95 % interval, in standard errors
+
+
+class Estimates(NamedTuple):
+    """Logarithms of one quantity and how well they are known.
+
+    Attributes
+    ----------
+    logs : array, shape (animal,)
+        NaN where a value is not positive.
+    errors : array, shape (animal,)
+        Standard errors that belong to one animal alone; 0 in all where they are not known of all.
+    shared : array, shape (animal,)
+        Standard errors from an image that several of the animals share: they have the same sign in all of them, and no
+        number of animals averages them away.
+    image : array of int, shape (animal,)
+        Number of the network of each animal; animals of one image have the same.
+    origin : str
+        ``posterior``, ``fit``, or ``plain`` without errors.
+    """
+
+    logs: np.ndarray
+    errors: np.ndarray
+    shared: np.ndarray
+    image: np.ndarray
+    origin: str
+
+    def of(self, kept: np.ndarray | slice) -> "Estimates":
+        """Return the estimates of some animals."""
+        return Estimates(self.logs[kept], self.errors[kept], self.shared[kept], self.image[kept], self.origin)
+
+
+def estimates_of(results: Sequence[xr.DataTree], source: str, name: str) -> Estimates:
+    """Return what is known of a quantity of a source, a wall law or ``measured``, in animals that have it."""
+    image = _images(results)
+    if results and all(_has_posterior(result, source, name) for result in results):
+        middle, spread, share = np.transpose([_drawn(result, source, name) for result in results])
+        several = np.bincount(image)[image] > 1
+        shared = np.where(several, spread * np.sqrt(share), 0.0)
+        return Estimates(middle, np.sqrt(spread**2 - shared**2), shared, image, "posterior")
+    values = [data_of(result, f"{source}/quantities")[name] for result in results]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.log(np.array([float(value) for value in values]))
+    errors = np.array([_log_error(value) for value in values])
+    known = bool(np.all(np.isfinite(errors)))
+    nothing = np.zeros(len(results))
+    return Estimates(logs, errors if known else nothing, nothing, image, "fit" if known else "plain")
+
+
+def shared_error(one: Estimates, other: np.ndarray) -> float:
+    """Return the standard error of the difference of two groups, `other` minus the rest, from images that they share.
+
+    An image moves a group by the share of its animals that have it; one that both groups have alike cancels.
+    """
+    variance = 0.0
+    for number in np.unique(one.image):
+        own = one.image == number
+        weight = float(np.mean(own[other]) - np.mean(own[~other]))
+        variance += weight**2 * float(np.mean(one.shared[own] ** 2))
+    return float(np.sqrt(variance))
+
+
+def _has_posterior(result: xr.DataTree, source: str, name: str) -> bool:
+    if source not in result.children or "inference" not in result[source].children:
+        return False
+    table = data_of(result, f"{source}/inference")
+    if not table.attrs.get("trusted", 0) or name not in table["quantity"].values:
+        return False
+    return bool(np.all(data_of(result, f"{source}/inference/posterior")[name].values > 0))
+
+
+def _drawn(result: xr.DataTree, source: str, name: str) -> tuple[float, float, float]:
+    """Return mean and SD of the logarithm of a quantity's draws, and the image's share of their variance."""
+    logs = np.log(data_of(result, f"{source}/inference/posterior")[name].values)
+    share = float(data_of(result, f"{source}/inference")["share_image"].sel(quantity=name))
+    return float(logs.mean()), float(logs.std(ddof=1)), share
+
+
+def _images(results: Sequence[xr.DataTree]) -> np.ndarray:
+    """Return a number for each network, the same for equal lengths and radii."""
+    networks = [data_of(result, "network") for result in results]
+    keys = [one["length"].values.tobytes() + one["radius"].values.tobytes() for one in networks]
+    return np.array([keys.index(key) for key in keys], dtype=int)
+
+
+def _log_error(value: xr.DataArray) -> float:
+    """Return what an estimate says of its standard error, else what its interval does."""
+    if "standard_error" in value.attrs:
+        return float(value.attrs["standard_error"]) / float(value)
+    if "interval_low" in value.attrs:
+        ends = np.log([value.attrs["interval_low"], value.attrs["interval_high"]])
+        return float(np.diff(ends)[0] / (2 * _NORMAL))
+    return np.nan
