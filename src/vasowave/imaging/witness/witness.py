@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.stats import norm
 
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
@@ -14,9 +15,10 @@ from vasowave.imaging.witness.skeleton import skeleton_branches
 from vasowave.imaging.witness.topology import topology_doubts
 
 LENGTH, RADIUS = 0.10, 0.05
-"""A vessel is named if `SURE` SD of its length or radius exceed this share."""
-SURE = 3.0, 2.5
-"""A radius is known to one part in forty at best in thin vessels, and of many vessels one is off by more than two SD."""
+"""A vessel is named if so many SD of its length (`SURE`) or radius (`CHANCE`) exceed this share."""
+SURE = 3.0
+CHANCE = 0.1
+"""So many SD of a radius that some radius of the tree is beyond them in one tree of ten: the more vessels, the more SD."""
 SHATTERED = 0.5
 """A tree with a larger share of vessels that are too short to be measured is doubted as a whole."""
 UNEVEN = 0.06
@@ -74,11 +76,16 @@ def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
 def _unsettled(measured: Measurement) -> list[Doubt]:
     """Return which lengths and radii the image does not settle."""
     network = measured.network
-    lengths = ~(SURE[0] * measured.length_sd <= LENGTH * network.length)
-    radii = ~(SURE[1] * measured.radius_sd <= RADIUS * network.radius)
+    deviations = float(norm.isf(CHANCE / 2 / len(network)))
+    lengths = ~(SURE * measured.length_sd <= LENGTH * network.length)
+    radii = ~(deviations * measured.radius_sd <= RADIUS * network.radius)
     texts = (
-        ("length", lengths, f"the length is uncertain by more than {LENGTH:.0%} ({SURE[0]:g} SD): look at the junctions"),
-        ("radius", radii & measured.reliable, f"the radius is uncertain by more than {RADIUS:.0%} ({SURE[1]:g} SD)"),
+        ("length", lengths, f"the length is uncertain by more than {LENGTH:.0%} ({SURE:g} SD): look at the junctions"),
+        (
+            "radius",
+            radii & measured.reliable,
+            f"the radius is uncertain by more than {RADIUS:.0%} ({deviations:.1f} SD)",
+        ),
         ("radius", ~measured.reliable, "too short between junctions, sisters and ends: the radius is not reliable"),
     )
     return [_doubt(measured, about, rows, text) for about, rows, text in texts if rows.any()]
