@@ -78,6 +78,7 @@ def made_profile(contrast, radius, noise=0.0, blur=0.009, sections=30, rng=None)
         contrast * left + grain,
         np.full(2, radius**2 / 4 + blur**2),
         0.0,
+        np.arange(sections) * VOXEL,
     )
 
 

@@ -18,7 +18,7 @@ LENGTH, RADIUS = 0.10, 0.05
 """A vessel is named if so many SD of its length (`SURE`) or radius (`CHANCE`) exceed this share."""
 SURE = 3.0
 CHANCE = 0.1
-"""So many SD of a radius that some radius of the tree is beyond them in one tree of ten: the more vessels, the more SD."""
+"""So many SD of a radius that in one tree of ten some radius is beyond them: the more vessels, the more SD."""
 SHATTERED = 0.5
 """A tree with a larger share of vessels that are too short to be measured is doubted as a whole."""
 UNEVEN = 0.06
@@ -53,8 +53,8 @@ def _shattered(measured: Measurement) -> list[Doubt]:
     if short.mean() <= SHATTERED:
         return []
     text = (
-        f"{short.sum()} of {len(short)} vessels are too short between junctions to be measured, as where vessels are flat "
-        "or rough and their ridges are taken for branches: do not use this tree, give the outlets"
+        f"{short.sum()} of {len(short)} vessels are too short between junctions to be measured, as where vessels are "
+        "flat or rough and their ridges are taken for branches: do not use this tree, give the outlets"
     )
     return [Doubt("topology", text, tuple(measured.network.name[row] for row in np.flatnonzero(short)))]
 
