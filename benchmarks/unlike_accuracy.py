@@ -1,6 +1,6 @@
 """Accuracy and silent failures on volumes unlike the phantom's, by kind.
 
-Usage: python benchmarks/unlike_accuracy.py FILE.jsonl [volumes a kind, 4] [first seed, 1020] [automatic|guided] [kind …]
+Usage: python benchmarks/unlike_accuracy.py FILE.jsonl [volumes a kind, 4] [first seed, 1020] [guided] [kind …]
 Kinds stand in `unlike.KINDS` (constants were chosen on their seeds below 1020) and `unlike.UNSEEN` (never looked at
 while choosing); without a kind all are run, `MORE` of those that must never fail silently. Every outcome is appended
 to FILE as it comes, and what it holds is not run again; with 0 volumes only its table is printed.

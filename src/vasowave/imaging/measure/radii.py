@@ -68,8 +68,8 @@ def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray) -> Densitome
     blur = blur_of(profiles, inscribed, float(volume.spacing[0]))
     contrast, error = contrasts(profiles, _ways(tree), blur)
     middles = [line.length / 2 for line in tree.lines]
-    evened = [one and evened_sections(one, middle) for one, middle in zip(profiles, middles, strict=True)]
-    scatter = moderated([one and one.sections for one in evened])
+    evened = [one if one is None else evened_sections(one, at) for one, at in zip(profiles, middles, strict=True)]
+    scatter = moderated([one if one is None else one.sections for one in evened])
     columns = [_measured(*each, blur) for each in zip(evened, scatter, contrast, error, strict=True)]
     radius, sd, own, aspect = np.array(columns).T
     return Densitometry(radius, sd, contrast, own, aspect)
