@@ -10,6 +10,8 @@ from vasowave.imaging.measure.profiles import Profile
 
 FEWEST = 5
 """A slope is looked for in at least so many sections."""
+SURE = 3.0
+"""A slope counts beyond so many standard errors: at 2 the radii of vessels that do not narrow scatter more."""
 SHARED = 3.0
 """Neighboring sections share their noise: so many count as one."""
 BELIEVED = 6.0
@@ -28,7 +30,7 @@ def evened_sections(one: Profile, middle: float) -> Evened:
     """Return the sections of a vessel carried to its `middle` (cm along it) by the slope of their radius.
 
     Sections of a vessel that narrows differ, and those that are clear of its junctions lie nearer to one end. The
-    slope is the median of all pairs' (Theil and Sen), less what two of its standard errors explain, so that a vessel
+    slope is the median of all pairs' (Theil and Sen), less what `SURE` of its standard errors explain, so that a vessel
     that does not narrow keeps its sections.
     """
     width = np.sqrt(one.signal)
@@ -37,7 +39,7 @@ def evened_sections(one: Profile, middle: float) -> Evened:
     slope = float(theilslopes(width, one.run).slope)
     rest = width - slope * one.run
     error = float(np.std(rest)) / (float(np.std(one.run)) * np.sqrt(len(width) / SHARED))
-    slope *= max(0.0, 1 - (2 * error / max(abs(slope), 1e-12)) ** 2)
+    slope *= max(0.0, 1 - (SURE * error / max(abs(slope), 1e-12)) ** 2)
     line = np.median(width - slope * one.run) + slope * np.append(one.run, middle)
     if line.min() <= 0:
         return Evened(one, 0.0)
