@@ -19,6 +19,7 @@ from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import cannula_tip
 from vasowave.imaging.measure.contrast import contrasts
+from vasowave.imaging.measure.evening import evened_sections, moderated
 from vasowave.imaging.measure.measurement import measured_alone
 from vasowave.imaging.measure.profiles import Profile, profile
 from vasowave.imaging.measure.radii import densitometric_radius
@@ -27,7 +28,7 @@ from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.crossings import crossing_doubts
 from vasowave.imaging.witness.skeleton import skeleton_branches
 from vasowave.imaging.witness.topology import topology_doubts
-from vasowave.imaging.witness.witness import _cut
+from vasowave.imaging.witness.witness import _cut, _shattered, _unsettled
 
 
 def test_slices_of_any_distance_become_cubes_that_keep_every_grey_level_in_its_place():
@@ -116,6 +117,33 @@ def test_the_aspect_of_an_oval_section_and_the_radius_of_its_area_are_measured()
     assert np.sqrt(one.spread[1] / one.spread[0]) == pytest.approx(b / a, rel=0.03)
 
 
+def test_a_vessel_that_narrows_has_the_mean_radius_of_all_of_it_and_no_scatter_from_narrowing():
+    rng, run = np.random.default_rng(5), np.linspace(0.12, 0.36, 30)  # clear from 0.12 of 0.4 cm on
+    radius = 0.04 * (1 - 0.3 * run / 0.4)
+    noise = 1 + 0.04 * rng.standard_normal(30)
+    one = replace(made_profile(88, 0.04), signal=np.pi * radius**2 * 88 * noise, run=run)
+    evened = evened_sections(one, 0.2)
+    assert densitometric_radius(one, 88) < 0.97 * 0.034
+    assert densitometric_radius(evened.sections, 88) == pytest.approx(0.034, rel=0.015)
+    assert np.std(evened.sections.signal) < 0.5 * np.std(one.signal)
+    assert 0 < evened.error < 0.01
+    straight = replace(one, signal=np.pi * 0.034**2 * 88 * noise)
+    np.testing.assert_array_equal(evened_sections(straight, 0.2).sections.signal, straight.signal)
+
+
+def test_the_scatter_of_few_sections_is_not_believed_where_the_noise_of_the_image_says_otherwise():
+    rng = np.random.default_rng(6)
+    made = [replace(made_profile(88, 0.02, sections=12), signal=rng.normal(0.1, 0.01, 12)) for _ in range(200)]
+    one_error = 0.01 / np.sqrt(12 / 3)  # neighboring sections are taken to share their noise
+    alone = np.array([np.std(one.signal) / np.sqrt(12 / 3) for one in made])
+    found = np.array(moderated(made))
+    assert np.std(found) < 0.5 * np.std(alone)
+    assert np.median(found) == pytest.approx(one_error, rel=0.1)
+    uneven = replace(made[0], signal=rng.normal(0.1, 0.05, 12))  # a vessel that does differ along itself
+    assert moderated([*made, uneven])[-1] > 2 * one_error
+    assert np.isnan(moderated([None])).all()
+
+
 @pytest.mark.parametrize("taper", [0.0, 0.15, 0.4])
 def test_the_cannula_ends_at_the_step_also_where_the_root_narrows_beyond_its_radius(taper):
     run = np.arange(0, 0.7, 0.005)
@@ -173,6 +201,45 @@ def test_a_vessel_that_passes_straight_through_a_junction_is_doubted_and_daughte
     halves = [Line(touch + np.linspace(0, side, 20)[:, None] * way, np.full(20, 0.02)) for side in (1, -1)]
     (doubt,) = crossing_doubts(Tree((*tree.lines, *halves), np.append(tree.parent, [2, 2])))
     assert doubt.vessels == ("6", "7")
+
+
+def test_a_vessel_that_crosses_is_doubted_though_its_halves_first_bend_toward_what_they_cross(seen):
+    _, tree, _ = seen
+    middle = len(tree.lines[2]) // 2
+    touch, along = tree.lines[2].points[middle], tree.lines[2].points[middle + 3] - tree.lines[2].points[middle - 3]
+    across = np.cross(along, [1.0, 0.3, 0.2])
+    across /= np.linalg.norm(across)
+    beside = 0.06 * np.cross(along, across) / np.linalg.norm(along)
+    bend = np.minimum(np.linspace(0, 8, 40), 1)  # to the crossing axis, in the ball of the junction; then along it
+    radius = np.maximum(0.06 * (1 - bend), 0.02)
+    ways = [bend[:, None] * beside + np.linspace(0, side, 40)[:, None] * across for side in (0.3, -0.3)]
+    halves = [Line(touch + way, radius) for way in ways]
+    doubts = crossing_doubts(Tree((*tree.lines, *halves), np.append(tree.parent, [2, 2])))
+    assert ("6", "7") in [doubt.vessels for doubt in doubts]
+
+
+def comb(count):
+    """A root and `count` daughters side by side, measured without an image."""
+    x = np.linspace(0, 1, 40)[:, None]
+    lines = [Line(np.array([0.0, row, 0]) + x * [0.0, 0, 1], np.full(40, 0.02)) for row in range(count + 1)]
+    return measured_alone(Tree(tuple(lines), np.append(-1, np.zeros(count, dtype=int))))
+
+
+def test_the_same_uncertainty_of_radii_names_vessels_of_a_large_tree_and_not_those_of_a_small_one():
+    def about(measured):
+        known = replace(measured, radius_sd=0.018 * measured.network.radius, length_sd=0 * measured.network.radius)
+        return [doubt.about for doubt in _unsettled(replace(known, reliable=np.ones(len(known.tree), dtype=bool)))]
+
+    assert about(comb(4)) == []
+    assert about(comb(60)) == ["radius"]
+
+
+def test_a_tree_most_of_whose_vessels_cannot_be_measured_is_doubted_as_a_whole():
+    measured = comb(9)
+    assert _shattered(replace(measured, reliable=np.arange(10) >= 5)) == []
+    (doubt,) = _shattered(replace(measured, reliable=np.arange(10) >= 6))
+    assert doubt.about == "topology"
+    assert len(doubt.vessels) == 6
 
 
 def test_a_vessel_is_called_cut_only_where_the_lumen_reaches_the_border(seen):
