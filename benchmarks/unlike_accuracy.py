@@ -40,7 +40,7 @@ class Outcome:
     kind: str
     seed: int
     answer: str  # "right", "wrong", "refused"
-    silent: str = ""  # what no warning named
+    silent: str = ""  # what no warning named; where refused, the reason
     count: int = 0
     length: tuple = ()
     radius: tuple = ()
@@ -169,7 +169,7 @@ def run(path, jobs, mode):
         one = outcome(kind, seed, mode)
         with path.open("a") as file:
             file.write(json.dumps(asdict(one), default=float) + "\n")
-        if one.silent:
+        if one.silent and one.answer != "refused":
             print(f"  {one.kind}, seed {one.seed}: {one.answer} ({one.count}), {one.silent}", flush=True)
 
 
