@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import ndimage
 
-from unlike_kinds import BACKGROUND, CONTRAST, KINDS, PSF, SPACING, UNSEEN
+from unlike_kinds import BACKGROUND, KINDS, SPACING, UNSEEN
 from unlike_scans import artefacts, framed, lumen_of
 from unlike_trees import grown, placed
 from vasowave.imaging import Volume
@@ -54,12 +54,13 @@ def make(kind, seed):
         raise RuntimeError(f"no tree of kind {kind} for seed {seed}")
     tree, shape = placed(tree, kind, rng)
     grey, background = lumen_of(tree, kind, shape, rng), np.zeros(shape, dtype=np.float32)
-    grey = ndimage.gaussian_filter(grey, PSF)
+    grey = ndimage.gaussian_filter(grey, kind.psf)
     if kind.motion:
         grey = ndimage.gaussian_filter1d(grey, kind.motion, axis=1)
     background += BACKGROUND + artefacts(grey, kind, rng)
-    grain = ndimage.gaussian_filter(rng.standard_normal(shape, dtype=np.float32), kind.grain)
-    grey = background + CONTRAST * grey + np.float32(kind.noise) * grain / grain.std()
+    white = rng.standard_t(kind.tails, shape) if kind.tails else rng.standard_normal(shape, dtype=np.float32)
+    grain = ndimage.gaussian_filter(white.astype(np.float32), kind.grain)
+    grey = background + kind.contrast * grey + np.float32(kind.noise) * grain / grain.std()
     if kind.frame:
         grey = framed(grey, tree, kind)
     return _made(grey, tree, kind)

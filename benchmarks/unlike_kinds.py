@@ -6,8 +6,8 @@ SPACING = 0.0085
 """Voxel size, cm."""
 CANNULA = 0.043 / SPACING
 """Inner radius of PE-90 tubing, voxels."""
-BACKGROUND, CONTRAST, PSF, THINNEST = 12.0, 88.0, 0.8, 1.9
-"""Grey levels; standard deviation of the point-spread function and least radius, voxels."""
+BACKGROUND = 12.0
+"""Grey level."""
 
 
 @dataclass(frozen=True)
@@ -28,20 +28,30 @@ class Kind:
         Relative height of irregularities of the outline.
     fading, patches : float
         Share of the contrast lost from the root to the farthest tip; SD of a factor of each vessel's contrast.
-    noise, grain : float
-        SD of the noise, grey levels, and its length of correlation, voxels.
-    rings, cupping, hardening : float
-        Amplitudes of artefacts, grey levels.
+    noise, grain, tails : float
+        SD of the noise, grey levels; its length of correlation, voxels; degrees of freedom of Student's t (0: Gauss).
+    contrast, psf, thinnest : float
+        Grey levels between lumen and background; SD of the point-spread function and least radius, voxels.
+    rings, cupping, hardening, streaks, slope : float
+        Amplitudes of artefacts, grey levels: `slope` is that of the background across the volume.
     motion : float
         SD of a blur along y, voxels.
     frame : float
         Share of the width that is zero on every side.
     extra : str
-        "touching", "crossing", "anastomosis", "vein", "bone", or nothing.
+        "touching", "crossing", "anastomosis", "vein", "bone", "parallel" (a vessel runs beside one), or nothing.
     view : float
         Share of the tree's height that the field of view leaves out at the far end.
     slices : float
         Distance of slices over that of pixels.
+    step, stenosis : float
+        Share of its radius that a vessel loses at once in its middle; that it lacks over about two radii there.
+    twist : float
+        Angle by which sections turn along a vessel, rad.
+    filling : float
+        Contrast of one of the root's two subtrees over that of the rest.
+    daughters : int
+        Vessels that leave the root.
     """
 
     vessels: int = 11
@@ -62,6 +72,17 @@ class Kind:
     extra: str = ""
     view: float = 0.0
     slices: float = 1.0
+    tails: float = 0.0
+    contrast: float = 88.0
+    psf: float = 0.8
+    thinnest: float = 1.9
+    streaks: float = 0.0
+    slope: float = 0.0
+    step: float = 0.0
+    stenosis: float = 0.0
+    twist: float = 0.0
+    filling: float = 1.0
+    daughters: int = 2
 
 
 KINDS = {
@@ -85,10 +106,6 @@ KINDS = {
     "cut by the view": Kind(view=0.12),
     "slices 1.7": Kind(slices=1.7),
     "61 vessels": Kind(vessels=61, size=220, tortuosity=1.015),
-}
-"""Constants may be chosen on these, seeds below 100."""
-
-UNSEEN = {
     "irregular": Kind(waves=0.08),
     "patchy": Kind(patches=0.15),
     "crossing": Kind(extra="crossing"),
@@ -98,4 +115,28 @@ UNSEEN = {
     "hardening": Kind(hardening=10.0),
     "mixed": Kind(tortuosity=1.04, taper=0.2, aspect=0.85, fading=0.2, grain=1.0, slices=1.3),
 }
-"""No constant is chosen on these kinds; of the others, seeds from 1000 on are unseen."""
+"""Constants may be chosen on these, seeds below 1020."""
+
+UNSEEN = {
+    "fading 30 %": Kind(fading=0.3),
+    "radius steps": Kind(step=0.2),
+    "stenosis": Kind(stenosis=0.4),
+    "streaks": Kind(streaks=6.0),
+    "slope": Kind(slope=15.0),
+    "slices 2.3": Kind(slices=2.3),
+    "half filled": Kind(filling=0.75),
+    "parallel": Kind(extra="parallel"),
+    "trifurcation": Kind(vessels=10, daughters=3),
+    "101 vessels": Kind(vessels=101, size=260, tortuosity=1.015),
+    "thin twigs": Kind(vessels=41, thinnest=1.5),
+    "twisted ovals": Kind(aspect=0.85, twist=3.0),
+    "sharp": Kind(psf=0.5),
+    "blurred": Kind(psf=1.3),
+    "low contrast": Kind(contrast=60.0),
+    "noise 10": Kind(noise=10.0),
+    "heavy tails": Kind(tails=3.0),
+    "bent and faded": Kind(tortuosity=1.05, fading=0.3, grain=1.0),
+    "tapered and moved": Kind(taper=0.2, motion=0.8, cupping=10.0),
+    "oval in a frame": Kind(aspect=0.85, frame=0.1, patches=0.1),
+}
+"""No constant is chosen on these kinds; of the others, seeds from 1020 on are unseen."""

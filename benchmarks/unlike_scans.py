@@ -37,7 +37,8 @@ def _add(distance, contrast, vessel, levels, kind, is_end):
         away = voxels - axis[near]
         rho = np.linalg.norm(away, axis=1)
         x, y = (away * u[near]).sum(axis=1), (away * np.cross(tangent[near], u[near])).sum(axis=1)
-        value = rho - _outline(np.arctan2(y, x), radius[near], vessel, kind)
+        angle = np.arctan2(y, x) - kind.twist * near / len(axis)
+        value = rho - _outline(angle, radius[near], vessel, kind)
         if is_end and rows[-1] == len(axis) - 1:
             value = np.maximum(value, (voxels - axis[-1]) @ tangent[-1])
         if rows[0] == 0 and vessel.parent < 0:
@@ -83,6 +84,12 @@ def artefacts(lumen, kind, rng):
     if kind.rings:
         profile = ndimage.gaussian_filter1d(rng.standard_normal(int(rho.max()) + 2), 0.7)
         added += (kind.rings * np.interp(rho, np.arange(len(profile)), profile / profile.std())).astype(np.float32)
+    if kind.slope:
+        added += np.linspace(-0.5, 0.5, shape[0], dtype=np.float32)[:, None, None] * np.float32(kind.slope)
+    if kind.streaks:
+        angle = np.arctan2(y, x)
+        beams = sum(np.cos(order * angle + rng.uniform(0, 6)) for order in (9, 14, 23))
+        added += (kind.streaks * beams * np.exp(-rho / rho.max())).astype(np.float32)
     if kind.hardening:
         shadow = lumen.sum(axis=2, keepdims=True)
         added -= (kind.hardening * shadow / max(float(shadow.max()), 1e-9)).astype(np.float32)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from unlike_kinds import CANNULA, THINNEST
+from unlike_kinds import CANNULA
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +38,20 @@ def grown(kind, rng):
         pair = _fork(vessels, row, kind, rng)
         if pair is None:
             return None
-        open_ += [len(vessels), len(vessels) + 1]
+        open_ += range(len(vessels), len(vessels) + len(pair))
         vessels += pair
+    vessels = [
+        replace(vessel, contrast=vessel.contrast * _filling(vessels, row, kind)) for row, vessel in enumerate(vessels)
+    ]
     tube = Vessel(cannula, np.full(45, CANNULA), np.zeros(45), -2)
     return [tube, *vessels]
+
+
+def _filling(vessels, row, kind):
+    """Return how much of the contrast the vessel `row` has: what lies beyond the root's first daughter has less."""
+    while vessels[row].parent > 0:
+        row = vessels[row].parent
+    return kind.filling if row == 1 else 1.0
 
 
 def _fork(vessels, row, kind, rng):
@@ -50,7 +60,7 @@ def _fork(vessels, row, kind, rng):
     before /= np.linalg.norm(before)
     share = rng.uniform(0.35, 0.65)
     radii = parent.radius[-1] * np.array([share, 1 - share]) ** (1 / 2.7)
-    radii = np.maximum(radii, THINNEST / (1 - kind.taper))
+    radii = np.maximum(radii, kind.thinnest / (1 - kind.taper) / (1 - kind.step))
     for _ in range(40):
         aside = np.cross(before, rng.normal(size=3))
         aside /= np.linalg.norm(aside)
@@ -60,6 +70,13 @@ def _fork(vessels, row, kind, rng):
             way = np.cos(angle) * before + side * np.sin(angle) * aside
             length = radius * rng.uniform(6.5, 12.0)
             pair.append(_vessel(parent.axis[-1], way, radius, length, row, parent.way[-1], kind, rng))
+        if row == 0 and kind.daughters == 3:
+            radius = radii.min()
+            way = before + 0.15 * rng.normal(size=3)
+            length = radius * rng.uniform(6.5, 12.0)
+            pair.append(
+                _vessel(parent.axis[-1], way / np.linalg.norm(way), radius, length, row, parent.way[-1], kind, rng)
+            )
         if all(_clear(one, [*vessels, *pair], row) for one in pair):
             return pair
     return None
@@ -69,6 +86,9 @@ def _vessel(start, along, radius, length, parent, way, kind, rng):
     axis = _curve(start, along, length, radius, kind.tortuosity, rng)
     run = np.append(0, np.cumsum(np.linalg.norm(np.diff(axis, axis=0), axis=1)))
     radii = radius * (1 - kind.taper * run / run[-1])
+    from_middle = run - run[-1] / 2
+    radii *= 1 - kind.step / (1 + np.exp(-4 * from_middle / radius))
+    radii *= 1 - kind.stenosis * np.exp(-((from_middle / radius) ** 2))
     contrast = float(np.clip(1 + kind.patches * rng.standard_normal(), 0.65, 1.3)) if kind.patches else 1.0
     return Vessel(axis, radii, way + run, parent, rng.uniform(0, np.pi), contrast, rng.uniform(0, 2 * np.pi, 4))
 
@@ -138,6 +158,14 @@ def _with_extra(tree, kind, rng):
         bow = 6 * np.sin(np.pi * t) * np.array([1.0, 0, 0])
         axis = one.axis[90] * (1 - t) + other.axis[90] * t + bow
         return [*tree, Vessel(axis, np.full(121, 2.0), np.full(121, one.way[90]), -9)]
+    if kind.extra == "parallel":
+        one = max(ends, key=lambda vessel: vessel.length)
+        along = (one.axis[-1] - one.axis[50]) / np.linalg.norm(one.axis[-1] - one.axis[50])
+        others = cKDTree(np.concatenate([v.axis for v in tree if v is not one]))
+        ways = np.cross(along, rng.normal(size=(16, 3)))
+        ways *= (one.radius[80] + 2.4 + 3.0) / np.linalg.norm(ways, axis=1, keepdims=True)
+        aside = max(ways, key=lambda way: others.query(one.axis[50:] + way)[0].min())
+        return [*tree, Vessel(one.axis[50:] + aside, np.full(71, 2.4), np.full(71, one.way[80]), -9)]
     if kind.extra in ("vein", "bone"):
         middle = np.mean([v.axis[len(v.axis) // 2] for v in tree], axis=0)
         aside = rng.normal(size=3) * np.array([0.1, 1, 1])

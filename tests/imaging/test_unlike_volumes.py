@@ -5,7 +5,6 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from made_phantom import NETWORK, phantom
 from test_tubes import VOXEL, walls
 from typer import Context
 from typer.main import get_command
@@ -15,19 +14,13 @@ from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.lumen.background import background_level, noise_level
-from vasowave.imaging.lumen.segmentation import segment
-from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import cannula_tip
 from vasowave.imaging.measure.contrast import contrasts
-from vasowave.imaging.measure.measurement import measured_alone
+from vasowave.imaging.measure.evening import evened_sections, moderated
 from vasowave.imaging.measure.profiles import Profile, profile
 from vasowave.imaging.measure.radii import densitometric_radius
 from vasowave.imaging.read.volume import isotropic
 from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.crossings import crossing_doubts
-from vasowave.imaging.witness.skeleton import skeleton_branches
-from vasowave.imaging.witness.topology import topology_doubts
-from vasowave.imaging.witness.witness import _cut
 
 
 def test_slices_of_any_distance_become_cubes_that_keep_every_grey_level_in_its_place():
@@ -78,6 +71,7 @@ def made_profile(contrast, radius, noise=0.0, blur=0.009, sections=30, rng=None)
         contrast * left + grain,
         np.full(2, radius**2 / 4 + blur**2),
         0.0,
+        np.arange(sections) * VOXEL,
     )
 
 
@@ -115,6 +109,33 @@ def test_the_aspect_of_an_oval_section_and_the_radius_of_its_area_are_measured()
     assert np.sqrt(one.spread[1] / one.spread[0]) == pytest.approx(b / a, rel=0.03)
 
 
+def test_a_vessel_that_narrows_has_the_mean_radius_of_all_of_it_and_no_scatter_from_narrowing():
+    rng, run = np.random.default_rng(5), np.linspace(0.12, 0.36, 30)  # clear from 0.12 of 0.4 cm on
+    radius = 0.04 * (1 - 0.3 * run / 0.4)
+    noise = 1 + 0.04 * rng.standard_normal(30)
+    one = replace(made_profile(88, 0.04), signal=np.pi * radius**2 * 88 * noise, run=run)
+    evened = evened_sections(one, 0.2)
+    assert densitometric_radius(one, 88) < 0.97 * 0.034
+    assert densitometric_radius(evened.sections, 88) == pytest.approx(0.034, rel=0.015)
+    assert np.std(evened.sections.signal) < 0.5 * np.std(one.signal)
+    assert 0 < evened.error < 0.01
+    straight = replace(one, signal=np.pi * 0.034**2 * 88 * noise)
+    np.testing.assert_array_equal(evened_sections(straight, 0.2).sections.signal, straight.signal)
+
+
+def test_the_scatter_of_few_sections_is_not_believed_where_the_noise_of_the_image_says_otherwise():
+    rng = np.random.default_rng(6)
+    made = [replace(made_profile(88, 0.02, sections=12), signal=rng.normal(0.1, 0.01, 12)) for _ in range(200)]
+    one_error = 0.01 / np.sqrt(12 / 3)  # neighboring sections are taken to share their noise
+    alone = np.array([np.std(one.signal) / np.sqrt(12 / 3) for one in made])
+    found = np.array(moderated(made))
+    assert np.std(found) < 0.5 * np.std(alone)
+    assert np.median(found) == pytest.approx(one_error, rel=0.1)
+    uneven = replace(made[0], signal=rng.normal(0.1, 0.05, 12))  # a vessel that does differ along itself
+    assert moderated([*made, uneven])[-1] > 2 * one_error
+    assert np.isnan(moderated([None])).all()
+
+
 @pytest.mark.parametrize("taper", [0.0, 0.15, 0.4])
 def test_the_cannula_ends_at_the_step_also_where_the_root_narrows_beyond_its_radius(taper):
     run = np.arange(0, 0.7, 0.005)
@@ -124,66 +145,6 @@ def test_the_cannula_ends_at_the_step_also_where_the_root_narrows_beyond_its_rad
     assert run[cannula_tip(line, radius)] == pytest.approx(0.2, abs=0.011)
     with pytest.raises(InputError, match="no cannula found"):
         cannula_tip(line, np.linspace(0.054, 0.04, len(run)))
-
-
-@pytest.fixture(scope="module")
-def seen():
-    """The skeleton of the phantom's lumen, and the true tree with its cannula."""
-    embedding, volume = phantom()
-    lumen = segment(volume, 45, embedding.cannula[0])
-    cannula = np.linspace(*embedding.cannula, 20)[:-1]
-    axes = [np.concatenate([cannula, embedding.lines[0]]), *embedding.lines[1:]]
-    lines = tuple(Line(axis, np.full(len(axis), r)) for axis, r in zip(axes, NETWORK.radius, strict=True))
-    return skeleton_branches(lumen, embedding.cannula[0], surface_points(lumen)), Tree(lines, NETWORK.parent), lumen
-
-
-def test_the_witness_agrees_with_the_truth(seen):
-    skeleton, tree, lumen = seen
-    assert topology_doubts(tree, skeleton, lumen.spacing, True) == []
-
-
-def test_the_witness_says_where_a_vessel_is_missing(seen):
-    skeleton, tree, lumen = seen
-    fewer = Tree(tree.lines[:4], tree.parent[:4])  # vessel 5 is gone
-    (doubt,) = topology_doubts(fewer, skeleton, lumen.spacing, True)
-    assert doubt.about == "topology"
-    np.testing.assert_allclose(doubt.places[0], tree.lines[4].points[-1], atol=0.03)
-    assert topology_doubts(fewer, skeleton, lumen.spacing, False) == []  # the user chose the outlets
-
-
-def test_the_witness_names_a_vessel_that_is_not_there_and_a_junction_that_joins_others(seen):
-    skeleton, tree, lumen = seen
-    start = tree.lines[2].points[len(tree.lines[2]) // 2]
-    invented = Line(start + np.linspace(0, 1, 20)[:, None] * [0.0, 0.0, 0.2], np.full(20, 0.03))
-    more = Tree((*tree.lines, invented), np.append(tree.parent, 2))
-    assert "6" in {name for doubt in topology_doubts(more, skeleton, lumen.spacing, True) for name in doubt.vessels}
-    # Vessels 3 and 4 exchange their parents: all ends are right, and what lies beyond vessel 2 is not.
-    lines = (*tree.lines[:2], tree.lines[3], tree.lines[2], tree.lines[4])
-    swapped = Tree(lines, tree.parent)
-    doubts = topology_doubts(swapped, skeleton, lumen.spacing, True)
-    assert any("joins other vessels" in doubt.text and doubt.vessels == ("2",) for doubt in doubts)
-
-
-def test_a_vessel_that_passes_straight_through_a_junction_is_doubted_and_daughters_are_not(seen):
-    _, tree, _ = seen
-    assert crossing_doubts(tree) == []
-    touch = tree.lines[2].points[len(tree.lines[2]) // 2]
-    way = np.array([0.1, 0.2, 0.0])
-    halves = [Line(touch + np.linspace(0, side, 20)[:, None] * way, np.full(20, 0.02)) for side in (1, -1)]
-    (doubt,) = crossing_doubts(Tree((*tree.lines, *halves), np.append(tree.parent, [2, 2])))
-    assert doubt.vessels == ("6", "7")
-
-
-def test_a_vessel_is_called_cut_only_where_the_lumen_reaches_the_border(seen):
-    _, tree, lumen = seen
-    whole = measured_alone(tree)
-    assert _cut(whole, lumen) == []
-    low = np.argwhere(lumen.mask.any(axis=(0, 1)))[0, 0] + 12  # a face through the vessels
-    part = replace(lumen, mask=lumen.mask[:, :, low:], origin=lumen.origin + np.array([0, 0, low * lumen.spacing]))
-    lost = [row for row in tree.terminals if tree.lines[row].points[-1][2] < part.origin[2]]
-    (doubt,) = _cut(whole, part)
-    assert set(doubt.vessels) == {str(row + 1) for row in lost}
-    assert doubt.about == "length"
 
 
 def test_every_setting_is_an_option_of_the_command_with_the_same_default():

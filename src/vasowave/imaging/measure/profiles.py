@@ -36,12 +36,18 @@ class Profile:
         section is free of other vessels.
     slope : float
         Steepest fall of the grey level with the distance from the axis, grey levels per cm.
+    run : float array, shape (section,)
+        How far along the vessel each section lies, cm.
+    noise : float
+        How much a section's signal scatters for noise of one grey level in each voxel, up to a factor, cm².
     """
 
     signal: np.ndarray
     plateau: np.ndarray
     spread: np.ndarray
     slope: float
+    run: np.ndarray
+    noise: float = 1.0
 
 
 def profile(
@@ -71,7 +77,11 @@ def profile(
     signal = np.maximum((above * kept).sum(axis=1) / kept.sum(axis=1) * area, 0.0)
     whole = above[kept[:, within].all(axis=1)]
     spread = _spread(whole[:, within].mean(axis=0), grid[within]) if len(whole) else np.full(2, np.nan)
-    return Profile(signal, above[:, core].mean(axis=1), spread, _slope(above, kept, rho, BIN * spacing))
+    steepest = _slope(above, kept, rho, BIN * spacing)
+    # The integral's own noise, and that of the background's median (π/2 as much as of a mean) over its area.
+    noise = np.sqrt(area + np.pi / 2 * area**2 / (np.mean(ring[good].sum(axis=1)) * (STEP * spacing) ** 2))
+    plateau = above[:, core].mean(axis=1)
+    return Profile(signal, plateau, spread, steepest, line.run[sections[good]], float(noise))
 
 
 def _seen(grid: np.ndarray, within: np.ndarray, foreign: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,14 +7,13 @@ from scipy.stats import trim_mean
 
 from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.measure.contrast import blur_of, contrasts
+from vasowave.imaging.measure.evening import Evened, evened_sections, moderated
 from vasowave.imaging.measure.profiles import Profile, profile
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line, Tree
 
 MODEL = 0.006
 """Relative standard deviation of a radius for what no repetition shows: background, axis, sampling."""
-
-
 WIDER = 1.25
 """A section that is not round reaches so much farther than its inscribed ball."""
 
@@ -68,7 +67,10 @@ def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray) -> Densitome
     profiles = [_profile(tree, row, stretches[row], inscribed[row], volume) for row in range(len(tree))]
     blur = blur_of(profiles, inscribed, float(volume.spacing[0]))
     contrast, error = contrasts(profiles, _ways(tree), blur)
-    columns = [_measured(*each, blur) for each in zip(profiles, contrast, error, strict=True)]
+    middles = [line.length / 2 for line in tree.lines]
+    evened = [one if one is None else evened_sections(one, at) for one, at in zip(profiles, middles, strict=True)]
+    scatter = moderated([one if one is None else one.sections for one in evened])
+    columns = [_measured(*each, blur) for each in zip(evened, scatter, contrast, error, strict=True)]
     radius, sd, own, aspect = np.array(columns).T
     return Densitometry(radius, sd, contrast, own, aspect)
 
@@ -100,17 +102,20 @@ def section_radii(line: Line, volume: Volume) -> np.ndarray:
     return np.asarray(np.sqrt(one.signal / (np.pi * max(float(np.median(one.plateau)), 1e-9))))
 
 
-def _measured(one: Profile | None, contrast: float, error: float, blur: float) -> tuple[float, float, float, float]:
+def _measured(
+    one: Evened | None, scatter: float, contrast: float, error: float, blur: float
+) -> tuple[float, float, float, float]:
     """Return radius, its standard deviation, the vessel's own plateau over `contrast`, and its aspect."""
     if one is None or not contrast > 0:
         return (np.nan,) * 4
-    radius = densitometric_radius(one, contrast)
-    differ = float(np.std(one.signal)) / np.sqrt(max(len(one.signal) / 3, 1)) / max(float(np.mean(one.signal)), 1e-12)
-    relative = np.sqrt(0.25 * (differ**2 + (error / contrast) ** 2) + MODEL**2)
+    radius = densitometric_radius(one.sections, contrast)
+    differ = scatter / max(float(np.mean(one.sections.signal)), 1e-12)
+    relative = np.sqrt(0.25 * (differ**2 + (error / contrast) ** 2) + one.error**2 + MODEL**2)
     left = 1 - np.exp(-(radius**2) / (2 * blur**2))
-    large, small = one.spread - blur**2
+    large, small = one.sections.spread - blur**2
     aspect = float(np.sqrt(np.clip(small / large, 0, 1))) if large > 0 else np.nan
-    return radius, radius * float(relative), float(np.mean(one.plateau)) / (contrast * max(left, 0.05)), aspect
+    plateau = float(np.mean(one.sections.plateau))
+    return radius, radius * float(relative), plateau / (contrast * max(left, 0.05)), aspect
 
 
 def _ways(tree: Tree) -> np.ndarray:

@@ -4,19 +4,21 @@ from itertools import combinations
 
 import numpy as np
 
+from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt
 
 STRAIGHT = 150.0
 """Two vessels that leave a junction in directions so far apart (degrees) may be one that passes: daughters lie within
 about 130 degrees of one another."""
-NEAR, OVER = 2.0, (1.0, 4.0)
-"""Their beginnings lie within so many times the sum of their radii; directions are taken over so many radii."""
+NEAR, OVER = 2.0, 3.0
+"""Their beginnings lie within so many times the sum of their radii; directions are taken over so many radii from where
+they have left their junction and their sisters: before, they bend toward the vessel that they only cross."""
 
 
 def crossing_doubts(tree: Tree) -> list[Doubt]:
     """Return a doubt for each pair of vessels, neither beyond the other, that could be one vessel passing by."""
-    ways = [_direction(line) for line in tree.lines]
+    ways = [_direction(line, begin) for line, (begin, _) in zip(tree.lines, clear_stretches(tree), strict=True)]
     doubts = []
     for one, other in combinations(range(len(tree)), 2):
         lines = tree.lines[one], tree.lines[other]
@@ -33,9 +35,9 @@ def crossing_doubts(tree: Tree) -> list[Doubt]:
     return doubts
 
 
-def _direction(line: Line) -> np.ndarray:
-    """Return the unit vector in which a vessel leaves its junction."""
-    near, far = np.searchsorted(line.run, np.array(OVER) * line.typical_radius)
+def _direction(line: Line, begin: float) -> np.ndarray:
+    """Return the unit vector in which a vessel goes on from `begin`, cm along it."""
+    near, far = np.searchsorted(line.run, [begin, begin + OVER * line.typical_radius])
     way = line.points[min(far, len(line) - 1)] - line.points[min(near, len(line) - 2)]
     return np.asarray(way / max(float(np.linalg.norm(way)), 1e-12))
 

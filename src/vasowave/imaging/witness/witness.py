@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.stats import norm
 
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
@@ -14,7 +15,12 @@ from vasowave.imaging.witness.skeleton import skeleton_branches
 from vasowave.imaging.witness.topology import topology_doubts
 
 LENGTH, RADIUS = 0.10, 0.05
-"""A vessel is named if three SD of its length or two of its radius exceed this share."""
+"""A vessel is named if so many SD of its length (`SURE`) or radius (`CHANCE`) exceed this share."""
+SURE = 3.0
+CHANCE = 0.1
+"""So many SD of a radius that in one tree of ten some radius is beyond them: the more vessels, the more SD."""
+SHATTERED = 0.5
+"""A tree with a larger share of vessels that are too short to be measured is doubted as a whole."""
 UNEVEN = 0.06
 """A lumen whose surface lies so far from a round tube (`surface_misfit`) is named; round ones show 0.01 to 0.04."""
 FILLED = 0.7
@@ -37,8 +43,20 @@ def doubts_about(measured: Measurement, lumen: Segmentation, root: np.ndarray, a
     skeleton = skeleton_branches(lumen, root, surface)
     doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends)
     misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
-    doubts += crossing_doubts(measured.tree)
+    doubts += crossing_doubts(measured.tree) + (_shattered(measured) if all_ends else [])
     return (*doubts, *_cut(measured, lumen), *_unsettled(measured), *_uneven(measured, misfit))
+
+
+def _shattered(measured: Measurement) -> list[Doubt]:
+    """Return the doubt about a tree most of whose vessels are too short to be measured: ridges taken for branches."""
+    short = ~measured.reliable
+    if short.mean() <= SHATTERED:
+        return []
+    text = (
+        f"{short.sum()} of {len(short)} vessels are too short between junctions to be measured, as where vessels are "
+        "flat or rough and their ridges are taken for branches: do not use this tree, give the outlets"
+    )
+    return [Doubt("topology", text, tuple(measured.network.name[row] for row in np.flatnonzero(short)))]
 
 
 def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
@@ -58,11 +76,16 @@ def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
 def _unsettled(measured: Measurement) -> list[Doubt]:
     """Return which lengths and radii the image does not settle."""
     network = measured.network
-    lengths = ~(3 * measured.length_sd <= LENGTH * network.length)
-    radii = ~(2 * measured.radius_sd <= RADIUS * network.radius)
+    deviations = float(norm.isf(CHANCE / 2 / len(network)))
+    lengths = ~(SURE * measured.length_sd <= LENGTH * network.length)
+    radii = ~(deviations * measured.radius_sd <= RADIUS * network.radius)
     texts = (
-        ("length", lengths, f"the length is uncertain by more than {LENGTH:.0%} (3 SD): look at the junctions"),
-        ("radius", radii & measured.reliable, f"the radius is uncertain by more than {RADIUS:.0%} (2 SD)"),
+        ("length", lengths, f"the length is uncertain by more than {LENGTH:.0%} ({SURE:g} SD): look at the junctions"),
+        (
+            "radius",
+            radii & measured.reliable,
+            f"the radius is uncertain by more than {RADIUS:.0%} ({deviations:.1f} SD)",
+        ),
         ("radius", ~measured.reliable, "too short between junctions, sisters and ends: the radius is not reliable"),
     )
     return [_doubt(measured, about, rows, text) for about, rows, text in texts if rows.any()]
