@@ -12,6 +12,7 @@ from vasowave.imaging.axes.vessels import tree_of
 from vasowave.imaging.entrances import check_root, deepest_near, require_reached, root_wanted
 from vasowave.imaging.given import Given, given
 from vasowave.imaging.kept.keys import image_key, keys_of, volume_key
+from vasowave.imaging.kept.profiles import Profiles
 from vasowave.imaging.kept.stages import Stages
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
@@ -27,7 +28,7 @@ from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.imaging.witness.loops import loop_count, loop_places
-from vasowave.imaging.witness.skeleton import skeleton_branches
+from vasowave.imaging.witness.skeleton import Branches, skeleton_branches
 from vasowave.imaging.witness.witness import doubts_about
 from vasowave.network import Network
 
@@ -136,7 +137,8 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     unedited, cannula = stages.kept("axes", keys.axes, lambda: _tree(lumen, root, said, options))
     tree = edited(unedited, said.edits)
     say("radii")
-    measured = measured_in(tree, volume)
+    look = Profiles(stages.found("profiles", keys.profiles))
+    measured = measured_in(tree, volume, look)
     scale = 1.0 if cannula is None else scale_of(cannula, volume, options.cannula / 2)
     check_root(measured.network, scale, options.cannula / 2)
     say("uncertainty")
@@ -144,11 +146,12 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     others = stages.kept(
         "elsewhere", keys.elsewhere, lambda: elsewhere(unedited, volume, inside, options.threshold, said.segmenter)
     )
-    measured = with_spread(measured, _edited_too(unedited, others, said.edits), volume)
+    measured = with_spread(measured, _edited_too(unedited, others, said.edits), volume, look)
+    stages.keep("profiles", keys.profiles, look.used)
     say("witness")
-    skeleton = stages.kept("skeleton", keys.skeleton, lambda: skeleton_branches(lumen, root, surface_points(lumen)))
+    skeleton, surface = stages.kept("witness", keys.witness, lambda: _witness(lumen, root))
     all_ends = said.outlets is None and not said.edits
-    doubts = doubts_about(measured, lumen, skeleton, all_ends)
+    doubts = doubts_about(measured, lumen, skeleton, surface, all_ends)
     factor = scale if options.scale == "cannula" else 1.0
     whole = scaled(measured, factor)
     kept = wanted_part(whole, options.generations, options.vessels, options.min_radius)
@@ -184,6 +187,12 @@ def _tree(lumen: Segmentation, root: np.ndarray, said: Given, options: Options) 
     tree = tree_of(lumen, root, said.outlets)
     _tell_loops(lumen, tree, options.loops)
     return without_cannula(tree, said.volume) if options.cannula else (tree, None)
+
+
+def _witness(lumen: Segmentation, root: np.ndarray) -> tuple[Branches, np.ndarray]:
+    """Return the second tree of the lumen, and the points of its surface."""
+    surface = surface_points(lumen)
+    return skeleton_branches(lumen, root, surface), surface
 
 
 def _edited_too(tree: Tree, others: tuple[Elsewhere, ...], edits: tuple[Edit, ...]) -> tuple[Elsewhere, ...]:

@@ -31,7 +31,8 @@ class Keys(NamedTuple):
     lumen: str
     axes: str
     elsewhere: str
-    skeleton: str
+    witness: str
+    profiles: str
 
 
 def keys_of(image: str, said: Given, options: Options) -> Keys:
@@ -40,9 +41,10 @@ def keys_of(image: str, said: Given, options: Options) -> Keys:
     Edits, wanted parts, scale and pressure act on what is measured, so that no stage depends on them; a root among
     the edits is the root.
     """
-    lumen = _digest("lumen", image, said.segmenter, options.threshold, said.seed)
-    axes = _digest("axes", lumen, said.root, said.outlets, bool(options.cannula), options.loops)
-    return Keys(lumen, axes, _digest("elsewhere", axes), _digest("skeleton", lumen, said.root))
+    lumen = digest_of("lumen", image, said.segmenter, options.threshold, said.seed)
+    axes = digest_of("axes", lumen, said.root, said.outlets, bool(options.cannula), options.loops)
+    witness, profiles = digest_of("witness", lumen, said.root), digest_of("profiles", image)
+    return Keys(lumen, axes, digest_of("elsewhere", axes), witness, profiles)
 
 
 def image_key(source: Path, voxel: float | None) -> str | None:
@@ -50,7 +52,7 @@ def image_key(source: Path, voxel: float | None) -> str | None:
     files = sorted(one for one in source.iterdir() if one.is_file()) if source.is_dir() else [source]
     if not source.is_dir() and not _stands_alone(source):
         return None
-    digest = hashlib.sha256(_digest("image", source.suffix.lower(), voxel).encode())
+    digest = hashlib.sha256(digest_of("image", source.suffix.lower(), voxel).encode())
     for file in files:
         with file.open("rb") as content:
             digest.update(file.name.encode() + hashlib.file_digest(content, "sha256").digest())
@@ -64,10 +66,11 @@ def _stands_alone(source: Path) -> bool:
 
 def volume_key(volume: Volume) -> str:
     """Return the digest of an image that is given as such."""
-    return _digest("volume", volume)
+    return digest_of("volume", volume)
 
 
-def _digest(*parts: Any) -> str:
+def digest_of(*parts: Any) -> str:
+    """Return the digest of values (arrays, dataclasses, numbers, text, in one another) and of the program."""
     digest = hashlib.sha256(program().encode())
     for piece in _pieces(parts):
         digest.update(piece)

@@ -1,53 +1,89 @@
-"""Values of an extraction as arrays and plain text, and back: no code is ever read."""
+"""Values of an extraction as a file, and back: a line of JSON, then plain arrays; no code is ever read.
 
-from collections.abc import Mapping
+The line begins with the check sum of the rest of it, and holds that of every array.
+"""
+
+import json
+import zlib
 from dataclasses import fields, is_dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.measure.profiles import Profile
 from vasowave.imaging.measure.spread import Elsewhere
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.skeleton import Branches
 
-_KINDS: dict[str, type] = {one.__name__: one for one in (Volume, Segmentation, Line, Tree, Elsewhere, Branches)}
+_ALL = (Volume, Segmentation, Line, Tree, Elsewhere, Branches, Profile)
+_KINDS: dict[str, type] = {one.__name__: one for one in _ALL}
 _BITS = np.dtype(bool).str
-_SHORT = np.iinfo(np.int16)
+_SUM = 8  # hexadecimal digits of a check sum
 
 
-def packed(value: Any) -> tuple[Any, dict[str, np.ndarray]]:
-    """Return `value` as what JSON holds, and the arrays that it names.
+def write_value(path: Path, key: str, value: Any) -> None:
+    """Write `value` under `key`.
 
     Parameters
     ----------
+    path : Path
+    key : str
     value
         Dataclasses of an extraction, tuples, arrays, numbers, text and None, inside one another.
     """
-    arrays: dict[str, np.ndarray] = {}
-    return _plain(value, arrays), arrays
+    arrays: list[np.ndarray] = []
+    plain = _plain(value, arrays)
+    sizes = [(one.dtype.str, one.size, zlib.crc32(_bytes(one))) for one in arrays]
+    head = json.dumps({"key": key, "arrays": sizes, "value": plain}).encode()
+    with path.open("wb") as file:
+        file.write(f"{zlib.crc32(head):0{_SUM}x}".encode() + head + b"\n")
+        for one in arrays:
+            file.write(_bytes(one))
 
 
-def unpacked(plain: Any, arrays: Mapping[str, np.ndarray]) -> Any:
-    """Return the value that `packed` made into `plain` and `arrays`; any error where they were not made so."""
+def read_value(path: Path, key: str) -> Any:
+    """Return the value that `write_value` wrote under `key`; any error where another one stands there, or half of it.
+
+    The key is compared before any array is read.
+    """
+    with path.open("rb") as file:
+        line = file.readline().rstrip(b"\n")
+        head = json.loads(line[_SUM:])
+        if int(line[:_SUM], 16) != zlib.crc32(line[_SUM:]) or head["key"] != key:
+            raise ValueError("another value, or a damaged head")
+        arrays = [_array(file, *size) for size in head["arrays"]]
+        if file.read(1):
+            raise ValueError("more than was written")
+    return _value(head["value"], arrays)
+
+
+def _array(file: BinaryIO, kind: str, size: int, check: int) -> np.ndarray:
+    found = np.fromfile(file, np.dtype(kind), size)
+    if found.size != size or zlib.crc32(_bytes(found)) != check:
+        raise ValueError("an array is damaged")
+    return found
+
+
+def _value(plain: Any, arrays: list[np.ndarray]) -> Any:
     if isinstance(plain, list):
-        return tuple(unpacked(one, arrays) for one in plain)
+        return tuple(_value(one, arrays) for one in plain)
     if not isinstance(plain, dict):
         return plain
     if "kind" in plain:
-        return _KINDS[plain["kind"]](**{name: unpacked(one, arrays) for name, one in plain["fields"].items()})
-    found, shape, kind = arrays[plain["array"]], tuple(plain["shape"]), plain["type"]
-    if kind == _BITS:
-        return np.unpackbits(found, count=int(np.prod(shape))).astype(bool).reshape(shape)
-    return found.astype(np.dtype(kind), copy=False).reshape(shape)
+        return _KINDS[plain["kind"]](**{name: _value(one, arrays) for name, one in plain["fields"].items()})
+    found, shape = arrays[plain["array"]], tuple(plain["shape"])
+    if plain["type"] == _BITS:
+        found = np.unpackbits(found, count=int(np.prod(shape)))
+    return found.view(plain["type"]).reshape(shape)
 
 
-def _plain(value: Any, arrays: dict[str, np.ndarray]) -> Any:
+def _plain(value: Any, arrays: list[np.ndarray]) -> Any:
     if isinstance(value, np.ndarray):
-        name = f"array{len(arrays)}"
-        arrays[name] = _small(value)
-        return {"array": name, "shape": value.shape, "type": value.dtype.str}
+        arrays.append(np.packbits(value) if value.dtype == bool else value)
+        return {"array": len(arrays) - 1, "shape": value.shape, "type": value.dtype.str}
     if is_dataclass(value):
         own = {entry.name: _plain(getattr(value, entry.name), arrays) for entry in fields(value)}
         return {"kind": type(value).__name__, "fields": own}
@@ -56,11 +92,5 @@ def _plain(value: Any, arrays: dict[str, np.ndarray]) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _small(array: np.ndarray) -> np.ndarray:
-    """Return `array` in fewer bytes where none of its values changes: bits, or the scanner's own whole numbers."""
-    if array.dtype == bool:
-        return np.packbits(array)
-    if array.dtype == np.float32 and array.size and array.min() >= _SHORT.min and array.max() <= _SHORT.max:
-        short = array.astype(np.int16)
-        return short if np.array_equal(short, array) else array
-    return array
+def _bytes(array: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(array).reshape(-1).view(np.uint8)

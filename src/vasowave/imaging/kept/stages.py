@@ -1,24 +1,21 @@
 """Stages of an extraction in a folder: a value, what it was made of, and the warnings that came with it.
 
 A stage is believed only if its key, a digest of everything that it depends on, is the one asked for and its file is
-whole (every part of it carries a check sum). Anything else is made anew, in silence: what is kept saves time only.
+whole (head and arrays carry check sums). Anything else is made anew, in silence: what is kept saves time only.
 """
 
-import json
 import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-
 from vasowave.errors import VasowaveWarning
 from vasowave.files import made_inside, write_folder
-from vasowave.imaging.kept.packing import packed, unpacked
+from vasowave.imaging.kept.packing import read_value, write_value
 
 T = TypeVar("T")
 FOLDER = "stages"
-_SUFFIX = ".npz"
+_SUFFIX = ".stage"
 
 
 class Stages:
@@ -44,18 +41,22 @@ class Stages:
         self._asked.add(name)
         found = self._read(name, key)
         if found is None:
-            with warnings.catch_warnings(record=True) as told:
-                warnings.simplefilter("always", VasowaveWarning)
-                try:
-                    value = make()
-                finally:
-                    notes = tuple(str(one.message) for one in told if issubclass(one.category, VasowaveWarning))
-                    _warn(notes)
+            value, notes = _made(make)
             self._fresh[name] = key, value, notes
             return value
         value, notes = found
         _warn(notes)
         return value
+
+    def found(self, name: str, key: str) -> Any:
+        """Return what stands on the disk under `key`, an empty tuple if nothing does."""
+        found = self._read(name, key) if self.parent is not None else None
+        return () if found is None else found[0]
+
+    def keep(self, name: str, key: str, value: Any) -> None:
+        """Keep a value that was made with the help of what was `found`."""
+        self._asked.add(name)
+        self._fresh[name] = key, value, ()
 
     def save(self) -> None:
         """Write the stages that were made anew, whole or not at all, and remove those that were not asked for.
@@ -70,9 +71,7 @@ class Stages:
         folder = made_inside(self.parent, FOLDER)
         with write_folder(folder) as part:
             for name, (key, value, notes) in self._fresh.items():
-                plain, arrays = packed(value)
-                arrays["head"] = np.array(json.dumps({"key": key, "notes": notes, "value": plain}))
-                np.savez(part / f"{name}{_SUFFIX}", allow_pickle=False, **arrays)
+                write_value(part / f"{name}{_SUFFIX}", key, (notes, value))
         for file in folder.glob(f"*{_SUFFIX}"):
             if file.stem not in self._asked:
                 file.unlink()
@@ -82,11 +81,23 @@ class Stages:
         """Return value and warnings of a stage; None where it is not there, not whole, or of something else."""
         assert self.parent is not None
         try:
-            with np.load(self.parent / FOLDER / f"{name}{_SUFFIX}", allow_pickle=False) as file:
-                head = json.loads(str(file["head"]))
-                return (unpacked(head["value"], file), tuple(head["notes"])) if head["key"] == key else None
+            notes, value = read_value(self.parent / FOLDER / f"{name}{_SUFFIX}", key)
+            return value, notes
         except Exception:  # whatever stands there, the stage can be made anew
             return None
+
+
+def _made(make: Callable[[], T]) -> tuple[T, tuple[str, ...]]:
+    """Return what `make` returns and what it warned of, having warned."""
+    notes: tuple[str, ...] = ()
+    try:
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", VasowaveWarning)
+            value = make()
+    finally:
+        notes = tuple(str(one.message) for one in told if issubclass(one.category, VasowaveWarning))
+        _warn(notes)
+    return value, notes
 
 
 def _warn(notes: tuple[str, ...]) -> None:

@@ -1,6 +1,6 @@
 """Cross-sections of a vessel summed up: how much contrast agent, how bright in the middle, how round, how sharp."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +42,10 @@ class Profile:
     plateau: np.ndarray
     spread: np.ndarray
     slope: float
+
+
+Look = Callable[[Line, np.ndarray, float, Volume, Sequence[Line]], Profile | None]
+"""Sums up sections of a vessel, see `profile`."""
 
 
 def profile(

@@ -11,6 +11,7 @@ from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.axes.vessels import in_another_lumen
 from vasowave.imaging.lumen.segmentation import Segmenter
 from vasowave.imaging.measure.measurement import Measurement
+from vasowave.imaging.measure.profiles import Look, profile
 from vasowave.imaging.measure.radii import densitometry
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.read.volume import Volume
@@ -79,7 +80,9 @@ def elsewhere(
     return tuple(found)
 
 
-def with_spread(measured: Measurement, others: Sequence[Elsewhere], volume: Volume) -> Measurement:
+def with_spread(
+    measured: Measurement, others: Sequence[Elsewhere], volume: Volume, look: Look = profile
+) -> Measurement:
     """Return `measured` with the SD of each vessel's radius and length over three thresholds.
 
     All radii are measured anew at the other thresholds, each by the estimator that it has in `measured`.
@@ -90,6 +93,8 @@ def with_spread(measured: Measurement, others: Sequence[Elsewhere], volume: Volu
     others : sequence of Elsewhere
         The same vessels at the other thresholds; without one of them the SD is unknown.
     volume : Volume
+    look : callable
+        See `densitometry`.
 
     Warns
     -----
@@ -100,7 +105,7 @@ def with_spread(measured: Measurement, others: Sequence[Elsewhere], volume: Volu
     radii, lengths = [radius], [measured.network.length]
     unknown = np.full((2, len(radius)), np.nan)
     for other in others:
-        sizes = _sizes_in(other, measured.tree, volume, np.isfinite(measured.densitometric))
+        sizes = _sizes_in(other, measured.tree, volume, np.isfinite(measured.densitometric), look)
         radii.append(sizes[0])
         lengths.append(sizes[1])
     if len(others) < len(FACTORS):
@@ -112,7 +117,7 @@ def with_spread(measured: Measurement, others: Sequence[Elsewhere], volume: Volu
     return replace(measured, radius_sd=spread, length_sd=np.hypot(np.std(lengths, axis=0, ddof=1), ENDS * spacing))
 
 
-def _sizes_in(other: Elsewhere, tree: Tree, volume: Volume, dense: np.ndarray) -> np.ndarray:
+def _sizes_in(other: Elsewhere, tree: Tree, volume: Volume, dense: np.ndarray, look: Look) -> np.ndarray:
     """Return radius and length of every vessel of `tree` at another threshold, NaN where it is not in that lumen."""
     lost = ~_in_lumen(tree, other)
     if lost.any():
@@ -120,7 +125,7 @@ def _sizes_in(other: Elsewhere, tree: Tree, volume: Volume, dense: np.ndarray) -
         _warn(f"at threshold {other.threshold:g} the lumen does not hold vessel(s) {names}: radius_sd is unknown there")
     network = network_of(other.tree)
     inscribed = network.radius
-    radius = np.where(dense, densitometry(other.tree, volume, inscribed).radius, inscribed)
+    radius = np.where(dense, densitometry(other.tree, volume, inscribed, look).radius, inscribed)
     return np.where(lost, np.nan, [radius, network.length])
 
 

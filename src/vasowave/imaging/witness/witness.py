@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from vasowave.imaging.lumen.segmentation import Segmentation
-from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.witness.crossings import crossing_doubts
 from vasowave.imaging.witness.doubts import Doubt
@@ -21,7 +20,9 @@ FILLED = 0.7
 """A vessel with less than this share of the root's contrast is partly filled."""
 
 
-def doubts_about(measured: Measurement, lumen: Segmentation, skeleton: Branches, all_ends: bool) -> tuple[Doubt, ...]:
+def doubts_about(
+    measured: Measurement, lumen: Segmentation, skeleton: Branches, surface: np.ndarray, all_ends: bool
+) -> tuple[Doubt, ...]:
     """Return what speaks against `measured`.
 
     Parameters
@@ -30,10 +31,11 @@ def doubts_about(measured: Measurement, lumen: Segmentation, skeleton: Branches,
     lumen : Segmentation
     skeleton : Branches
         The second tree of the lumen.
+    surface : float array, shape (corner, 3)
+        Points of the lumen's surface, cm.
     all_ends : bool
         Whether the tree should have every end of the lumen, see `topology_doubts`.
     """
-    surface = surface_points(lumen)
     doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends)
     misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
     doubts += crossing_doubts(measured.tree)
