@@ -39,7 +39,7 @@ def write_value(path: Path, key: str, value: Any) -> None:
     sizes = [(one.dtype.str, one.size, zlib.crc32(_bytes(one))) for one in arrays]
     head = json.dumps({"key": key, "arrays": sizes, "value": plain}).encode()
     with path.open("wb") as file:
-        file.write(f"{zlib.crc32(head):0{_SUM}x}".encode() + head + b"\n")
+        file.write(_check(head) + head + b"\n")
         for one in arrays:
             file.write(_bytes(one))
 
@@ -50,14 +50,18 @@ def read_value(path: Path, key: str) -> Any:
     The key is compared before any array is read.
     """
     with path.open("rb") as file:
-        line = file.readline().rstrip(b"\n")
+        line = file.readline()
         head = json.loads(line[_SUM:])
-        if int(line[:_SUM], 16) != zlib.crc32(line[_SUM:]) or head["key"] != key:
+        if line[:_SUM] != _check(line[_SUM:-1]) or line[-1:] != b"\n" or head["key"] != key:
             raise ValueError("another value, or a damaged head")
         arrays = [_array(file, *size) for size in head["arrays"]]
         if file.read(1):
             raise ValueError("more than was written")
     return _value(head["value"], arrays)
+
+
+def _check(head: bytes) -> bytes:
+    return f"{zlib.crc32(head):0{_SUM}x}".encode()
 
 
 def _array(file: BinaryIO, kind: str, size: int, check: int) -> np.ndarray:

@@ -87,6 +87,15 @@ class Stages:
             return None
 
 
+def forget_stages(parent: Path) -> None:
+    """Remove what was kept in the extraction's folder `parent`."""
+    folder = made_inside(parent, FOLDER)
+    for file in folder.glob(f"*{_SUFFIX}"):
+        file.unlink()
+    if not any(folder.iterdir()):
+        folder.rmdir()
+
+
 def _made(make: Callable[[], T]) -> tuple[T, tuple[str, ...]]:
     """Return what `make` returns and what it warned of, having warned."""
     notes: tuple[str, ...] = ()
