@@ -24,6 +24,7 @@ from vasowave.imaging.places import written
 from vasowave.imaging.read.files import read_volume
 from vasowave.imaging.read.volume import Volume, is_cubic, isotropic
 from vasowave.imaging.revise.edits import Edit, edited, edited_alike
+from vasowave.imaging.revise.junctions import with_junctions_at
 from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt
@@ -153,7 +154,7 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     all_ends = said.outlets is None and not said.edits
     doubts = doubts_about(measured, lumen, skeleton, surface, all_ends)
     factor = scale if options.scale == "cannula" else 1.0
-    whole = scaled(measured, factor)
+    whole = scaled(with_junctions_at(measured, options.junction), factor)
     kept = wanted_part(whole, options.generations, options.vessels, options.min_radius)
     path = None if isinstance(source, Volume) else Path(source)
     doubts = tuple(one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
