@@ -29,6 +29,7 @@ from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.imaging.witness.loops import loop_count, loop_places
+from vasowave.imaging.witness.misfit import surface_misfit
 from vasowave.imaging.witness.skeleton import Branches, skeleton_branches
 from vasowave.imaging.witness.witness import doubts_about
 from vasowave.network import Network
@@ -54,6 +55,8 @@ class Extraction:
     root : float array, shape (3,)
         Where the blood enters, z, y, x, cm, in the image's coordinates.
     options : Options
+    misfit : float array, shape (vessel,)
+        How far the lumen is from a round tube, as a share of the radius, see `surface_misfit`.
     doubts : tuple of Doubt
         What contradicts the answer, by vessel.
     notes : tuple of str
@@ -68,6 +71,7 @@ class Extraction:
     source: Path | None
     root: np.ndarray
     options: Options
+    misfit: np.ndarray
     doubts: tuple[Doubt, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -152,7 +156,8 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     say("witness")
     skeleton, surface = stages.kept("witness", keys.witness, lambda: _witness(lumen, root))
     all_ends = said.outlets is None and not said.edits
-    doubts = doubts_about(measured, lumen, skeleton, surface, all_ends)
+    misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
+    doubts = doubts_about(measured, lumen, skeleton, misfit, all_ends)
     factor = scale if options.scale == "cannula" else 1.0
     whole = scaled(with_junctions_at(measured, options.junction), factor)
     kept = wanted_part(whole, options.generations, options.vessels, options.min_radius)
@@ -160,8 +165,9 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     doubts = tuple(one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
     for doubt in doubts:
         warnings.warn(doubt.text, VasowaveWarning, stacklevel=2)
+    misfit = misfit[[measured.network.name.index(name) for name in kept.network.name]]
     kept = filled_at(kept, options.pressure)
-    return Extraction(kept, scale, factor, lumen, image, path, root, options, doubts)
+    return Extraction(kept, scale, factor, lumen, image, path, root, options, misfit, doubts)
 
 
 def _image(source: Volume | str | Path, voxel: float | None, stages: Stages) -> tuple[Volume, str]:

@@ -8,7 +8,6 @@ from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.witness.crossings import crossing_doubts
 from vasowave.imaging.witness.doubts import Doubt
-from vasowave.imaging.witness.misfit import surface_misfit
 from vasowave.imaging.witness.skeleton import Branches
 from vasowave.imaging.witness.topology import topology_doubts
 
@@ -21,7 +20,7 @@ FILLED = 0.7
 
 
 def doubts_about(
-    measured: Measurement, lumen: Segmentation, skeleton: Branches, surface: np.ndarray, all_ends: bool
+    measured: Measurement, lumen: Segmentation, skeleton: Branches, misfit: np.ndarray, all_ends: bool
 ) -> tuple[Doubt, ...]:
     """Return what speaks against `measured`.
 
@@ -31,13 +30,12 @@ def doubts_about(
     lumen : Segmentation
     skeleton : Branches
         The second tree of the lumen.
-    surface : float array, shape (corner, 3)
-        Points of the lumen's surface, cm.
+    misfit : float array, shape (vessel,)
+        See `surface_misfit`.
     all_ends : bool
         Whether the tree should have every end of the lumen, see `topology_doubts`.
     """
     doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends)
-    misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
     doubts += crossing_doubts(measured.tree)
     return (*doubts, *_cut(measured, lumen), *_unsettled(measured), *_uneven(measured, misfit))
 
