@@ -43,7 +43,7 @@ def proposals(extraction: Extraction) -> Proposals:
                 continue
             action = "remove" if row in tree.terminals else "merge"
             at = ends[row] if action == "remove" else tree.lines[row].points[len(tree.lines[row]) // 2]
-            lines.append(f"# {action} {written(at).replace(',', ' ')}   vessel {names[row]}")
+            lines.append(f"# {action} {written(at).replace(',', ' ')}   # vessel {names[row]}")
         fresh = [line for line in lines if line not in edits]
         edits += [f"# {_why(doubt)}", *fresh] if fresh else []
     return Proposals(edits, np.array(outlets).reshape(-1, 3))

@@ -65,9 +65,9 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         ],
         table_caption="Radius: densitometric, or inscribed where the vessel is too short (not reliable). SD: over "
         "thresholds of 0.8, 1 and 1.2 times the chosen one, and of the grey levels. Misfit: how far half of the "
-        f"lumen's surface lies from a round tube at least, in percent of the radius; above {100 * UNEVEN:g} it is doubted. "
-        "Aspect: small over large half axis of the section. Taper: fall of the radius per length. Doubted: what a "
-        "warning above questions (orange). Both estimators of the radius stand in network.csv.",
+        "lumen's surface lies from a round tube at least, in percent of the radius; it is doubted above "
+        f"{100 * UNEVEN:g}. Aspect: small over large half axis of the section. Taper: fall of the radius per length. "
+        "Doubted: what a warning above questions (orange). Both estimators of the radius stand in network.csv.",
         table=_page_table(extraction),
         settings=settings_rows(extraction),
         provenance=origin,
