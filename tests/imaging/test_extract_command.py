@@ -50,8 +50,8 @@ def test_the_command_writes_everything_and_the_network_is_the_phantoms(extracted
     folder, result, _ = extracted
     assert sorted(path.name for path in folder.iterdir()) == [
         "centerlines.csv", "centerlines.swc", "centerlines.vtp", "connectivity.csv", "dimensions.csv",
-        "extraction.json", "figures", "mask.nrrd", "network.csv", "review.html", "surface.stl", "surface.vtp",
-        "vessels.csv",
+        "extraction.json", "figures", "mask.nrrd", "network.csv", "review.html", "stages", "surface.stl",
+        "surface.vtp", "vessels.csv",
     ]  # fmt: skip
     found = read_network(folder / "network.csv")
     pairs = match(NETWORK, found)

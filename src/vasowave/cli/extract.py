@@ -20,19 +20,25 @@ if TYPE_CHECKING:
 def extract(
     volume: Annotated[Path, typer.Argument(help="DICOM folder, NRRD, NIfTI, MetaImage, RAW with header, TIFF stack.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the results.")],
+    keep: Annotated[bool, typer.Option(help="Keep stages in OUTPUT/stages: repeating after an edit is quick.")] = True,
     given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Turn a volume into a checked vessel network, with everything needed to review and correct it."""
     from vasowave.cli.options import read_image_options
     from vasowave.imaging.extraction import extract as extracted
+    from vasowave.imaging.kept.stages import Stages, forget_stages
     from vasowave.report.extraction import check_extraction_folder, write_extraction
 
     check_extraction_folder(output)
     options = read_image_options(given or {})
+    stages = Stages(output if keep else None)
     with _stages() as say:
-        extraction = extracted(volume, options, say)
+        extraction = extracted(volume, options, say, stages)
         say("results")
         page = write_extraction(extraction, output)
+        stages.save()
+    if not keep:
+        forget_stages(output)
     typer.echo(repr(extraction.network))
     typer.echo(f"Look at it: {page}; then: vasowave fit {output / 'network.csv'} RECORDING")
 

@@ -11,19 +11,26 @@ from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.axes.vessels import tree_of
 from vasowave.imaging.entrances import check_root, deepest_near, require_reached, root_wanted
 from vasowave.imaging.given import Given, given
+from vasowave.imaging.kept.keys import image_key, keys_of, volume_key
+from vasowave.imaging.kept.profiles import Profiles
+from vasowave.imaging.kept.stages import Stages
 from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import scale_of, without_cannula
 from vasowave.imaging.measure.measurement import Measurement, filled_at, measured_in
-from vasowave.imaging.measure.spread import with_spread
+from vasowave.imaging.measure.spread import Elsewhere, elsewhere, with_spread
 from vasowave.imaging.options import Options
 from vasowave.imaging.places import written
 from vasowave.imaging.read.files import read_volume
-from vasowave.imaging.read.volume import Volume
-from vasowave.imaging.revise.edits import edited
+from vasowave.imaging.read.volume import Volume, is_cubic, isotropic
+from vasowave.imaging.revise.edits import Edit, edited, edited_alike
+from vasowave.imaging.revise.junctions import with_junctions_at
 from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.imaging.witness.loops import loop_count, loop_places
+from vasowave.imaging.witness.misfit import surface_misfit
+from vasowave.imaging.witness.skeleton import Branches, skeleton_branches
 from vasowave.imaging.witness.witness import doubts_about
 from vasowave.network import Network
 
@@ -48,6 +55,8 @@ class Extraction:
     root : float array, shape (3,)
         Where the blood enters, z, y, x, cm, in the image's coordinates.
     options : Options
+    misfit : float array, shape (vessel,)
+        How far the lumen is from a round tube, as a share of the radius, see `surface_misfit`.
     doubts : tuple of Doubt
         What contradicts the answer, by vessel.
     notes : tuple of str
@@ -62,6 +71,7 @@ class Extraction:
     source: Path | None
     root: np.ndarray
     options: Options
+    misfit: np.ndarray
     doubts: tuple[Doubt, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -76,7 +86,12 @@ class Extraction:
         return self.measured.tree
 
 
-def extract(image: Volume | str | Path, options: Options, progress: Callable[[str], None] | None = None) -> Extraction:
+def extract(
+    image: Volume | str | Path,
+    options: Options,
+    progress: Callable[[str], None] | None = None,
+    stages: Stages | None = None,
+) -> Extraction:
     """Return the vessel network in `image`.
 
     Parameters
@@ -86,6 +101,8 @@ def extract(image: Volume | str | Path, options: Options, progress: Callable[[st
     options : Options
     progress : callable, optional
         Called with the name of each stage as it begins.
+    stages : Stages, optional
+        What an earlier extraction kept; what still holds is not computed again, and the result is the same.
 
     Raises
     ------
@@ -104,7 +121,7 @@ def extract(image: Volume | str | Path, options: Options, progress: Callable[[st
     try:
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always", VasowaveWarning)
-            extraction = _extracted(image, options, say)
+            extraction = _extracted(image, options, say, stages or Stages())
     finally:  # an error is easier to understand with the warnings that led to it
         notes = tuple(dict.fromkeys(str(one.message) for one in told if issubclass(one.category, VasowaveWarning)))
         for note in notes:
@@ -112,51 +129,83 @@ def extract(image: Volume | str | Path, options: Options, progress: Callable[[st
     return replace(extraction, notes=notes)
 
 
-def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str], None]) -> Extraction:
+def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str], None], stages: Stages) -> Extraction:
     say("image")
-    image = source if isinstance(source, Volume) else read_volume(source, options.voxel)
-    said = given(image, options)
+    image, key = _image(source, options.voxel, stages)
+    volume = image if is_cubic(image) else stages.kept("cubes", key, lambda: isotropic(image))
+    said = given(image, volume, options)
     say("lumen")
-    lumen = _lumen(said, options)
+    keys = keys_of(key, said, options)
+    lumen = stages.kept("lumen", keys.lumen, lambda: _lumen(said, options))
     root = np.asarray(said.root)
     say("axes")
-    tree, cannula = _tree(lumen, root, said, options)
+    unedited, cannula = stages.kept("axes", keys.axes, lambda: _tree(lumen, root, said, options))
+    tree = edited(unedited, said.edits)
     say("radii")
-    measured = measured_in(tree, said.volume)
-    scale = 1.0 if cannula is None else scale_of(cannula, said.volume, options.cannula / 2)
+    look = Profiles(stages.found("profiles", keys.profiles))
+    measured = measured_in(tree, volume, look)
+    scale = 1.0 if cannula is None else scale_of(cannula, volume, options.cannula / 2)
     check_root(measured.network, scale, options.cannula / 2)
     say("uncertainty")
     inside = deepest_near(lumen, root)  # a place near the wall is outside the lumen at a higher threshold
-    measured = with_spread(measured, said.volume, inside, options.threshold, said.segmenter)
-    factor = scale if options.scale == "cannula" else 1.0
+    others = stages.kept(
+        "elsewhere", keys.elsewhere, lambda: elsewhere(unedited, volume, inside, options.threshold, said.segmenter)
+    )
+    measured = with_spread(measured, _edited_too(unedited, others, said.edits), volume, look)
+    stages.keep("profiles", keys.profiles, look.used)
     say("witness")
+    skeleton, surface = stages.kept("witness", keys.witness, lambda: _witness(lumen, root))
     all_ends = said.outlets is None and not said.edits
-    doubts = doubts_about(measured, lumen, root, all_ends)
-    whole = scaled(measured, factor)
+    misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
+    doubts = doubts_about(measured, lumen, skeleton, misfit, all_ends)
+    factor = scale if options.scale == "cannula" else 1.0
+    whole = scaled(with_junctions_at(measured, options.junction), factor)
     kept = wanted_part(whole, options.generations, options.vessels, options.min_radius)
     path = None if isinstance(source, Volume) else Path(source)
     doubts = tuple(one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
     for doubt in doubts:
         warnings.warn(doubt.text, VasowaveWarning, stacklevel=2)
+    misfit = misfit[[measured.network.name.index(name) for name in kept.network.name]]
     kept = filled_at(kept, options.pressure)
-    return Extraction(kept, scale, factor, lumen, image, path, root, options, doubts)
+    return Extraction(kept, scale, factor, lumen, image, path, root, options, misfit, doubts)
+
+
+def _image(source: Volume | str | Path, voxel: float | None, stages: Stages) -> tuple[Volume, str]:
+    """Return the image as read and its key, which nobody asks for where nothing is kept."""
+    if isinstance(source, Volume):
+        return source, volume_key(source) if stages.parent else ""
+    key = image_key(Path(source), voxel) if stages.parent else ""
+    if key is not None:
+        return stages.kept("image", key, lambda: read_volume(source, voxel)), key
+    image = read_volume(source, voxel)
+    return image, volume_key(image)
 
 
 def _lumen(said: Given, options: Options) -> Segmentation:
     if said.root is None:
         raise root_wanted(said.segmenter(said.volume, options.threshold, None))
-    lumen = said.segmenter(said.volume, options.threshold, said.seed)
-    if said.outlets is not None:
-        require_reached(lumen, said.outlets)
-    return lumen
+    return said.segmenter(said.volume, options.threshold, said.seed)
 
 
 def _tree(lumen: Segmentation, root: np.ndarray, said: Given, options: Options) -> tuple[Tree, Line | None]:
-    """Return the tree without its cannula and after the edits, and the cannula's line if there is one."""
+    """Return the tree without its cannula, and the cannula's line if there is one."""
+    if said.outlets is not None:
+        require_reached(lumen, said.outlets)
     tree = tree_of(lumen, root, said.outlets)
     _tell_loops(lumen, tree, options.loops)
-    tree, cannula = without_cannula(tree, said.volume) if options.cannula else (tree, None)
-    return edited(tree, said.edits), cannula
+    return without_cannula(tree, said.volume) if options.cannula else (tree, None)
+
+
+def _witness(lumen: Segmentation, root: np.ndarray) -> tuple[Branches, np.ndarray]:
+    """Return the second tree of the lumen, and the points of its surface."""
+    surface = surface_points(lumen)
+    return skeleton_branches(lumen, root, surface), surface
+
+
+def _edited_too(tree: Tree, others: tuple[Elsewhere, ...], edits: tuple[Edit, ...]) -> tuple[Elsewhere, ...]:
+    """Return the tree at other thresholds after the edits of `tree`."""
+    _, *after = edited_alike((tree, *(other.tree for other in others)), edits)
+    return tuple(replace(other, tree=own) for other, own in zip(others, after, strict=True))
 
 
 def _tell_loops(lumen: Segmentation, tree: Tree, what: str) -> None:

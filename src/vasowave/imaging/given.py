@@ -10,7 +10,7 @@ from vasowave.imaging.lumen.masks import EditedMask, Within, box_region
 from vasowave.imaging.lumen.segmentation import Segmenter, segment
 from vasowave.imaging.options import Options
 from vasowave.imaging.read.labels import ROOT, marks, on_grid_of, read_labels
-from vasowave.imaging.read.volume import Volume, isotropic
+from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.revise.edits import Edit, read_edits, root_of
 
 _METHODS: dict[str, Segmenter] = {"threshold": segment, "level-set": level_set}
@@ -41,8 +41,8 @@ class Given:
     edits: tuple[Edit, ...]
 
 
-def given(image: Volume, options: Options) -> Given:
-    """Read the files that `options` names.
+def given(image: Volume, volume: Volume, options: Options) -> Given:
+    """Read the files that `options` names; `volume` is `image` in cubes.
 
     Raises
     ------
@@ -50,7 +50,6 @@ def given(image: Volume, options: Options) -> Given:
         As `read_labels`, `read_edits`, `box_region`.
     """
     edits = read_edits(options.edits) if options.edits else ()
-    volume = isotropic(image)
     labels = on_grid_of(read_labels(options.mask, image, options.voxel), image, volume) if options.mask else None
     entrances = marks(labels, volume) if labels is not None else {}
     painted: Any = [place for label, place in entrances.items() if label > ROOT]

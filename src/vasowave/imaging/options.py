@@ -46,6 +46,9 @@ class Options:
         Whether lengths follow the file's voxel size or the cannula's known diameter.
     loops : "open" or "refuse"
         Refuse a lumen that closes loops, or open them with a warning; both say where.
+    junction : "axes", "tube" or "vmtk"
+        Where a junction is said to be, for lengths alone: where the axes meet, or, for comparison with other programs,
+        where daughters leave each other's tubes of half the radius (tube) or of the whole (VMTK's split point).
     generations : int, optional
         Keep the first so many generations.
     vessels : int, optional
@@ -67,6 +70,7 @@ class Options:
     pressure: Annotated[float, Ge(0), Le(HIGHEST)] = 0.0
     scale: Literal["file", "cannula"] = "file"
     loops: Literal["open", "refuse"] = "refuse"
+    junction: Literal["axes", "tube", "vmtk"] = "axes"
     generations: int | None = None
     vessels: int | None = None
     min_radius: float | None = None

@@ -9,7 +9,9 @@ import numpy as np
 from vasowave.imaging.extraction import Extraction
 from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.places import written
+from vasowave.imaging.witness.witness import UNEVEN
 from vasowave.report.html import templates
+from vasowave.report.proposals import proposals
 
 _CAPTIONS = {
     "projection": (
@@ -37,19 +39,21 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         Provenance.
     """
     environment = templates()
+    suggested = proposals(extraction)
     network = extraction.network
     scale = "not measured"
     if extraction.options.cannula:
         scale = f"{100 * (extraction.scale - 1):+.1f} %"
     return environment.get_template("review.html").render(
-        source=str(extraction.source),
+        source=_source(extraction),
         sentence=f"{len(network)} vessels, {len(network.terminals)} of them terminal, in {len(network.generations)} "
         f"generations; total length {_number(network.length.sum())} cm; root {network.name[network.root]} with "
         f"a radius of {_number(network.radius[network.root])} cm. Scale of the cannula against the file: {scale}"
         f"{', applied' if extraction.options.scale == 'cannula' else ''}.",
         notes=extraction.notes,
         actions=("remove", "cut", "merge", "root"),
-        proposals=_proposals(extraction),
+        proposals=suggested.edits,
+        missing=len(suggested.outlets),
         figures=[
             {
                 "name": name,
@@ -59,9 +63,11 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
             }
             for name, drawing in drawings.items()
         ],
-        table_caption="Radius: densitometric, or inscribed where the vessel is too short. SD: over thresholds of 0.8, "
-        "1 and 1.2 times the chosen one, and of the grey levels. Doubted: what a warning above questions. Aspect: "
-        "small over large half axis of the section. Taper: fall of the radius per length, with its standard error.",
+        table_caption="Radius: densitometric, or inscribed where the vessel is too short (not reliable). SD: over "
+        "thresholds of 0.8, 1 and 1.2 times the chosen one, and of the grey levels. Misfit: how far half of the "
+        "lumen's surface lies from a round tube at least, in percent of the radius; it is doubted above "
+        f"{100 * UNEVEN:g}. Aspect: small over large half axis of the section. Taper: fall of the radius per length. "
+        "Doubted: what a warning above questions (orange). Both estimators of the radius stand in network.csv.",
         table=_page_table(extraction),
         settings=settings_rows(extraction),
         provenance=origin,
@@ -69,44 +75,33 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
     )
 
 
-def _proposals(extraction: Extraction) -> list[str]:
-    """Return edits that would remove the terminal vessels which the second witness does not see, each a comment."""
-    ends = {extraction.network.name[row] for row in extraction.tree.terminals}
-    doubted = [
-        (name, place)
-        for doubt in extraction.doubts
-        if doubt.about == "topology" and len(doubt.places) == len(doubt.vessels)
-        for name, place in zip(doubt.vessels, doubt.places, strict=True)
-        if name in ends
-    ]
-    return [
-        f"# remove {written(place).replace(',', ' ')}   vessel {name}: not in the second tree"
-        for name, place in doubted
-    ]
-
-
 def _number(value: float, digits: int = 3) -> str:
     return f"{float(value):.{digits}g}" if np.isfinite(value) else "–"
 
 
 def _page_table(extraction: Extraction) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return header and rows; the last cell says what is doubted."""
     network, one = extraction.network, extraction.measured
     slopes = taper(one.tree)
     aspect = np.full(len(network), np.nan) if one.grey is None else one.grey.aspect
-    header = ("vessel", "parent", "length [cm]", "radius [cm]", "SD [cm]", "inscribed [cm]", "densitometric [cm]",
-              "reliable", "doubted", "tortuosity", "aspect", "taper [cm/cm]", "±", "flow [%]")  # fmt: skip
-    rows = []
+    header = ("vessel", "parent", "length [cm]", "SD [cm]", "radius [cm]", "SD [cm]", "reliable", "misfit [%]",
+              "aspect", "tortuosity", "taper [cm/cm]", "flow [%]", "doubted")  # fmt: skip
+    rows: list[tuple[str, ...]] = []
     for row, name in enumerate(network.name):
         parent = network.name[network.parent[row]] if network.parent[row] >= 0 else "–"
-        sizes = (network.length, network.radius, one.radius_sd, one.inscribed, one.densitometric)
         rows.append(
-            (name, parent, *(_number(values[row]) for values in sizes), "yes" if one.reliable[row] else "no",
-             ", ".join(sorted({doubt.about for doubt in extraction.doubts if name in doubt.vessels})) or "–",
-             _number(one.tree.lines[row].tortuosity, 4), _number(aspect[row]),
-             *(_number(value, 2) for value in (slopes.slope[row], slopes.slope_se[row])),
-             _number(100 * network.flow_fraction[row]))
+            (name, parent, _number(network.length[row]), _number(one.length_sd[row], 2), _number(network.radius[row]),
+             _number(one.radius_sd[row], 2), "yes" if one.reliable[row] else "no",
+             _number(100 * extraction.misfit[row], 2), _number(aspect[row], 2),
+             _number(one.tree.lines[row].tortuosity, 4), _number(slopes.slope[row], 2),
+             _number(100 * network.flow_fraction[row]),
+             ", ".join(sorted({doubt.about for doubt in extraction.doubts if name in doubt.vessels})))
         )  # fmt: skip
     return header, rows
+
+
+def _source(extraction: Extraction) -> str:
+    return "an image that was given as such" if extraction.source is None else str(extraction.source)
 
 
 def _tree_data(extraction: Extraction) -> str:
@@ -126,15 +121,15 @@ def _tree_data(extraction: Extraction) -> str:
         if one.about == "topology"
     ]
     marks = [place for own in places for place in own]
-    return json.dumps({"factor": extraction.factor, "root": root, "vessels": vessels, "doubts": marks}).replace(
-        "<", "\\u003c"
-    )
+    missing = np.round(extraction.factor * proposals(extraction).outlets[:, ::-1], 5).tolist()
+    data = {"factor": extraction.factor, "root": root, "vessels": vessels, "doubts": marks, "missing": missing}
+    return json.dumps(data).replace("<", "\\u003c")
 
 
 def settings_rows(extraction: Extraction) -> list[tuple[str, str]]:
     """Return what the user asked for, by name, as text."""
     rows = [
-        ("image", str(extraction.source)),
+        ("image", _source(extraction)),
         ("root used (x,y,z, cm)", written(extraction.root)),
         ("scale factor", f"{extraction.factor:.5g}"),
     ]

@@ -1,6 +1,6 @@
 """Cross-sections of a vessel summed up: how much contrast agent, how bright in the middle, how round, how sharp."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +48,10 @@ class Profile:
     slope: float
     run: np.ndarray
     noise: float = 1.0
+
+
+Look = Callable[[Line, np.ndarray, float, Volume, Sequence[Line]], Profile | None]
+"""Sums up sections of a vessel, see `profile`."""
 
 
 def profile(

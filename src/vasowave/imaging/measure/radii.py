@@ -8,7 +8,7 @@ from scipy.stats import trim_mean
 from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.measure.contrast import blur_of, contrasts
 from vasowave.imaging.measure.evening import Evened, evened_sections, moderated
-from vasowave.imaging.measure.profiles import Profile, profile
+from vasowave.imaging.measure.profiles import Look, Profile, profile
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line, Tree
 
@@ -50,7 +50,7 @@ class Densitometry:
         return replace(self, radius=self.radius * factor, sd=self.sd * factor)
 
 
-def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray) -> Densitometry:
+def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray, look: Look = profile) -> Densitometry:
     """Return the radius of every vessel from the area of its sections, ∫(g - background) dA / contrast.
 
     Blur conserves this integral, so neither blur nor threshold changes it. The contrast is each vessel's, see
@@ -62,9 +62,11 @@ def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray) -> Densitome
     volume : Volume
     inscribed : float array, shape (vessel,)
         First estimate of the radii, cm.
+    look : callable
+        What looks at the sections of a vessel, as `profile` does.
     """
     stretches = clear_stretches(tree)
-    profiles = [_profile(tree, row, stretches[row], inscribed[row], volume) for row in range(len(tree))]
+    profiles = [_profile(tree, row, stretches[row], inscribed[row], volume, look) for row in range(len(tree))]
     blur = blur_of(profiles, inscribed, float(volume.spacing[0]))
     contrast, error = contrasts(profiles, _ways(tree), blur)
     middles = [line.length / 2 for line in tree.lines]
@@ -75,14 +77,16 @@ def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray) -> Densitome
     return Densitometry(radius, sd, contrast, own, aspect)
 
 
-def _profile(tree: Tree, row: int, stretch: tuple[float, float], inscribed: float, volume: Volume) -> Profile | None:
+def _profile(
+    tree: Tree, row: int, stretch: tuple[float, float], inscribed: float, volume: Volume, look: Look
+) -> Profile | None:
     """Return the profile of a vessel over its clear stretch."""
     line, (begin, end) = tree.lines[row], stretch
     tail = 1.3 * inscribed if row in tree.terminals else 1.5 * line.radius[-1]
     first = max(begin, 1.5 * line.radius[0] + 0.5 * inscribed)
     free = np.flatnonzero((line.run > first) & (line.run < min(end, line.length - tail)))
     others = [other for k, other in enumerate(tree.lines) if k != row]
-    return profile(line, free, inscribed, volume, others)
+    return look(line, free, inscribed, volume, others)
 
 
 def densitometric_radius(one: Profile, contrast: float) -> float:

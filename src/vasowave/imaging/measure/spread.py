@@ -1,15 +1,17 @@
 """How much the radii of a tree depend on the threshold."""
 
 import warnings
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.axes.vessels import in_another_lumen
-from vasowave.imaging.lumen.segmentation import Segmentation, Segmenter
+from vasowave.imaging.lumen.segmentation import Segmenter
 from vasowave.imaging.measure.measurement import Measurement
+from vasowave.imaging.measure.profiles import Look, profile
 from vasowave.imaging.measure.radii import densitometry
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.read.volume import Volume
@@ -21,17 +23,35 @@ ENDS = 0.3
 """Standard deviation of the places of a vessel's ends that no threshold shows, voxels."""
 
 
-def with_spread(
-    measured: Measurement, volume: Volume, root: np.ndarray, threshold: float, segmenter: Segmenter
-) -> Measurement:
-    """Return `measured` with the SD of each vessel's radius and length over three thresholds.
+@dataclass(frozen=True, eq=False)
+class Elsewhere:
+    """The vessels of a tree in the lumen of another threshold.
 
-    At 0.8 and 1.2 times `threshold` the axes of the tree are fitted and all radii measured anew, each by the estimator
-    that it has in `measured`.
+    Attributes
+    ----------
+    tree : Tree
+        The same vessels, axes and inscribed radii fitted anew.
+    threshold : float
+        Grey level.
+    mask, origin, spacing
+        That lumen, see `Segmentation`.
+    """
+
+    tree: Tree
+    threshold: float
+    mask: np.ndarray
+    origin: np.ndarray
+    spacing: float
+
+
+def elsewhere(
+    tree: Tree, volume: Volume, root: np.ndarray, threshold: float, segmenter: Segmenter
+) -> tuple[Elsewhere, ...]:
+    """Return the vessels of `tree` at 0.8 and 1.2 times `threshold`.
 
     Parameters
     ----------
-    measured : Measurement
+    tree : Tree
         At `threshold`.
     volume : Volume
         Only what lies around the tree and the root is looked at.
@@ -45,38 +65,71 @@ def with_spread(
     Warns
     -----
     VasowaveWarning
-        No lumen at a threshold; vessels that are not in it.
+        No lumen at a threshold, which is then left out.
     """
-    tree, radius = measured.tree, measured.network.radius
     part = _around(volume, tree, root)
-    radii, lengths = [radius], [measured.network.length]
+    found = []
     for level in (factor * threshold for factor in FACTORS):
         try:
-            sizes = _sizes_in(segmenter(part, level, root), tree, part, np.isfinite(measured.densitometric))
+            lumen = segmenter(part, level, root)
+            again = in_another_lumen(tree, lumen)
         except InputError as error:
             _warn(f"at threshold {level:g} no tree, so radius_sd is unknown: {error}")
-            sizes = np.full((2, len(radius)), np.nan)
+            continue
+        found.append(Elsewhere(again, level, lumen.mask, lumen.origin, lumen.spacing))
+    return tuple(found)
+
+
+def with_spread(
+    measured: Measurement, others: Sequence[Elsewhere], volume: Volume, look: Look = profile
+) -> Measurement:
+    """Return `measured` with the SD of each vessel's radius and length over three thresholds.
+
+    All radii are measured anew at the other thresholds, each by the estimator that it has in `measured`.
+
+    Parameters
+    ----------
+    measured : Measurement
+    others : sequence of Elsewhere
+        The same vessels at the other thresholds; without one of them the SD is unknown.
+    volume : Volume
+    look : callable
+        See `densitometry`.
+
+    Warns
+    -----
+    VasowaveWarning
+        Vessels that are not in the lumen of a threshold.
+    """
+    radius = measured.network.radius
+    radii, lengths = [radius], [measured.network.length]
+    unknown = np.full((2, len(radius)), np.nan)
+    for other in others:
+        sizes = _sizes_in(other, measured.tree, volume, np.isfinite(measured.densitometric), look)
         radii.append(sizes[0])
         lengths.append(sizes[1])
+    if len(others) < len(FACTORS):
+        radii.append(unknown[0])
+        lengths.append(unknown[1])
     grey = np.zeros(len(radius)) if measured.grey is None else np.nan_to_num(measured.grey.sd)
     spacing = float(volume.spacing[0])
     spread = np.hypot(np.std(radii, axis=0, ddof=1), grey)
     return replace(measured, radius_sd=spread, length_sd=np.hypot(np.std(lengths, axis=0, ddof=1), ENDS * spacing))
 
 
-def _sizes_in(lumen: Segmentation, tree: Tree, volume: Volume, dense: np.ndarray) -> np.ndarray:
-    lost = ~_in_lumen(tree, lumen)
+def _sizes_in(other: Elsewhere, tree: Tree, volume: Volume, dense: np.ndarray, look: Look) -> np.ndarray:
+    """Return radius and length of every vessel of `tree` at another threshold, NaN where it is not in that lumen."""
+    lost = ~_in_lumen(tree, other)
     if lost.any():
         names = ", ".join(str(row + 1) for row in np.flatnonzero(lost))
-        _warn(f"at threshold {lumen.threshold:g} the lumen does not hold vessel(s) {names}: radius_sd is unknown there")
-    again = in_another_lumen(tree, lumen)
-    network = network_of(again)
+        _warn(f"at threshold {other.threshold:g} the lumen does not hold vessel(s) {names}: radius_sd is unknown there")
+    network = network_of(other.tree)
     inscribed = network.radius
-    radius = np.where(dense, densitometry(again, volume, inscribed).radius, inscribed)
+    radius = np.where(dense, densitometry(other.tree, volume, inscribed, look).radius, inscribed)
     return np.where(lost, np.nan, [radius, network.length])
 
 
-def _in_lumen(tree: Tree, lumen: Segmentation) -> np.ndarray:
+def _in_lumen(tree: Tree, lumen: Elsewhere) -> np.ndarray:
     """Return whether most of each vessel's clear stretch lies in `lumen`."""
     inside = []
     for line, (begin, end) in zip(tree.lines, clear_stretches(tree), strict=True):

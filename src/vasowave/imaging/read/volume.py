@@ -58,6 +58,11 @@ class Volume:
             raise InputError(f"volume: every voxel has grey level {self.grey.flat[0]:g}; is this the right file?")
 
 
+def is_cubic(volume: Volume) -> bool:
+    """Whether the voxels are cubes within 0.1 %."""
+    return bool(np.allclose(volume.spacing, volume.spacing.min(), rtol=1e-3))
+
+
 def isotropic(volume: Volume) -> Volume:
     """Return `volume` resampled linearly to cubes of exactly its smallest spacing; unchanged if cubic within 0.1 %.
 
@@ -65,9 +70,9 @@ def isotropic(volume: Volume) -> Volume:
     """
     from scipy.ndimage import affine_transform
 
-    smallest = float(volume.spacing.min())
-    if np.allclose(volume.spacing, smallest, rtol=1e-3):
+    if is_cubic(volume):
         return volume
+    smallest = float(volume.spacing.min())
     step = smallest / volume.spacing
     counts = np.floor((np.array(volume.grey.shape) - 1) / step + 1e-6).astype(int) + 1
     grey = affine_transform(volume.grey, step, output_shape=tuple(counts), order=1, mode="nearest")

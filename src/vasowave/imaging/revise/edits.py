@@ -13,7 +13,7 @@ the lines, each on what the ones above left.
 """
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -113,10 +113,20 @@ def edited(tree: Tree, edits: tuple[Edit, ...]) -> Tree:
     InputError
         No vessel at a place, an edit that would leave no root, a merge of the root or a terminal; with the line.
     """
+    return edited_alike((tree,), edits)[0]
+
+
+def edited_alike(trees: Sequence[Tree], edits: tuple[Edit, ...]) -> tuple[Tree, ...]:
+    """Return `trees`, which have the same vessels along other axes, after the same edits; see `edited`.
+
+    The vessel that an edit means is looked up in the first tree alone.
+    """
     for edit in edits:
         if edit.action != "root":
-            tree = _ACTIONS[edit.action](tree, edit)
-    return tree
+            row, point = _vessel_at(trees[0], edit)
+            share = trees[0].lines[row].run[point] / trees[0].lines[row].length
+            trees = tuple(_ACTIONS[edit.action](tree, row, share, edit.where) for tree in trees)
+    return tuple(trees)
 
 
 def _unit(words: list[str], where: str) -> float:
@@ -150,11 +160,10 @@ def _vessel_at(tree: Tree, edit: Edit) -> tuple[int, int]:
     return row, point
 
 
-def _removed(tree: Tree, edit: Edit) -> Tree:
-    row = _vessel_at(tree, edit)[0]
+def _removed(tree: Tree, row: int, share: float, where: str) -> Tree:
     parent = int(tree.parent[row])
     if parent < 0:
-        raise InputError(f"{edit.where}: this is the root; without it there is no tree")
+        raise InputError(f"{where}: this is the root; without it there is no tree")
     left = [daughter for daughter in tree.daughters(parent) if daughter != row]
     lines, parents = list(tree.lines), tree.parent.copy()
     gone = _beyond(tree, row)
@@ -166,28 +175,28 @@ def _removed(tree: Tree, edit: Edit) -> Tree:
     return _without(lines, parents, gone)
 
 
-def _cut(tree: Tree, edit: Edit) -> Tree:
-    row, point = _vessel_at(tree, edit)
-    if point < 1:
-        raise InputError(f"{edit.where}: the place is where the vessel begins; use 'remove' to drop the whole vessel")
+def _cut(tree: Tree, row: int, share: float, where: str) -> Tree:
+    """Return `tree` with the vessel ending at a `share` of its length."""
     lines = list(tree.lines)
+    point = int(np.argmin(np.abs(lines[row].run - share * lines[row].length)))
+    if point < 1:
+        raise InputError(f"{where}: the place is where the vessel begins; use 'remove' to drop the whole vessel")
     lines[row] = lines[row][: point + 1]
     return _without(lines, tree.parent.copy(), _beyond(tree, row) - {row})
 
 
-def _merged(tree: Tree, edit: Edit) -> Tree:
-    row = _vessel_at(tree, edit)[0]
+def _merged(tree: Tree, row: int, share: float, where: str) -> Tree:
     parent = int(tree.parent[row])
     daughters = tree.daughters(row)
     if parent < 0 or len(daughters) == 0:
         which = "root" if parent < 0 else "terminal vessel; use 'remove'"
-        raise InputError(f"{edit.where}: 'merge' makes an inner vessel a point, but this is a {which}")
+        raise InputError(f"{where}: 'merge' makes an inner vessel a point, but this is a {which}")
     parents = tree.parent.copy()
     parents[daughters] = parent
     return _without(list(tree.lines), parents, {row})
 
 
-_ACTIONS: dict[str, Callable[[Tree, Edit], Tree]] = {"remove": _removed, "cut": _cut, "merge": _merged}
+_ACTIONS: dict[str, Callable[[Tree, int, float, str], Tree]] = {"remove": _removed, "cut": _cut, "merge": _merged}
 
 
 def _beyond(tree: Tree, row: int) -> set[int]:

@@ -6,12 +6,10 @@ import numpy as np
 from scipy.stats import norm
 
 from vasowave.imaging.lumen.segmentation import Segmentation
-from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.witness.crossings import crossing_doubts
 from vasowave.imaging.witness.doubts import Doubt
-from vasowave.imaging.witness.misfit import surface_misfit
-from vasowave.imaging.witness.skeleton import skeleton_branches
+from vasowave.imaging.witness.skeleton import Branches
 from vasowave.imaging.witness.topology import topology_doubts
 
 LENGTH, RADIUS = 0.10, 0.05
@@ -27,22 +25,23 @@ FILLED = 0.7
 """A vessel with less than this share of the root's contrast is partly filled."""
 
 
-def doubts_about(measured: Measurement, lumen: Segmentation, root: np.ndarray, all_ends: bool) -> tuple[Doubt, ...]:
+def doubts_about(
+    measured: Measurement, lumen: Segmentation, skeleton: Branches, misfit: np.ndarray, all_ends: bool
+) -> tuple[Doubt, ...]:
     """Return what speaks against `measured`.
 
     Parameters
     ----------
     measured : Measurement
     lumen : Segmentation
-    root : float array, shape (3,)
-        Where the blood enters, z, y, x, cm.
+    skeleton : Branches
+        The second tree of the lumen.
+    misfit : float array, shape (vessel,)
+        See `surface_misfit`.
     all_ends : bool
         Whether the tree should have every end of the lumen, see `topology_doubts`.
     """
-    surface = surface_points(lumen)
-    skeleton = skeleton_branches(lumen, root, surface)
     doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends)
-    misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
     doubts += crossing_doubts(measured.tree) + (_shattered(measured) if all_ends else [])
     return (*doubts, *_cut(measured, lumen), *_unsettled(measured), *_uneven(measured, misfit))
 

@@ -72,6 +72,10 @@
     const ends = data.vessels.filter((v) => v.terminal).map((v) => v.points[v.points.length - 1]);
     document.getElementById("outlets").value += ends.map((p) => `${place(p, ",")}\n`).join("");
   });
+  const missing = document.getElementById("missing");
+  if (missing) missing.addEventListener("click", () => {
+    document.getElementById("outlets").value += data.missing.map((p) => `${place(p, ",")}\n`).join("");
+  });
   const view = turntable(canvas, [data.root, ...data.vessels.flatMap((v) => v.points)], draw, pick);
   view.redraw();
 })();

@@ -1,0 +1,114 @@
+"""Stages of an extraction in a folder: a value, what it was made of, and the warnings that came with it.
+
+A stage is believed only if its key, a digest of everything that it depends on, is the one asked for and its file is
+whole (head and arrays carry check sums). Anything else is made anew, in silence: what is kept saves time only.
+"""
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from vasowave.errors import VasowaveWarning
+from vasowave.files import made_inside, write_folder
+from vasowave.imaging.kept.packing import read_value, write_value
+
+T = TypeVar("T")
+FOLDER = "stages"
+_SUFFIX = ".stage"
+
+
+class Stages:
+    """The stages of one extraction.
+
+    It changes while it is used, for what was made anew is written only once the whole extraction has succeeded.
+
+    Parameters
+    ----------
+    parent : Path, optional
+        The extraction's folder, in which they are kept in a folder of their own; without it nothing is kept.
+    """
+
+    def __init__(self, parent: Path | None = None) -> None:
+        self.parent = parent
+        self._asked: set[str] = set()
+        self._fresh: dict[str, tuple[str, Any, tuple[str, ...]]] = {}
+
+    def kept(self, name: str, key: str, make: Callable[[], T]) -> T:
+        """Return what `make` returns, and warn as it does; from the disk, if that stands there under `key`."""
+        if self.parent is None:
+            return make()
+        self._asked.add(name)
+        found = self._read(name, key)
+        if found is None:
+            value, notes = _made(make)
+            self._fresh[name] = key, value, notes
+            return value
+        value, notes = found
+        _warn(notes)
+        return value
+
+    def found(self, name: str, key: str) -> Any:
+        """Return what stands on the disk under `key`, an empty tuple if nothing does."""
+        found = self._read(name, key) if self.parent is not None else None
+        return () if found is None else found[0]
+
+    def keep(self, name: str, key: str, value: Any) -> None:
+        """Keep a value that was made with the help of what was `found`."""
+        self._asked.add(name)
+        self._fresh[name] = key, value, ()
+
+    def save(self) -> None:
+        """Write the stages that were made anew, whole or not at all, and remove those that were not asked for.
+
+        Raises
+        ------
+        InputError
+            The folder cannot be written.
+        """
+        if self.parent is None:
+            return
+        folder = made_inside(self.parent, FOLDER)
+        with write_folder(folder) as part:
+            for name, (key, value, notes) in self._fresh.items():
+                write_value(part / f"{name}{_SUFFIX}", key, (notes, value))
+        for file in folder.glob(f"*{_SUFFIX}"):
+            if file.stem not in self._asked:
+                file.unlink()
+        self._fresh.clear()
+
+    def _read(self, name: str, key: str) -> tuple[Any, tuple[str, ...]] | None:
+        """Return value and warnings of a stage; None where it is not there, not whole, or of something else."""
+        assert self.parent is not None
+        try:
+            notes, value = read_value(self.parent / FOLDER / f"{name}{_SUFFIX}", key)
+            return value, notes
+        except Exception:  # whatever stands there, the stage can be made anew
+            return None
+
+
+def forget_stages(parent: Path) -> None:
+    """Remove what was kept in the extraction's folder `parent`."""
+    folder = made_inside(parent, FOLDER)
+    for file in folder.glob(f"*{_SUFFIX}"):
+        file.unlink()
+    if not any(folder.iterdir()):
+        folder.rmdir()
+
+
+def _made(make: Callable[[], T]) -> tuple[T, tuple[str, ...]]:
+    """Return what `make` returns and what it warned of, having warned."""
+    notes: tuple[str, ...] = ()
+    try:
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", VasowaveWarning)
+            value = make()
+    finally:
+        notes = tuple(str(one.message) for one in told if issubclass(one.category, VasowaveWarning))
+        _warn(notes)
+    return value, notes
+
+
+def _warn(notes: tuple[str, ...]) -> None:
+    for note in notes:
+        warnings.warn(note, VasowaveWarning, stacklevel=4)

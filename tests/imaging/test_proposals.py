@@ -1,0 +1,71 @@
+"""The edits that the review page proposes: readable as edits, and an answer to the doubt they stand below."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.revise.edits import edited, read_edits
+from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.witness.doubts import Doubt
+from vasowave.report.proposals import proposals
+
+
+def straight(start, end, radius):
+    way = np.linspace(start, end, 41)[:, ::-1]
+    return Line(way, np.full(41, radius))
+
+
+@pytest.fixture
+def tree():
+    """Root 1 forks into 2 and 3; 2 forks into 4 and 5; places x y z."""
+    lines = (
+        straight((0, 0, 0), (1, 0, 0), 0.10),
+        straight((1, 0, 0), (2, 1, 0), 0.08),
+        straight((1, 0, 0), (2, -1, 0), 0.05),
+        straight((2, 1, 0), (3, 2, 0), 0.04),
+        straight((2, 1, 0), (3, 1, 0), 0.03),
+    )
+    return Tree(lines, np.array([-1, 0, 0, 1, 1]))
+
+
+def suggested(tree, *doubts, factor=1.0):
+    scaled = tree.times(factor)
+    return proposals(SimpleNamespace(tree=scaled, factor=factor, network=network_of(scaled), doubts=doubts))
+
+
+def taken(edits, tmp_path):
+    """Return the proposed edits as a person takes them up: the # before each of them is taken away."""
+    lines = [line[2:] if line[2:].split()[0] in ("remove", "merge") else line for line in edits]
+    (tmp_path / "edits.txt").write_text("\n".join(lines) + "\n")
+    return read_edits(tmp_path / "edits.txt")
+
+
+@pytest.mark.parametrize("factor", [1.0, 1.02])
+def test_a_doubted_end_may_be_removed(tree, tmp_path, factor):
+    doubt = Doubt("topology", "the second tree has it not", ("5",), tree.lines[4].points[-1:])
+    found = suggested(tree, doubt, doubt, factor=factor)
+    assert len(found.edits) == 2  # the reason and the edit, once
+    assert doubt.text in found.edits[0]
+    assert len(found.outlets) == 0
+    after = edited(tree, taken(found.edits, tmp_path))
+    np.testing.assert_array_equal(after.parent, [-1, 0, 0])
+
+
+def test_a_doubted_inner_vessel_may_be_merged(tree, tmp_path):
+    doubt = Doubt("topology", "joins other vessels", ("2",), tree.lines[1].points[-1:])
+    after = edited(tree, taken(suggested(tree, doubt).edits, tmp_path))
+    np.testing.assert_array_equal(after.parent, [-1, 0, 0, 0])
+
+
+def test_an_end_that_the_tree_lacks_is_an_outlet_to_add(tree):
+    place = np.array([[0.0, -0.5, 1.6]])
+    found = suggested(tree, Doubt("topology", "one more end", ("3",), place))
+    assert found.edits == []
+    np.testing.assert_array_equal(found.outlets, place)
+
+
+def test_a_number_in_doubt_proposes_nothing(tree):
+    found = suggested(tree, Doubt("length", "uncertain", ("2",), tree.lines[1].points[-1:]))
+    assert found.edits == []
