@@ -38,12 +38,12 @@ class Elements(Handler):
     """The attributes of the elements of some names."""
 
     def __init__(self, *tags: str) -> None:
-        self._tags, self.found = tags, list[tuple[str, dict[str, str]]]()
+        self._tags, self.elements = tags, list[tuple[str, dict[str, str]]]()
 
     def start(self, tag: str, given: dict[str, str]) -> None:
         """Take the beginning of an element."""
         if tag in self._tags:
-            self.found.append((tag, given))
+            self.elements.append((tag, given))
 
 
 class Text(Handler):
@@ -76,7 +76,7 @@ class SharedStrings(Text):
 
     def __init__(self) -> None:
         super().__init__()
-        self.found: list[str] = []
+        self.texts: list[str] = []
         self._aside = False
 
     def start(self, tag: str, given: dict[str, str]) -> None:
@@ -91,7 +91,7 @@ class SharedStrings(Text):
         self._wanted = False
         self._aside = self._aside and tag != "rPh"
         if tag == "si":
-            self.found.append(self.text)
+            self.texts.append(self.text)
 
 
 class Styles(Handler):

@@ -59,7 +59,7 @@ def _rows(archive: zipfile.ZipFile, progress: Progress | None) -> Iterator[tuple
     styles = Styles()
     if "xl/styles.xml" in names:
         _parse(archive, "xl/styles.xml", styles)
-    reader = Sheet(Book(shared.found, styles.dates(), epoch))
+    reader = Sheet(Book(shared.texts, styles.dates(), epoch))
     size = max(archive.getinfo(sheet).file_size, 1)
     for read in _fed(archive, sheet, reader):
         yield from reader.taken()
@@ -72,12 +72,12 @@ def _first_sheet(archive: zipfile.ZipFile) -> tuple[str, datetime]:
     book, links = Elements("sheet", "workbookPr"), Elements("Relationship")
     _parse(archive, "xl/workbook.xml", book)
     _parse(archive, "xl/_rels/workbook.xml.rels", links)
-    targets = {one["Id"]: one["Target"] for _, one in links.found}
-    sheets = [one for tag, one in book.found if tag == "sheet" and one.get("state", "visible") == "visible"]
+    targets = {one["Id"]: one["Target"] for _, one in links.elements}
+    sheets = [one for tag, one in book.elements if tag == "sheet" and one.get("state", "visible") == "visible"]
     if not sheets:
         raise InputError(f"no visible sheet; {_AS_CSV}")
     target = targets[next(value for key, value in sheets[0].items() if key.rpartition(":")[2] == "id")]
-    from_1904 = any(one.get("date1904") in ("1", "true") for tag, one in book.found if tag == "workbookPr")
+    from_1904 = any(one.get("date1904") in ("1", "true") for tag, one in book.elements if tag == "workbookPr")
     epoch = datetime(1904, 1, 1) if from_1904 else datetime(1899, 12, 30)
     return (target.lstrip("/") if target.startswith("/") else f"xl/{target}"), epoch
 

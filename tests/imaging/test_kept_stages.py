@@ -139,13 +139,13 @@ def test_any_flipped_bit_or_missing_byte_of_a_stage_is_noticed(tmp_path):
         broken = bytearray(whole)
         broken[place // 8] ^= 1 << place % 8
         file.write_bytes(broken)
-        found = Stages(tmp_path).found("one", "key")
+        found = Stages(tmp_path).stored("one", "key")
         assert found == (), f"bit {place}"
     for count in range(0, len(whole), 5):
         file.write_bytes(whole[:count])
-        assert Stages(tmp_path).found("one", "key") == ()
+        assert Stages(tmp_path).stored("one", "key") == ()
     file.write_bytes(whole + b"x")
-    assert Stages(tmp_path).found("one", "key") == ()
+    assert Stages(tmp_path).stored("one", "key") == ()
 
 
 def test_a_stage_has_another_key_exactly_where_something_that_it_depends_on_is_another(scan, tmp_path, monkeypatch):

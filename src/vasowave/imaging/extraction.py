@@ -142,7 +142,7 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     unedited, cannula = stages.kept("axes", keys.axes, lambda: _tree(lumen, root, said, options))
     tree = edited(unedited, said.edits)
     say("radii")
-    look = Profiles(stages.found("profiles", keys.profiles))
+    look = Profiles(stages.stored("profiles", keys.profiles))
     measured = measured_in(tree, volume, look)
     scale = 1.0 if cannula is None else scale_of(cannula, volume, options.cannula / 2)
     check_root(measured.network, scale, options.cannula / 2)

@@ -22,7 +22,7 @@ POWER = np.log(6.0), 0.5
 SIZE = 0.7
 """SD of the prior of log σ above its median: at most four times larger. Below, all sizes are alike."""
 
-# Nodes in SD. Ends of 5 SD for r in place of 3.5 move no interval of mouse C6 by 1 %.
+# Nodes in SD. Ends of 5 SD for r in place of 3.5 move no interval of mouse C6 by 2 %.
 _RATES, _POWERS, _SIZES = np.linspace(-3.5, 3.5, 15), np.linspace(-2.0, 2.0, 5), np.linspace(-5.0, 3.0, 33)
 _LOOSE = 0.5  # SD of log σ, in that of its prior, above which the prior counts as what decides
 _EXACT = 1e-9  # mmHg: no residual is smaller

@@ -65,10 +65,10 @@ def _check(head: bytes) -> bytes:
 
 
 def _array(file: BinaryIO, kind: str, size: int, check: int) -> np.ndarray:
-    found = np.fromfile(file, np.dtype(kind), size)
-    if found.size != size or zlib.crc32(_bytes(found)) != check:
+    array = np.fromfile(file, np.dtype(kind), size)
+    if array.size != size or zlib.crc32(_bytes(array)) != check:
         raise ValueError("an array is damaged")
-    return found
+    return array
 
 
 def _value(plain: Any, arrays: list[np.ndarray]) -> Any:
@@ -78,10 +78,10 @@ def _value(plain: Any, arrays: list[np.ndarray]) -> Any:
         return plain
     if "kind" in plain:
         return _KINDS[plain["kind"]](**{name: _value(one, arrays) for name, one in plain["fields"].items()})
-    found, shape = arrays[plain["array"]], tuple(plain["shape"])
+    array, shape = arrays[plain["array"]], tuple(plain["shape"])
     if plain["type"] == _BITS:
-        found = np.unpackbits(found, count=int(np.prod(shape)))
-    return found.view(plain["type"]).reshape(shape)
+        array = np.unpackbits(array, count=int(np.prod(shape)))
+    return array.view(plain["type"]).reshape(shape)
 
 
 def _plain(value: Any, arrays: list[np.ndarray]) -> Any:

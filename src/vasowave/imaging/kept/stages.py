@@ -39,22 +39,22 @@ class Stages:
         if self.parent is None:
             return make()
         self._asked.add(name)
-        found = self._read(name, key)
-        if found is None:
+        stored = self._read(name, key)
+        if stored is None:
             value, notes = _made(make)
             self._fresh[name] = key, value, notes
             return value
-        value, notes = found
+        value, notes = stored
         _warn(notes)
         return value
 
-    def found(self, name: str, key: str) -> Any:
+    def stored(self, name: str, key: str) -> Any:
         """Return what stands on the disk under `key`, an empty tuple if nothing does."""
-        found = self._read(name, key) if self.parent is not None else None
-        return () if found is None else found[0]
+        stored = self._read(name, key) if self.parent is not None else None
+        return () if stored is None else stored[0]
 
     def keep(self, name: str, key: str, value: Any) -> None:
-        """Keep a value that was made with the help of what was `found`."""
+        """Keep a value that was made with the help of what was `stored`."""
         self._asked.add(name)
         self._fresh[name] = key, value, ()
 

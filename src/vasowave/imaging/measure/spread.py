@@ -68,7 +68,7 @@ def elsewhere(
         No lumen at a threshold, which is then left out.
     """
     part = _around(volume, tree, root)
-    found = []
+    others = []
     for level in (factor * threshold for factor in FACTORS):
         try:
             lumen = segmenter(part, level, root)
@@ -76,8 +76,8 @@ def elsewhere(
         except InputError as error:
             _warn(f"at threshold {level:g} no tree, so radius_sd is unknown: {error}")
             continue
-        found.append(Elsewhere(again, level, lumen.mask, lumen.origin, lumen.spacing))
-    return tuple(found)
+        others.append(Elsewhere(again, level, lumen.mask, lumen.origin, lumen.spacing))
+    return tuple(others)
 
 
 def with_spread(
