@@ -34,27 +34,22 @@ class Wall(Protocol):
     @staticmethod
     def law() -> Law:
         """Return what is said of the law."""
-        ...
 
     @staticmethod
     def pressure_at(a: Values, *parameters: Values) -> Values:
         """Pressure, mmHg, at area ratio a."""
-        ...
 
     @staticmethod
     def ratio_at(p: Values, *parameters: Values) -> Values:
         """Area ratio at pressure p."""
-        ...
 
     @staticmethod
     def slope_at(p: Values, *parameters: Values) -> Values:
         """Derivative of the area ratio, 1/mmHg, at pressure p."""
-        ...
 
     @staticmethod
     def limits(*parameters: Values) -> tuple[Values, Values]:
         """Area ratios between which the law holds."""
-        ...
 
 
 class LinearWall(NamedTuple):
