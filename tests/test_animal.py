@@ -178,7 +178,7 @@ def test_the_error_of_a_ratio_is_small_where_its_parts_go_together():
     # Both errors are 0.3 and their correlation is 0.3: the variance of the ratio is 2 · 0.09 · (1 - 0.3).
     assert errors["p1_over_gamma"][0] == pytest.approx(np.sqrt(2 * 0.09 * 0.7), rel=1e-6)
     assert errors["p1"][0] == pytest.approx(0.3, rel=1e-6)
-    assert errors["p1"][1] == pytest.approx(2.306 * 0.3, rel=1e-3)  # t with 8 degrees of freedom
+    assert errors["p1"][1] == pytest.approx(1.959964 * 0.3, rel=1e-6)
 
 
 def test_flow_noise_is_told_by_the_scatter_of_the_beats():

@@ -111,6 +111,7 @@ def test_weights_are_those_of_the_differences_of_aicc_and_sum_to_one():
     assert np.log(ratio) == pytest.approx(expected, abs=1e-6)
 
 
+@pytest.mark.validation
 def test_an_animals_tree_holds_the_average_and_how_the_wall_stiffens():
     fits = three_fits()
     animal = Animal("mouse", "CTL", fits[0].model.network, fits[0].recording, synthetic=True)
