@@ -21,6 +21,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -85,7 +86,8 @@ def mutants_of(file: Path) -> Iterator[Mutant]:
         elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
             yield Mutant(file, node.lineno, _column(lines, node), "not ", "")
         elif isinstance(node, ast.Constant) and type(node.value) in (int, float) and node.lineno == node.end_lineno:
-            column, old = _column(lines, node), ast.get_source_segment(text, node) or ""
+            column = _column(lines, node)
+            old = lines[node.lineno - 1].encode()[node.col_offset : node.end_col_offset].decode()
             yield Mutant(file, node.lineno, column, old, _other_number(old, node.value))
         elif isinstance(node, ast.Constant) and type(node.value) is bool:
             yield Mutant(file, node.lineno, _column(lines, node), str(node.value), str(not node.value))
@@ -138,11 +140,17 @@ def _name(file: Path) -> str:
 
 
 def _imports(file: Path, module: str) -> bool:
-    text, (room, _, name) = file.read_text(encoding="utf-8"), module.rpartition(".")
-    return bool(
-        re.search(rf"^\s*(from {re.escape(module)} import|import {re.escape(module)}\b)", text, re.MULTILINE)
-        or re.search(rf"^\s*from {re.escape(room)} import .*\b{name}\b", text, re.MULTILINE)
-    )
+    return module in _imported(file)
+
+
+@cache
+def _imported(file: Path) -> frozenset[str]:
+    """Return all that a file imports, modules and names in them; imports in its strings count too."""
+    text = file.read_text(encoding="utf-8")
+    modules = set(re.findall(r"^\s*import ([\w.]+)", text, re.MULTILINE))
+    for room, names in re.findall(r"^\s*from ([\w.]+) import (.*)", text, re.MULTILINE):
+        modules |= {room, *(f"{room}.{name}" for name in re.findall(r"\w+", names))}
+    return frozenset(modules)
 
 
 def noticed_by(mutant: Mutant, whole: bool = False) -> str:

@@ -145,6 +145,7 @@ def test_the_spread_over_thresholds_is_that_of_the_edited_tree(scan, tmp_path):
     np.testing.assert_allclose(lengths, [0.3, 0.35, 0.65], atol=0.04)
 
 
+@pytest.mark.validation
 def test_a_voxel_size_that_is_wrong_by_5_percent_is_put_right_by_the_cannula(scan, tmp_path):
     _, embedding, volume = scan
     shift = 1.05

@@ -85,6 +85,7 @@ def test_every_vessel_stands_in_the_table_and_in_the_view(page):
     assert rows == 1 + len(NETWORK)
 
 
+@pytest.mark.validation
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine")
 def test_in_a_browser_the_tree_turns_and_a_click_gives_an_outlets_place(page, tmp_path):
     path, embedding = page

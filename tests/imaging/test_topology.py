@@ -49,6 +49,7 @@ def test_a_vessel_that_hardly_leaves_its_parent_is_found_and_nothing_else(stub):
     assert len(found) == len(network) == len(match(network, found))
 
 
+@pytest.mark.validation
 def test_a_threshold_changed_by_a_fifth_changes_radii_smoothly_and_the_topology_not_at_all(stub):
     network, _, volume = stub
     inscribed, densitometric = [], []
