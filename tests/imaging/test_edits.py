@@ -1,35 +1,19 @@
 import numpy as np
 import pytest
+from made_tree import forked_tree, straight
 
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.revise.edits import edited, read_edits, root_of
 from vasowave.imaging.revise.parts import first_generations, largest_vessels, wider_than
-from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.tree import Tree
 from vasowave.network import Network
-
-
-def straight(start, end, radius, points=41):
-    """A vessel from `start` to `end`, x y z in cm; the tree holds z y x."""
-    way = np.linspace(start, end, points)[:, ::-1]
-    return Line(way, np.full(points, radius))
 
 
 @pytest.fixture
 def tree():
-    """Root 1 forks into 2 and 3; 2 forks into 4 and 5; all in the plane z = 0.
-
-    ::   1: (0,0)-(1,0)   2: (1,0)-(2,1)   3: (1,0)-(2,-1)   4: (2,1)-(3,2)   5: (2,1)-(3,1)
-    """
-    lines = (
-        straight((0, 0, 0), (1, 0, 0), 0.10),
-        straight((1, 0, 0), (2, 1, 0), 0.08),
-        straight((1, 0, 0), (2, -1, 0), 0.05),
-        straight((2, 1, 0), (3, 2, 0), 0.04),
-        straight((2, 1, 0), (3, 1, 0), 0.03),
-    )
-    return Tree(lines, np.array([-1, 0, 0, 1, 1]))
+    return forked_tree()
 
 
 def after(tree, tmp_path, text):

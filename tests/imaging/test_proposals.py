@@ -4,30 +4,17 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from made_tree import forked_tree
 
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.revise.edits import edited, read_edits
-from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.report.proposals import proposals
 
 
-def straight(start, end, radius):
-    way = np.linspace(start, end, 41)[:, ::-1]
-    return Line(way, np.full(41, radius))
-
-
 @pytest.fixture
 def tree():
-    """Root 1 forks into 2 and 3; 2 forks into 4 and 5; places x y z."""
-    lines = (
-        straight((0, 0, 0), (1, 0, 0), 0.10),
-        straight((1, 0, 0), (2, 1, 0), 0.08),
-        straight((1, 0, 0), (2, -1, 0), 0.05),
-        straight((2, 1, 0), (3, 2, 0), 0.04),
-        straight((2, 1, 0), (3, 1, 0), 0.03),
-    )
-    return Tree(lines, np.array([-1, 0, 0, 1, 1]))
+    return forked_tree()
 
 
 def suggested(tree, *doubts, factor=1.0):

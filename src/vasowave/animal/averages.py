@@ -7,7 +7,8 @@ import xarray as xr
 
 from vasowave.animal.quantities import SHARES
 from vasowave.errors import InputError
-from vasowave.selection.averaging import LEVEL, averaged, law_weights
+from vasowave.noise.spectrum import LEVEL
+from vasowave.selection.averaging import averaged, law_weights
 
 AVERAGED = ("wave_speed", "area_compliance", "R_T", "a", "C_p")
 """Quantities that mean the same under every law."""

@@ -9,9 +9,9 @@ import xarray as xr
 from vasowave.analysis import compliance
 from vasowave.animal.signals import Station
 from vasowave.calibration import Fit
-from vasowave.calibration.uncertainty import LEVEL, NORMAL
 from vasowave.descriptions import Quantity
 from vasowave.model import Model
+from vasowave.noise.spectrum import LEVEL, NORMAL
 from vasowave.nominal import Nominal
 from vasowave.outlets import Windkessel
 from vasowave.recording import Recording

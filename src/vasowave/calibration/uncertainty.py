@@ -8,13 +8,7 @@ import pandas as pd
 
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
-from vasowave.noise.spectrum import known_variance, least_squares_covariance, likely_spectra
-
-LEVEL = 0.95
-"""Level of the intervals, symmetric in the logarithm of a parameter."""
-
-NORMAL = 1.959964
-"""Half width of such an interval in standard errors."""
+from vasowave.noise.spectrum import NORMAL, known_variance, least_squares_covariance, likely_spectra
 
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 _NEAR_BOUND = 1e-3  # in the logarithm

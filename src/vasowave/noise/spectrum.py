@@ -10,6 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+LEVEL = 0.95
+"""Level of all intervals."""
+
+NORMAL = 1.959964
+"""Half width of such an interval of a normal distribution, in standard errors."""
+
 HARMONICS = 20
 """Harmonics by which spectra are judged: those that the averaged cycle of a mouse carries."""
 
@@ -26,8 +32,6 @@ SIZE = 0.7
 _RATES, _POWERS, _SIZES = np.linspace(-3.5, 3.5, 15), np.linspace(-2.0, 2.0, 5), np.linspace(-5.0, 3.0, 33)
 _LOOSE = 0.5  # SD of log σ, in that of its prior, above which the prior counts as what decides
 _EXACT = 1e-9  # mmHg: no residual is smaller
-_LEVEL = 0.95
-_NORMAL = 1.959964  # half width of a 95 % interval, in standard errors
 _HALVINGS = 40
 _MATTERS = 1e-6  # probability of a spectrum below which it is left out
 
@@ -159,7 +163,7 @@ def least_squares_covariance(jacobian: np.ndarray, spectra: Spectra, ranges: np.
     spectra : Spectra
     ranges : array, shape (D,), optional
     """
-    variance = (_reach(np.sqrt(spectra.variance.T), spectra.probability) / _NORMAL) ** 2
+    variance = (_reach(np.sqrt(spectra.variance.T), spectra.probability) / NORMAL) ** 2
     inverse = _inverse(fourier(jacobian), variance, ranges)
     return np.asarray((inverse * variance) @ inverse.T)
 
@@ -173,7 +177,7 @@ def _reach(deviations: np.ndarray, probability: np.ndarray) -> np.ndarray:
     low, high = np.zeros(len(parts)), 10 * parts.max(axis=1)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        short = ndtr(middle[:, np.newaxis] / parts) @ share < 0.5 + 0.5 * _LEVEL
+        short = ndtr(middle[:, np.newaxis] / parts) @ share < 0.5 + 0.5 * LEVEL
         low, high = np.where(short, middle, low), np.where(short, high, middle)
     return high
 

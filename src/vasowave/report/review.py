@@ -71,7 +71,7 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         table=_page_table(extraction),
         settings=settings_rows(extraction),
         provenance=origin,
-        tree=_tree_data(extraction),
+        tree=_tree_data(extraction, suggested.outlets),
     )
 
 
@@ -104,7 +104,7 @@ def _source(extraction: Extraction) -> str:
     return "an image that was given as such" if extraction.source is None else str(extraction.source)
 
 
-def _tree_data(extraction: Extraction) -> str:
+def _tree_data(extraction: Extraction, ends: np.ndarray) -> str:
     network, vessels = extraction.network, []
     terminals = set(network.terminals.tolist())
     for row, line in enumerate(extraction.tree.lines):
@@ -121,7 +121,7 @@ def _tree_data(extraction: Extraction) -> str:
         if one.about == "topology"
     ]
     marks = [place for own in places for place in own]
-    missing = np.round(extraction.factor * proposals(extraction).outlets[:, ::-1], 5).tolist()
+    missing = np.round(extraction.factor * ends[:, ::-1], 5).tolist()
     data = {"factor": extraction.factor, "root": root, "vessels": vessels, "doubts": marks, "missing": missing}
     return json.dumps(data).replace("<", "\\u003c")
 

@@ -7,9 +7,7 @@ import numpy as np
 import xarray as xr
 
 from vasowave.errors import InputError
-
-LEVEL = 0.95
-"""Level of the intervals."""
+from vasowave.noise.spectrum import LEVEL
 
 
 class Averaged(NamedTuple):
