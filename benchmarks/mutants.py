@@ -3,16 +3,19 @@
 uv run python benchmarks/mutants.py 5                  five mutants: minutes
 uv run python benchmarks/mutants.py 100 --seed 3       an afternoon
 uv run python benchmarks/mutants.py 20 --in imaging    only in one part of the package
-uv run python benchmarks/mutants.py 100 --docs --whole
+uv run python benchmarks/mutants.py --record        once: which files of tests run which lines (20 minutes)
+uv run python benchmarks/mutants.py 100 --docs
 
 A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed,
-`and` for `or`, a condition negated. Lines are drawn evenly from all of src. The tests that belong to a module
-are the three nearest that import it, or else what imports it; with --whole all default tests run. Exit code 1: a mutant
-survived.
+`and` for `or`, a condition negated. Lines are drawn evenly from all of src. A mutant meets the files of tests that
+run its line, by the record in build/, the quick ones first and those with the module's own name before all; without a
+record, and for lines that nothing records (compiled kernels), the three nearest that import the module, or else what
+imports it. With --whole all default tests run. Exit code 1: a mutant survived.
 """
 
 import argparse
 import ast
+import json
 import os
 import random
 import re
@@ -20,6 +23,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -30,7 +34,9 @@ from robustness_page import put
 ROOT = Path(__file__).parents[1]
 SOURCE, TESTS = ROOT / "src" / "vasowave", ROOT / "tests"
 LONGEST = 900  # s; a mutant that makes the tests hang is noticed
-FEW = 3  # files of tests for one mutant, those with the module's own name first
+FEW = 3  # files of tests that import a module, those with its own name first
+PATIENCE = 120  # s of recorded time that the tests of one mutant may take
+RECORD = ROOT / "build" / "tests of lines.json"
 
 COMPARED = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
 OPERATED = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Pow: "*"}
@@ -120,7 +126,55 @@ def drawn(count: int, seed: int, part: str = "") -> list[Mutant]:
     return [rng.choice(lines[where]) for where in rng.sample(sorted(lines), min(count, len(lines)))]
 
 
-def tests_of(file: Path) -> list[Path]:
+def tests_of(mutant: Mutant) -> list[Path]:
+    """Return the files of tests that run a mutant's line, the module's namesakes and the quick ones first."""
+    record = _record()
+    running = record["lines"].get(str(mutant.file.relative_to(ROOT)), {}).get(str(_statement(mutant)))
+    if not running:
+        return nearest_tests(mutant.file)
+    seconds = record["seconds"]
+    running.sort(key=lambda test: (mutant.file.stem not in Path(test).stem, seconds[test]))
+    chosen, spent = [], 0.0
+    for test in running:
+        if spent + seconds[test] < PATIENCE or not chosen:
+            chosen.append(ROOT / test)
+            spent += seconds[test]
+    return chosen
+
+
+def _statement(mutant: Mutant) -> int:
+    """Return the line on which the statement of a mutant begins, where its coverage is counted."""
+    nodes = ast.walk(ast.parse(mutant.file.read_text(encoding="utf-8")))
+    around = [node for node in nodes if isinstance(node, ast.stmt) and node.lineno <= mutant.line <= node.end_lineno]
+    return max(node.lineno for node in around)
+
+
+@cache
+def _record() -> dict[str, dict]:
+    return json.loads(RECORD.read_text()) if RECORD.exists() else {"lines": {}, "seconds": {}}
+
+
+def record_lines() -> None:
+    """Run every file of default tests under coverage and keep which lines it runs, and how long it takes."""
+    lines: dict[str, dict[str, list[str]]] = {}
+    seconds: dict[str, float] = {}
+    for test in sorted(str(file.relative_to(ROOT)) for file in TESTS.rglob("test_*.py")):
+        with tempfile.TemporaryDirectory() as name:
+            data, table = Path(name) / "data", Path(name) / "lines.json"
+            coverage = [sys.executable, "-m", "coverage"]
+            options = ["run", f"--data-file={data}", f"--source={SOURCE}", "-m"]
+            begun = time.monotonic()
+            subprocess.run([*coverage, *options, "pytest", "-q", "-n", "0", test], cwd=ROOT, check=False)
+            seconds[test] = time.monotonic() - begun
+            subprocess.run([*coverage, "json", "-q", f"--data-file={data}", "-o", str(table)], cwd=ROOT, check=False)
+            for file, found in json.loads(table.read_text())["files"].items() if table.exists() else ():
+                for line in found["executed_lines"]:
+                    lines.setdefault(file, {}).setdefault(str(line), []).append(test)
+    RECORD.parent.mkdir(exist_ok=True)
+    RECORD.write_text(json.dumps({"seconds": seconds, "lines": lines}))
+
+
+def nearest_tests(file: Path) -> list[Path]:
     """Return the files of tests that import a module, or else what imports it, and so on; its namesakes first."""
     tests, modules = sorted(TESTS.rglob("test_*.py")), [_name(file)]
     near: list[Path] = []
@@ -155,7 +209,7 @@ def _imported(file: Path) -> frozenset[str]:
 
 def noticed_by(mutant: Mutant, whole: bool = False) -> str:
     """Return the test that fails with the mutant, or why it could not run; empty if it survives."""
-    chosen = [str(TESTS)] if whole else [str(test) for test in tests_of(mutant.file)]
+    chosen = [str(TESTS)] if whole else [str(test) for test in tests_of(mutant)]
     with tempfile.TemporaryDirectory(prefix="mutant-") as name:
         folder = Path(name).resolve()
         shutil.copytree(SOURCE, folder / "vasowave", ignore=shutil.ignore_patterns("__pycache__"))
@@ -191,13 +245,17 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--in", dest="part", default="", help="word in the path of the file")
     parser.add_argument("--whole", action="store_true", help="run all default tests")
+    parser.add_argument("--record", action="store_true", help="only find out which files of tests run which lines")
     parser.add_argument("--list", action="store_true", help="only say which mutants are drawn, and their tests")
     parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
     arguments = parser.parse_args()
+    if arguments.record:
+        record_lines()
+        return 0
     found: dict[Mutant, str] = {}
     for mutant in drawn(arguments.count, arguments.seed, arguments.part):
         if arguments.list:
-            print(mutant, *(test.name for test in tests_of(mutant.file)))
+            print(mutant, *(test.name for test in tests_of(mutant)))
             continue
         found[mutant] = noticed_by(mutant, arguments.whole)
         print(f"{mutant}: {found[mutant] or 'SURVIVED'}", flush=True)
