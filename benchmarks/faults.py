@@ -1,6 +1,6 @@
 """Break the machine under a running study in known ways, and see what the program says and how it goes on.
 
-uv run python benchmarks/faults.py               every fault: a quarter of an hour
+uv run python benchmarks/faults.py               every fault: half an hour
 uv run python benchmarks/faults.py disk clock    only those with one of these words in their name
 uv run python benchmarks/faults.py --docs
 
@@ -20,6 +20,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -75,8 +76,9 @@ def run(
 ) -> Said:
     """Run the study; `meanwhile` is called with the process once the first animal is kept."""
     command = [*before, *PROGRAM, str(folder), "--workers", "1", "--no-report", *more]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
-    late = threading.Timer(LONGEST, process.kill)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    process = subprocess.Popen(command, **pipes, start_new_session=True, **options)
+    late = threading.Timer(LONGEST, os.killpg, (process.pid, signal.SIGKILL))  # with its workers, which hold the pipe
     late.start()
     if meanwhile is not None:
         while process.poll() is None and not list((folder / "results" / "cache").glob("*.nc")):
@@ -134,9 +136,11 @@ def worker_killed(folder: Path) -> Said:
     return run(folder, meanwhile=kill_children)
 
 
-def memory_limit(folder: Path) -> Said:
+def memory_limit(size: float, folder: Path) -> Said:
+    """Let every process have `size` GB of addresses: too little for the solver, or even for loading what it needs."""
+
     def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_AS, (900_000_000,) * 2)
+        resource.setrlimit(resource.RLIMIT_AS, (round(size * 1e9),) * 2)
 
     return run(folder, preexec_fn=limit)
 
@@ -206,7 +210,9 @@ FAULTS: dict[str, Fault] = {
     "program killed": killed,
     "program interrupted (Ctrl-C)": interrupted,
     "worker killed": worker_killed,
-    "memory limited to 0.9 GB": memory_limit,
+    "memory limited to 0.9 GB": partial(memory_limit, 0.9),
+    "memory limited to 0.78 GB": partial(memory_limit, 0.78),
+    "memory limited to 0.7 GB": partial(memory_limit, 0.7),
     "recordings vanish": recordings_vanish,
     "results/ removed": results_removed,
     "clock jumps back": clock_jumps_back,

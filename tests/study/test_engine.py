@@ -1,12 +1,16 @@
+import errno
 import io
 import logging
+import multiprocessing
+import multiprocessing.queues
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
@@ -15,6 +19,7 @@ import cheap_tasks
 import pytest
 
 from vasowave.errors import InputError
+from vasowave.memory import is_starved
 from vasowave.study import engine, executors
 from vasowave.study.engine import Job, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
@@ -89,6 +94,47 @@ def test_one_that_kills_its_process_is_found_out_and_the_others_go_on(tmp_path):
     assert set(kept) == {"a", "b", "c"}
     assert set(failures) == {"deadly"}
     assert "died" in failures["deadly"]
+
+
+def test_one_that_runs_out_of_memory_beside_others_is_computed_alone(tmp_path):
+    kept, failures = run(cheap_tasks.starved_once, ["a", "b"], tmp_path / "log", in_threads)
+    assert set(kept) == {"a", "b"}
+    assert not failures
+
+
+def test_one_that_has_no_memory_even_alone_is_named_with_what_to_do(tmp_path):
+    kept, failures = run(cheap_tasks.always_starved, ["greedy"], tmp_path / "log", in_threads)
+    assert not kept
+    assert "ran out of memory" in failures["greedy"]
+    assert "please report" not in failures["greedy"]
+
+
+def test_a_pool_whose_own_thread_dies_of_a_lack_of_memory_breaks_instead_of_waiting(monkeypatch):
+    def starve(*anything, **more):
+        raise RuntimeError("can't start new thread")
+
+    with process_pool(1) as pool:
+        monkeypatch.setattr(multiprocessing.queues.Queue, "put", starve)
+        waiting = pool.submit(time.sleep, 60)
+        with pytest.raises(BrokenExecutor, match="no memory left"):
+            waiting.result(timeout=30)
+        with pytest.raises(BrokenExecutor, match="no memory left"):
+            pool.submit(time.sleep, 0).result(timeout=30)
+    assert not multiprocessing.active_children()
+
+
+@pytest.mark.parametrize(
+    ("error", "starved"),
+    [
+        (MemoryError(), True),
+        (OSError(errno.ENOMEM, "x"), True),
+        (ImportError("libssl.so.3: failed to map segment from shared object"), True),
+        (ImportError("No module named 'netCDF4'"), False),
+        (OSError(errno.ENOSPC, "No space left on device"), False),
+    ],
+)
+def test_a_lack_of_memory_is_known_by_its_many_words(error, starved):
+    assert is_starved(error) is starved
 
 
 def test_workers_share_the_cores(tmp_path):

@@ -18,6 +18,7 @@ _INTERRUPTED = 130  # exit status after Ctrl-C
 def run() -> None:
     """Run the command line; every error of ours becomes one readable message and its exit status."""
     from vasowave.errors import InputError, VasowaveError, VasowaveWarning
+    from vasowave.memory import is_starved
 
     def show(message: Warning | str, category: type[Warning], *rest: object, **more: object) -> None:
         if issubclass(category, VasowaveWarning):
@@ -29,6 +30,13 @@ def run() -> None:
     except VasowaveError as error:
         typer.echo(f"Error: {error}", err=True)
         sys.exit(WRONG_INPUT if isinstance(error, InputError) else FAILED)
+    except Exception as error:
+        if not is_starved(error):
+            raise
+        typer.echo(
+            "Error: out of memory; what had finished is kept; give this program more of it and run again", err=True
+        )
+        sys.exit(FAILED)
     except SystemExit as leaving:
         if leaving.code == _INTERRUPTED:
             typer.echo("Interrupted; nothing half-written was left.", err=True)

@@ -13,11 +13,14 @@ from typing import Any, NamedTuple
 from vasowave.errors import InputError, VasowaveError
 from vasowave.files import is_full
 from vasowave.kernels import seconds_compiling
+from vasowave.memory import is_starved
 from vasowave.study.fingerprint import source_digest
 from vasowave.threads import VARIABLE, cores
 
 Pools = Callable[[int], AbstractContextManager[Executor]]
 """Gives an executor with (up to) the stated number of workers."""
+
+_DIED = "its process died or ran out of memory, also when nothing ran beside it; give it more memory and run again"
 
 
 @dataclass(frozen=True)
@@ -105,11 +108,11 @@ def run_jobs(
     while waiting:
         with pools(min(workers, len(waiting))) as executor:
             suspects += run.round(executor, waiting, workers)
-    # A process died under them. Each alone, so that the one that kills its process is known.
+    # A process died under them, or its memory did not suffice. Each alone, so that the one that does it is known.
     for job in suspects:
         with pools(1) as executor:
             if run.round(executor, deque([job]), 1):
-                run.failed(job, "the process that computed it died (out of memory? killed?)")
+                run.failed(job, _DIED)
     return run.failures
 
 
@@ -208,8 +211,11 @@ class _Run:
 
 
 def _is_lost(future: Future[Any]) -> bool:
-    """Whether what computed a piece is gone: its process, or the scheduler of a cluster, whose work is cancelled."""
-    return future.cancelled() or isinstance(future.exception(), (BrokenExecutor, CancelledError))
+    """Whether what computed a piece is gone: its process, its memory, or the scheduler of a cluster, with its work."""
+    if future.cancelled():
+        return True
+    error = future.exception()
+    return isinstance(error, (BrokenExecutor, CancelledError)) or is_starved(error)
 
 
 class Performed(NamedTuple):
@@ -234,6 +240,8 @@ def _why(error: BaseException) -> str:
     """Return why a piece failed, in words; for a failure that nobody foresaw, also where."""
     if isinstance(error, VasowaveError):
         return str(error)
+    if is_starved(error):
+        return "out of memory; give this program more of it, or close others, and run again"
     frames = traceback.extract_tb(error.__traceback__)
     remote = str(error.__cause__ or "").strip().splitlines()
     lines = [line.strip() for line in remote if line.strip().startswith("File ")]

@@ -4,17 +4,28 @@ import logging
 import os
 import signal
 import threading
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, InvalidStateError, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from multiprocessing import active_children, get_context, parent_process
+from typing import Any, TypeVar
+from weakref import WeakSet
 
 from vasowave.errors import InputError
+from vasowave.memory import is_starved
 from vasowave.threads import limit_threads
 
-_LOADED_LATE = ("scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.stats", "dask.array")
+_LOADED_LATE = (
+    *("scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.stats", "dask.array"),
+    *("vasowave.study.loading", "vasowave.solver.ready"),
+)
 """What an analysis loads when it first needs it; xarray looks for Dask, which need not be there."""
+
+_PATIENCE = 5.0  # s, for a process that was told to end
+
+_T = TypeVar("_T")
 
 
 @contextmanager
@@ -24,18 +35,60 @@ def process_pool(workers: int, threads: int = 1, laws: Sequence[str] = ()) -> It
     The kernels of the wall laws are compiled first, each law by another process, where they are not there already.
     """
     before = set(active_children())
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), _start_worker, (threads,))
+    pool = _Pool(workers, get_context("spawn"), _start_worker, (threads,))
     try:
-        for law in laws:
-            pool.submit(_compile_kernels, law)
-        yield pool
+        with pool.watched():
+            for law in laws:
+                pool.submit(_compile_kernels, law)
+            yield pool
+        pool.shutdown()
     except BaseException:
-        # Nobody waits for the results any more, and a task may have minutes to go.
-        for process in set(active_children()) - before:
-            process.terminate()
         pool.shutdown(wait=False, cancel_futures=True)
         raise
-    pool.shutdown()
+    finally:
+        # After an error nobody waits for the results any more, and a task may have minutes to go.
+        for process in set(active_children()) - before:
+            process.terminate()
+            process.join(_PATIENCE)
+
+
+class _Pool(ProcessPoolExecutor):
+    """A pool that breaks when one of its own threads dies of a lack of memory; by itself it would wait for ever."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._given: WeakSet[Future[Any]] = WeakSet()
+        self._lost = False
+
+    def submit(self, function: Callable[..., _T], /, *arguments: Any, **options: Any) -> Future[_T]:
+        future = super().submit(function, *arguments, **options)
+        self._given.add(future)
+        if self._lost:
+            self._break()
+        return future
+
+    def _break(self) -> None:
+        self._lost = True
+        for future in list(self._given):
+            with suppress(InvalidStateError):
+                future.set_exception(BrokenProcessPool("no memory left for the pool itself"))
+
+    @contextmanager
+    def watched(self) -> Iterator[None]:
+        """Hear of threads of this process that die, while the block runs."""
+        before = threading.excepthook
+
+        def hear(died: threading.ExceptHookArgs) -> None:
+            if type(died.thread).__module__ == ProcessPoolExecutor.__module__ and is_starved(died.exc_value):
+                self._break()
+            else:
+                before(died)
+
+        threading.excepthook = hear
+        try:
+            yield
+        finally:
+            threading.excepthook = before
 
 
 @contextmanager
@@ -87,8 +140,11 @@ def _start_worker(threads: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program that waits for us
     threading.Thread(target=_end_with_parent, daemon=True).start()
     for name in _LOADED_LATE:  # now, so that the first piece tells how long the others will take
-        with suppress(ImportError):
+        try:
             import_module(name)
+        except (ImportError, MemoryError) as error:
+            if is_starved(error):
+                os._exit(1)  # the program that waits for us says it in words
 
 
 def _end_with_parent() -> None:
