@@ -8,6 +8,7 @@ import typer
 
 from vasowave.cli.app import FAILED, app
 from vasowave.cli.progress import show_read
+from vasowave.threads import cores
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
 _RESULTS = typer.Argument(help="The folder of a study or of a fit.")
@@ -153,7 +154,7 @@ def _run(
     )
     computed = time.monotonic()
     say(f"Results: {done.results} ({computed - begun:.0f} s)")
-    page = report_study(plan.path, pdf=pdf) if report else None
+    page = report_study(plan.path, pdf, workers or cores()) if report else None
     if page is not None:
         say(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
     if as_json:
@@ -171,7 +172,7 @@ def make_report(
     """Make page, tables and figures anew from the stored results alone, without simulating."""
     from vasowave.study.reporting import report_study
 
-    typer.echo(f"Report: {report_study(folder, pdf=pdf)}")
+    typer.echo(f"Report: {report_study(folder, pdf, cores())}")
 
 
 __all__ = ["add", "check", "demo", "make_report", "new", "run", "status"]

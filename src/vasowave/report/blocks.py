@@ -118,8 +118,17 @@ class Drawing:
     @cached_property
     def svg(self) -> str:
         """The figure as SVG text, its panels lettered."""
-        lettered(self.figure)
-        return svg(self.figure)
+        return drawn(self.figure)
+
+    def keep(self, text: str) -> None:
+        """Take what another process drew for `svg`."""
+        self.__dict__["svg"] = text
+
+
+def drawn(figure: "Figure") -> str:
+    """Return a figure as SVG text, its panels lettered."""
+    lettered(figure)
+    return svg(figure)
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,17 @@
 """Figures and tables of a report as files: SVG; CSV in full precision, LaTeX as they stand on the page."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
 from vasowave.columns import spreadsheet_cell
-from vasowave.report.blocks import Drawing, Table
+from vasowave.report.blocks import Drawing, Table, drawn
+
+Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
+"""Applies a function to each of many things, in order, as the built-in `map` does; perhaps in other processes."""
 
 _LATEX = {
     **{mark: f"\\{mark}" for mark in "&%$#_{}"},
@@ -26,10 +30,11 @@ _PIECE = re.compile(
 )
 
 
-def write_figures(drawings: Sequence[Drawing], folder: Path) -> None:
-    """Write every figure to `folder` as SVG with editable letters."""
+def write_figures(drawings: Sequence[Drawing], folder: Path, each: Each = map) -> None:
+    """Write every figure to `folder` as SVG with editable letters; `each` may draw several at a time."""
     folder.mkdir(parents=True, exist_ok=True)
-    for drawing in drawings:
+    for drawing, text in zip(drawings, each(drawn, [one.figure for one in drawings]), strict=True):
+        drawing.keep(text)
         (folder / f"{drawing.name}.svg").write_text(drawing.svg, encoding="utf-8")
 
 

@@ -12,7 +12,7 @@ from vasowave.figures.style import style
 from vasowave.files import write_folder
 from vasowave.report.blocks import REPORT, SUPPLEMENT, Report
 from vasowave.report.contents import report_of, supplement_of
-from vasowave.report.files import write_figures, write_tables
+from vasowave.report.files import Each, write_figures, write_tables
 from vasowave.report.html import page
 from vasowave.report.pdf import write_pdf
 
@@ -33,6 +33,7 @@ def write_report(
     reference: str | None = None,
     title: str = "",
     family: Family | None = None,
+    each: Each = map,
 ) -> Path:
     """Write ``report`` and ``supplement`` (.html, .pdf), ``figures/`` and ``tables/``; return the report's page.
 
@@ -52,6 +53,8 @@ def write_report(
         Of the page; by default what it is about.
     family : Family, optional
         The primary law and quantities, which one p holds for together.
+    each : callable
+        Draws the figures as `map` would; that of a pool of processes draws several at a time.
 
     Raises
     ------
@@ -86,14 +89,14 @@ def write_report(
             report_of(cohort, primary, chosen, why, title),
             supplement_of(cohort, primary, title),
         )
-    _place(documents, folder, pdf)
+    _place(documents, folder, pdf, each)
     return folder / PAGE
 
 
-def _place(documents: Sequence[Report], folder: Path, pdf: bool) -> None:
+def _place(documents: Sequence[Report], folder: Path, pdf: bool, each: Each) -> None:
     with write_folder(folder) as fresh:
+        write_figures([one for document in documents for one in document.drawings()], fresh / FIGURES, each)
         for document in documents:
-            write_figures(document.drawings(), fresh / FIGURES)
             write_tables(document.tables(), document.records, fresh / TABLES)
         typeset = pdf and write_pdf(documents, fresh, fresh / FIGURES)
         for document in reversed(documents):

@@ -8,20 +8,28 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, InvalidStateError, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
+from functools import partial
 from importlib import import_module
 from multiprocessing import active_children, get_context, parent_process
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import WeakSet
 
 from vasowave.errors import InputError
 from vasowave.memory import is_starved
 from vasowave.threads import limit_threads
 
-_LOADED_LATE = (
+if TYPE_CHECKING:
+    from vasowave.report.files import Each
+
+_ANALYSIS = (
     *("scipy.interpolate", "scipy.optimize", "scipy.signal", "scipy.stats", "dask.array"),
     *("vasowave.study.loading", "vasowave.solver.ready"),
 )
 """What an analysis loads when it first needs it; xarray looks for Dask, which need not be there."""
+
+_DRAWING = ("vasowave.animal.files", "vasowave.figures.rendering", "matplotlib.figure")
+_WORTH = 8  # animals; for fewer, processes take longer to start than they save
+_AT_ONCE = 4  # results or figures that a process gets at once
 
 _PATIENCE = 5.0  # s, for a process that was told to end
 
@@ -29,13 +37,16 @@ _T = TypeVar("_T")
 
 
 @contextmanager
-def process_pool(workers: int, threads: int = 1, laws: Sequence[str] = ()) -> Iterator[Executor]:
+def process_pool(
+    workers: int, threads: int = 1, laws: Sequence[str] = (), loaded: Sequence[str] = _ANALYSIS
+) -> Iterator[Executor]:
     """Give a pool of fresh processes, each with `threads` threads; none of them outlives the block or this program.
 
-    The kernels of the wall laws are compiled first, each law by another process, where they are not there already.
+    Each loads the modules `loaded` when it starts. The kernels of the wall laws are compiled first, each law by
+    another process, where they are not there already.
     """
     before = set(active_children())
-    pool = _Pool(workers, get_context("spawn"), _start_worker, (threads,))
+    pool = _Pool(workers, get_context("spawn"), _start_worker, (threads, loaded))
     try:
         with pool.watched():
             for law in laws:
@@ -50,6 +61,16 @@ def process_pool(workers: int, threads: int = 1, laws: Sequence[str] = ()) -> It
         for process in set(active_children()) - before:
             process.terminate()
             process.join(_PATIENCE)
+
+
+@contextmanager
+def side_by_side(workers: int, animals: int) -> Iterator["Each"]:
+    """Give a `map` for reading and drawing that works in processes, where there are enough animals to pay for them."""
+    if workers == 1 or animals < _WORTH:
+        yield map
+        return
+    with process_pool(workers, loaded=_DRAWING) as pool:
+        yield partial(pool.map, chunksize=_AT_ONCE)
 
 
 class _Pool(ProcessPoolExecutor):
@@ -134,12 +155,12 @@ def _compile_kernels(law: str) -> None:
     compile_kernels(law)
 
 
-def _start_worker(threads: int) -> None:
+def _start_worker(threads: int, loaded: Sequence[str]) -> None:
     """Prepare a process of the pool, before it imports anything numerical."""
     limit_threads(threads)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the program that waits for us
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    for name in _LOADED_LATE:  # now, so that the first piece tells how long the others will take
+    for name in loaded:  # now, so that the first piece tells how long the others will take
         try:
             import_module(name)
         except (ImportError, MemoryError) as error:

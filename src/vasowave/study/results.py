@@ -17,7 +17,9 @@ import re
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
@@ -28,6 +30,9 @@ from vasowave.notebook import card
 from vasowave.provenance import provenance
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import piece_digest
+
+if TYPE_CHECKING:
+    from vasowave.report.files import Each
 from vasowave.textfile import read_bytes
 
 INDEX = "index.json"
@@ -92,8 +97,7 @@ class Results:
         InputError
             Its file is missing or damaged.
         """
-        stored = {one.animal: one for one in self.animals}[animal]
-        return read_result(self.folder / stored.file, stored.sha256)
+        return _read(self.folder, {one.animal: one for one in self.animals}[animal])
 
     def __iter__(self) -> Iterator[str]:
         """Go through the names of the animals."""
@@ -111,11 +115,15 @@ class Results:
         failed = [f"{name} failed: {why}" for name, why in self.failures.items()]
         return card(f"Study: {self.settings.title}", facts, failed)
 
-    def in_order(self) -> list[xr.DataTree]:
-        """Return the results of all animals, in the order of their groups."""
+    def in_order(self, each: "Each" = map) -> list[xr.DataTree]:
+        """Return the results of all animals, in the order of their groups; `each` may read several at a time."""
         order = list(self.settings.groups)
         grouped = sorted(self.animals, key=lambda one: order.index(one.group))
-        return [self[one.animal] for one in grouped]
+        return list(each(partial(_read, self.folder), grouped))
+
+
+def _read(folder: Path, stored: StoredAnimal) -> xr.DataTree:
+    return read_result(folder / stored.file, stored.sha256)
 
 
 def write_results(
