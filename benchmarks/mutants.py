@@ -25,6 +25,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -154,24 +155,32 @@ def _record() -> dict[str, dict]:
     return json.loads(RECORD.read_text()) if RECORD.exists() else {"lines": {}, "seconds": {}}
 
 
-def record_lines() -> None:
-    """Run every file of default tests under coverage and keep which lines it runs, and how long it takes."""
-    lines: dict[str, dict[str, list[str]]] = {}
-    seconds: dict[str, float] = {}
-    for test in sorted(str(file.relative_to(ROOT)) for file in TESTS.rglob("test_*.py")):
-        with tempfile.TemporaryDirectory() as name:
-            data, table = Path(name) / "data", Path(name) / "lines.json"
-            coverage = [sys.executable, "-m", "coverage"]
-            options = ["run", f"--data-file={data}", f"--source={SOURCE}", "-m"]
-            begun = time.monotonic()
-            subprocess.run([*coverage, *options, "pytest", "-q", "-n", "0", test], cwd=ROOT, check=False)
-            seconds[test] = time.monotonic() - begun
-            subprocess.run([*coverage, "json", "-q", f"--data-file={data}", "-o", str(table)], cwd=ROOT, check=False)
-            for file, found in json.loads(table.read_text())["files"].items() if table.exists() else ():
-                for line in found["executed_lines"]:
-                    lines.setdefault(file, {}).setdefault(str(line), []).append(test)
+def record_lines(processes: int = 2) -> None:
+    """Run every file of default tests under coverage; keep which lines it runs and how long it takes, file by file."""
+    record, tests = _record(), sorted(str(file.relative_to(ROOT)) for file in TESTS.rglob("test_*.py"))
+    missing = [test for test in tests if test not in record["seconds"]]
     RECORD.parent.mkdir(exist_ok=True)
-    RECORD.write_text(json.dumps({"seconds": seconds, "lines": lines}))
+    with ThreadPoolExecutor(processes) as pool:
+        for number, (test, seconds, ran) in enumerate(pool.map(_lines_of, missing), 1):
+            record["seconds"][test] = seconds
+            for file, lines in ran.items():
+                for line in lines:
+                    record["lines"].setdefault(file, {}).setdefault(str(line), []).append(test)
+            RECORD.write_text(json.dumps(record))
+            print(f"{number} of {len(missing)}: {test} ({seconds:.0f} s)", flush=True)
+
+
+def _lines_of(test: str) -> tuple[str, float, dict[str, list[int]]]:
+    """Return the lines of every source file that one file of tests runs, and its time."""
+    with tempfile.TemporaryDirectory() as name:
+        data, table = Path(name) / "data", Path(name) / "lines.json"
+        coverage, begun = [sys.executable, "-m", "coverage"], time.monotonic()
+        run = ["run", f"--data-file={data}", f"--source={SOURCE}", "-m", "pytest", "-q", "-n", "0", test]
+        subprocess.run([*coverage, *run], cwd=ROOT, check=False, capture_output=True)
+        seconds = time.monotonic() - begun
+        subprocess.run([*coverage, "json", "-q", f"--data-file={data}", "-o", str(table)], cwd=ROOT, check=False)
+        files = json.loads(table.read_text())["files"] if table.exists() else {}
+        return test, seconds, {file: found["executed_lines"] for file, found in files.items()}
 
 
 def nearest_tests(file: Path) -> list[Path]:
