@@ -1,3 +1,4 @@
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -53,8 +54,13 @@ def cohort_report(cohort_results, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("cohort") / "study"
     folder.mkdir()
     (folder / "results.nc").write_bytes(b"not ours to touch")
-    write_report(cohort_results, folder, failures={"HPH 9": FAILURE})
+    write_report(cohort_results, folder, failures={"HPH 9": FAILURE}, each=as_processes_do)
     return folder
+
+
+def as_processes_do(function, things):
+    """Apply a function to copies of things that went through the pipe to another process."""
+    return [function(pickle.loads(pickle.dumps(thing))) for thing in things]
 
 
 @pytest.fixture(scope="session")

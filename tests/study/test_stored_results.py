@@ -7,6 +7,7 @@ import xarray as xr
 
 from vasowave.animal.files import KIND, to_bytes
 from vasowave.errors import InputError
+from vasowave.study.reporting import report_study
 from vasowave.study.results import INDEX, read_results, write_results
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import Store
@@ -91,3 +92,22 @@ def test_the_group_that_the_study_names_first_is_the_reference_of_its_report(tmp
     reporting.report_study(tmp_path)
     assert told["reference"] == "HPH"
     assert [tree.attrs["animal"] for tree in told["trees"]] == ["b", "d", "a", "c"]
+
+
+@pytest.mark.validation
+def test_a_report_made_in_processes_is_the_one_made_here(cohort_results, tmp_path):
+    settings = StudyFile(groups=["CTL", "HPH"], report={"pdf": False})
+    for workers in (1, 2):
+        folder = tmp_path / str(workers)
+        store, pieces = Store(folder / "results"), {}
+        for number in range(9):
+            tree = cohort_results[number % len(cohort_results)].copy()
+            tree.attrs |= {"animal": f"mouse {number}"}
+            pieces[f"mouse {number}", str(tree.attrs["group"])] = store.keep(f"{number}", to_bytes(tree))
+        write_results(folder / "results", pieces, {}, settings)
+        report_study(folder, workers=workers)
+    here, there = (tmp_path / name / "report" / "figures" for name in ("1", "2"))
+    names = sorted(one.name for one in here.iterdir())
+    assert names == sorted(one.name for one in there.iterdir())
+    assert len(names) > 20
+    assert all((here / name).read_bytes() == (there / name).read_bytes() for name in names)
