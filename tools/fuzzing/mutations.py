@@ -1,7 +1,9 @@
 """Ways to damage a file: as texts are damaged by people and programs, and as disks and networks damage bytes."""
 
 import gzip
+import io
 import re
+import zipfile
 import zlib
 from collections.abc import Callable
 
@@ -108,6 +110,30 @@ def inside_gzip(mutate: Mutate) -> Mutate:
         return gzip.compress(mutate(gzip.decompress(content), rng), 1)
 
     return packed
+
+
+def inside_zip(mutate: Mutate) -> Mutate:
+    """Return a mutation that damages half of the time one of the packed files, half of the time the archive."""
+
+    def packed(content: bytes, rng: np.random.Generator) -> bytes:
+        if rng.integers(2):
+            return mutate_binary(content, rng)
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            parts = {name: archive.read(name) for name in archive.namelist()}
+        chosen = str(rng.choice(list(parts)))
+        parts[chosen] = mutate(parts[chosen], rng)
+        again = io.BytesIO()
+        with zipfile.ZipFile(again, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, part in parts.items():
+                archive.writestr(name, part)
+        return again.getvalue()
+
+    return packed
+
+
+def mutate_markup(content: bytes, rng: np.random.Generator) -> bytes:
+    """Damage markup as a text of one element a line."""
+    return mutate_text(content.replace(b"><", b">\n<"), rng).replace(b">\n<", b"><")
 
 
 def bombs(of: Callable[[int], bytes], mutate: Mutate) -> Mutate:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.io import savemat
 
 from fuzzing.forms import Form
-from fuzzing.mutations import mutate_ends, mutate_text
+from fuzzing.mutations import mutate_binary, mutate_ends, mutate_text
 from vasowave.recording import read_raw_recording, read_recording
 
 RATE, COUNT = 1000.0, 1500
@@ -74,6 +74,18 @@ def cycle_mat(path: Path) -> None:
     savemat(path, dict(zip("tpq", CYCLE, strict=True)), do_compression=True)
 
 
+def cycle_mat73(path: Path) -> None:
+    """Write a cycle as `save -v7.3` does: HDF5 behind a header of 512 bytes."""
+    import h5py
+
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in zip(("time", "pressure", "flow"), CYCLE, strict=True):
+            stored = file.create_dataset(name, data=values[None, :], chunks=True, compression="gzip")
+            stored.attrs["MATLAB_class"] = np.bytes_("double")
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+
+
 def mutate_edf(content: bytes, rng: np.random.Generator) -> bytes:
     kind = int(rng.integers(4))
     damaged = bytearray(content)
@@ -126,4 +138,5 @@ FORMS = {
     "edf": _form("raw.edf", edf, mutate_edf, read_raw_recording),
     "cycle table": _form("cycle.csv", cycle_table, mutate_text, read_recording, True),
     "cycle mat": _form("cycle.mat", cycle_mat, mutate_mat, read_recording),
+    "cycle mat 7.3": _form("cycle.mat", cycle_mat73, mutate_binary, read_recording),
 }

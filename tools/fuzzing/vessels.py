@@ -7,7 +7,15 @@ from typing import Any
 import numpy as np
 
 from fuzzing.forms import Form, Mutate
-from fuzzing.mutations import bombs, mutate_binary, mutate_text, packed_zeros, with_header
+from fuzzing.mutations import (
+    bombs,
+    inside_zip,
+    mutate_binary,
+    mutate_markup,
+    mutate_text,
+    packed_zeros,
+    with_header,
+)
 from vasowave.imaging.exchange.centerlines import read_centerlines, write_centerlines
 from vasowave.imaging.exchange.polydata import read_polydata
 from vasowave.imaging.exchange.swc import write_swc
@@ -109,6 +117,20 @@ def flat_table(path: Path) -> None:
     path.write_text(f"x [mm],y [mm],z [mm],radius [mm]\n{text}\n")
 
 
+def network_workbook(path: Path) -> None:
+    import openpyxl
+
+    network_table(path.with_suffix(".csv"))
+    book = openpyxl.Workbook()
+    for row in path.with_suffix(".csv").read_text().splitlines():
+        book.active.append([float(cell) if _is_number(cell) else cell for cell in row.split(",")])
+    book.save(path)
+
+
+def _is_number(cell: str) -> bool:
+    return cell.replace(".", "", 1).isdecimal()
+
+
 def edits(path: Path) -> None:
     path.write_text("unit mm\nroot 0.1 0.2 0.3\nremove 14.0 6.2 7.7\ncut 3.1 5.2 9.5\nmerge 4.5 6.1 8.8\n")
 
@@ -132,9 +154,9 @@ def _divisions(found: Network) -> list[str]:
     return sorted(found.name[row] for row in found.parent[found.parent >= 0])
 
 
-def _network(write: Callable) -> Form:
+def _network(write: Callable, name: str = "n.csv", mutate: Mutate = mutate_text) -> Form:
     return Form(
-        lambda folder: write(folder / "n.csv"), "n.csv", "n.csv", mutate_text, read_network,
+        lambda folder: write(folder / name), name, name, mutate, read_network,
         _divisions, lambda found: [found.length, found.radius], text=True,
     )  # fmt: skip
 
@@ -160,6 +182,7 @@ def _edits() -> Form:
 FORMS = {
     "network table": _network(network_table),
     "network table of others": _network(lambda path: network_table(path, counted=False)),
+    "network workbook": _network(network_workbook, "n.xlsx", inside_zip(mutate_markup)),
     "vtp": _lines("c.vtp", lambda path: write_centerlines(tree(), path, unit=1.0), bombs(bomb, mutate_binary), False),
     "vtp, numbers as text": _lines("c.vtp", vtp_text, mutate_text, True),
     "vtk": _lines("c.vtk", lambda path: vtk(path, True), with_header(b"double\n"), False),
