@@ -175,6 +175,19 @@ def test_a_held_parameter_and_one_at_its_bound_are_called_so(cohort_results):
     assert "do not determine r1 in 2 of 2" in said
 
 
+def test_the_pressure_of_the_image_is_said_or_that_nobody_knows_it(cohort_results):
+    def said(*pressures):
+        animals = [
+            changed(result, "network", image_pressure=pressure)
+            for result, pressure in zip(cohort_results, pressures, strict=False)
+        ]
+        return " ".join(model_limits(gathered(animals), "linear", {}))
+
+    assert "The pressure of the image is not known" in said(0.0, 0.0)
+    assert "at the image's pressure, 6.30 mmHg, taken as exact" in said(6.3, 6.3)
+    assert "at the image's pressure, 6.30 to 17.2 mmHg" in said(6.3, 17.2)
+
+
 def test_animals_that_share_a_network_are_one_measurement_of_geometry(cohort_results):
     (said,) = one_geometry(gathered(cohort_results))
     assert said.startswith("Within CTL and HPH all animals have one network: of its geometry n is 1")

@@ -155,6 +155,17 @@ BOMB = (
 VESSEL = {"label": "a", "sn": 1, "tn": 2, "L": 0.1, "R0": 0.01, "h0": 1e-3, "E": 4e5, "R1": 1e7, "R2": 1e8, "Cc": 1e-8}
 
 
+@pytest.mark.parametrize(("radius", "share"), [(0.01, 0.1202), (0.003, 0.1896), (0.001, 0.3000)])
+def test_a_wall_without_thickness_gets_that_of_arteries_of_its_radius(tmp_path, radius, share):
+    """Its manual takes a fit to human arteries; h0/R0 of three radii is worked out by hand from its figures."""
+    (tmp_path / "x_inlet.dat").write_text("\n".join(f"{t / 50} {1e-5}" for t in range(51)))
+    content = {"project_name": "x", "blood": {"rho": 1060, "mu": "4e-3"}, "network": [VESSEL | {"R0": radius}]}
+    del content["network"][0]["h0"]
+    (tmp_path / "x.yaml").write_text(yaml.safe_dump(content))
+    model, _ = read_openbf(tmp_path / "x.yaml")
+    assert model.wall.beta == pytest.approx(4e5 * share / (1 - 0.5**2) / PA, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

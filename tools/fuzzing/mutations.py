@@ -120,7 +120,8 @@ def inside_zip(mutate: Mutate) -> Mutate:
             return mutate_binary(content, rng)
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             parts = {name: archive.read(name) for name in archive.namelist()}
-        chosen = str(rng.choice(list(parts)))
+        sizes = np.array([len(part) for part in parts.values()])
+        chosen = str(rng.choice(list(parts), p=sizes / sizes.sum()))
         parts[chosen] = mutate(parts[chosen], rng)
         again = io.BytesIO()
         with zipfile.ZipFile(again, "w", zipfile.ZIP_DEFLATED) as archive:
