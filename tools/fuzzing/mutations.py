@@ -112,16 +112,17 @@ def inside_gzip(mutate: Mutate) -> Mutate:
     return packed
 
 
-def inside_zip(mutate: Mutate) -> Mutate:
-    """Return a mutation that damages half of the time one of the packed files, half of the time the archive."""
+def inside_zip(mutate: Mutate, main: str) -> Mutate:
+    """Return a mutation that damages half of the time a packed file, mostly `main`, half of the time the archive."""
 
     def packed(content: bytes, rng: np.random.Generator) -> bytes:
         if rng.integers(2):
             return mutate_binary(content, rng)
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             parts = {name: archive.read(name) for name in archive.namelist()}
-        sizes = np.array([len(part) for part in parts.values()])
-        chosen = str(rng.choice(list(parts), p=sizes / sizes.sum()))
+        chosen = (
+            next(name for name in parts if name.endswith(main)) if rng.integers(4) else str(rng.choice(list(parts)))
+        )
         parts[chosen] = mutate(parts[chosen], rng)
         again = io.BytesIO()
         with zipfile.ZipFile(again, "w", zipfile.ZIP_DEFLATED) as archive:

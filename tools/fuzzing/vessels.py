@@ -182,7 +182,7 @@ def _edits() -> Form:
 FORMS = {
     "network table": _network(network_table),
     "network table of others": _network(lambda path: network_table(path, counted=False)),
-    "network workbook": _network(network_workbook, "n.xlsx", inside_zip(mutate_markup)),
+    "network workbook": _network(network_workbook, "n.xlsx", inside_zip(mutate_markup, "sheet1.xml")),
     "vtp": _lines("c.vtp", lambda path: write_centerlines(tree(), path, unit=1.0), bombs(bomb, mutate_binary), False),
     "vtp, numbers as text": _lines("c.vtp", vtp_text, mutate_text, True),
     "vtk": _lines("c.vtk", lambda path: vtk(path, True), with_header(b"double\n"), False),
