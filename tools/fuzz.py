@@ -148,6 +148,8 @@ def main() -> int:
     parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
     arguments = parser.parse_args()
     rows = {}
+    if arguments.keep:
+        arguments.keep.mkdir(parents=True, exist_ok=True)
     for name in arguments.format or FORMS:
         rows[name] = fuzz(name, arguments.count, arguments.seed, arguments.keep)
         print(f"{name}: " + ", ".join(f"{rows[name][one]} {one}" for one in OUTCOMES if rows[name][one]), flush=True)

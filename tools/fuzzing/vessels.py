@@ -154,6 +154,11 @@ def _divisions(found: Network) -> list[str]:
     return sorted(found.name[row] for row in found.parent[found.parent >= 0])
 
 
+def _shape(parent: list[int], row: int = -1) -> tuple:
+    """Return the tree below a row as tuples in tuples, in whatever order its vessels stand."""
+    return tuple(sorted(_shape(parent, below) for below, above in enumerate(parent) if above == row))
+
+
 def _network(write: Callable, name: str = "n.csv", mutate: Mutate = mutate_text) -> Form:
     return Form(
         lambda folder: write(folder / name), name, name, mutate, read_network,
@@ -164,7 +169,7 @@ def _network(write: Callable, name: str = "n.csv", mutate: Mutate = mutate_text)
 def _lines(name: str, write: Callable, mutate: Mutate, text: bool) -> Form:
     return Form(
         lambda folder: write(folder / name), name, name, mutate, lambda path: read_centerlines(path, 0.1),
-        lambda found: (len(found), tuple(found.parent)),
+        lambda found: _shape(list(found.parent)),
         lambda found: [np.column_stack([line.points, line.radius]) for line in found.lines], text=text,
     )  # fmt: skip
 
