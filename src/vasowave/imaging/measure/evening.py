@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import theilslopes
 
+from vasowave.imaging.measure.beside import COPIES
 from vasowave.imaging.measure.profiles import Profile
 
 FEWEST = 5
@@ -47,18 +48,34 @@ def evened_sections(one: Profile, middle: float) -> Evened:
     return Evened(replace(one, signal=one.signal * (line[-1] / line[:-1]) ** 2), carried)
 
 
-def moderated(profiles: Sequence[Profile | None]) -> list[float]:
+def moderated(profiles: Sequence[Profile | None], beside: np.ndarray) -> np.ndarray:
     """Return the standard error of each vessel's mean signal, grey levels · cm²; NaN without sections.
 
     The scatter of a dozen sections is known to a fifth, and where it happens to be small a wrong radius would look
     sure. All vessels of an image share its noise: what that lets a section scatter, by its area and that of its
     background, is scaled to the median of all vessels, and counts as `BELIEVED` sections beside the vessel's own.
+    The same is done with what the sections show `beside` their vessel, and the larger error counts: sections of one
+    vessel do not show what noise they have in common, those beside it not that they differ.
+
+    Parameters
+    ----------
+    profiles : sequence of Profile or None
+    beside : float array, shape (vessel,)
+        See `signal_beside`, NaN where unknown.
     """
     own = np.array([np.nan if one is None else float(np.std(one.signal)) for one in profiles])
     noise = np.array([np.nan if one is None else one.noise for one in profiles])
     count = np.array([1.0 if one is None else max(len(one.signal) / SHARED, 1.0) for one in profiles])
-    if not np.isfinite(own).any():
-        return own.tolist()
-    usual = float(np.nanmedian(own / noise)) * noise
-    variance = (BELIEVED * usual**2 + (count - 1) * own**2) / (BELIEVED + count - 1)
-    return list(np.sqrt(variance / count))
+    scatter = _pooled(own, noise, count - 1) / np.sqrt(count)
+    common = _pooled(beside, noise / np.sqrt(count), np.full(len(own), COPIES / 2))
+    return np.asarray(np.fmax(scatter, common))
+
+
+def _pooled(own: np.ndarray, expected: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Return each vessel's `own` deviation, known from `count` values, moderated by what noise lets all expect."""
+    known = np.isfinite(own)
+    if not known.any():
+        return own
+    usual = float(np.nanmedian(own / expected)) * expected
+    count = np.where(known, count, 0.0)
+    return np.asarray(np.sqrt((BELIEVED * usual**2 + count * np.nan_to_num(own) ** 2) / (BELIEVED + count)))

@@ -15,8 +15,9 @@ from vasowave.imaging.witness.topology import topology_doubts
 LENGTH, RADIUS = 0.10, 0.05
 """A vessel is named if so many SD of its length (`SURE`) or radius (`CHANCE`) exceed this share."""
 SURE = 3.0
-CHANCE = 0.1
-"""So many SD of a radius that in one tree of ten some radius is beyond them: the more vessels, the more SD."""
+CHANCE = 0.2
+"""So many SD of a radius that in one tree of five some radius is beyond them: the more vessels, the more SD. Few of
+these radii are off by a `RADIUS` that is not named: most vessels are surer than just sure enough."""
 SHATTERED = 0.5
 """A tree with a larger share of vessels that are too short to be measured is doubted as a whole."""
 UNEVEN = 0.06
