@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import theilslopes
 
 from vasowave.imaging.measure.beside import COPIES
 from vasowave.imaging.measure.profiles import Profile
@@ -37,7 +36,7 @@ def evened_sections(one: Profile, middle: float) -> Evened:
     width = np.sqrt(one.signal)
     if np.ptp(one.run) <= 0 or len(width) < FEWEST:
         return Evened(one, 0.0)
-    slope = float(theilslopes(width, one.run).slope)
+    slope = _median_slope(one.run, width)
     rest = width - slope * one.run
     error = float(np.std(rest)) / (float(np.std(one.run)) * np.sqrt(len(width) / SHARED))
     slope *= max(0.0, 1 - (SURE * error / max(abs(slope), 1e-12)) ** 2)
@@ -46,6 +45,13 @@ def evened_sections(one: Profile, middle: float) -> Evened:
         return Evened(one, 0.0)
     carried = abs(middle - float(np.mean(one.run))) * error / float(line[-1])
     return Evened(replace(one, signal=one.signal * (line[-1] / line[:-1]) ** 2), carried)
+
+
+def _median_slope(x: np.ndarray, y: np.ndarray) -> float:
+    """Return the median slope of all pairs of points."""
+    first, second = np.triu_indices(len(x), 1)
+    apart = x[second] != x[first]
+    return float(np.median((y[second] - y[first])[apart] / (x[second] - x[first])[apart]))
 
 
 def moderated(profiles: Sequence[Profile | None], beside: np.ndarray) -> np.ndarray:

@@ -4,7 +4,6 @@ from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import trim_mean
 
 from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.measure.beside import signal_beside
@@ -20,6 +19,8 @@ WIDER = 1.25
 """A section that is not round reaches so much farther than its inscribed ball."""
 WIDEST = 1.6
 """What is integrated reaches beyond at most so many inscribed radii."""
+WINDOW = 0.25
+"""Step of the radii beyond which sections reach, voxels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +71,7 @@ def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray, look: Look =
     look : callable
         What looks at the sections of a vessel, as `profile` does.
     """
-    window = windows(densitometric_radii(tree, volume, inscribed, inscribed, look), inscribed)
+    window = windows(densitometric_radii(tree, volume, inscribed, inscribed, look), inscribed, float(volume.spacing[0]))
     looked = _looked(tree, volume, inscribed, window, look)
     beside = [
         np.nan if one is None else signal_beside(line, one.rows, reach, volume, tree.line)
@@ -120,9 +121,13 @@ def _looked(tree: Tree, volume: Volume, inscribed: np.ndarray, window: np.ndarra
     return _Looked(profiles, evened, contrast, error, blur)
 
 
-def windows(radius: np.ndarray, inscribed: np.ndarray) -> np.ndarray:
-    """Return the radii from which sections are to reach: `radius`, held to the `inscribed` one where it is far off."""
-    return np.clip(np.where(np.isfinite(radius), radius, inscribed), inscribed, WIDEST * inscribed)
+def windows(radius: np.ndarray, inscribed: np.ndarray, spacing: float) -> np.ndarray:
+    """Return the radii from which sections are to reach: `radius`, held to the `inscribed` one where it is far off.
+
+    They come in steps, so that another vessel's edit, which moves every contrast by a hair, leaves them as they were.
+    """
+    held = np.clip(np.where(np.isfinite(radius), radius, inscribed), inscribed, WIDEST * inscribed)
+    return np.asarray(np.ceil(held / (WINDOW * spacing)) * WINDOW * spacing)
 
 
 def _profile(
@@ -142,7 +147,9 @@ def densitometric_radius(one: Profile, contrast: float) -> float:
 
     The mean is that of the middle half: neighbors disturb some sections, noise all.
     """
-    return float(np.sqrt(max(trim_mean(one.signal, 0.25), 0.0) / (np.pi * contrast)))
+    cut = len(one.signal) // 4
+    middle = np.sort(one.signal)[cut : len(one.signal) - cut]
+    return float(np.sqrt(max(middle.mean(), 0.0) / (np.pi * contrast)))
 
 
 def section_radii(line: Line, volume: Volume) -> np.ndarray:

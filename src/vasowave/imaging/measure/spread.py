@@ -129,7 +129,10 @@ def _sizes_in(other: Elsewhere, measured: Measurement, volume: Volume, look: Loo
         names = ", ".join(str(row + 1) for row in np.flatnonzero(lost))
         _warn(f"at threshold {other.threshold:g} the lumen does not hold vessel(s) {names}: radius_sd is unknown there")
     network = network_of(other.tree)
-    dense, window = np.isfinite(measured.densitometric), windows(measured.densitometric, measured.inscribed)
+    dense, window = (
+        np.isfinite(measured.densitometric),
+        windows(measured.densitometric, measured.inscribed, float(volume.spacing[0])),
+    )
     grey = densitometric_radii(other.tree, volume, network.radius, window, look)
     radius = np.where(dense, grey, network.radius)
     return np.where(lost, np.nan, [radius, network.length])

@@ -1,9 +1,9 @@
 """No answer without its witness: everything that contradicts a measured tree, or that it does not settle, by vessel."""
 
 from collections.abc import Sequence
+from statistics import NormalDist
 
 import numpy as np
-from scipy.stats import norm
 
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.measure.measurement import Measurement
@@ -76,7 +76,7 @@ def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
 def _unsettled(measured: Measurement) -> list[Doubt]:
     """Return which lengths and radii the image does not settle."""
     network = measured.network
-    deviations = float(norm.isf(CHANCE / 2 / len(network)))
+    deviations = NormalDist().inv_cdf(1 - CHANCE / 2 / len(network))
     lengths = ~(SURE * measured.length_sd <= LENGTH * network.length)
     radii = ~(deviations * measured.radius_sd <= RADIUS * network.radius)
     texts = (
