@@ -102,6 +102,7 @@ def test_an_inner_vessel_shorter_than_its_junction_is_none_and_one_hardly_longer
     assert any("may be one" in doubt.text and doubt.vessels == ("6",) for doubt in doubts)
 
 
+@pytest.mark.validation
 def test_vessels_whose_meeting_the_surface_decides_meet_there_again_wherever_the_fit_begins(seen):
     _, tree, lumen = seen
     fit = in_another_lumen(tree, lumen)
