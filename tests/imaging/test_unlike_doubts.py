@@ -1,6 +1,7 @@
 """Whole volumes unlike the phantom, each of which can mislead in another way: they come out right, or are doubted."""
 
 import pytest
+
 from unlike_accuracy import outcome
 
 
