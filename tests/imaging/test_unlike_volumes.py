@@ -72,6 +72,7 @@ def made_profile(contrast, radius, noise=0.0, blur=0.009, sections=30, rng=None)
         np.full(2, radius**2 / 4 + blur**2),
         0.0,
         np.arange(sections) * VOXEL,
+        np.arange(sections),
     )
 
 
@@ -128,12 +129,21 @@ def test_the_scatter_of_few_sections_is_not_believed_where_the_noise_of_the_imag
     made = [replace(made_profile(88, 0.02, sections=12), signal=rng.normal(0.1, 0.01, 12)) for _ in range(200)]
     one_error = 0.01 / np.sqrt(12 / 3)  # neighboring sections are taken to share their noise
     alone = np.array([np.std(one.signal) / np.sqrt(12 / 3) for one in made])
-    found = np.array(moderated(made))
+    unknown = np.full(200, np.nan)
+    found = moderated(made, unknown)
     assert np.std(found) < 0.5 * np.std(alone)
     assert np.median(found) == pytest.approx(one_error, rel=0.1)
     uneven = replace(made[0], signal=rng.normal(0.1, 0.05, 12))  # a vessel that does differ along itself
-    assert moderated([*made, uneven])[-1] > 2 * one_error
-    assert np.isnan(moderated([None])).all()
+    assert moderated([*made, uneven], np.append(unknown, np.nan))[-1] > 2 * one_error
+    assert np.isnan(moderated([None], np.array([np.nan]))).all()
+
+
+def test_noise_that_sections_have_in_common_counts_where_it_is_larger_than_their_scatter():
+    rng = np.random.default_rng(7)
+    made = [replace(made_profile(88, 0.02, sections=12), signal=rng.normal(0.1, 0.01, 12)) for _ in range(40)]
+    alone = moderated(made, np.full(40, np.nan))
+    np.testing.assert_array_equal(moderated(made, np.full(40, 1e-4)), alone)
+    np.testing.assert_allclose(moderated(made, np.full(40, 0.02)), 0.02)
 
 
 @pytest.mark.parametrize("taper", [0.0, 0.15, 0.4])

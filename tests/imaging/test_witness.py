@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from made_phantom import NETWORK, phantom
 
+from vasowave.imaging.axes.junctions import with_earlier_junctions, without_short_vessels
+from vasowave.imaging.axes.vessels import begun_elsewhere, in_another_lumen
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.measurement import measured_alone
@@ -77,6 +79,39 @@ def test_a_vessel_that_crosses_is_doubted_though_its_halves_first_bend_toward_wh
     halves = [Line(touch + way, radius) for way in ways]
     doubts = crossing_doubts(Tree((*tree.lines, *halves), np.append(tree.parent, [2, 2])))
     assert ("6", "7") in [doubt.vessels for doubt in doubts]
+
+
+def test_an_inner_vessel_shorter_than_its_junction_is_none_and_one_hardly_longer_is_doubted(seen):
+    skeleton, tree, lumen = seen
+    assert without_short_vessels(tree) is tree
+
+    def with_stub(length):
+        """Vessel 1 goes on for `length` before vessel 3 leaves it: its junction is two."""
+        end, way = tree.lines[0].points[-1], tree.lines[0].points[-1] - tree.lines[0].points[-2]
+        points = end + np.linspace(0, length, 6)[:, None] * way / np.linalg.norm(way)
+        stub = Line(points, np.full(6, tree.lines[0].radius[-1]))
+        parent = tree.parent.copy()
+        parent[2] = len(tree)
+        return Tree((*tree.lines, stub), np.append(parent, 0))
+
+    radius = float(tree.lines[0].radius[-1])
+    assert len(without_short_vessels(with_stub(0.5 * radius))) == len(tree)
+    longer = with_stub(1.2 * radius)
+    assert len(without_short_vessels(longer)) == len(tree) + 1
+    doubts = topology_doubts(longer, skeleton, lumen.spacing, True)
+    assert any("may be one" in doubt.text and doubt.vessels == ("6",) for doubt in doubts)
+
+
+@pytest.mark.validation
+def test_vessels_whose_meeting_the_surface_decides_meet_there_again_wherever_the_fit_begins(seen):
+    _, tree, lumen = seen
+    fit = in_another_lumen(tree, lumen)
+    moved = with_earlier_junctions(fit)
+    again = begun_elsewhere(fit, lumen, surface_points(lumen))
+    for row in np.unique(tree.parent[tree.parent >= 0]):
+        end = fit.lines[row].points[-1]
+        assert np.linalg.norm(moved.lines[row].points[-1] - end) > fit.lines[row].typical_radius
+        assert np.linalg.norm(again.lines[row].points[-1] - end) < 0.5 * lumen.spacing
 
 
 def comb(count):

@@ -30,7 +30,7 @@ def fit(
     given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Calibrate the model to one animal and write results, figures and report: a study of one."""
-    from vasowave.cli.options import read_settings
+    from vasowave.cli.study_options import read_settings
     from vasowave.study.alone import animal_alone
 
     name = animal or recording[0].stem

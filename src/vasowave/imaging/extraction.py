@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging.axes.vessels import tree_of
+from vasowave.imaging.axes.vessels import begun_elsewhere, tree_of
 from vasowave.imaging.entrances import check_root, deepest_near, require_reached, root_wanted
 from vasowave.imaging.given import Given, given
 from vasowave.imaging.kept.keys import image_key, keys_of, volume_key
@@ -151,10 +151,11 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     others = stages.kept(
         "elsewhere", keys.elsewhere, lambda: elsewhere(unedited, volume, inside, options.threshold, said.segmenter)
     )
-    measured = with_spread(measured, _edited_too(unedited, others, said.edits), volume, look)
+    skeleton, surface = stages.kept("witness", keys.witness, lambda: _witness(lumen, root))
+    again = stages.kept("again", keys.elsewhere, lambda: begun_elsewhere(unedited, lumen, surface))
+    measured = with_spread(measured, *_edited_too(unedited, others, again, said.edits), volume, look)
     stages.keep("profiles", keys.profiles, look.used)
     say("witness")
-    skeleton, surface = stages.kept("witness", keys.witness, lambda: _witness(lumen, root))
     all_ends = said.outlets is None and not said.edits
     misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
     doubts = doubts_about(measured, lumen, skeleton, misfit, all_ends)
@@ -202,10 +203,12 @@ def _witness(lumen: Segmentation, root: np.ndarray) -> tuple[Branches, np.ndarra
     return skeleton_branches(lumen, root, surface), surface
 
 
-def _edited_too(tree: Tree, others: tuple[Elsewhere, ...], edits: tuple[Edit, ...]) -> tuple[Elsewhere, ...]:
-    """Return the tree at other thresholds after the edits of `tree`."""
-    _, *after = edited_alike((tree, *(other.tree for other in others)), edits)
-    return tuple(replace(other, tree=own) for other, own in zip(others, after, strict=True))
+def _edited_too(
+    tree: Tree, others: tuple[Elsewhere, ...], again: Tree, edits: tuple[Edit, ...]
+) -> tuple[tuple[Elsewhere, ...], Tree]:
+    """Return the tree at other thresholds, and as it is fitted `again`, after the edits of `tree`."""
+    _, again, *after = edited_alike((tree, again, *(other.tree for other in others)), edits)
+    return tuple(replace(other, tree=own) for other, own in zip(others, after, strict=True)), again
 
 
 def _tell_loops(lumen: Segmentation, tree: Tree, what: str) -> None:

@@ -109,9 +109,29 @@ class Tree:
         """Return the same tree along other lines."""
         return replace(self, lines=tuple(lines))
 
+    def merged(self, row: int) -> "Tree":
+        """Return the tree whose inner vessel `row` is a point: its daughters leave its parent."""
+        parents = self.parent.copy()
+        parents[self.daughters(row)] = self.parent[row]
+        return without(self.lines, parents, {row})
+
     def times(self, factor: float) -> "Tree":
         """Return the tree with every coordinate and radius times `factor`."""
         return self.with_lines([Line(line.points * factor, line.radius * factor) for line in self.lines])
+
+
+def without(lines: Sequence[Line], parents: np.ndarray, gone: set[int]) -> Tree:
+    """Return the tree of the rows that are not `gone`, parents before daughters again."""
+    new = {-1: -1}
+    kept: list[int] = []
+    waiting = [row for row in range(len(lines)) if row not in gone]
+    while waiting:  # a daughter may have moved to a parent that stands after it
+        ready = [row for row in waiting if int(parents[row]) in new]
+        for row in ready:
+            new[row] = len(kept)
+            kept.append(row)
+        waiting = [row for row in waiting if row not in new]
+    return Tree(tuple(lines[row] for row in kept), np.array([new[int(parents[row])] for row in kept]))
 
 
 def distance_along(points: np.ndarray) -> np.ndarray:

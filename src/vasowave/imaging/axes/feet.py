@@ -52,7 +52,7 @@ class Feet:
     vessel: np.ndarray
 
 
-def feet_on(tubes: Tubes, points: np.ndarray, index: cKDTree) -> Feet:
+def feet_on(tubes: Tubes, points: np.ndarray) -> Feet:
     """Return where those of `points` that lie near a tube's wall stand on the tube nearest to them."""
     ends = np.setdiff1d(np.arange(len(tubes.rows)), tubes.parent)
     gap, share = np.full(len(points), np.inf), np.zeros(len(points))
@@ -61,8 +61,8 @@ def feet_on(tubes: Tubes, points: np.ndarray, index: cKDTree) -> Feet:
     for row, (own, place) in enumerate(zip(tubes.rows, tubes.places, strict=True)):
         axis, radius = tubes.nodes[own], tubes.radius[place]
         reach = radius + 3 + np.linalg.norm(np.diff(axis, axis=0), axis=1).max()
-        near = np.unique(np.concatenate(index.query_ball_point(axis, reach))).astype(int)
-        piece, along, away = _projected(axis, points[near])
+        near, nearest = _near(axis, points, reach)
+        piece, along, away = _projected(axis, points[near], nearest)
         held, distance = np.clip(along, 0, 1), np.linalg.norm(away, axis=1)
         beyond = distance - (1 - held) * radius[piece] - held * radius[piece + 1]
         less = beyond < gap[near]
@@ -79,12 +79,21 @@ def feet_on(tubes: Tubes, points: np.ndarray, index: cKDTree) -> Feet:
     return Feet(*(values[wall] for values in (gap, normal, nodes, places, share, vessel)))
 
 
-def _projected(axis: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _near(axis: np.ndarray, points: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of `points` lie within its `reach` of the node of `axis` nearest to them, and that node."""
+    rows, most = np.arange(len(points)), float(reach.max())
+    for k, (low, high) in enumerate(zip(axis.min(axis=0) - most, axis.max(axis=0) + most, strict=True)):
+        rows = rows[(points[rows, k] >= low) & (points[rows, k] <= high)]
+    distance, nearest = cKDTree(axis).query(points[rows])
+    found = distance <= reach[nearest]
+    return rows[found], nearest[found]
+
+
+def _projected(axis: np.ndarray, points: np.ndarray, nearest: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return each point's nearest piece of `axis`, where its foot lies along it, and the vector to it from the piece.
 
-    The foot's position is 0 to 1, beyond these past the ends of the axis.
+    The foot's position is 0 to 1, beyond these past the ends of the axis; `nearest` is the node nearest to each point.
     """
-    nearest = cKDTree(axis).query(points)[1]
     sides = []
     for piece in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(axis) - 2)):
         along = axis[piece + 1] - axis[piece]

@@ -2,11 +2,14 @@
 
 import numpy as np
 
+from vasowave.imaging.axes.skeleton import shortest
 from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.tree import Line, Tree
 
 REACH = 2.5
 """An axis is fitted over so many junction radii: farther out, a vessel's curvature misleads."""
+EARLIER, MOST = 1.5, 0.4
+"""`with_earlier_junctions` ends a vessel so many of its radii before its end, at most this share of its length."""
 
 
 def with_met_axes(tree: Tree) -> Tree:
@@ -32,6 +35,35 @@ def with_met_axes(tree: Tree) -> Tree:
         for daughter, arm in zip(daughters, arms[1:], strict=True):
             lines[daughter] = _rerouted(arm, meeting, radius)
     return tree.with_lines(lines)
+
+
+def with_earlier_junctions(tree: Tree) -> Tree:
+    """Return `tree` with every junction 1.5 radii nearer to the root: its daughters share the stretch beyond."""
+    lines = list(tree.lines)
+    for row, line in enumerate(tree.lines):
+        daughters = tree.daughters(row)
+        if len(daughters) == 0:
+            continue
+        back = min(EARLIER * line.typical_radius, MOST * line.length)
+        # A vessel's first point may have moved already: its end, at which all is measured, has not.
+        point = int(np.searchsorted(lines[row].run, lines[row].length - back))
+        shared = lines[row][point:-1]
+        lines[row] = lines[row][: point + 1]
+        for daughter in daughters:
+            lines[daughter] = shared.then(lines[daughter])
+    return tree.with_lines(lines)
+
+
+def without_short_vessels(tree: Tree, collapse: float = 0.6) -> Tree:
+    """Return `tree` without inner vessels shorter than `collapse` radii + the point distance: see `cut_at_junctions`.
+
+    Paths part late, and only fitted axes show how near to one another two junctions are.
+    """
+    for row in range(len(tree)):
+        inner = tree.parent[row] >= 0 and len(tree.daughters(row)) > 0
+        if inner and tree.lines[row].length < shortest(tree.lines[row], collapse):
+            return without_short_vessels(tree.merged(row), collapse)
+    return tree
 
 
 def _meeting_point(arms: list[Line], stretches: list[tuple[float, float]], radius: float) -> np.ndarray | None:

@@ -51,7 +51,7 @@ def cut_at_junctions(skeleton: Skeleton, collapse: float = 0.6) -> Tree:
         while len(below[run[-1]]) == 1:
             run.append(below[run[-1]][0])
         line = skeleton.line[run]
-        if below[run[-1]] and upstream >= 0 and line.length < _shortest(line, collapse):
+        if below[run[-1]] and upstream >= 0 and line.length < shortest(line, collapse):
             waiting.extend((run[-1], first, upstream) for first in below[run[-1]])
             continue
         waiting.extend((run[-1], first, len(lines)) for first in below[run[-1]])
@@ -74,5 +74,6 @@ def _below(above: np.ndarray) -> tuple[int, list[list[int]]]:
     return int(starts[0]), below
 
 
-def _shortest(line: Line, collapse: float) -> float:
+def shortest(line: Line, collapse: float) -> float:
+    """Return the least length of an inner vessel along `line`: `collapse` radii + the point distance, cm."""
     return float(collapse * line.radius.mean() + line.run[1])

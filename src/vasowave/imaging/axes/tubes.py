@@ -6,7 +6,6 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 from scipy.sparse.linalg import spsolve
-from scipy.spatial import cKDTree
 
 from vasowave.imaging.axes.feet import Feet, Tubes, feet_on
 from vasowave.imaging.axes.stiffness import Differences, differences, strengths
@@ -48,9 +47,9 @@ def fitted(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 0
     """
     tubes = _tubes(tree, spacing)
     points = surface[:: max(1, len(surface) // (DENSITY * len(tubes.nodes)))] / spacing
-    index, kept = cKDTree(points), differences(tubes)
+    kept = differences(tubes)
     for stiffness in np.maximum(STIFF / 2.0 ** np.arange(ROUNDS), 1.0):
-        feet = feet_on(tubes, points, index)
+        feet = feet_on(tubes, points)
         closer = _closer(tubes, feet, kept, stiffness * strengths(tubes, feet, kept, roughness))
         moved = np.abs(closer.nodes - tubes.nodes).max()
         tubes = closer
@@ -58,6 +57,21 @@ def fitted(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 0
             break
     lines = [_even(tubes.nodes[rows] * spacing, spacing) for rows in tubes.rows]
     return with_inscribed_radii(lines, tree.parent, surface)
+
+
+def misfit_around(tree: Tree, surface: np.ndarray, spacing: float, place: np.ndarray, reach: float) -> float:
+    """Return how badly the tubes of `tree` fit the `surface` within `reach` (cm) of `place`: what `fitted` makes small.
+
+    The mean of log(1 + (gap / outlier)²), of which a few outliers do not make much.
+    """
+    tubes = _tubes(tree, spacing)
+    near = surface[np.linalg.norm(surface - place, axis=1) < reach] / spacing
+    feet = feet_on(tubes, near)
+    return float(np.mean(np.log1p(_outlying(tubes, feet) ** 2))) if len(feet.gap) else 0.0
+
+
+def _outlying(tubes: Tubes, feet: Feet) -> np.ndarray:
+    return np.asarray(feet.gap / (OUTLIER + SHAPE * tubes.radius[feet.places[:, 0]]))
 
 
 def _tubes(tree: Tree, spacing: float) -> Tubes:
@@ -90,7 +104,7 @@ def _even(nodes: np.ndarray, spacing: float) -> np.ndarray:
 def _closer(tubes: Tubes, feet: Feet, kept: Differences, strength: np.ndarray) -> Tubes:
     """Return the tubes after one weighted step of Gauss and Newton toward the feet's points."""
     state = np.concatenate([tubes.nodes.ravel(), tubes.radius])
-    weight = 1 / (1 + (feet.gap / (OUTLIER + SHAPE * tubes.radius[feet.places[:, 0]])) ** 2)
+    weight = 1 / (1 + _outlying(tubes, feet) ** 2)
     jacobian = _jacobian(tubes, feet)
     smooth = kept.matrix.T @ diags_array(strength) @ kept.matrix
     held = _free_ends(tubes)

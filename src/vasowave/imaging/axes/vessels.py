@@ -6,18 +6,21 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from vasowave.imaging.axes.ends import with_ends_at_half_grey, with_ends_at_the_surface
-from vasowave.imaging.axes.junctions import with_met_axes
+from vasowave.imaging.axes.junctions import with_earlier_junctions, with_met_axes, without_short_vessels
 from vasowave.imaging.axes.paths import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
 from vasowave.imaging.axes.protrusions import tips_outside
 from vasowave.imaging.axes.skeleton import cut_at_junctions
 from vasowave.imaging.axes.smoothing import without_stairs
-from vasowave.imaging.axes.tubes import fitted
+from vasowave.imaging.axes.tubes import fitted, misfit_around
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.tree import Tree
 
 ROUNDS = 4
 """Automatic mode looks at most so often for vessels that stick out of the tubes of those found."""
+AROUND, AS_WELL = 4.0, 1.3
+"""Two fits are as good around a junction, within so many radii, if their misfits differ by at most this factor: two
+places that the image does not decide between differ by a twentieth, a fit that went astray doubles the misfit."""
 
 
 def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = None) -> Tree:
@@ -42,12 +45,44 @@ def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = 
     else:
         tree = _to_surface(ways, outlet_tips(ways, outlets))
     # A junction that the paths put many voxels too far is not brought back by one fit.
-    return _refitted(tree, lumen, ways.surface)
+    tree = _refitted(tree, lumen, ways.surface)
+    whole = without_short_vessels(tree)
+    return tree if len(whole) == len(tree) else _refitted(whole, lumen, ways.surface)
 
 
 def in_another_lumen(tree: Tree, lumen: Segmentation) -> Tree:
     """Return the vessels of `tree` with their axes and radii in `lumen`, that of another threshold."""
     return _refitted(tree, lumen, surface_points(lumen))
+
+
+def begun_elsewhere(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
+    """Return the vessels of `tree`, fitted anew from junctions that begin elsewhere, see `with_earlier_junctions`.
+
+    Where the surface decides where vessels meet, they meet there again. Where daughters run on side by side before
+    they part, the fit may settle in either of two places that fit the surface as well, and the image does not say
+    which. Vessels of a junction that fits worse stay as they are.
+
+    Parameters
+    ----------
+    tree : Tree
+    lumen : Segmentation
+    surface : float array, shape (corner, 3)
+        Points of the surface of `lumen`, cm.
+    """
+    begun = fitted(with_earlier_junctions(tree), surface, lumen.spacing, lumen.roughness)
+    again = _refitted(begun, lumen, surface)
+    worse = {-1: False} | {row: _fits_worse(again, tree, row, surface, lumen.spacing) for row in range(len(tree))}
+    kept = [worse[row] or worse[int(parent)] for row, parent in enumerate(tree.parent)]
+    return tree.with_lines([(tree if stays else again).lines[row] for row, stays in enumerate(kept)])
+
+
+def _fits_worse(again: Tree, tree: Tree, row: int, surface: np.ndarray, spacing: float) -> bool:
+    """Whether `again` fits the surface worse than `tree` around the end of an inner vessel."""
+    if row in tree.terminals:
+        return False
+    line = tree.lines[row]
+    where = spacing, line.points[-1], AROUND * line.typical_radius
+    return misfit_around(again, surface, *where) > AS_WELL * misfit_around(tree, surface, *where)
 
 
 def _refitted(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import theilslopes
 
+from vasowave.imaging.measure.beside import COPIES
 from vasowave.imaging.measure.profiles import Profile
 
 FEWEST = 5
@@ -36,7 +36,7 @@ def evened_sections(one: Profile, middle: float) -> Evened:
     width = np.sqrt(one.signal)
     if np.ptp(one.run) <= 0 or len(width) < FEWEST:
         return Evened(one, 0.0)
-    slope = float(theilslopes(width, one.run).slope)
+    slope = _median_slope(one.run, width)
     rest = width - slope * one.run
     error = float(np.std(rest)) / (float(np.std(one.run)) * np.sqrt(len(width) / SHARED))
     slope *= max(0.0, 1 - (SURE * error / max(abs(slope), 1e-12)) ** 2)
@@ -47,18 +47,41 @@ def evened_sections(one: Profile, middle: float) -> Evened:
     return Evened(replace(one, signal=one.signal * (line[-1] / line[:-1]) ** 2), carried)
 
 
-def moderated(profiles: Sequence[Profile | None]) -> list[float]:
+def _median_slope(x: np.ndarray, y: np.ndarray) -> float:
+    """Return the median slope of all pairs of points."""
+    first, second = np.triu_indices(len(x), 1)
+    apart = x[second] != x[first]
+    return float(np.median((y[second] - y[first])[apart] / (x[second] - x[first])[apart]))
+
+
+def moderated(profiles: Sequence[Profile | None], beside: np.ndarray) -> np.ndarray:
     """Return the standard error of each vessel's mean signal, grey levels · cm²; NaN without sections.
 
     The scatter of a dozen sections is known to a fifth, and where it happens to be small a wrong radius would look
     sure. All vessels of an image share its noise: what that lets a section scatter, by its area and that of its
     background, is scaled to the median of all vessels, and counts as `BELIEVED` sections beside the vessel's own.
+    The same is done with what the sections show `beside` their vessel, and the larger error counts: sections of one
+    vessel do not show what noise they have in common, those beside it not that they differ.
+
+    Parameters
+    ----------
+    profiles : sequence of Profile or None
+    beside : float array, shape (vessel,)
+        See `signal_beside`, NaN where unknown.
     """
     own = np.array([np.nan if one is None else float(np.std(one.signal)) for one in profiles])
     noise = np.array([np.nan if one is None else one.noise for one in profiles])
     count = np.array([1.0 if one is None else max(len(one.signal) / SHARED, 1.0) for one in profiles])
-    if not np.isfinite(own).any():
-        return own.tolist()
-    usual = float(np.nanmedian(own / noise)) * noise
-    variance = (BELIEVED * usual**2 + (count - 1) * own**2) / (BELIEVED + count - 1)
-    return list(np.sqrt(variance / count))
+    scatter = _pooled(own, noise, count - 1) / np.sqrt(count)
+    common = _pooled(beside, noise / np.sqrt(count), np.full(len(own), COPIES / 2))
+    return np.asarray(np.fmax(scatter, common))
+
+
+def _pooled(own: np.ndarray, expected: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Return each vessel's `own` deviation, known from `count` values, moderated by what noise lets all expect."""
+    known = np.isfinite(own)
+    if not known.any():
+        return own
+    usual = float(np.nanmedian(own / expected)) * expected
+    count = np.where(known, count, 0.0)
+    return np.asarray(np.sqrt((BELIEVED * usual**2 + count * np.nan_to_num(own) ** 2) / (BELIEVED + count)))

@@ -38,6 +38,8 @@ class Profile:
         Steepest fall of the grey level with the distance from the axis, grey levels per cm.
     run : float array, shape (section,)
         How far along the vessel each section lies, cm.
+    rows : int array, shape (section,)
+        The points of the vessel's line at which they lie.
     noise : float
         How much a section's signal scatters for noise of one grey level in each voxel, up to a factor, cm².
     """
@@ -47,6 +49,7 @@ class Profile:
     spread: np.ndarray
     slope: float
     run: np.ndarray
+    rows: np.ndarray
     noise: float = 1.0
 
 
@@ -85,7 +88,8 @@ def profile(
     # The integral's own noise, and that of the background's median (π/2 as much as of a mean) over its area.
     noise = np.sqrt(area + np.pi / 2 * area**2 / (np.mean(ring[good].sum(axis=1)) * (STEP * spacing) ** 2))
     plateau = above[:, core].mean(axis=1)
-    return Profile(signal, plateau, spread, steepest, line.run[sections[good]], float(noise))
+    rows = sections[good]
+    return Profile(signal, plateau, spread, steepest, line.run[rows], rows, float(noise))
 
 
 def _seen(grid: np.ndarray, within: np.ndarray, foreign: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

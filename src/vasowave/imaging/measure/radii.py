@@ -1,11 +1,12 @@
 """The densitometric radius: the grey level integrated over the cross-section, which hardly knows the threshold."""
 
 from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import trim_mean
 
 from vasowave.imaging.axes.stretches import clear_stretches
+from vasowave.imaging.measure.beside import signal_beside
 from vasowave.imaging.measure.contrast import blur_of, contrasts
 from vasowave.imaging.measure.evening import Evened, evened_sections, moderated
 from vasowave.imaging.measure.profiles import Look, Profile, profile
@@ -16,6 +17,10 @@ MODEL = 0.006
 """Relative standard deviation of a radius for what no repetition shows: background, axis, sampling."""
 WIDER = 1.25
 """A section that is not round reaches so much farther than its inscribed ball."""
+WIDEST = 1.6
+"""What is integrated reaches beyond at most so many inscribed radii."""
+WINDOW = 0.25
+"""Step of the radii beyond which sections reach, voxels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +30,8 @@ class Densitometry:
     Attributes
     ----------
     radius, sd : float array
-        Radius of the circle of the section's area, cm, and its standard deviation: sections that differ, the error of
-        the contrast, `MODEL`.
+        Radius of the circle of the section's area, cm, and its standard deviation: sections that differ or noise as it
+        is beside the vessel, the error of the contrast, `MODEL`.
     contrast : float array
         Grey level of the lumen above the background.
     own : float array
@@ -54,7 +59,8 @@ def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray, look: Look =
     """Return the radius of every vessel from the area of its sections, ∫(g - background) dA / contrast.
 
     Blur conserves this integral, so neither blur nor threshold changes it. The contrast is each vessel's, see
-    `contrasts`.
+    `contrasts`. A first look tells how far the sections have to reach (`windows`): the inscribed radius follows the
+    threshold, and what is integrated must not.
 
     Parameters
     ----------
@@ -65,20 +71,67 @@ def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray, look: Look =
     look : callable
         What looks at the sections of a vessel, as `profile` does.
     """
+    window = windows(densitometric_radii(tree, volume, inscribed, inscribed, look), inscribed, float(volume.spacing[0]))
+    looked = _looked(tree, volume, inscribed, window, look)
+    beside = [
+        np.nan if one is None else signal_beside(line, one.rows, reach, volume, tree.line)
+        for line, one, reach in zip(tree.lines, looked.profiles, window, strict=True)
+    ]
+    scatter = moderated([one if one is None else one.sections for one in looked.evened], np.array(beside))
+    columns = [
+        _measured(*each, looked.blur)
+        for each in zip(looked.evened, scatter, looked.contrast, looked.error, strict=True)
+    ]
+    radius, sd, own, aspect = np.array(columns).T
+    return Densitometry(radius, sd, looked.contrast, own, aspect)
+
+
+def densitometric_radii(
+    tree: Tree, volume: Volume, inscribed: np.ndarray, window: np.ndarray, look: Look = profile
+) -> np.ndarray:
+    """Return the radius of `densitometry` alone, cm, NaN without sections; sections reach beyond radii of `window`."""
+    looked = _looked(tree, volume, inscribed, window, look)
+    return np.array(
+        [
+            np.nan if one is None or not contrast > 0 else densitometric_radius(one.sections, contrast)
+            for one, contrast in zip(looked.evened, looked.contrast, strict=True)
+        ]
+    )
+
+
+class _Looked(NamedTuple):
+    """Profiles of all vessels, the same evened, their contrast with its error, and the blur."""
+
+    profiles: list[Profile | None]
+    evened: list[Evened | None]
+    contrast: np.ndarray
+    error: np.ndarray
+    blur: float
+
+
+def _looked(tree: Tree, volume: Volume, inscribed: np.ndarray, window: np.ndarray, look: Look) -> _Looked:
     stretches = clear_stretches(tree)
-    profiles = [_profile(tree, row, stretches[row], inscribed[row], volume, look) for row in range(len(tree))]
+    profiles = [
+        _profile(tree, row, stretches[row], inscribed[row], window[row], volume, look) for row in range(len(tree))
+    ]
     blur = blur_of(profiles, inscribed, float(volume.spacing[0]))
     contrast, error = contrasts(profiles, _ways(tree), blur)
     middles = [line.length / 2 for line in tree.lines]
     evened = [one if one is None else evened_sections(one, at) for one, at in zip(profiles, middles, strict=True)]
-    scatter = moderated([one if one is None else one.sections for one in evened])
-    columns = [_measured(*each, blur) for each in zip(evened, scatter, contrast, error, strict=True)]
-    radius, sd, own, aspect = np.array(columns).T
-    return Densitometry(radius, sd, contrast, own, aspect)
+    return _Looked(profiles, evened, contrast, error, blur)
+
+
+def windows(radius: np.ndarray, inscribed: np.ndarray, spacing: float) -> np.ndarray:
+    """Return the radii from which sections are to reach: `radius`, held to the `inscribed` one where it is far off.
+
+    They come in steps, so that another vessel's edit, which moves every contrast by a hair, leaves them as they were.
+    """
+    held = np.clip(np.where(np.isfinite(radius), radius, inscribed), inscribed, WIDEST * inscribed)
+    return np.asarray(np.ceil(held / (WINDOW * spacing)) * WINDOW * spacing)
 
 
 def _profile(
-    tree: Tree, row: int, stretch: tuple[float, float], inscribed: float, volume: Volume, look: Look
+    tree: Tree, row: int, stretch: tuple[float, float], inscribed: float, window: float, volume: Volume, look: Look
 ) -> Profile | None:
     """Return the profile of a vessel over its clear stretch."""
     line, (begin, end) = tree.lines[row], stretch
@@ -86,7 +139,7 @@ def _profile(
     first = max(begin, 1.5 * line.radius[0] + 0.5 * inscribed)
     free = np.flatnonzero((line.run > first) & (line.run < min(end, line.length - tail)))
     others = [other for k, other in enumerate(tree.lines) if k != row]
-    return look(line, free, inscribed, volume, others)
+    return look(line, free, window, volume, others)
 
 
 def densitometric_radius(one: Profile, contrast: float) -> float:
@@ -94,7 +147,9 @@ def densitometric_radius(one: Profile, contrast: float) -> float:
 
     The mean is that of the middle half: neighbors disturb some sections, noise all.
     """
-    return float(np.sqrt(max(trim_mean(one.signal, 0.25), 0.0) / (np.pi * contrast)))
+    cut = len(one.signal) // 4
+    middle = np.sort(one.signal)[cut : len(one.signal) - cut]
+    return float(np.sqrt(max(middle.mean(), 0.0) / (np.pi * contrast)))
 
 
 def section_radii(line: Line, volume: Volume) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""How much the radii of a tree depend on the threshold."""
+"""How much radii and lengths depend on the threshold, and lengths on where the fit of the axes begins."""
 
 import warnings
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from vasowave.imaging.axes.vessels import in_another_lumen
 from vasowave.imaging.lumen.segmentation import Segmenter
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.measure.profiles import Look, profile
-from vasowave.imaging.measure.radii import densitometry
+from vasowave.imaging.measure.radii import densitometric_radii, windows
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Tree
@@ -81,9 +81,11 @@ def elsewhere(
 
 
 def with_spread(
-    measured: Measurement, others: Sequence[Elsewhere], volume: Volume, look: Look = profile
+    measured: Measurement, others: Sequence[Elsewhere], again: Tree, volume: Volume, look: Look = profile
 ) -> Measurement:
     """Return `measured` with the SD of each vessel's radius and length over three thresholds.
+
+    A length that is another one where the fit begins elsewhere is one of two: its SD is 1/√2 of what they differ.
 
     All radii are measured anew at the other thresholds, each by the estimator that it has in `measured`.
 
@@ -92,6 +94,8 @@ def with_spread(
     measured : Measurement
     others : sequence of Elsewhere
         The same vessels at the other thresholds; without one of them the SD is unknown.
+    again : Tree
+        The same vessels, see `begun_elsewhere`.
     volume : Volume
     look : callable
         See `densitometry`.
@@ -105,27 +109,32 @@ def with_spread(
     radii, lengths = [radius], [measured.network.length]
     unknown = np.full((2, len(radius)), np.nan)
     for other in others:
-        sizes = _sizes_in(other, measured.tree, volume, np.isfinite(measured.densitometric), look)
+        sizes = _sizes_in(other, measured, volume, look)
         radii.append(sizes[0])
         lengths.append(sizes[1])
     if len(others) < len(FACTORS):
         radii.append(unknown[0])
         lengths.append(unknown[1])
     grey = np.zeros(len(radius)) if measured.grey is None else np.nan_to_num(measured.grey.sd)
-    spacing = float(volume.spacing[0])
     spread = np.hypot(np.std(radii, axis=0, ddof=1), grey)
-    return replace(measured, radius_sd=spread, length_sd=np.hypot(np.std(lengths, axis=0, ddof=1), ENDS * spacing))
+    moved = (np.array([line.length for line in again.lines]) - lengths[0]) / np.sqrt(2)
+    fixed = np.hypot(moved, ENDS * float(volume.spacing[0]))
+    return replace(measured, radius_sd=spread, length_sd=np.hypot(np.std(lengths, axis=0, ddof=1), fixed))
 
 
-def _sizes_in(other: Elsewhere, tree: Tree, volume: Volume, dense: np.ndarray, look: Look) -> np.ndarray:
-    """Return radius and length of every vessel of `tree` at another threshold, NaN where it is not in that lumen."""
-    lost = ~_in_lumen(tree, other)
+def _sizes_in(other: Elsewhere, measured: Measurement, volume: Volume, look: Look) -> np.ndarray:
+    """Return radius and length of every vessel at another threshold, NaN where it is not in that lumen."""
+    lost = ~_in_lumen(measured.tree, other)
     if lost.any():
         names = ", ".join(str(row + 1) for row in np.flatnonzero(lost))
         _warn(f"at threshold {other.threshold:g} the lumen does not hold vessel(s) {names}: radius_sd is unknown there")
     network = network_of(other.tree)
-    inscribed = network.radius
-    radius = np.where(dense, densitometry(other.tree, volume, inscribed, look).radius, inscribed)
+    dense, window = (
+        np.isfinite(measured.densitometric),
+        windows(measured.densitometric, measured.inscribed, float(volume.spacing[0])),
+    )
+    grey = densitometric_radii(other.tree, volume, network.radius, window, look)
+    radius = np.where(dense, grey, network.radius)
     return np.where(lost, np.nan, [radius, network.length])
 
 

@@ -23,7 +23,7 @@ from vasowave import units
 from vasowave.columns import NO_END
 from vasowave.errors import InputError, VasowaveWarning, did_you_mean
 from vasowave.imaging.places import place, written
-from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.tree import Tree, without
 from vasowave.textfile import read_lines
 
 REACH = 3.0
@@ -172,7 +172,7 @@ def _removed(tree: Tree, row: int, share: float, where: str) -> Tree:
         lines[parent] = lines[parent].then(lines[sister][1:])
         parents[parents == sister] = parent
         gone.add(sister)
-    return _without(lines, parents, gone)
+    return without(lines, parents, gone)
 
 
 def _cut(tree: Tree, row: int, share: float, where: str) -> Tree:
@@ -182,18 +182,15 @@ def _cut(tree: Tree, row: int, share: float, where: str) -> Tree:
     if point < 1:
         raise InputError(f"{where}: the place is where the vessel begins; use 'remove' to drop the whole vessel")
     lines[row] = lines[row][: point + 1]
-    return _without(lines, tree.parent.copy(), _beyond(tree, row) - {row})
+    return without(lines, tree.parent.copy(), _beyond(tree, row) - {row})
 
 
 def _merged(tree: Tree, row: int, share: float, where: str) -> Tree:
-    parent = int(tree.parent[row])
-    daughters = tree.daughters(row)
-    if parent < 0 or len(daughters) == 0:
-        which = "root" if parent < 0 else "terminal vessel; use 'remove'"
+    is_root = tree.parent[row] < 0
+    if is_root or len(tree.daughters(row)) == 0:
+        which = "root" if is_root else "terminal vessel; use 'remove'"
         raise InputError(f"{where}: 'merge' makes an inner vessel a point, but this is a {which}")
-    parents = tree.parent.copy()
-    parents[daughters] = parent
-    return _without(list(tree.lines), parents, {row})
+    return tree.merged(row)
 
 
 _ACTIONS: dict[str, Callable[[Tree, int, float, str], Tree]] = {"remove": _removed, "cut": _cut, "merge": _merged}
@@ -206,17 +203,3 @@ def _beyond(tree: Tree, row: int) -> set[int]:
         if parent in rows:
             rows.add(other)
     return rows
-
-
-def _without(lines: list[Line], parents: np.ndarray, gone: set[int]) -> Tree:
-    """Return the tree of the rows that are not `gone`, parents before daughters again."""
-    new = {-1: -1}
-    kept: list[int] = []
-    waiting = [row for row in range(len(lines)) if row not in gone]
-    while waiting:  # a daughter may have moved to a parent that stands after it
-        ready = [row for row in waiting if int(parents[row]) in new]
-        for row in ready:
-            new[row] = len(kept)
-            kept.append(row)
-        waiting = [row for row in waiting if row not in new]
-    return Tree(tuple(lines[row] for row in kept), np.array([new[int(parents[row])] for row in kept]))

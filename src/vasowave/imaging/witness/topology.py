@@ -11,7 +11,7 @@ from vasowave.imaging.witness.skeleton import Branches
 NEAR = 2.0, 4.0
 """Two ends are one if they lie within so many radii + voxels."""
 LONG = 1.5
-"""An inner vessel shorter than so many radii may be one junction for the witness."""
+"""An inner vessel shorter than so many radii may be no vessel but one junction, and is one for the witness."""
 
 
 def topology_doubts(tree: Tree, skeleton: Branches, spacing: float, all_ends: bool) -> list[Doubt]:
@@ -43,7 +43,7 @@ def topology_doubts(tree: Tree, skeleton: Branches, spacing: float, all_ends: bo
             f"{'; '.join(map(written, places))}: a vessel may be missing there; look, and give outlets or edits"
         )
         doubts.append(Doubt("topology", text, _names(_nearest(tree, places)), places))
-    return doubts + _junction_doubts(tree, skeleton, pairs)
+    return doubts + _junction_doubts(tree, skeleton, pairs) + _short_doubts(tree)
 
 
 def _paired(tree: Tree, skeleton: Branches, tips: np.ndarray, spacing: float) -> dict[int, int]:
@@ -63,16 +63,29 @@ def _junction_doubts(tree: Tree, skeleton: Branches, pairs: dict[int, int]) -> l
     """Return a doubt about inner vessels that carry blood to other ends than any branch of the skeleton does."""
     ours = _beyond(tree.parent, {row: row for row in pairs})
     theirs = set(_beyond(skeleton.parent, {tip: row for row, tip in pairs.items()}).values())
-    other = [
-        row
-        for row, ends in ours.items()
-        if len(ends) > 1 and ends not in theirs and tree.lines[row].length > LONG * tree.lines[row].typical_radius
-    ]
+    other = [row for row, ends in ours.items() if len(ends) > 1 and ends not in theirs and not _is_short(tree, row)]
     if not other:
         return []
     names = ", ".join(str(row + 1) for row in other)
     text = f"a second, independent tree of the lumen joins other vessels than vessel(s) {names} do: look at their ends"
     return [Doubt("topology", text, _names(other), np.array([tree.lines[row].points[-1] for row in other]))]
+
+
+def _short_doubts(tree: Tree) -> list[Doubt]:
+    """Return a doubt about inner vessels so short that their two junctions may be one, whatever the witness sees."""
+    inner = [row for row in range(len(tree)) if row not in tree.terminals and row != tree.root]
+    short = [row for row in inner if _is_short(tree, row)]
+    if not short:
+        return []
+    text = (
+        f"vessel(s) {', '.join(str(row + 1) for row in short)}: shorter than {LONG:g} radii between two junctions, "
+        "which may be one that more than two vessels leave: look, and merge what is no vessel"
+    )
+    return [Doubt("topology", text, _names(short), np.array([tree.lines[row].points[-1] for row in short]))]
+
+
+def _is_short(tree: Tree, row: int) -> bool:
+    return tree.lines[row].length <= LONG * tree.lines[row].typical_radius
 
 
 def _beyond(parent: np.ndarray, names: dict[int, int]) -> dict[int, frozenset[int]]:

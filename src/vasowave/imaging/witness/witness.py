@@ -1,9 +1,9 @@
 """No answer without its witness: everything that contradicts a measured tree, or that it does not settle, by vessel."""
 
 from collections.abc import Sequence
+from statistics import NormalDist
 
 import numpy as np
-from scipy.stats import norm
 
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.measure.measurement import Measurement
@@ -15,8 +15,9 @@ from vasowave.imaging.witness.topology import topology_doubts
 LENGTH, RADIUS = 0.10, 0.05
 """A vessel is named if so many SD of its length (`SURE`) or radius (`CHANCE`) exceed this share."""
 SURE = 3.0
-CHANCE = 0.1
-"""So many SD of a radius that in one tree of ten some radius is beyond them: the more vessels, the more SD."""
+CHANCE = 0.2
+"""So many SD of a radius that in one tree of five some radius is beyond them: the more vessels, the more SD. Few of
+these radii are off by a `RADIUS` that is not named: most vessels are surer than just sure enough."""
 SHATTERED = 0.5
 """A tree with a larger share of vessels that are too short to be measured is doubted as a whole."""
 UNEVEN = 0.06
@@ -75,7 +76,7 @@ def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
 def _unsettled(measured: Measurement) -> list[Doubt]:
     """Return which lengths and radii the image does not settle."""
     network = measured.network
-    deviations = float(norm.isf(CHANCE / 2 / len(network)))
+    deviations = NormalDist().inv_cdf(1 - CHANCE / 2 / len(network))
     lengths = ~(SURE * measured.length_sd <= LENGTH * network.length)
     radii = ~(deviations * measured.radius_sd <= RADIUS * network.radius)
     texts = (
