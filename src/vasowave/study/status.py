@@ -14,7 +14,6 @@ from vasowave.study.plan import Study
 from vasowave.study.running import LOCK
 from vasowave.study.store import CACHE
 
-
 POSTERIOR = " posterior"
 
 
