@@ -2,7 +2,8 @@
 
     python benchmarks/interval_coverage.py --out found.csv                 10 animals of every row; an hour or more
     python benchmarks/interval_coverage.py --out found.csv --method fit --animals 40      minutes: no posterior
-    python benchmarks/interval_coverage.py --out found.csv --docs          tables of what is in the file, into the docs
+    python benchmarks/interval_coverage.py --out found.csv --docs          tables of what is in the file, into the docs;
+                                                                           with --method, only those of one
 
 Every animal of `known_animals` is analyzed twice with default settings: by the fit with its interval (two starts), and
 by the posterior (150 draws). Each animal is a line in the file as soon as it is done; a run that was stopped goes on
@@ -160,7 +161,7 @@ def main():
         with chosen.out.open("a", newline="") as file:
             csv.writer(file).writerows(found)
         print(row, number, *(f"{x[2]} {x[3]} {x[4]:.3g} in [{x[5]:.3g}, {x[7]:.3g}]" for x in found[::4]), flush=True)
-    for method in METHODS:
+    for method in chosen.method:
         print(table(chosen.out, method))
         if chosen.docs:
             put(method, table(chosen.out, method), PAGE)
