@@ -50,7 +50,7 @@ def test_the_error_of_an_image_that_a_group_shares_is_not_averaged_away(results)
 
 def test_the_supplement_says_which_values_come_from_posteriors(results):
     drawn = primary_comparison(
-        gathered([with_posterior(result) for result in results]), Family("linear", (*NAMES, "a"))
+        gathered([with_posterior(result) for result in results]), Family("linear", (*NAMES, "tau"))
     )
     (table,) = primary_tables(drawn, {})
     assert {row[0]: row[1] for row in table.rows} == {
