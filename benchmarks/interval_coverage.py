@@ -40,6 +40,7 @@ PAIRS = {
 }
 """What is true, and the rows whose animals were analyzed by the linear and by the tangent law."""
 
+FEWEST = 5  # animals of a row that is shown
 LEAST = 0.90  # share of intervals that hold the truth, below which an entry is marked
 PAGE = Path(__file__).parents[1] / "docs" / "coverage.md"
 SELECTION = PAGE.with_name("selection.md")
@@ -97,7 +98,8 @@ def table(path, method):
     data = pd.read_csv(path)
     data = data[data["method"] == method]
     lines = [f"| truth → fitted | animals | {' | '.join(QUANTITIES)} |", "|---|---|" + "---|" * len(QUANTITIES)]
-    for row in [row for row in ROWS if row in set(data["row"])]:
+    animals = data.groupby("row")["animal"].nunique()
+    for row in [row for row in ROWS if animals.get(row, 0) >= FEWEST]:
         one = data[data["row"] == row]
         cells = [entry(one[one["quantity"] == name]) for name in QUANTITIES]
         lines.append(f"| {ROWS[row].said} | {one['animal'].nunique()} | {' | '.join(cells)} |")
@@ -117,7 +119,7 @@ def selection(path):
     for truth, rows in PAIRS.items():
         if not set(rows) <= set(data["row"]):
             continue
-        both = evidence.loc[rows[0]].join(evidence.loc[rows[1]], how="inner", rsuffix=" of tangent")
+        both = evidence.loc[rows[0]].join(evidence.loc[rows[1]].add_suffix(" of tangent"), how="inner")
         gain = both["log_evidence of tangent"] - both["log_evidence"]
         linear, tangent = int((gain <= -np.log(CLEAR)).sum()), int((gain >= np.log(CLEAR)).sum())
         poor = int((both[["k_hat", "k_hat of tangent"]].max(axis=1) > UNTRUSTED).sum())
