@@ -37,18 +37,6 @@ def compare_laws(posteriors: Sequence[Posterior]) -> xr.Dataset:
     ------
     InputError
         Fewer than two posteriors, two of one law, or other harmonics compared.
-
-    Examples
-    --------
-    >>> import vasowave as vw
-    >>> from vasowave.inference.laws import compare_laws
-    >>> shape = vw.Priors(radius=0, length=0)
-    >>> drawn = [
-    ...     vw.posterior(vw.control_network(), vw.virtual_mouse(), law, priors=shape, draws=40)
-    ...     for law in ("linear", "tangent")
-    ... ]
-    >>> float(compare_laws(drawn)["weight"].sum().round(6))
-    1.0
     """
     walls = [one.wall for one in posteriors]
     if len(set(walls)) < max(len(walls), 2):
