@@ -95,5 +95,5 @@ def _said(posteriors: Sequence[Posterior], weight: np.ndarray) -> str:
         f"{other.wall} law: {how} likelier."
     )
     if ratio >= CLEAR:
-        said += f" Most of it comes from harmonic {gain.index[-1]}."
+        said += f" What it foretells better is above all harmonic {gain.index[-1]}."
     return said
