@@ -2,130 +2,52 @@
 
     python benchmarks/interval_coverage.py --out found.csv                 10 animals of every row; an hour or more
     python benchmarks/interval_coverage.py --out found.csv --method fit --animals 40      minutes: no posterior
-    python benchmarks/interval_coverage.py --out found.csv --docs          tables of what is in the file, in the docs
+    python benchmarks/interval_coverage.py --out found.csv --docs          tables of what is in the file, into the docs;
+                                                                           with --method, only those of one
 
-Every animal is drawn, simulated with the solver, disturbed as its row says, and given smooth noise of 0.4 mmHg (its
-spectrum is not of the family that is assumed) and white noise of 0.03 mmHg. Then it is analyzed twice with default
-settings: by the fit with its interval (two starts), and by the posterior (150 draws). Each animal is a line in the file
-as soon as it is done; a run that was stopped goes on where it was.
+Every animal of `known_animals` is analyzed twice with default settings: by the fit with its interval (two starts), and
+by the posterior (150 draws). Each animal is a line in the file as soon as it is done; a run that was stopped goes on
+where it was. Animals that have the posteriors of two laws tell how often the evidence takes the wrong one.
 """
 
 import argparse
 import csv
-import zlib
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from known_animals import ROWS, animal
 from robustness_page import put
 from vasowave.animal.quantities import derived as quantities_of
 from vasowave.animal.quantities import errors_of, model_of
 from vasowave.calibration import Search, calibrate
 from vasowave.datasets import control_network
-from vasowave.datasets.virtual import ejection
 from vasowave.inference import posterior
 from vasowave.inference.derived import derived
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.nominal import windkessels
-from vasowave.recording import Inflow, Recording
-from vasowave.solver import Numerics, simulate
-from vasowave.walls import LinearWall, TangentWall
+from vasowave.inference.laws import CLEAR
+from vasowave.inference.reweighting import UNTRUSTED
 
-SAMPLES, NOISE, WHITE = 512, 0.4, 0.03
 METHODS = ("fit", "posterior")
 QUANTITIES = ("wave_speed", "R_T", "a", "C_p")
-ROWS = {
-    "linear": ("linear", "linear", "nothing"),
-    "geometry": ("linear", "linear", "geometry"),
-    "stiffening": ("linear", "linear", "stiffening"),
-    "tangent": ("tangent", "tangent", "nothing"),
-    "linear as tangent": ("linear", "tangent", "nothing"),
-    "tangent as linear": ("tangent", "linear", "nothing"),
-    "taper": ("linear", "linear", "taper"),
-    "drift": ("linear", "linear", "drift"),
-}
-"""Truth, fitted law, and what is wrong."""
 
-SAID = {
-    "linear": "linear → linear",
-    "geometry": "linear, radii 5 % in common and 5 % each, lengths 5 % wrong → linear",
-    "stiffening": "linear, stiffness ∝ r^-0.7 → linear",
-    "tangent": "tangent → tangent",
-    "linear as tangent": "linear → tangent",
-    "tangent as linear": "tangent → linear",
-    "taper": "linear, vessels taper by 20 % → linear",
-    "drift": "linear, 2 mmHg of drift left in → linear",
+PAIRS = {
+    "linear": ("linear again", "linear as tangent"),
+    "linear, geometry wrong": ("geometry", "geometry, tangent"),
+    "linear, stiffness ∝ r^-0.7": ("stiffening", "stiffening, tangent"),
+    "linear, taper": ("taper", "taper, tangent"),
+    "tangent": ("tangent, linear", "tangent"),
 }
+"""What is true, and the rows whose animals were analyzed by the linear and by the tangent law."""
+
+FEWEST = 5  # animals of a row that is shown
 LEAST = 0.90  # share of intervals that hold the truth, below which an entry is marked
 PAGE = Path(__file__).parents[1] / "docs" / "coverage.md"
+SELECTION = PAGE.with_name("selection.md")
 
-FIELDS = ("row", "animal", "method", "quantity", "truth", "low", "middle", "high", "k_hat", "simulations")
-
-
-def heart(rng):
-    """Return an inflow that varies from animal to animal."""
-    shape = ejection(SAMPLES, 0.40 + 0.015 * rng.standard_normal(), 0.70 + 0.05 * rng.standard_normal()).flow
-    output = 0.18 * np.exp(0.1 * rng.standard_normal())
-    return Inflow(output * shape / shape.mean(), 0.11 * np.exp(0.08 * rng.standard_normal()))
-
-
-def wall_of(law, rng):
-    first, second = rng.standard_normal(2)
-    if law == "linear":
-        return LinearWall(57.0 * np.exp(0.3 * first))
-    return TangentWall(7.0 * np.exp(0.3 * first), 4.0 * np.exp(0.2 * second))
-
-
-def wrong_sizes(network, rng):
-    """Radii 5 % in common and 5 % each, lengths 5 % each."""
-    radius = np.exp(0.05 * rng.standard_normal() + 0.05 * rng.standard_normal(len(network)))
-    length = np.exp(0.05 * rng.standard_normal(len(network)))
-    return replace(network, radius=network.radius * radius, length=network.length * length)
-
-
-def tapered(network, pieces=4, fall=0.2):
-    """Return the network with every vessel cut into pieces, whose radii fall by 20 % from inlet to outlet."""
-    factor = 1 + fall * (0.5 - (np.arange(pieces) + 0.5) / pieces)
-    names = tuple(f"{name} {i}" for name in network.name for i in range(pieces))
-    first = np.arange(len(network)) * pieces
-    parent = np.repeat(first, pieces) + np.tile(np.arange(pieces), len(network)) - 1
-    parent[first] = np.where(network.parent >= 0, first[network.parent] + pieces - 1, -1)
-    radius = np.repeat(network.radius, pieces) * np.tile(factor, len(network))
-    return Network(names, parent, np.repeat(network.length / pieces, pieces), radius)
-
-
-def truth_of(law, wrong, rng):
-    """Return the true model; the image shows the control network."""
-    image = control_network()
-    network = {"geometry": lambda: wrong_sizes(image, rng), "taper": lambda: tapered(image)}.get(wrong, lambda: image)()
-    wall = wall_of(law, rng)
-    if wrong == "stiffening":
-        wall = LinearWall(wall.beta * (network.radius / network.radius[network.root]) ** -0.7)
-    R_T, tau = 76.0 * np.exp(0.15 * rng.standard_normal()), 0.12 * np.exp(0.15 * rng.standard_normal())
-    shared = image if wrong == "taper" else network
-    return Model(network, wall, windkessels(shared, R_T, tau, rng.uniform(0.06, 0.25)))
-
-
-def smooth_noise(rng):
-    """One period of noise of variance 1 whose power falls exponentially with the harmonic, to 1/e over two."""
-    amplitude = np.exp(-0.25 * np.arange(SAMPLES // 2 + 1))
-    whole = np.fft.irfft(np.fft.rfft(rng.standard_normal(SAMPLES)) * amplitude, SAMPLES)
-    return whole / np.sqrt((amplitude[0] ** 2 + 2 * np.sum(amplitude[1:-1] ** 2) + amplitude[-1] ** 2) / SAMPLES)
-
-
-def animal(row, number):
-    """Return the recording of an animal, its true model, and the law to fit."""
-    law, fitted, wrong = ROWS[row]
-    rng = np.random.default_rng([zlib.crc32(row.encode()), number])
-    model, inflow = truth_of(law, wrong, rng), heart(rng)
-    waves = simulate(model, inflow, Numerics(samples=SAMPLES))["pressure"].to_numpy()
-    pressure = waves[:, model.network.root, 0] + NOISE * smooth_noise(rng) + WHITE * rng.standard_normal(SAMPLES)
-    if wrong == "drift":  # 2 mmHg over the recording: the average of its beats stands 1 mmHg off
-        pressure = pressure + rng.choice([-1.0, 1.0])
-    return Recording(pressure, inflow.flow, inflow.period), model, fitted
+FIELDS = (
+    "row", "animal", "method", "quantity", "truth", "low", "middle", "high", "k_hat", "simulations", "log_evidence",
+)  # fmt: skip
 
 
 def by_fit(network, recording, wall):
@@ -152,14 +74,14 @@ def lines(row, number, methods, draws):
     recording, model, wall = animal(row, number)
     network, truth = control_network(), derived(model, recording.mean_pressure)
     classic, fit = by_fit(network, recording, wall)
-    rows = {"fit": (classic, np.nan, int(fit.starts["simulations"].sum()))}
+    rows = {"fit": (classic, np.nan, int(fit.starts["simulations"].sum()), np.nan)}
     if "posterior" in methods:
         bayes, diagnostics = by_posterior(network, recording, wall, fit, draws)
-        rows["posterior"] = (bayes, diagnostics.k_hat, diagnostics.simulations)
+        rows["posterior"] = (bayes, diagnostics.k_hat, diagnostics.simulations, diagnostics.log_evidence)
     for method in methods:
-        found, k, count = rows[method]
+        found, *rest = rows[method]
         for name in QUANTITIES:
-            yield [row, number, method, name, truth[name], *found[name], k, count]
+            yield [row, number, method, name, truth[name], *found[name], *rest]
 
 
 def entry(group):
@@ -176,10 +98,34 @@ def table(path, method):
     data = pd.read_csv(path)
     data = data[data["method"] == method]
     lines = [f"| truth → fitted | animals | {' | '.join(QUANTITIES)} |", "|---|---|" + "---|" * len(QUANTITIES)]
-    for row in [row for row in ROWS if row in set(data["row"])]:
+    animals = data.groupby("row")["animal"].nunique()
+    for row in [row for row in ROWS if animals.get(row, 0) >= FEWEST]:
         one = data[data["row"] == row]
         cells = [entry(one[one["quantity"] == name]) for name in QUANTITIES]
-        lines.append(f"| {SAID[row]} | {one['animal'].nunique()} | {' | '.join(cells)} |")
+        lines.append(f"| {ROWS[row].said} | {one['animal'].nunique()} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def selection(path):
+    """Return how often the evidence takes which law for clearly likelier, by truth."""
+    data = pd.read_csv(path)
+    data = data[(data["method"] == "posterior") & (data["quantity"] == QUANTITIES[0])].dropna(subset="log_evidence")
+    evidence = data.set_index(["row", "animal"])[["log_evidence", "k_hat"]]
+    lines = [
+        "| truth | animals | linear clearly likelier | tangent clearly likelier | undecided "
+        "| ln of the evidences' ratio, tangent over linear: median (least; most) | a posterior not to be trusted |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for truth, rows in PAIRS.items():
+        if not set(rows) <= set(data["row"]):
+            continue
+        both = evidence.loc[rows[0]].join(evidence.loc[rows[1]].add_suffix(" of tangent"), how="inner")
+        gain = both["log_evidence of tangent"] - both["log_evidence"]
+        linear, tangent = int((gain <= -np.log(CLEAR)).sum()), int((gain >= np.log(CLEAR)).sum())
+        poor = int((both[["k_hat", "k_hat of tangent"]].max(axis=1) > UNTRUSTED).sum())
+        spread = f"{gain.median():.1f} ({gain.min():.1f}; {gain.max():.1f})"
+        counts = f"{len(gain)} | {linear} | {tangent} | {len(gain) - linear - tangent}"
+        lines.append(f"| {truth} | {counts} | {spread} | {poor} |")
     return "\n".join(lines)
 
 
@@ -217,10 +163,13 @@ def main():
         with chosen.out.open("a", newline="") as file:
             csv.writer(file).writerows(found)
         print(row, number, *(f"{x[2]} {x[3]} {x[4]:.3g} in [{x[5]:.3g}, {x[7]:.3g}]" for x in found[::4]), flush=True)
-    for method in METHODS:
+    for method in chosen.method:
         print(table(chosen.out, method))
         if chosen.docs:
             put(method, table(chosen.out, method), PAGE)
+    print(selection(chosen.out))
+    if chosen.docs:
+        put("laws", selection(chosen.out), SELECTION)
 
 
 if __name__ == "__main__":

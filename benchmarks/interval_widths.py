@@ -2,7 +2,7 @@
 
     python benchmarks/interval_widths.py [--draws 60] [--docs]
 
-Four animals of `interval_coverage` are fitted once. Residuals are then drawn from a known spectrum through their
+Four animals of `known_animals` are fitted once. Residuals are then drawn from a known spectrum through their
 Jacobians, so that an interval costs no simulation; beside it stands the interval of one who knows the spectrum. The
 prior of `noise.spectrum` was chosen with all kinds in sight, so that the table describes it and is no proof.
 """
@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from interval_coverage import QUANTITIES, animal
+from interval_coverage import QUANTITIES
+from known_animals import animal
 from robustness_page import put
 from vasowave.animal.quantities import derived, model_of
 from vasowave.calibration import Search, calibrate

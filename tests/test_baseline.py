@@ -54,7 +54,9 @@ def test_a_drift_that_is_only_told_stays_in_the_average_with_its_size_there():
     here = 0.24 * np.mean(used)
     assert made.recording.mean_pressure == pytest.approx(15.43 + here, abs=0.15)
     assert not made.baseline.removed
-    assert "left in" in said[0]
+    assert "left in; it counts as an error of the mean pressure" in said[0]
+    assert made.recording.pressure_error[0] == pytest.approx(here, abs=0.15)
+    assert average(raw)[0].recording.pressure_error[0] < 0.1  # once it is removed
     assert f"({made.baseline.drift_at(np.array(used)).mean():+.1f}"[:4] in said[0]
 
 

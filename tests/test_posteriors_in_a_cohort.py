@@ -7,6 +7,7 @@ import xarray as xr
 from made_cohort import made_results
 from vasowave.cohort import Family, gathered, pooled_ratio, primary_comparison
 from vasowave.cohort.estimates import estimates_of, shared_error
+from vasowave.report.tables.primary import primary_tables
 
 NAMES = ("stiffness", "wave_speed")
 FAMILY = Family("linear", NAMES)
@@ -45,6 +46,21 @@ def test_the_error_of_an_image_that_a_group_shares_is_not_averaged_away(results)
     assert row["estimates"] == "posterior"
     of_images = 1.959964 * np.sqrt(2 * SHARE) * SD  # one for each group
     assert np.log(row["high"] / row["low"]) / 2 > of_images
+
+
+def test_the_supplement_says_which_values_come_from_posteriors(results):
+    drawn = primary_comparison(
+        gathered([with_posterior(result) for result in results]), Family("linear", (*NAMES, "tau"))
+    )
+    (table,) = primary_tables(drawn, {})
+    assert {row[0]: row[1] for row in table.rows} == {
+        "stiffness": "linear, posteriors",
+        "wave_speed": "linear, posteriors",
+        "tau": "linear",
+    }
+    assert "From posteriors" in table.note
+    (plain,) = primary_tables(primary_comparison(gathered(made_results({"CTL": 4, "HPH": 3}, walls=("linear",)))), {})
+    assert "osterior" not in plain.note
 
 
 def test_an_image_that_both_groups_share_alike_cancels(results):

@@ -57,3 +57,13 @@ def test_strong_noise_makes_the_likelihood_flat():
     noise = Discrepancy(SAMPLES, (0.3, 0.7), 1e8 * np.eye(SAMPLES), np.zeros((SAMPLES, 1)))
     found = noise.log_likelihood(np.random.default_rng(6).normal(0, 5, (20, SAMPLES)))
     assert np.ptp(found) < 1e-4
+
+
+def test_the_likelihood_of_some_coefficients_is_that_of_their_part_of_every_covariance(noise):
+    left_out = harmonics(SAMPLES) == 2
+    residual = np.random.default_rng(7).normal(0, 0.5, SAMPLES)
+    nodes = list(dense(noise))
+    total = sum(weight for _, weight, _ in nodes)
+    seen = ~left_out
+    expected = sum(w / total * multivariate_normal(cov=S[seen][:, seen]).pdf(residual[seen]) for S, w, _ in nodes)
+    assert noise.without(left_out).log_likelihood(residual) == pytest.approx(np.log(expected), abs=1e-9)

@@ -66,6 +66,21 @@ def test_the_file_holds_the_groups_that_arviz_reads(found, tmp_path):
         assert np.array_equal(beta.to_numpy().ravel(), found.draws("beta"))
 
 
+def test_arviz_reads_the_file(found, tmp_path):
+    arviz = pytest.importorskip("arviz_base")
+    tree = arviz.convert_to_datatree(str(found.write(tmp_path / "draws.nc")))
+    beta = arviz.extract(tree, var_names="beta")  # its own stacking of chains and draws
+    assert sorted(beta.to_numpy()) == sorted(found.draws("beta"))
+    assert arviz.extract(tree, group="prior", var_names="beta").sizes["sample"] > 100
+
+
+def test_every_block_of_harmonics_is_left_out_once(found):
+    blocks = found.left_out.index
+    assert list(blocks[:4]) == ["0", "1", "2", "3-4"]
+    assert blocks[-1].endswith(f"-{found.diagnostics.harmonics}")
+    assert np.isfinite(found.left_out["log_density"]).all()
+
+
 @pytest.mark.validation
 def test_a_run_goes_on_from_its_file_with_the_same_result(tmp_path):
     path, counts = tmp_path / "kept.npz", []

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.stats import ks_2samp, multivariate_normal
+from scipy.stats import ks_2samp, multivariate_normal, norm
 
 from vasowave.errors import NumericalError
 from vasowave.inference.discrepancy import Discrepancy
@@ -83,6 +83,24 @@ def test_a_bent_problem_has_the_posterior_that_emcee_finds_without_an_emulator()
     ours = explored.points[np.unique(rows)]
     for one, other in zip(ours.T, theirs.T, strict=True):
         assert ks_2samp(one, other).pvalue > 0.005
+
+
+@pytest.mark.validation
+def test_the_evidence_of_a_bent_problem_is_that_of_nested_sampling():
+    """dynesty knows no emulator, no bridge and no weights: it integrates the likelihood over the prior."""
+    dynesty = pytest.importorskip("dynesty")
+    noise = white(0.3, amplitude=0.5)
+    explored = explored_by(target(bent, noise), 15, 400)
+
+    def likelihood(point):
+        return float(noise.log_likelihood(DATA - bent(point[np.newaxis])[0]))
+
+    nested = dynesty.NestedSampler(likelihood, norm.ppf, UNKNOWNS, nlive=150, rstate=np.random.default_rng(16))
+    nested.run_nested(dlogz=0.05, print_progress=False)
+    theirs = nested.results
+    error = np.hypot(explored.log_evidence_error, theirs.logzerr[-1])
+    assert error < 0.3
+    assert explored.log_evidence == pytest.approx(theirs.logz[-1], abs=3 * error)
 
 
 def test_an_emulator_that_is_wrong_is_corrected_by_the_weights():

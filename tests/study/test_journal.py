@@ -13,12 +13,14 @@ from typer.testing import CliRunner
 
 from vasowave.calibration import Search, SearchEnd, calibrate
 from vasowave.cli import app
+from vasowave.cli.watching import JsonLines, _stage
 from vasowave.datasets import control_network, virtual_mouse
+from vasowave.inference.simulations import Simulations
 from vasowave.study.engine import _Run
 from vasowave.study.journal import FOLDER, Journal, read_journal
 from vasowave.study.plan import read_study
 from vasowave.study.results import read_results
-from vasowave.study.status import study_status
+from vasowave.study.status import AnimalStatus, searches_of, study_status
 
 END = SearchEnd(np.array([0.1, -1 / 3]), 12.5, 31, True, "the step is below the tolerance", np.array([1e-17, 2.0]))
 
@@ -59,6 +61,23 @@ def test_a_fit_that_goes_on_from_a_journal_is_the_same_fit_and_makes_only_the_se
     assert np.array_equal(first.parameters["value"], again.parameters["value"])
     assert first.starts.equals(again.starts)
     assert (tmp_path / "part.jsonl").read_text().count('"scout"') == 3
+
+
+def test_the_simulations_of_a_posterior_are_told_as_they_are_made(tmp_path, capsys):
+    journal = Journal(tmp_path / FOLDER / "key.jsonl")
+    journal.path.parent.mkdir()
+    journal.of("linear", 1).keep("scout", 0, END)
+    made = Simulations(lambda points: points, journal.simulations("linear"), "problem")
+    made(np.arange(80.0).reshape(40, 2))
+    under_way = searches_of(tmp_path, {"a": "key"})
+    assert under_way == {"a": {"linear": (1, 1), "linear posterior": (40, 0)}}
+    assert str(AnimalStatus("a", "begun", under_way["a"])) == "linear 1 of 1 searches, linear posterior 40 simulations"
+    JsonLines().searches(under_way)
+    events = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert events[1] == {"event": "simulations", "animal": "a", "wall": "linear", "done": 40}
+    assert _stage(under_way["a"]) == "linear posterior, 40 simulations"
+    journal.simulations("linear").write_bytes(b"PK torn")
+    assert searches_of(tmp_path, {"a": "key"}) == {"a": {"linear": (1, 1)}}
 
 
 def begun(folder, least, patience=120.0):

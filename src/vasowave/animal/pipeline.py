@@ -26,7 +26,7 @@ from vasowave.animal.signals import (
 from vasowave.animal.vessels import vessels_dataset
 from vasowave.calibration import Ends, Fit, calibrate
 from vasowave.errors import VasowaveWarning
-from vasowave.inference import Posterior, posterior
+from vasowave.inference import Posterior, compare_laws, posterior
 from vasowave.nominal import estimate_nominal
 from vasowave.provenance import provenance
 
@@ -64,9 +64,10 @@ def analyze(
     -------
     DataTree
         Groups ``network``, ``recording``, ``beats`` (of a continuous recording), ``nominal``, ``selection`` and
-        ``averages`` over the laws (if asked for), ``measured`` with ``waves, impedance, quantities``, and for each wall
-        law a group of its name with ``calibration, simulation, waves, impedance, tree, quantities``, and ``stiffening``
-        where the law has a parameter for it. Every variable has its unit; ``quantities``
+        ``averages`` over the laws (if asked for), ``laws`` (what their posteriors say of them), ``measured`` with
+        ``waves, impedance, quantities``, and for each wall law a group of its name with ``calibration, simulation,
+        waves, impedance, tree, quantities``, ``stiffening`` where the law has a parameter for it, and ``inference``
+        where a posterior was asked for. Every variable has its unit; ``quantities``
         holds single numbers, those that were fitted with their 95 % interval in the attributes. Attributes of the root:
         ``animal, group, synthetic, interrupted, settings, notes`` (what a reader must know, JSON list) and the versions
         of the programs. The same input gives the same result, unless it was interrupted (Ctrl-C): then it holds the
@@ -113,6 +114,8 @@ def result_of(
             groups |= _modeled(animal, fit, settings)
         for wall, drawn in posteriors.items():
             groups |= posterior_datasets(wall, drawn)
+        if len(posteriors) > 1:
+            groups["laws"] = compare_laws(list(posteriors.values()))
         if settings.model_selection and len(fits) > 1:
             groups |= compared_datasets(fits, settings, groups)
     doubts = (f"{wall} wall, posterior: {note}" for wall, one in posteriors.items() for note in one.warnings)

@@ -16,11 +16,16 @@ def posterior_datasets(wall: str, drawn: Posterior) -> dict[str, xr.Dataset]:
     """Return the groups of a posterior, by their place in the result of an animal.
 
     ``WALL/inference`` holds the table by ``quantity`` (``median, interval_low, interval_high, prior_low, prior_high,
-    contraction`` and the shares of the variance, ``share_recording, share_image, share_model, share_prior``) and the
-    diagnostics; the groups in it are those that ArviZ reads (``posterior``, ``sample_stats``, …).
+    contraction`` and the shares of the variance, ``share_recording, share_image, share_model, share_prior``), how well
+    each ``block`` of harmonics is foretold by the others (``left_out``, ``left_out_k_hat``), and the diagnostics; the
+    groups in it are those that ArviZ reads (``posterior``, ``sample_stats``, …).
     """
     summary = drawn.summary.rename(columns={name: f"share_{name}" for name in SHARES})
     table = table_dataset(summary.rename_axis("quantity").reset_index(), "quantity")
+    blocks = drawn.left_out
+    table = table.assign_coords(block=blocks.index.to_numpy(object))
+    table["left_out"] = ("block", blocks["log_density"].to_numpy(), {"units": "1"})
+    table["left_out_k_hat"] = ("block", blocks["k_hat"].to_numpy(), {"units": "1"})
     for name, value in drawn.diagnostics._asdict().items():
         table[name] = ((), float(value), {"units": "1"})
     table.attrs = {

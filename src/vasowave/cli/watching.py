@@ -17,7 +17,7 @@ from vasowave.errors import InputError
 from vasowave.study.engine import Progress
 from vasowave.study.loading import animal_key
 from vasowave.study.plan import Study
-from vasowave.study.status import searches_of
+from vasowave.study.status import POSTERIOR, searches_of
 
 _LOOK = 1.0  # s between looks into the journals
 _SAY = 60.0  # s between lines where there is no terminal
@@ -76,7 +76,10 @@ class JsonLines:
             for wall, (done, count) in walls.items():
                 if self.said.get((animal, wall)) != done:
                     self.said[animal, wall] = done
-                    event("searches", animal=animal, wall=wall, done=done, count=count)
+                    if count:
+                        event("searches", animal=animal, wall=wall, done=done, count=count)
+                    else:
+                        event("simulations", animal=animal, wall=wall.removesuffix(POSTERIOR), done=done)
 
 
 class Rows:
@@ -104,7 +107,7 @@ class Rows:
         for name, stage in stages.items():
             if name not in self.rows:
                 self.rows[name] = self.bars.add_task(name, total=None, left="")
-            done, count = (sum(one[i] for one in under_way[name].values()) for i in (0, 1))
+            done, count = (sum(one[i] for one in under_way[name].values() if one[1]) for i in (0, 1))
             self.bars.update(self.rows[name], completed=done, total=count, left=stage)
         if not self.console.is_terminal and stages and time.monotonic() - self.said > _SAY:
             self.said = time.monotonic()
@@ -116,6 +119,8 @@ class Rows:
 
 def _stage(walls: Mapping[str, tuple[int, int]]) -> str:
     wall, (done, count) = list(walls.items())[-1]
+    if not count:
+        return f"{wall}, {done} simulations"
     return f"{wall} wall, {done} of {count} searches" if done < count else f"{wall} wall fitted, going on"
 
 

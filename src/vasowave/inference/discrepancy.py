@@ -39,6 +39,8 @@ class Discrepancy:
         What one SD of each independent error of a single vessel changes, mmHg.
     kept : (bool array, bool array), optional
         Shapes and amplitudes that are summed over; all, if not given.
+    left_out : bool array, shape (coefficient,), optional
+        Coefficients of a residual that do not count.
     """
 
     samples: int
@@ -46,6 +48,11 @@ class Discrepancy:
     measured: np.ndarray
     vessels: np.ndarray
     kept: tuple[np.ndarray, np.ndarray] | None = None
+    left_out: np.ndarray | None = None
+
+    def without(self, left_out: np.ndarray) -> "Discrepancy":
+        """Return the likelihood of residuals of which some coefficients, bool (coefficient,), are not known."""
+        return replace(self, left_out=left_out)
 
     def narrowed(self, residuals: np.ndarray) -> "Discrepancy":
         """Return the sum over only those spectra that matter for one of the residuals, (draw, coefficient)."""
@@ -78,7 +85,7 @@ class Discrepancy:
     def _by_node(self, rows: np.ndarray) -> np.ndarray:
         """Return log prior plus log density, shape (shape, draw, amplitude)."""
         turn, precision, constant = self._nodes
-        return constant[:, np.newaxis] - 0.5 * ((rows @ turn) ** 2 @ precision)
+        return constant[:, np.newaxis] - 0.5 * ((rows[:, self._counted] @ turn) ** 2 @ precision)
 
     @cached_property
     def _nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -91,10 +98,18 @@ class Discrepancy:
 
     @cached_property
     def _shapes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Variances for σ = 1 of every shape, (shape, coefficient), with mean 1, and log prior weights."""
+        """Variances for σ = 1 of every shape, (shape, coefficient that counts), and log prior weights.
+
+        The mean over all coefficients is 1.
+        """
         shapes, weight = spectral_shapes(harmonics(self.samples), *_NODES)
         shown = slice(None) if self.kept is None else self.kept[0]
-        return shapes[shown], weight[shown]
+        return shapes[shown][:, self._counted], weight[shown]
+
+    @property
+    def _counted(self) -> np.ndarray | slice:
+        """Which coefficients count."""
+        return slice(None) if self.left_out is None else ~self.left_out
 
     @cached_property
     def _amplitudes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -109,7 +124,7 @@ class Discrepancy:
     @cached_property
     def _diagonal(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """For every shape S: V with Vᵀ S V = 1 and Vᵀ (other covariance) V diagonal, that diagonal, and log det S."""
-        other = self.measured + self.vessels @ self.vessels.T
+        other = (self.measured + self.vessels @ self.vessels.T)[self._counted][:, self._counted]
         scale = np.sqrt(self._shapes[0])
         white = other / (scale[:, :, np.newaxis] * scale[:, np.newaxis, :])
         values, axes = np.linalg.eigh(white)

@@ -6,6 +6,7 @@ import xarray as xr
 
 from vasowave.inference.derived import QUANTITIES, derived
 from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.left_out import left_out
 from vasowave.inference.problem import Problem
 from vasowave.inference.result import Diagnostics, Posterior
 from vasowave.inference.rounds import Explored
@@ -38,7 +39,9 @@ def reported(
     scores = pd.Series(np.median(explored.points[rows], axis=0), index=list(problem.unknowns.all))
     said = sentences(summary, scores, problem.unknowns.all, diagnostics)
     wall = problem.unknowns.space.law.law().name
-    return Posterior(wall, _tree(problem, explored, rows, values, before, units), summary, diagnostics, said)
+    tree = _tree(problem, explored, rows, values, before, units)
+    blocks = left_out(noise, explored.residuals, explored.weights.log_weight)
+    return Posterior(wall, tree, summary, diagnostics, blocks, said)
 
 
 def _resampled(log_weight: np.ndarray, rng: np.random.Generator) -> np.ndarray:

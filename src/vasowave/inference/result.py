@@ -72,6 +72,10 @@ class Posterior:
         prior_high`` (95 %), ``contraction`` (1 - variance over prior variance, of the logarithm where it is positive)
         and the shares of the variance ``recording, image, model, prior``, which add up to 1.
     diagnostics : Diagnostics
+    left_out : DataFrame
+        How well each block of harmonics is foretold by the others, the block's name as index: ``log_density`` (of the
+        block's orthonormal Fourier coefficients in mmHg; of two laws the larger one foretells better) and ``k_hat``
+        (Pareto k; above 0.7 the block decides by itself where the posterior lies, and the number is rough).
     warnings : tuple of str
         What a reader must know.
 
@@ -88,6 +92,7 @@ class Posterior:
     data: xr.DataTree
     summary: pd.DataFrame
     diagnostics: Diagnostics
+    left_out: pd.DataFrame
     warnings: tuple[str, ...]
 
     def __repr__(self) -> str:

@@ -13,6 +13,7 @@ from vasowave.files import write_file
 Simulate = Callable[[np.ndarray], np.ndarray]
 """Maps points (point, unknown) to outputs (point, output); a row of NaN where a point cannot be simulated."""
 
+_UNREADABLE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile)
 _BATCH = 32  # simulations between two writes of the file: less than a second of work, more than a write
 
 
@@ -70,11 +71,20 @@ class Simulations:
         write_file(self._path, content.getvalue())
 
 
+def simulations_in(path: Path) -> int:
+    """Return how many simulations a file holds; 0 if it cannot be read, as when it is damaged or just removed."""
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+            return len(kept["points"])
+    except _UNREADABLE:
+        return 0
+
+
 def _read(path: Path, key: str) -> dict[bytes, np.ndarray]:
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
             own, points, outputs = str(kept["key"]), kept["points"], kept["outputs"]
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+    except _UNREADABLE:
         raise InputError(f"{path}: not a file of simulations, or damaged; remove it or give another path") from None
     if own != key:
         raise InputError(f"{path} holds simulations of another problem; remove it or give another path")

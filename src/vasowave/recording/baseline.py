@@ -110,16 +110,29 @@ class Baseline:
             drift = drift + step.height * (np.asarray(time) >= step.time)
         return drift
 
+    def mean_drift(self, first: float, last: float) -> float:
+        """Return the mean drift, mmHg, between two instants, s."""
+        return float(np.mean(self.drift_at(np.linspace(first, last, 50))))
+
+    def error_left(self, first: float, last: float) -> float:
+        """Return how far off a drift that stays in leaves the mean of the beats from first to last, mmHg.
+
+        Its own size: whether it is the transducer's or the animal's is not known.
+        """
+        return abs(self.mean_drift(first, last)) if self.sure and not self.removed else 0.0
+
 
 def describe(baseline: Baseline, first: float, last: float, zero_time: float) -> list[str]:
     """Return sentences on the drift, what was done about it, and its size in the beats averaged from first to last."""
     far = baseline.time[np.argmax(np.abs(baseline.trend))]
     if not baseline.sure:
         return [f"baseline: the diastolic level is steady within {max(abs(baseline.size), baseline.error):.2g} mmHg"]
-    here = float(np.mean(baseline.drift_at(np.linspace(first, last, 50))))
+    here = baseline.mean_drift(first, last)
     done = "removed" if baseline.removed else "left in"
     if baseline.own:
         done += f" because {baseline.own} changes with it, as when the animal itself changes; average a shorter stretch"
+    if not baseline.removed:
+        done += "; it counts as an error of the mean pressure"
     size = f"{baseline.size:+.2g} ± {baseline.error:.1g} mmHg"
     sentences = [
         f"baseline: the diastolic level drifts by {size} from {zero_time:.3g} to {far:.3g} s, breaths set apart "

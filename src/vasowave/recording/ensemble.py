@@ -139,7 +139,8 @@ def average_beats(
         Whether the flow is advanced by the estimated p-q delay. It is estimated in any case.
     drift : {"remove", "warn"}
         Whether the drift of the transducer and its steps are subtracted, or only told. A trend that comes with a change
-        of pulse or flow may be the animal's own and is never subtracted.
+        of pulse or flow may be the animal's own and is never subtracted. A drift that stays in counts as an error of
+        the mean pressure, as large as it is in the averaged beats.
     zero_time : float
         The instant at which the transducer's zero is taken to be right, s since the first sample: the start by default,
         since catheters are zeroed before they record.
@@ -192,7 +193,8 @@ def average_beats(
     for message in warned:
         warnings.warn(f"{raw.source}: {message}", VasowaveWarning, stacklevel=2)
     summary = summarize(heartbeats.fiducial, reasons, beats, first, last)
-    errors = (harmonic_error(values[used, :-1]) for values in (cut.pressure, cut.flow))
+    errors = [harmonic_error(values[used, :-1]) for values in (cut.pressure, cut.flow)]
+    errors[0][0] = np.hypot(errors[0][0], baseline.error_left(first, last))
     notes = [*raw.notes, summary, *notes, *said, *warned]
     return EnsembleAverage(
         Recording(cycles[0], cycles[1], period, raw.source, tuple(notes), *errors),

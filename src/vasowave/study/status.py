@@ -6,12 +6,15 @@ from typing import NamedTuple
 
 from vasowave.calibration.starts import SCOUT
 from vasowave.errors import InputError
+from vasowave.inference.simulations import simulations_in
 from vasowave.study.journal import FOLDER, read_journal
 from vasowave.study.loading import animal_key
 from vasowave.study.lock import holder
 from vasowave.study.plan import Study
 from vasowave.study.running import LOCK
 from vasowave.study.store import CACHE
+
+POSTERIOR = " posterior"
 
 
 class AnimalStatus(NamedTuple):
@@ -23,7 +26,8 @@ class AnimalStatus(NamedTuple):
     state : {"done", "begun", "waiting", "unreadable"}
         Finished and kept; some searches are kept; nothing is; its files cannot be read.
     searches : dict of str to (int, int)
-        For every wall law that was begun, searches that have ended and all of them.
+        For every wall law that was begun, searches that have ended and all of them; for its posterior (the law's name
+        with `POSTERIOR`) the simulations so far and 0, since their number shows only as they are made.
     message : str
         Why it is unreadable.
     """
@@ -37,7 +41,7 @@ class AnimalStatus(NamedTuple):
         """Return the state in words."""
         if self.state != "begun":
             return f"unreadable: {self.message}" if self.message else self.state
-        return ", ".join(f"{wall} {done} of {count} searches" for wall, (done, count) in self.searches.items())
+        return ", ".join(stage(*one) for one in self.searches.items())
 
 
 class StudyStatus(NamedTuple):
@@ -45,6 +49,12 @@ class StudyStatus(NamedTuple):
 
     animals: tuple[AnimalStatus, ...]
     runner: str | None
+
+
+def stage(name: str, counts: tuple[int, int]) -> str:
+    """Return how far the fit or the posterior of a wall law is, in words."""
+    done, count = counts
+    return f"{name} {done} of {count} searches" if count else f"{name} {done} simulations"
 
 
 def study_status(study: Study) -> StudyStatus:
@@ -79,4 +89,7 @@ def _searches(results: Path, key: str) -> dict[str, tuple[int, int]]:
     for one in read_journal(results / FOLDER / f"{key}.jsonl"):
         before = searches.get(one["wall"], (0, 0))[0]
         searches[one["wall"]] = (before + (one["stage"] == SCOUT), one["starts"])
+    for path in sorted((results / FOLDER).glob(f"{key}-*.npz")):
+        if made := simulations_in(path):
+            searches[path.stem.removeprefix(f"{key}-") + POSTERIOR] = (made, 0)
     return searches

@@ -11,6 +11,7 @@ from vasowave.figures.style import group_looks
 from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Heading, Remarks, Section
 from vasowave.report.sections.fits import fit_sentences
 from vasowave.report.tables import animal as tables
+from vasowave.report.tables.laws import laws_by_posterior
 
 
 def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
@@ -73,6 +74,7 @@ def _animal(result: xr.DataTree, place: int, color: str, written: dict[str, str]
     blocks.append(tables.values(result, written))
     drawn = [wall for wall in wall_laws(result) if "inference" in result[wall].children]
     blocks += [tables.posterior(result, wall, written) for wall in drawn]
+    blocks += [laws_by_posterior(result)] if "laws" in result.children else []
     if "beats" in result.children and "trace_pressure" in data_of(result, "beats").data_vars:
         blocks.append(Drawing(f"beats-{place}", _beats_caption(result), beats_figure(result)))
     return blocks

@@ -143,13 +143,17 @@ def _primary(primary: Primary) -> list[str]:
     row = primary.rows.iloc[0]
     written = listed(list(dict.fromkeys(primary.rows["quantity"].astype(str))))
     law = f" of the {primary.law} wall law and of the recordings" if primary.law else ""
+    drawn = listed(list(primary.rows["quantity"][primary.rows["estimates"] == "posterior"].unique()))
+    of_draws = (
+        f"; of {drawn} those of their posteriors, the error of a shared image added to the ratio's" if drawn else ""
+    )
     return [
         f"Primary, and declared before, was one family of quantities{law}: {written}. Groups were compared by ratios "
         "on "
         "logarithms: within each group the animals were pooled by random effects (restricted maximum likelihood; "
         "weights "
-        "from the standard errors of their estimates), intervals after Hartung and Knapp, not below those of the "
-        "errors "
+        f"from the standard errors of their estimates{of_draws}), intervals after Hartung and Knapp, not below those "
+        "of the errors "
         "alone, with Satterthwaite's degrees of freedom; quantities without standard errors so have Welch's interval. "
         "p "
         "values are family-wise, by Westfall and Young's step-down max-|t| over "

@@ -14,7 +14,7 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     rows = primary.rows
     cells = [
         (
-            written.get(row["quantity"], row["quantity"]), str(row["source"]), f"{row['other']} / {row['reference']}",
+            written.get(row["quantity"], row["quantity"]), _source(row), f"{row['other']} / {row['reference']}",
             f"{row['n other']}, {row['n reference']}", _effect(row), number(float(row["p"]), 2),
             number(float(row["smallest p"]), 2), "yes" if row["apart"] else "no", _influence(row),
         )
@@ -29,8 +29,17 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
         "of "
         "one group lies among the other. Without: the one animal that moves the ratio most when it is left out."
     )
+    if "posterior" in set(rows["estimates"]):
+        note += (
+            " From posteriors: values and errors of the animals are the means and SD of the logarithms of their draws, "
+            "and the error of an image that several animals have is not averaged away."
+        )
     table = Table("Primary", "Primary comparison, declared before", header, cells, note, rows)
     return [table, _others(primary, written)] if len(primary.others) else [table]
+
+
+def _source(row: pd.Series) -> str:
+    return f"{row['source']}, posteriors" if row["estimates"] == "posterior" else str(row["source"])
 
 
 def _effect(row: pd.Series) -> str:

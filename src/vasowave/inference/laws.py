@@ -1,0 +1,99 @@
+"""What the posteriors of one animal say about its wall laws: evidence, and how well each foretells what is left out."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from vasowave.errors import InputError
+from vasowave.inference.result import Posterior
+
+AVERAGED = ("stiffness", "wave_speed", "R_T", "a", "C_p")
+"""Quantities that mean the same under every law."""
+
+CLEAR = 20.0
+"""Ratio of two evidences from which one law is called clearly likelier: with equal chances before, 95 % after."""
+
+_TAILS = (0.025, 0.5, 0.975)
+
+
+def compare_laws(posteriors: Sequence[Posterior]) -> xr.Dataset:
+    """Weigh the wall laws of one animal by their evidence.
+
+    Parameters
+    ----------
+    posteriors : sequence of Posterior
+        Of one recording, one a law, with the same priors of what the laws have in common.
+
+    Returns
+    -------
+    Dataset
+        By ``wall``: ``log_evidence`` and its standard error ``log_evidence_error``, ``weight`` (probability of the law
+        if all were as likely before), ``left_out`` by ``block`` of harmonics, with ``left_out_k_hat``. By ``quantity``:
+        ``median, interval_low, interval_high`` (95 %) over the laws by their weights, and ``between_laws``, the share
+        of the variance of the logarithm that lies between them. The attribute ``said`` is a sentence for a reader.
+
+    Raises
+    ------
+    InputError
+        Fewer than two posteriors, two of one law, or other harmonics compared.
+    """
+    walls = [one.wall for one in posteriors]
+    if len(set(walls)) < max(len(walls), 2):
+        raise InputError("laws are compared by the posteriors of two or more different ones")
+    if len({one.diagnostics.harmonics for one in posteriors}) > 1:
+        raise InputError("the posteriors compare different harmonics of the pressure; give all the same number")
+    log = np.array([one.diagnostics.log_evidence for one in posteriors])
+    weight = np.exp(log - log.max()) / np.exp(log - log.max()).sum()
+    blocks = posteriors[0].left_out.index.to_numpy(object)
+    found = xr.Dataset(
+        {
+            "log_evidence": ("wall", log),
+            "log_evidence_error": ("wall", [one.diagnostics.log_evidence_error for one in posteriors]),
+            "weight": ("wall", weight),
+            "left_out": (("wall", "block"), [one.left_out["log_density"].to_numpy() for one in posteriors]),
+            "left_out_k_hat": (("wall", "block"), [one.left_out["k_hat"].to_numpy() for one in posteriors]),
+        },
+        {"wall": np.array(walls, object), "block": blocks},
+        {"said": _said(posteriors, weight)},
+    )
+    for variable in found.data_vars.values():
+        variable.attrs["units"] = "1"
+    return found.merge(_averages(posteriors, weight))
+
+
+def _averages(posteriors: Sequence[Posterior], weight: np.ndarray) -> xr.Dataset:
+    """Return the quantities over the mixture of all draws."""
+    rows = []
+    for name in AVERAGED:
+        logs = [np.log(one.draws(name)) for one in posteriors]
+        each = np.concatenate([np.full(len(own), w / len(own)) for own, w in zip(logs, weight, strict=True)])
+        ends = np.exp(np.quantile(np.concatenate(logs), _TAILS, method="inverted_cdf", weights=each))
+        means, within = np.array([own.mean() for own in logs]), np.array([own.var() for own in logs])
+        between = float(weight @ (means - weight @ means) ** 2)
+        rows.append([*ends, between / (between + float(weight @ within))])
+    table = dict(zip(("interval_low", "median", "interval_high", "between_laws"), np.transpose(rows), strict=True))
+    units = posteriors[0].summary["unit"]
+    return xr.Dataset(
+        {name: ("quantity", values) for name, values in table.items()},
+        {"quantity": np.array(AVERAGED, object), "unit": ("quantity", [units[name] for name in AVERAGED])},
+    )
+
+
+def _said(posteriors: Sequence[Posterior], weight: np.ndarray) -> str:
+    """Say how much likelier the best law is than the next, and by what of the recording."""
+    best, second = np.argsort(weight)[::-1][:2]
+    one, other = posteriors[best], posteriors[second]
+    if not all(posterior.diagnostics.trusted for posterior in posteriors):
+        return "A posterior that cannot be trusted leaves open which wall law is likelier."
+    ratio = np.exp(one.diagnostics.log_evidence - other.diagnostics.log_evidence)
+    how = "clearly" if ratio >= CLEAR else "not clearly"
+    amount = f"{ratio:.2g} times" if ratio < 1000 else "over 1000 times"
+    gain = (one.left_out["log_density"] - other.left_out["log_density"]).sort_values()
+    said = (
+        f"With image and structure unknown the recording is {amount} as likely under the {one.wall} law as under the "
+        f"{other.wall} law: {how} likelier."
+    )
+    if ratio >= CLEAR:
+        said += f" What it foretells better is above all harmonic {gain.index[-1]}."
+    return said

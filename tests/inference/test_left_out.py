@@ -1,0 +1,54 @@
+"""Blocks of harmonics left out by re-weighting, against the normal problem where that has a closed form."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.left_out import left_out
+from vasowave.noise.spectrum import harmonics
+
+SAMPLES, UNKNOWNS, VARIANCE = 11, 3, 1.0
+RNG = np.random.default_rng(1)
+J = RNG.normal(0, 0.4, (SAMPLES, UNKNOWNS))
+DATA = RNG.normal(0, 1, SAMPLES)
+NOISE = Discrepancy(SAMPLES, (1e-6, 0.0), VARIANCE * np.eye(SAMPLES), np.zeros((SAMPLES, 1)))
+
+
+def residuals(count):
+    """Return what draws of the normal posterior leave."""
+    covariance = np.linalg.inv(J.T @ J / VARIANCE + np.eye(UNKNOWNS))
+    draws = RNG.multivariate_normal(covariance @ J.T @ DATA / VARIANCE, covariance, count)
+    return DATA - draws @ J.T
+
+
+def test_what_the_other_harmonics_say_of_a_block_is_the_conditional_density():
+    found = left_out(NOISE, residuals(4000), np.full(4000, -np.log(4000)))
+    whole = J @ J.T + VARIANCE * np.eye(SAMPLES)
+    together = multivariate_normal(cov=whole).logpdf(DATA)
+    assert list(found.index) == ["0", "1", "2", "3-4", "5"]
+    for name, ends in zip(found.index, ((0, 0), (1, 1), (2, 2), (3, 4), (5, 5)), strict=True):
+        others = (harmonics(SAMPLES) < ends[0]) | (harmonics(SAMPLES) > ends[1])
+        rest = multivariate_normal(cov=whole[others][:, others]).logpdf(DATA[others])
+        assert found.loc[name, "log_density"] == pytest.approx(together - rest, abs=0.05)
+        assert found.loc[name, "k_hat"] < 0.7
+
+
+def test_a_block_that_alone_fixes_an_unknown_is_not_trusted():
+    sharp = np.full(SAMPLES, 10.0)
+    sharp[0] = 1e-5
+    noise = Discrepancy(SAMPLES, (1e-6, 0.0), np.diag(sharp), np.zeros((SAMPLES, 1)))
+    covariance = np.linalg.inv((J.T / sharp) @ J + np.eye(UNKNOWNS))
+    draws = RNG.multivariate_normal(covariance @ (J.T / sharp) @ DATA, covariance, 400)
+    found = left_out(noise, DATA - draws @ J.T, np.full(400, -np.log(400)))
+    assert found.loc["0", "k_hat"] > 0.7
+    assert found.loc["5", "k_hat"] < 0.7
+
+
+def test_draws_that_could_not_be_simulated_count_for_nothing():
+    some = residuals(400)
+    weights = np.full(401, -np.log(400))
+    weights[-1] = -np.inf
+    with_one_lost = left_out(NOISE, np.vstack([some, np.full(SAMPLES, np.nan)]), weights)
+    found = left_out(NOISE, some, np.full(400, -np.log(400)))
+    assert with_one_lost["log_density"].to_numpy() == pytest.approx(found["log_density"].to_numpy(), abs=1e-2)
