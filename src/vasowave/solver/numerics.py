@@ -1,5 +1,6 @@
 """How finely and how long to simulate."""
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -7,6 +8,8 @@ from annotated_types import Ge
 
 from vasowave.errors import InputError
 from vasowave.settings import Positive, check_settings
+
+_FEW = 4  # steps a sample, above which a multiple of the samples costs little
 
 
 @dataclass(frozen=True)
@@ -65,3 +68,14 @@ class Numerics:
                 f"steps_per_cycle {self.steps_per_cycle} is not a multiple of samples {self.samples}; "
                 f"take {max(1, -(-self.steps_per_cycle // self.samples)) * self.samples}"
             )
+
+    def steps_for(self, demand: float) -> int:
+        """Return the least steps a cycle that serve a demand and the samples.
+
+        They are a multiple of the samples or, where the cycle is periodic, so that what lies between two steps is
+        known, of a quarter of them.
+        """
+        unit = self.samples if self.samples % 4 or self.cycles_from_rest is not None else self.samples // 4
+        if demand > _FEW * self.samples:
+            unit = self.samples
+        return max(self.samples, math.ceil(demand / unit) * unit)
