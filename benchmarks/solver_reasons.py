@@ -78,7 +78,7 @@ def _ended_well(task: Callable[[], Run]) -> Run | None:
 
 
 CHECKS: dict[str, Check] = {
-    r"asks for \d+ steps a cycle, more than most_steps = (?P<most>\d+)": _fewer_steps_do,
+    r"asks? for \d+ steps a cycle, more than most_steps = (?P<most>\d+)": _fewer_steps_do,
     r"grows without end as steps grow smaller \(from \d+ to (?P<steps>\d+)": _more_steps_do,
     r"the flow passes the wave speed \(": _slower_on_finer_cells,
     r"no longer grow smaller": _periodic_after_many,

@@ -10,7 +10,7 @@ from vasowave.linear import linear_solution
 from vasowave.model import Model
 from vasowave.recording import Inflow
 from vasowave.solver.discharge import common_discharge
-from vasowave.solver.failures import Lost, not_periodic, runaway
+from vasowave.solver.failures import Lost, faster_than_allowed, not_periodic, runaway
 from vasowave.solver.grid import cell_counts, make_grid
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import Convergence, fixed_point
@@ -110,5 +110,7 @@ def _with_stable_step(attempt: Callable[[int], Run], steps: int, numerics: Numer
             last = signal
         factor = max(1.15, min(2.0, last.courant / AIM))
         steps = numerics.steps_for(steps * factor)
-        if steps > max(numerics.most_steps, _GROWTH * first):
-            raise runaway(last.where, first, steps)
+        if steps > numerics.most_steps:
+            if steps > _GROWTH * first:
+                raise runaway(last.where, first, steps)
+            raise faster_than_allowed(last.where, steps, numerics.most_steps)
