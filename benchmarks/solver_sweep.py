@@ -14,7 +14,8 @@ import json
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -122,13 +123,12 @@ def simulated(model: Model, inflow: Inflow, repeat: bool) -> dict[str, Any]:
     return found
 
 
-def swept(name: str, numbers: Iterable[int], seed: int, share: float) -> Iterator[dict[str, Any]]:
-    """Yield what came of the models of one kind with these numbers; a random share of them is repeated."""
-    for number in numbers:
-        rng = np.random.default_rng([seed, sorted(KINDS).index(name), number])
-        model, inflow = drawn(KINDS[name], rng)
-        row = simulated(model, inflow, rng.random() < share)
-        yield row | {"seed": seed, "kind": name, "number": number, "vessels": len(model.network)}
+def swept(name: str, number: int, seed: int, share: float) -> dict[str, Any]:
+    """Return what came of one model of one kind; a random share of the models is repeated."""
+    rng = np.random.default_rng([seed, sorted(KINDS).index(name), number])
+    model, inflow = drawn(KINDS[name], rng)
+    row = simulated(model, inflow, rng.random() < share)
+    return row | {"seed": seed, "kind": name, "number": number, "vessels": len(model.network)}
 
 
 COLUMNS = [
@@ -180,15 +180,15 @@ def main() -> None:
     names = [name for name in KINDS if name.split()[0] in chosen.kinds]
     count = -(-chosen.count // len(names))
     rows = [row for row in kept_rows(chosen.keep, chosen.seed) if row["kind"] in names and row["number"] < count]
+    there = {(row["number"], row["kind"]) for row in rows}
+    for number, name in [one for one in product(range(count), names) if one not in there]:
+        rows.append(swept(name, number, chosen.seed, chosen.share))
+        if chosen.keep:
+            with chosen.keep.open("a") as file:
+                file.write(json.dumps(rows[-1]) + "\n")
     print(f"| {' | '.join(COLUMNS).replace('_', ' ')} |\n{'|---' * len(COLUMNS)}|")
     for name in names:
-        there = {row["number"] for row in rows if row["kind"] == name}
-        for row in swept(name, sorted(set(range(count)) - there), chosen.seed, chosen.share):
-            rows.append(row)
-            if chosen.keep:
-                with chosen.keep.open("a") as file:
-                    file.write(json.dumps(row) + "\n")
-        print(summary(name, [row for row in rows if row["kind"] == name]), flush=True)
+        print(summary(name, [row for row in rows if row["kind"] == name]))
     print(summary("all", rows))
     report_errors(rows)
 

@@ -52,10 +52,10 @@ def runaway(where: str, first: int, steps: int) -> Lost:
 
 
 def faster_than_allowed(where: str, steps: int, most: int) -> Lost:
-    """Return the error for a vessel (`where`) whose waves, once they were met, ask for more than `most` steps a cycle."""
+    """Return the error for a vessel (`where`) whose waves turn out to ask for more than `most` steps a cycle."""
     return Lost(
-        f"{where}the waves there ask for {steps} steps a cycle, more than most_steps = {most}: check radius, length and "
-        "stiffness of this vessel, merge it with its neighbor, or go on with Numerics(most_steps=...)"
+        f"{where}the waves there ask for {steps} steps a cycle, more than most_steps = {most}: check radius, length "
+        "and stiffness of this vessel, merge it with its neighbor, or go on with Numerics(most_steps=...)"
     )
 
 
