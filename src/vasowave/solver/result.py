@@ -86,7 +86,7 @@ class Run:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a reader must know before believing the waves."""
-        return notes_of(self.extremes, float(np.max(self.pressure)))
+        return notes_of(self.extremes, float(np.max(self.pressure)), self.error_estimate)
 
     @cached_property
     def pressure(self) -> np.ndarray:
