@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 KERNELS = ROOT / "build" / "kernels of planted faults"
 WORDS = (
     "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry tubes "
-    "sensitivity starts kernels unlike_volumes witness"
+    "sensitivity starts kernels unlike_volumes witness discharge"
 )
 LONGEST = 1800  # s for one run of the tests; a fault that makes them hang has no verdict
 TESTS = ["tests", "-m", "not validation", "-k", " or ".join(WORDS.split())]
@@ -37,7 +37,7 @@ class Fault(NamedTuple):
 CELLS, NODES, CYCLE = "solver/cells.py", "solver/nodes.py", "solver/cycle.py"
 VARIATIONS, NODE_VARIATIONS = "solver/variations.py", "solver/node_variations.py"
 LAWS, TRIGONOMETRY = "solver/laws.py", "solver/trigonometry.py"
-TUBES = "imaging/axes/tubes.py"
+PERIODIC, TUBES = "solver/periodic.py", "imaging/axes/tubes.py"
 STIFFNESS = "imaging/axes/stiffness.py"
 FAULTS = [
     Fault(
@@ -85,6 +85,19 @@ FAULTS = [
     Fault(
         "solver's accuracy of the first pair of grids", "solver/accuracy.py", (("if error <= accuracy", "if error"),)
     ),
+    Fault("discharge of vessels alone", "solver/state.py", (("(len(cells)), bed_comp", "(len(cells)), 0 * bed_comp"),)),
+    Fault("discharge at the fast rate", "solver/discharge.py", (("(half + np.sqrt(", "(half - np.sqrt("),)),
+    Fault("discharge not awaited", PERIODIC, ((" + to_come(change - weights @ known[0])", ""),)),
+    Fault(
+        "solver's samples are those of steps",
+        "solver/result.py",
+        (("else resample(signal, samples)", "else signal[:samples]"),),
+    ),
+    Fault(
+        "solver takes more steps than allowed",
+        "solver/run.py",
+        (("if steps > numerics.most_", "if steps > 10 * numerics.most_"),),
+    ),
     Fault("solver never starts from rest", "solver/run.py", (("except Lost:", "except ZeroDivisionError:"),)),
     Fault(
         "sensitivity without the change of drag",
@@ -113,7 +126,7 @@ FAULTS = [
     ),
     Fault(
         "sensitivity of a cycle that is not periodic",
-        "solver/periodic.py",
+        PERIODIC,
         (("return output - weights @ own[2]", "return output"),),
     ),
     Fault(

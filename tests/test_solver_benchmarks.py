@@ -104,15 +104,17 @@ def _pulse() -> tuple[Model, Inflow]:
 
 
 def test_a_pulse_keeps_its_peak_over_ten_meters_where_an_accuracy_is_asked():
-    """Without friction it must arrive as it left; cells of 0.5 cm lose 11 % of it, and the solver says so."""
+    """Without friction it must arrive as it left; cells of 0.5 cm lose 6 to 11 % of it, and the solver says so.
+
+    An independent run found 11 % with 4096 steps; with the 3072 of the solver's choice waves disperse less.
+    """
     model, inflow = _pulse()
     plain = Numerics(cell_size=0.5, samples=2048)  # fewer samples would miss the peak
     with pytest.warns(VasowaveWarning, match="depends on the grid"):
-        coarse = simulate(model, inflow, plain)
+        coarse = [simulate(model, inflow, replace(plain, steps_per_cycle=steps)) for steps in (4096, None)]
     fine = simulate(model, inflow, replace(plain, accuracy=0.002))
-    kept = [float(np.divide(*run.pressure.values[:, 0, [2, 0]].max(axis=0))) for run in (coarse, fine)]
-    assert kept[0] == pytest.approx(0.893, abs=0.01)
-    assert kept[1] == pytest.approx(1.0, abs=0.01)
+    kept = [float(np.divide(*run.pressure.values[:, 0, [2, 0]].max(axis=0))) for run in (*coarse, fine)]
+    np.testing.assert_allclose(kept, [0.893, 0.941, 1.0], atol=0.01)
     arrival = float(
         fine.time[fine.pressure.values[:, 0, 2].argmax()] - fine.time[fine.pressure.values[:, 0, 0].argmax()]
     )

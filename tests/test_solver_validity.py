@@ -232,6 +232,20 @@ def test_where_the_linear_solution_misleads_rest_is_tried():
     np.testing.assert_allclose(found.pressure, plain.pressure, atol=0.01)
 
 
+def test_waves_that_turn_out_to_ask_for_more_steps_than_allowed_are_refused():
+    """The linear solution asks for 5632 steps, the wall that stiffens for 6912."""
+    phase = (np.arange(256) / 256 - 0.4) / 0.061
+    flow = np.exp(-0.5 * phase**2)
+    inflow = Inflow(0.286 * flow / flow.mean() - 0.078, 0.11)
+    network = Network(("tube",), np.array([-1]), np.array([0.72]), np.array([0.05]))
+    model = Model(network, TangentWall(3.1, 2.53), Windkessel(14.2, 127.8, 1.31e-4))
+    with pytest.raises(
+        NumericalError, match=r"vessel 'tube' .*: the waves there ask for 6912 steps.*most_steps = 6000"
+    ):
+        run_to_periodic(model, inflow, Numerics(samples=64, most_steps=6000))
+    assert run_to_periodic(model, inflow, Numerics(samples=64, most_steps=7000)).steps == 6912
+
+
 def test_a_slow_windkessel_is_blamed_only_where_there_is_one(control, inflow):
     slow = control.changed(outlets=control.outlets._replace(C=100 * control.outlets.C))
     with pytest.raises(NumericalError, match=r"not periodic after 3 cycles.*R2 C is \d+\.\d periods long"):

@@ -51,6 +51,14 @@ def runaway(where: str, first: int, steps: int) -> Lost:
     )
 
 
+def faster_than_allowed(where: str, steps: int, most: int) -> Lost:
+    """Return the error for a vessel (`where`) whose waves turn out to ask for more than `most` steps a cycle."""
+    return Lost(
+        f"{where}the waves there ask for {steps} steps a cycle, more than most_steps = {most}: check radius, length "
+        "and stiffness of this vessel, merge it with its neighbor, or go on with Numerics(most_steps=...)"
+    )
+
+
 def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, most: int) -> NumericalError:
     """Return the error for a model whose vessels ask for more than `most` steps a cycle (`demand`, one per vessel)."""
     network, model = grid.model.network, grid.model

@@ -1,5 +1,6 @@
 """How finely and how long to simulate."""
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -7,6 +8,8 @@ from annotated_types import Ge
 
 from vasowave.errors import InputError
 from vasowave.settings import Positive, check_settings
+
+_FEW = 4  # steps a sample, above which a multiple of the samples costs little
 
 
 @dataclass(frozen=True)
@@ -25,7 +28,8 @@ class Numerics:
     samples : int
         Evenly spaced output times per cycle.
     steps_per_cycle : int, optional
-        Time steps a cycle, a multiple of `samples`; by default chosen from the wave speeds met.
+        Time steps a cycle, a multiple of a quarter of `samples`, or from rest of `samples`; by default chosen from the
+        wave speeds met.
     tolerance : float
         Largest change from cycle to cycle that counts as periodic, mmHg. The paper's criterion is a squared change
         below 1e-8, here asked of every cell and every outlet.
@@ -60,8 +64,23 @@ class Numerics:
         check_settings(self)
         if self.accuracy is not None and (self.steps_per_cycle is not None or self.cycles_from_rest is not None):
             raise InputError("accuracy chooses steps and cycles: leave steps_per_cycle and cycles_from_rest out")
-        if self.steps_per_cycle is not None and self.steps_per_cycle % self.samples:
+        steps = self.steps_per_cycle
+        if steps is not None and (steps < self.samples or steps % self._unit):
             raise InputError(
-                f"steps_per_cycle {self.steps_per_cycle} is not a multiple of samples {self.samples}; "
-                f"take {max(1, -(-self.steps_per_cycle // self.samples)) * self.samples}"
+                f"steps_per_cycle {steps} is less than samples {self.samples} or no multiple of {self._unit}; "
+                f"take {self.steps_for(steps)}"
             )
+
+    @property
+    def _unit(self) -> int:
+        """Of what steps are a multiple."""
+        return self.samples if self.samples % 4 or self.cycles_from_rest is not None else self.samples // 4
+
+    def steps_for(self, demand: float) -> int:
+        """Return the least steps a cycle that serve a demand and the samples.
+
+        They are a multiple of the samples or, where that would cost much and the cycle is periodic, so that what lies
+        between two steps is known, of a quarter of them.
+        """
+        unit = self._unit if demand <= _FEW * self.samples else self.samples
+        return max(self.samples, math.ceil(demand / unit) * unit)

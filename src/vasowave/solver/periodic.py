@@ -35,12 +35,13 @@ def fixed_point(
     tolerance: float,
     most: int,
     allowed: Callable[[np.ndarray], bool],
+    to_come: Callable[[np.ndarray], np.ndarray],
     learned: Secants | None = None,
 ) -> tuple[np.ndarray, Convergence]:
     """Find x = cycle(x) by Anderson acceleration.
 
-    The next start is the combination of the last few ends of cycle whose changes cancel best, which removes the slow
-    decay with the Windkessels' time constant that plain repetition follows.
+    The next start is the combination of the last few ends of cycle whose changes cancel best, and what the slow decay
+    with the Windkessels' time constant, which plain repetition follows, would make of the change that is left.
 
     Parameters
     ----------
@@ -53,6 +54,8 @@ def fixed_point(
         Largest number of cycles.
     allowed : callable
         Says whether a state is physical; where it is not, the plain end of the cycle is taken instead.
+    to_come : callable
+        Linear: for the change over a cycle, what all cycles to come add to it.
     learned : Secants, optional
         From the fixed point of a neighbouring map, whose slow directions are nearly the same.
 
@@ -76,18 +79,12 @@ def fixed_point(
         own = np.diff(np.array(changes), axis=0), np.diff(np.array(ends), axis=0)
         if sizes[-1] <= tolerance:
             return end, Convergence(tuple(sizes), True, own if len(own[0]) > 1 else secants)
-        x = _combine(end, change, np.vstack([secants[0], own[0]]), np.vstack([secants[1], own[1]]))
+        known = np.vstack([secants[0], own[0]]), np.vstack([secants[1], own[1]])
+        weights = np.linalg.lstsq(known[0].T, change, rcond=1e-12)[0] if len(known[0]) else np.zeros(0)
+        x = end - weights @ known[1] + to_come(change - weights @ known[0])
         if not allowed(x):
             x, ends, changes, secants = end, [end], [change], none
     return end, Convergence(tuple(sizes), False)
-
-
-def _combine(end: np.ndarray, change: np.ndarray, changes: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Go from `end` along the secants by the amounts that cancel `change` best."""
-    if not len(changes):
-        return end
-    weights = np.linalg.lstsq(changes.T, change, rcond=1e-12)[0]
-    return end - ends.T @ weights
 
 
 def affine_fixed_point(

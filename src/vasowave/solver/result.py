@@ -27,10 +27,12 @@ class Run:
         s.
     steps : int
         Steps per cycle.
+    samples : int
+        Output times per cycle.
     inlet_area : array, shape (step,)
         Area at the root's inlet at every step, cm².
-    stations : array, shape (2, sample, vessel, 3)
-        Area and flow at inlet, middle, outlet.
+    recorded : array, shape (2, step, vessel, 3)
+        Area and flow at inlet, middle, outlet, at every step or every k-th, so that the samples can be made of them.
     cells : array, shape (2, sample, slot)
         Area and flow in every slot; no samples unless every cell was asked for.
     end : State
@@ -53,8 +55,9 @@ class Run:
     grid: Grid
     period: float
     steps: int
+    samples: int
     inlet_area: np.ndarray
-    stations: np.ndarray
+    recorded: np.ndarray
     cells: np.ndarray
     end: State
     convergence: Convergence
@@ -71,6 +74,11 @@ class Run:
         return self.grid.model
 
     @cached_property
+    def stations(self) -> np.ndarray:
+        """Area and flow at inlet, middle, outlet at the output times, shape (2, sample, vessel, 3)."""
+        return at_samples(self.recorded, self.samples, axis=1)
+
+    @cached_property
     def extremes(self) -> Extremes:
         """What the waves reach at most, at the output times."""
         return find_extremes(self.grid, self.period, self.steps, self.pressure)
@@ -78,7 +86,7 @@ class Run:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a reader must know before believing the waves."""
-        return notes_of(self.extremes, float(np.max(self.pressure)))
+        return notes_of(self.extremes, float(np.max(self.pressure)), self.error_estimate)
 
     @cached_property
     def pressure(self) -> np.ndarray:
@@ -94,8 +102,8 @@ class Run:
         return at_samples(pressure, samples)
 
 
-def at_samples(signal: np.ndarray, samples: int) -> np.ndarray:
-    """Return what is known at every step of a cycle at `samples` evenly spaced times."""
-    if len(signal) % samples == 0:
-        return signal[:: len(signal) // samples]
-    return resample(signal, samples)
+def at_samples(signal: np.ndarray, samples: int, axis: int = 0) -> np.ndarray:
+    """Return what is known at evenly spaced times of a cycle, along an axis, at `samples` others."""
+    signal = np.moveaxis(signal, axis, 0)
+    chosen = signal[:: len(signal) // samples] if len(signal) % samples == 0 else resample(signal, samples)
+    return np.moveaxis(chosen, 0, axis)

@@ -1,7 +1,7 @@
 """One simulation: choose the step, start well, run cycles, and refuse to return a number that cannot be trusted."""
 
-import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,11 +9,12 @@ from vasowave.errors import NumericalError
 from vasowave.linear import linear_solution
 from vasowave.model import Model
 from vasowave.recording import Inflow
-from vasowave.solver.failures import Lost, not_periodic, runaway
+from vasowave.solver.discharge import common_discharge
+from vasowave.solver.failures import Lost, faster_than_allowed, not_periodic, runaway
 from vasowave.solver.grid import cell_counts, make_grid
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import Convergence, fixed_point
-from vasowave.solver.result import Run
+from vasowave.solver.result import Run, at_samples
 from vasowave.solver.start import AIM, FromLinear, FromNeighbor, FromRest, Start
 from vasowave.solver.state import Scale, State
 from vasowave.solver.stepper import Stepper, TooFast
@@ -58,8 +59,11 @@ def _periodic(stepper: Stepper, start: Start, numerics: Numerics) -> Run:
     def allowed(x: np.ndarray) -> bool:
         return stepper.allows(scale.state(x))
 
-    began = scale.vector(start.state(stepper.outlets, stepper.steps))
-    x, convergence = fixed_point(cycle, began, numerics.tolerance, numerics.most_cycles, allowed, start.secants)
+    began = start.state(stepper.outlets, stepper.steps)
+    discharge = common_discharge(stepper.grid, scale, began, stepper.period)
+    x, convergence = fixed_point(
+        cycle, scale.vector(began), numerics.tolerance, numerics.most_cycles, allowed, discharge.after, start.secants
+    )
     if not convergence.converged:
         raise not_periodic(start.grid.model.outlets, convergence.changes, numerics.tolerance, stepper.period)
     return _finished(stepper, scale.state(x), convergence, scale, numerics)
@@ -67,7 +71,7 @@ def _periodic(stepper: Stepper, start: Start, numerics: Numerics) -> Run:
 
 def run_cycles(model: Model, inflow: Inflow, numerics: Numerics, count: int) -> Run:
     """Run exactly `count` cycles from rest and return the last, periodic or not."""
-    linear = linear_solution(model, inflow)
+    linear, numerics = linear_solution(model, inflow), replace(numerics, cycles_from_rest=count)
     grid = make_grid(model, cell_counts(model, numerics.cell_size, linear))
     start = FromRest(grid, linear)
 
@@ -87,8 +91,9 @@ def run_cycles(model: Model, inflow: Inflow, numerics: Numerics, count: int) -> 
 
 def _finished(stepper: Stepper, end: State, convergence: Convergence, scale: Scale, numerics: Numerics) -> Run:
     require_subcritical(stepper.mach)
+    cells = stepper.cells if not numerics.every_cell else at_samples(stepper.cells, numerics.samples, axis=1)
     return Run(
-        stepper.grid, stepper.period, stepper.steps, stepper.inlet_area, stepper.stations, stepper.cells, end,
+        stepper.grid, stepper.period, stepper.steps, numerics.samples, stepper.inlet_area, stepper.stations, cells, end,
         convergence, scale, stepper.courant, stepper.mach, stepper.volume_error, numerics.tolerance,
     )  # fmt: skip
 
@@ -104,6 +109,8 @@ def _with_stable_step(attempt: Callable[[int], Run], steps: int, numerics: Numer
                 raise NumericalError(str(signal)) from None
             last = signal
         factor = max(1.15, min(2.0, last.courant / AIM))
-        steps = math.ceil(steps * factor / numerics.samples) * numerics.samples
-        if steps > max(numerics.most_steps, _GROWTH * first):
-            raise runaway(last.where, first, steps)
+        steps = numerics.steps_for(steps * factor)
+        if steps > numerics.most_steps:
+            if steps > _GROWTH * first:
+                raise runaway(last.where, first, steps)
+            raise faster_than_allowed(last.where, steps, numerics.most_steps)

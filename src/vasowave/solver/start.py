@@ -1,6 +1,5 @@
 """Where a simulation may start: each start knows the steps that suit it, the scale of its variables and its state."""
 
-import math
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -64,7 +63,7 @@ class FromLinear:
         demand = self.demand()
         if np.max(demand) > numerics.most_steps:
             raise too_many_steps(self.grid, self.linear, demand, numerics.most_steps)
-        return max(1, math.ceil(float(np.max(demand)) / numerics.samples)) * numerics.samples
+        return numerics.steps_for(float(np.max(demand)))
 
     def demand(self) -> np.ndarray:
         """Return the steps per cycle that each vessel asks for, shape (vessel,)."""
@@ -113,14 +112,14 @@ class FromNeighbor:
         if numerics.steps_per_cycle is not None:
             return numerics.steps_per_cycle
         run = self.run
-        if run.stations.shape[1] != numerics.samples:
+        if run.samples != numerics.samples:
             return FromLinear(self.grid, linear_solution(self.grid.model, self.inflow)).steps(numerics)
-        fewer = math.ceil(run.steps * run.courant / AIM / numerics.samples) * numerics.samples
+        fewer = numerics.steps_for(run.steps * run.courant / AIM)
         return fewer if fewer < _WASTEFUL * run.steps else run.steps
 
     def mean_pressure(self) -> np.ndarray:
         """Return the neighbour's mean pressures in the middle of its vessels, mmHg."""
-        model, area = self.run.model, self.run.stations[0, :, :, 1].mean(axis=0)
+        model, area = self.run.model, self.run.recorded[0, :, :, 1].mean(axis=0)
         return np.maximum(np.asarray(walls.pressure(model.wall, area, model.area0)), 0.0)
 
     def state(self, outlet: OutletSteps, steps: int) -> State:

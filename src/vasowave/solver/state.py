@@ -60,6 +60,11 @@ class Scale:
         area[self.held], flow[self.held] = x[:n] * self.compliance, x[n : 2 * n] / self.impedance
         return State(area, flow, x[2 * n :].reshape(self.memory.shape) / self.memory)
 
+    def volume(self, spacing: np.ndarray, bed_compliance: np.ndarray) -> np.ndarray:
+        """Return the volume of every variable of a vector, ml/mmHg: of cells (cm, shape (slot,)) and of beds."""
+        cells = self.compliance * spacing[self.held]
+        return np.concatenate([cells, np.zeros(len(cells)), bed_compliance])
+
     def change(self, x: np.ndarray) -> State:
         """Return the difference between two states whose vectors differ by `x`."""
         change = self.state(x)

@@ -44,8 +44,10 @@ class Stepper:
             make_node_states(self.parts[2]),
         )
         self.inlet_area = np.zeros(steps)
-        self.stations = np.zeros((2, numerics.samples, vessels, 3))
-        self.cells = np.zeros((2, numerics.samples if numerics.every_cell else 0, slots))
+        every = next(k for k in range(steps // numerics.samples, 0, -1) if steps % k == 0)
+        self.stations = np.zeros((2, steps // every, vessels, 3))
+        self.cells = np.zeros((2, steps // every if numerics.every_cell else 0, slots))
+        self.samples = numerics.samples
         self.courant = self.volume_error = 0.0
         self.mach = Extreme(0.0, "", 0.0)
 
@@ -76,7 +78,7 @@ class Stepper:
             courant, name, time = self._extreme(report, cycles.COURANT)
             vessel = network.row(name)
             speed = courant * self.grid.spacing[self.grid.vessels.first[vessel]] / (self.period / self.steps)
-            needed = math.ceil(self.steps * courant / AIM / self.stations.shape[1]) * self.stations.shape[1]
+            needed = math.ceil(self.steps * courant / AIM / self.samples) * self.samples
             raise TooFast(
                 courant,
                 f"vessel '{name}' ({network.length[vessel]:.4g} cm), t = {time:.4g} s: ",

@@ -1,6 +1,6 @@
 """Where a run may be believed, in sentences; and the one case in which it may not at all."""
 
-import numpy as np
+import math
 
 from vasowave.errors import NumericalError
 from vasowave.solver.extremes import Extreme, Extremes
@@ -20,11 +20,15 @@ def require_subcritical(mach: Extreme) -> None:
         )
 
 
-def notes_of(extremes: Extremes, largest_pressure: float) -> tuple[str, ...]:
-    """Return what a reader must know before believing the waves; empty where nothing is doubtful."""
+def notes_of(extremes: Extremes, largest_pressure: float, error_estimate: float = math.nan) -> tuple[str, ...]:
+    """Return what a reader must know before believing the waves; empty where nothing is doubtful.
+
+    Nothing of the grid where an accuracy was asked for and two grids tell that it was reached (`error_estimate`, mmHg).
+    """
     notes = []
     error, low, strain = extremes.grid_error, extremes.lowest_pressure, extremes.area_strain
-    if error.value > GRID_SHARE * largest_pressure or not np.isfinite(error.value):
+    doubtful = error.value > GRID_SHARE * largest_pressure or not math.isfinite(error.value)
+    if doubtful and math.isnan(error_estimate):
         share = 100 * error.value / largest_pressure
         size = f"about {error.value:.2g} mmHg ({share:.1f} % of the largest pressure)" if share < 30 else "all meaning"
         notes.append(

@@ -1,0 +1,80 @@
+"""The beds' common discharge, by which periodic states are found in three cycles, against the cycles themselves."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vasowave.solver import Numerics
+from vasowave.solver.discharge import common_discharge
+from vasowave.solver.run import run_cycles, run_to_periodic
+from vasowave.solver.stepper import Stepper
+
+
+@pytest.fixture(scope="module")
+def periodic(control, inflow):
+    """Return a periodic run and its common discharge."""
+    run = run_to_periodic(control, inflow, Numerics(samples=64, tolerance=1e-9))
+    return run, common_discharge(run.grid, run.scale, run.end, run.period)
+
+
+def test_the_volume_of_a_state_is_what_flowed_in_and_not_out(control, inflow, periodic):
+    """Over the first cycle from rest, counted at inlet and beds: a bed lets go R2's share of its own pressure."""
+    run, discharge = periodic
+    first = run_cycles(control, inflow, Numerics(samples=1024, cycles_from_rest=1), 1)
+    stored = discharge.volume @ (run.scale.vector(first.end) - run.scale.vector(_rest(run)))
+    beds, flow = control.outlets, first.stations[1][:, control.network.terminals, 2]
+    pressure = first.pressure[:, 2, control.network.terminals] - beds.R1 * flow  # of the capacitors
+    drained = np.sum(pressure / beds.R2, axis=1)
+    passed = inflow.period * (np.mean(inflow.flow) - np.mean(drained))
+    assert stored == pytest.approx(passed, rel=0.01)  # pressures at samples, half of the last one missing
+
+
+def test_after_one_cycle_the_discharge_is_all_that_is_left(control, inflow, periodic):
+    """A periodic state, disturbed: what the next cycle brings tells where all later ones lead, to a few percent.
+
+    Of pressures, that is: the small flows of the discharge are neglected.
+    """
+    run, discharge = periodic
+    stepper = Stepper(run.grid, inflow, Numerics(samples=64), run.steps)
+
+    def after_cycle(x):
+        return run.scale.vector(stepper.cycle(run.scale.state(x)))
+
+    at_rest = run.scale.vector(run.end)
+    before = after_cycle(at_rest + 0.5 * np.random.default_rng(0).normal(size=len(at_rest)))
+    end = after_cycle(before)
+    left, foretold = at_rest - end, discharge.after(end - before)
+    assert np.max(np.abs(left)) > 1e-3
+    pressures = foretold != 0
+    assert np.sum(pressures) >= run.grid.is_cell.sum() + len(control.network.terminals)
+    np.testing.assert_allclose(foretold[pressures], left[pressures], rtol=0.05)
+
+
+def test_an_ordinary_simulation_takes_three_cycles_and_ends_where_plain_repetition_does(control, inflow):
+    run = run_to_periodic(control, inflow, Numerics())
+    assert len(run.convergence.changes) == 3
+    plain = run_cycles(control, inflow, Numerics(steps_per_cycle=run.steps, samples=run.steps // 2), 25)
+    found = replace(run, samples=run.steps // 2)
+    np.testing.assert_allclose(found.pressure, plain.pressure, atol=3e-4)  # the tolerance of a cycle, over 1 - 0.43
+
+
+def test_beds_that_discharge_apart_and_beds_without_a_discharge_become_periodic_too(control, inflow):
+    beds = control.outlets
+    apart = control.changed(outlets=beds._replace(C=beds.C * np.linspace(0.3, 3.0, len(beds.C))))
+    run = run_to_periodic(apart, inflow, Numerics(samples=64, tolerance=1e-6))
+    plain = run_cycles(apart, inflow, Numerics(samples=64, steps_per_cycle=run.steps), 60)
+    np.testing.assert_allclose(run.pressure, plain.pressure, atol=1e-4)
+
+
+def test_samples_between_two_steps_are_those_of_a_grid_of_times_that_holds_them(control, inflow):
+    """512 samples of 768 or 1280 steps, half or three quarters of them on no step, against samples on steps."""
+    run = run_to_periodic(control, inflow, Numerics(tolerance=1e-8))
+    assert run.steps % 512
+    on_steps = run_to_periodic(control, inflow, Numerics(samples=256, steps_per_cycle=run.steps, tolerance=1e-8))
+    np.testing.assert_allclose(run.stations[:, ::2], on_steps.stations, rtol=0, atol=1e-6 * np.max(run.stations))
+    assert run.pressure.shape[0] == 512
+
+
+def _rest(run):
+    return replace(run.end, area=run.model.area0[run.grid.vessel], flow=0 * run.end.flow, memory=0 * run.end.memory)
