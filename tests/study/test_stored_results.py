@@ -100,7 +100,7 @@ def test_a_report_made_in_processes_is_the_one_made_here(cohort_results, tmp_pat
     for workers in (1, 2):
         folder = tmp_path / str(workers)
         store, pieces = Store(folder / "results"), {}
-        for number in range(9):
+        for number in range(20):
             tree = cohort_results[number % len(cohort_results)].copy()
             tree.attrs |= {"animal": f"mouse {number}"}
             pieces[f"mouse {number}", str(tree.attrs["group"])] = store.keep(f"{number}", to_bytes(tree))
