@@ -226,3 +226,13 @@ def test_the_mouse_lung_becomes_one_tree_of_about_530_vessels():
     assert network.radius.max() < 11.1 * voxel  # largest inscribed radius in the file
     assert network.radius.min() > 0.19 * voxel
     assert 1.5 < np.median(network.length / network.radius) < 30
+
+
+@pytest.mark.parametrize(
+    ("name", "text"), [("c.vtp", "<VTKFile><PolyData>"), ("c.swc", "1 0 0 0 0 1 -1\n2 0 0 0 1 1 7\n")]
+)
+def test_an_error_in_a_file_of_lines_names_the_file_once(tmp_path, name, text):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_centerlines(tmp_path / name)
+    assert str(caught.value).count(name) == 1

@@ -68,7 +68,8 @@ def read_centerlines(
         _warn_of_leaps(path, skeleton)
         return cut_at_junctions(skeleton, collapse)
     except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+        said = str(error)
+        raise InputError(said if said.startswith(str(path)) else f"{path}: {said}") from None
 
 
 def _warn_of_leaps(path: Path, skeleton: Skeleton) -> None:
