@@ -234,5 +234,5 @@ def test_the_mouse_lung_becomes_one_tree_of_about_530_vessels():
 def test_an_error_in_a_file_of_lines_names_the_file_once(tmp_path, name, text):
     (tmp_path / name).write_text(text)
     with pytest.raises(InputError) as caught:
-        read_centerlines(tmp_path / name)
+        read_centerlines(tmp_path / name, 0.1)
     assert str(caught.value).count(name) == 1
