@@ -160,7 +160,9 @@ def write_results(
         "versions": provenance(),
     }
     index = write_file(folder / INDEX, json.dumps(content | {"sha256": _digest(content)}, indent=1, ensure_ascii=False))
-    _remove_others(inside, [Path(one.file).name for one in animals])
+    named = {Path(one.file).name for one in animals}
+    for other in (one for one in inside.glob("*.nc") if one.name not in named):
+        other.unlink(missing_ok=True)
     return index
 
 
@@ -244,9 +246,3 @@ def _put(piece: Path, place: Path) -> None:
         os.link(piece, place)
     except OSError:  # no links on this file system
         write_file(place, read_bytes(piece))
-
-
-def _remove_others(folder: Path, names: Sequence[str]) -> None:
-    for path in folder.glob("*.nc"):
-        if path.name not in names:
-            path.unlink(missing_ok=True)
