@@ -82,5 +82,14 @@ class Numerics:
         They are a multiple of the samples or, where that would cost much and the cycle is periodic, so that what lies
         between two steps is known, of a quarter of them.
         """
-        unit = self._unit if demand <= _FEW * self.samples else self.samples
+        unit = self._unit_at(demand)
         return max(self.samples, math.ceil(demand / unit) * unit)
+
+    @property
+    def largest_steps(self) -> int:
+        """The most steps a cycle that serve the samples and stay within `most_steps`."""
+        unit = self._unit_at(self.most_steps)
+        return max(self.samples, self.most_steps // unit * unit)
+
+    def _unit_at(self, steps: float) -> int:
+        return self._unit if steps <= _FEW * self.samples else self.samples
