@@ -1,7 +1,5 @@
 """The solver says where it may be believed: extremes, notes, errors whose reason is the fault that is there."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -212,7 +210,7 @@ def test_blood_that_cannot_flow_is_refused(wrong, says):
         Blood(**wrong)
 
 
-def _from(kind, number):
+def _from(kind, number, seed=2):
     """One model of the sweep in which the fault was seen."""
     import importlib.util
     from pathlib import Path
@@ -223,7 +221,7 @@ def _from(kind, number):
     assert spec.loader is not None
     sweep = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(sweep)
-    return sweep.drawn(sweep.KINDS[kind], np.random.default_rng([2, sorted(sweep.KINDS).index(kind), number]))
+    return sweep.drawn(sweep.KINDS[kind], np.random.default_rng([seed, sorted(sweep.KINDS).index(kind), number]))
 
 
 def test_a_wall_driven_against_its_largest_area_says_so_and_not_that_the_step_is_too_large():
@@ -257,22 +255,30 @@ def test_waves_that_turn_out_to_ask_for_more_steps_than_allowed_are_refused():
     inflow = Inflow(0.286 * flow / flow.mean() - 0.078, 0.11)
     network = Network(("tube",), np.array([-1]), np.array([0.72]), np.array([0.05]))
     model = Model(network, TangentWall(3.1, 2.53), Windkessel(14.2, 127.8, 1.31e-4))
-    with pytest.raises(NumericalError, match=r"vessel 'tube' .*: the waves there ask for about 6976 steps.*= 6000"):
+    with pytest.raises(NumericalError, match=r"vessel 'tube' .*: the waves there ask for about \d+ steps.*= 6000"):
         run_to_periodic(model, inflow, Numerics(samples=64, most_steps=6000))
     assert run_to_periodic(model, inflow, Numerics(samples=64, most_steps=7000)).steps == 6912
 
 
-def test_a_demand_of_the_linear_solution_is_tried_with_the_steps_that_are_allowed(control, inflow):
-    """It aims at a Courant number of 0.9, so that a tenth fewer steps still serve; half of them are refused untried."""
-    numerics = Numerics(samples=64, tolerance=1e-2)
-    inflow = Inflow(0.3 * inflow.flow, inflow.period)  # so small that linear theory knows the speeds
-    linear = linear_solution(control, inflow)
-    asked = float(np.max(FromLinear(make_grid(control, cell_counts(control, 0.1, linear)), linear).demand()))
-    run = run_to_periodic(control, inflow, replace(numerics, most_steps=int(0.95 * asked)))
-    assert run.steps <= 0.95 * asked
-    assert run.courant < 1
+def test_a_demand_of_the_linear_solution_is_tried_with_the_steps_that_are_allowed():
+    """It aims at a Courant number of 0.9, so that 5 % fewer steps still serve; half of them are refused untried."""
+    model, inflow = _tube(2.0, 0.05, LinearWall(300.0)), _ejection(0.01)
+    grid, linear = make_grid(model, np.array([20])), linear_solution(model, inflow)
+    asked = float(np.max(FromLinear(grid, linear).demand()))
+    run = run_to_periodic(model, inflow, Numerics(samples=4, most_steps=int(0.95 * asked)))
+    assert run.steps < 0.95 * asked
+    assert 0.9 < run.courant < 1
     with pytest.raises(NumericalError, match="asks for about"):
-        run_to_periodic(control, inflow, replace(numerics, most_steps=int(0.5 * asked)))
+        run_to_periodic(model, inflow, Numerics(samples=4, most_steps=int(0.5 * asked)))
+
+
+def test_a_front_that_passes_between_two_samples_is_seen():
+    """Third differences of 512 samples give 0.4 % of the peak; against twice the cells it is off by 3.6 %."""
+    model, inflow = _from("sudden *", 443, 1003)
+    run = run_to_periodic(model, inflow, Numerics())
+    assert run.steps > 16 * 512
+    assert len(run.recorded[0]) == 2 * 512
+    assert "depends on the grid" in run.notes[0]
 
 
 def test_a_slow_windkessel_is_blamed_only_where_there_is_one(control, inflow):

@@ -38,8 +38,11 @@ class Extremes(NamedTuple):
     grid_error: Extreme
 
 
-def find_extremes(grid: Grid, period: float, steps: int, p: np.ndarray) -> Extremes:
-    """Return the extremes of the waves of pressure (mmHg, shape (sample, station, vessel)) on a grid."""
+def find_extremes(grid: Grid, period: float, steps: int, p: np.ndarray, recorded: np.ndarray) -> Extremes:
+    """Return the extremes of the waves of pressure (mmHg, shape (sample, station, vessel)) on a grid.
+
+    The grid's error is that of the `recorded` waves, which may have more samples.
+    """
     model, network = grid.model, grid.model.network
     A = np.asarray(walls.area(model.wall, p, model.area0))
     c = np.asarray(walls.wave_speed(model.wall, p, model.blood.inertia))
@@ -47,17 +50,25 @@ def find_extremes(grid: Grid, period: float, steps: int, p: np.ndarray) -> Extre
     rise = np.abs(np.diff(p, axis=0)) * (len(p) / period)
     pulse = np.maximum(np.ptp(p, axis=(0, 1)), 1e-12)
 
-    def largest(values: np.ndarray, sign: float = 1.0) -> Extreme:
+    def largest(values: np.ndarray, count: int, sign: float = 1.0) -> Extreme:
         sample, station, vessel = np.unravel_index(np.argmax(sign * values), values.shape)
-        time = float(sample * period / len(p))
+        time = float(sample * period / count)
         return Extreme(float(values[sample, station, vessel]), network.name[vessel], time)
 
     return Extremes(
-        largest(rise * dx / c[:-1] / pulse),
-        largest(p, -1.0),
-        largest(A / network.area - 1.0),
-        largest(_dispersion(p, c.mean(axis=(0, 1)), grid, period, steps) + _bent_by_drag(p, A, c, grid, period)),
+        largest(rise * dx / c[:-1] / pulse, len(p)),
+        largest(p, len(p), -1.0),
+        largest(A / network.area - 1.0, len(p)),
+        largest(_grid_error(grid, period, steps, recorded), len(recorded)),
     )
+
+
+def _grid_error(grid: Grid, period: float, steps: int, p: np.ndarray) -> np.ndarray:
+    """Return the error of pressure, mmHg, that the cells leave, shape of `p`."""
+    model = grid.model
+    A = np.asarray(walls.area(model.wall, p, model.area0))
+    c = np.asarray(walls.wave_speed(model.wall, p, model.blood.inertia))
+    return _dispersion(p, c.mean(axis=(0, 1)), grid, period, steps) + _bent_by_drag(p, A, c, grid, period)
 
 
 def _dispersion(p: np.ndarray, c: np.ndarray, grid: Grid, period: float, steps: int) -> np.ndarray:
