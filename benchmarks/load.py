@@ -15,6 +15,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
@@ -43,9 +44,11 @@ STEPS = {
 
 
 class Cost(NamedTuple):
-    """What one step took: time of the processor (s; others on the machine do not change it), largest memory (GB)."""
+    """What one step took: time of the processor (s; others on the machine hardly change it) with all its processes,
+    time of the clock (s), and the memory of its largest process (GB)."""
 
     seconds: float
+    clock: float
     memory: float
 
 
@@ -89,6 +92,7 @@ def fill_store(study: Study, results: list) -> None:
 def cost(command: list[str], folder: Path) -> Cost:
     """Run one command of vasowave in a process of its own."""
     program = "from vasowave.cli import run; run()"
+    begun = time.monotonic()
     process = subprocess.Popen(
         [sys.executable, "-c", program, command[0], str(folder), *command[1:]], stdout=subprocess.DEVNULL
     )
@@ -96,7 +100,7 @@ def cost(command: list[str], folder: Path) -> Cost:
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode != 0:
         raise RuntimeError(f"{command} ended with status {process.returncode}")
-    return Cost(usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1e6)
+    return Cost(usage.ru_utime + usage.ru_stime, time.monotonic() - begun, usage.ru_maxrss / 1e6)
 
 
 def exponent(costs: dict[int, Cost]) -> float:
@@ -111,7 +115,9 @@ def table(costs: dict[str, dict[int, Cost]]) -> str:
     lines = ["| step | " + " | ".join(f"{count} animals" for count in counts) + " | exponent |"]
     lines.append("|" + "---|" * (len(counts) + 2))
     for step, found in costs.items():
-        cells = [f"{found[count].seconds:.1f} s, {found[count].memory:.2f} GB" for count in counts]
+        cells = [
+            f"{found[count].seconds:.1f} s ({found[count].clock:.0f}), {found[count].memory:.2f} GB" for count in counts
+        ]
         lines.append(f"| {step} | {' | '.join(cells)} | {exponent(found):.2f} |")
     return "\n".join(lines) + "\n"
 

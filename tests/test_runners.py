@@ -34,16 +34,18 @@ def test_every_kind_of_change_is_drawn(tmp_path, monkeypatch):
 
 
 def test_the_tests_of_a_module_are_its_namesakes_first_and_never_none():
-    names = [test.name for test in mutants.tests_of(mutants.SOURCE / "recording" / "baseline.py")]
+    names = [test.name for test in mutants.nearest_tests(mutants.SOURCE / "recording" / "baseline.py")]
     assert names[0] == "test_baseline.py"
-    assert "test_sensitivity.py" in [t.name for t in mutants.tests_of(mutants.SOURCE / "solver" / "node_variations.py")]
-    assert all(mutants.tests_of(one.file) for one in mutants.drawn(2, 4))
+    assert "test_sensitivity.py" in [
+        t.name for t in mutants.nearest_tests(mutants.SOURCE / "solver" / "node_variations.py")
+    ]
+    assert all(mutants.tests_of(one) for one in mutants.drawn(2, 4))
 
 
 def test_growth_is_the_power_between_the_two_largest_studies():
-    costs = {10: load.Cost(9.0, 0.1), 100: load.Cost(4.0, 0.1), 1000: load.Cost(40.0, 0.2)}
+    costs = {10: load.Cost(9.0, 9.0, 0.1), 100: load.Cost(4.0, 3.0, 0.1), 1000: load.Cost(40.0, 30.0, 0.2)}
     assert load.exponent(costs) == pytest.approx(1.0, rel=1e-12)
-    assert "| 9.0 s, 0.10 GB | 4.0 s, 0.10 GB | 40.0 s, 0.20 GB | 1.00 |" in load.table({"report": costs})
+    assert "| 9.0 s (9), 0.10 GB | 4.0 s (3), 0.10 GB | 40.0 s (30), 0.20 GB | 1.00 |" in load.table({"report": costs})
 
 
 def test_a_table_goes_between_its_marks_and_nowhere_else(tmp_path):
@@ -53,6 +55,18 @@ def test_a_table_goes_between_its_marks_and_nowhere_else(tmp_path):
     assert page.read_text() == "a\n<!-- x -->\n| 1 |\n<!-- end of x -->\nb\n"
     with pytest.raises(ValueError, match="0 places for 'y'"):
         robustness_page.put("y", "", page)
+
+
+def test_a_mutant_meets_the_tests_that_run_its_statement_the_quick_ones_first(tmp_path, monkeypatch):
+    module = mutants.SOURCE / "units.py"
+    lines = module.read_text().splitlines()
+    begin = next(number for number, line in enumerate(lines, 1) if line.endswith(("(", "{", "[")))
+    ran = {str(module.relative_to(mutants.ROOT)): {str(begin): ["tests/slow.py", "tests/quick.py", "tests/hours.py"]}}
+    seconds = {"tests/slow.py": 50.0, "tests/quick.py": 2.0, "tests/hours.py": 1e4}
+    monkeypatch.setattr(mutants, "_record", lambda: {"lines": ran, "seconds": seconds})
+    inside = mutants.Mutant(module, begin + 1, 0, "", "")
+    assert [test.name for test in mutants.tests_of(inside)] == ["quick.py", "slow.py"]
+    assert mutants.tests_of(mutants.Mutant(module, 1, 0, "", "")) == mutants.nearest_tests(module)
 
 
 @pytest.mark.parametrize("name", ["inputs", "faults", "load", "mutants"])

@@ -40,7 +40,7 @@ def run(function, names, log, pools=None, workers=2, threads=1, keep=None, progr
 
 
 def _pool(count, threads):
-    return process_pool(count, threads)
+    return process_pool(count, threads, loaded=())
 
 
 def in_threads(count):
@@ -112,7 +112,7 @@ def test_a_pool_whose_own_thread_dies_of_a_lack_of_memory_breaks_instead_of_wait
     def starve(*anything, **more):
         raise RuntimeError("can't start new thread")
 
-    with process_pool(1) as pool:
+    with process_pool(1, loaded=()) as pool:
         monkeypatch.setattr(multiprocessing.queues.Queue, "put", starve)
         waiting = pool.submit(time.sleep, 60)
         with pytest.raises(BrokenExecutor, match="no memory left"):
@@ -188,7 +188,8 @@ def test_workers_end_when_their_program_is_killed(tmp_path):
     program = (
         f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
         "import cheap_tasks\nfrom vasowave.study.executors import process_pool\n"
-        f"with process_pool(1) as pool: pool.submit(cheap_tasks.process_and_wait, {str(log)!r}, 'a').result()\n"
+        "with process_pool(1, loaded=()) as pool:\n"
+        f"    pool.submit(cheap_tasks.process_and_wait, {str(log)!r}, 'a').result()\n"
     )
     with subprocess.Popen([sys.executable, "-c", program]) as parent:
         wait_until(lambda: log.exists() and log.read_text())
