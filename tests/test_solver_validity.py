@@ -73,6 +73,22 @@ def test_the_estimated_grid_error_is_the_dispersion_that_a_finer_grid_removes():
     assert 0.4 * true < run.extremes.grid_error.value < 2.5 * true
 
 
+def test_pressure_that_drag_bends_within_a_cell_is_estimated_and_noted():
+    """Into a thin side branch of one cell pressure diffuses; the measure is the difference to four times the cells."""
+    lengths, radii = np.array([0.05, 0.09, 0.05]), np.array([0.006, 0.002, 0.005])
+    network = Network(("parent", "thin", "wide"), np.array([-1, 0, 0]), lengths, radii)
+    outlets = Windkessel(np.array([2e6, 2e4]), np.array([4e6, 4e4]), np.array([5e-9, 1e-6]))
+    model = Model(network, LinearWall(60.0), outlets, Blood(friction=PowerLaw(9.0)))
+    inflow = _ejection(4e-3, 0.13)
+    run, fine = (run_to_periodic(model, inflow, Numerics(samples=256), refinement=n) for n in (1, 4))
+    true = np.max(np.abs(run.pressure - fine.pressure))
+    assert run.grid.counts[1] == 1
+    assert 0.5 * true < run.extremes.grid_error.value < 2 * true
+    assert true > 0.02 * run.pressure.max()
+    assert "depends on the grid" in run.notes[0]
+    assert "vessel 'thin'" in run.notes[0]
+
+
 def test_flow_faster_than_its_waves_is_an_error_that_names_vessel_and_time():
     model = _tube(2.0, 0.05, LinearWall(57.0), 2.0)
     with pytest.raises(NumericalError, match=r"vessel 'tube', t = .* s: .*passes the wave speed"):
@@ -163,7 +179,7 @@ def test_a_model_that_asks_for_too_many_steps_says_which_vessel_and_what_it_weig
         ("a", "speck", "b"), np.array([-1, 0, 0]), np.array([2.0, 1e-3, 1.0]), np.array([0.05, 0.03, 0.03])
     )
     model = Model(network, LinearWall(57.0), Windkessel(20.0, 120.0, 0.0005))
-    with pytest.raises(NumericalError, match=r"vessel 'speck' \(0.001 cm.*asks for \d+ steps.*2 others.*Merge it"):
+    with pytest.raises(NumericalError, match=r"vessel 'speck' \(0.001 cm.*asks for about \d+ steps.*2 others.*Merge"):
         simulate(model, inflow, Numerics(most_steps=20_000))
     assert simulate(model, inflow, Numerics(samples=64, tolerance=1e-2)).attrs["steps_per_cycle"] > 20_000
 
@@ -194,7 +210,7 @@ def test_blood_that_cannot_flow_is_refused(wrong, says):
         Blood(**wrong)
 
 
-def _from(kind, number):
+def _from(kind, number, seed=2):
     """One model of the sweep in which the fault was seen."""
     import importlib.util
     from pathlib import Path
@@ -205,7 +221,7 @@ def _from(kind, number):
     assert spec.loader is not None
     sweep = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(sweep)
-    return sweep.drawn(sweep.KINDS[kind], np.random.default_rng([2, sorted(sweep.KINDS).index(kind), number]))
+    return sweep.drawn(sweep.KINDS[kind], np.random.default_rng([seed, sorted(sweep.KINDS).index(kind), number]))
 
 
 def test_a_wall_driven_against_its_largest_area_says_so_and_not_that_the_step_is_too_large():
@@ -233,17 +249,36 @@ def test_where_the_linear_solution_misleads_rest_is_tried():
 
 
 def test_waves_that_turn_out_to_ask_for_more_steps_than_allowed_are_refused():
-    """The linear solution asks for 5632 steps, the wall that stiffens for 6912."""
+    """The linear solution asks for 5632 steps, the wall that stiffens for 6912: what is allowed is tried first."""
     phase = (np.arange(256) / 256 - 0.4) / 0.061
     flow = np.exp(-0.5 * phase**2)
     inflow = Inflow(0.286 * flow / flow.mean() - 0.078, 0.11)
     network = Network(("tube",), np.array([-1]), np.array([0.72]), np.array([0.05]))
     model = Model(network, TangentWall(3.1, 2.53), Windkessel(14.2, 127.8, 1.31e-4))
-    with pytest.raises(
-        NumericalError, match=r"vessel 'tube' .*: the waves there ask for 6912 steps.*most_steps = 6000"
-    ):
+    with pytest.raises(NumericalError, match=r"vessel 'tube' .*: the waves there ask for about \d+ steps.*= 6000"):
         run_to_periodic(model, inflow, Numerics(samples=64, most_steps=6000))
     assert run_to_periodic(model, inflow, Numerics(samples=64, most_steps=7000)).steps == 6912
+
+
+def test_a_demand_of_the_linear_solution_is_tried_with_the_steps_that_are_allowed():
+    """It aims at a Courant number of 0.9, so that 5 % fewer steps still serve; half of them are refused untried."""
+    model, inflow = _tube(2.0, 0.05, LinearWall(300.0)), _ejection(0.01)
+    grid, linear = make_grid(model, np.array([20])), linear_solution(model, inflow)
+    asked = float(np.max(FromLinear(grid, linear).demand()))
+    run = run_to_periodic(model, inflow, Numerics(samples=4, most_steps=int(0.95 * asked)))
+    assert run.steps < 0.95 * asked
+    assert 0.9 < run.courant < 1
+    with pytest.raises(NumericalError, match="asks for about"):
+        run_to_periodic(model, inflow, Numerics(samples=4, most_steps=int(0.5 * asked)))
+
+
+def test_a_front_that_passes_between_two_samples_is_seen():
+    """Third differences of 512 samples give 0.4 % of the peak; against twice the cells it is off by 3.6 %."""
+    model, inflow = _from("sudden *", 443, 1003)
+    run = run_to_periodic(model, inflow, Numerics())
+    assert run.steps > 16 * 512
+    assert len(run.recorded[0]) == 2 * 512
+    assert "depends on the grid" in run.notes[0]
 
 
 def test_a_slow_windkessel_is_blamed_only_where_there_is_one(control, inflow):

@@ -54,8 +54,8 @@ def runaway(where: str, first: int, steps: int) -> Lost:
 def faster_than_allowed(where: str, steps: int, most: int) -> Lost:
     """Return the error for a vessel (`where`) whose waves turn out to ask for more than `most` steps a cycle."""
     return Lost(
-        f"{where}the waves there ask for {steps} steps a cycle, more than most_steps = {most}: check radius, length "
-        "and stiffness of this vessel, merge it with its neighbor, or go on with Numerics(most_steps=...)"
+        f"{where}the waves there ask for about {steps} steps a cycle, more than most_steps = {most}: check radius, "
+        "length and stiffness of this vessel, merge it with its neighbor, or go on with Numerics(most_steps=...)"
     )
 
 
@@ -69,7 +69,7 @@ def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, most:
     fall = float(linear.resistance[v] * network.length[v] * linear.flow[0, v].real)
     return NumericalError(
         f"vessel '{network.name[v]}' ({network.length[v]:.4g} cm, radius {network.radius[v]:.4g} cm) asks for "
-        f"{demand[v]:.0f} steps a cycle, more than most_steps = {most}{beside}. "
+        f"about {demand[v]:.0f} steps a cycle, more than most_steps = {most}{beside}. "
         f"It holds {100 * compliance[v] / np.sum(compliance):.2g} % of the vessels' "
         f"compliance, and the mean flow loses {fall:.2g} mmHg in it: that is what merging it with its neighbor would "
         "change. Merge it, or go on with Numerics(most_steps=...)"

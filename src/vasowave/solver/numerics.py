@@ -10,6 +10,7 @@ from vasowave.errors import InputError
 from vasowave.settings import Positive, check_settings
 
 _FEW = 4  # steps a sample, above which a multiple of the samples costs little
+_MANY = 16  # steps a sample, in which a front as steep as cells can carry may pass unseen
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,20 @@ class Numerics:
         """Return the least steps a cycle that serve a demand and the samples.
 
         They are a multiple of the samples or, where that would cost much and the cycle is periodic, so that what lies
-        between two steps is known, of a quarter of them.
+        between two steps is known, of a quarter of them; where it costs little, of `seen`.
         """
-        unit = self._unit if demand <= _FEW * self.samples else self.samples
+        unit = self._unit_at(demand)
         return max(self.samples, math.ceil(demand / unit) * unit)
+
+    @property
+    def largest_steps(self) -> int:
+        """The most steps a cycle that serve the samples and stay within `most_steps`."""
+        unit = self._unit_at(self.most_steps)
+        return max(self.samples, self.most_steps // unit * unit)
+
+    def _unit_at(self, steps: float) -> int:
+        return self._unit if steps <= _FEW * self.samples else self.seen(steps)
+
+    def seen(self, steps: float) -> int:
+        """Return the times a cycle at which waves are judged: twice the samples where a wave runs far between two."""
+        return 2 * self.samples if steps > _MANY * self.samples else self.samples

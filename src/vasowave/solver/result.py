@@ -32,7 +32,8 @@ class Run:
     inlet_area : array, shape (step,)
         Area at the root's inlet at every step, cm².
     recorded : array, shape (2, step, vessel, 3)
-        Area and flow at inlet, middle, outlet, at every step or every k-th, so that the samples can be made of them.
+        Area and flow at inlet, middle, outlet, at every step or every k-th, so that the samples can be made of them;
+        k such that a front may not pass between two unseen.
     cells : array, shape (2, sample, slot)
         Area and flow in every slot; no samples unless every cell was asked for.
     end : State
@@ -80,8 +81,8 @@ class Run:
 
     @cached_property
     def extremes(self) -> Extremes:
-        """What the waves reach at most, at the output times."""
-        return find_extremes(self.grid, self.period, self.steps, self.pressure)
+        """What the waves reach at most, at the output times; the grid's error at all that were recorded."""
+        return find_extremes(self.grid, self.period, self.steps, self.pressure, self._pressure_of(self.recorded))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -91,7 +92,10 @@ class Run:
     @cached_property
     def pressure(self) -> np.ndarray:
         """Pressure at inlet, middle and outlet, mmHg, shape (sample, station, vessel)."""
-        area = np.moveaxis(self.stations[0], 1, -1)
+        return self._pressure_of(self.stations)
+
+    def _pressure_of(self, stations: np.ndarray) -> np.ndarray:
+        area = np.moveaxis(stations[0], 1, -1)
         return np.asarray(walls.pressure(self.model.wall, area, self.model.area0))
 
     def inlet_pressure(self, samples: int) -> np.ndarray:

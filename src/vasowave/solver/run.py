@@ -99,8 +99,11 @@ def _finished(stepper: Stepper, end: State, convergence: Convergence, scale: Sca
 
 
 def _with_stable_step(attempt: Callable[[int], Run], steps: int, numerics: Numerics) -> Run:
-    """Run with more steps as long as the Courant number passes 1, unless the caller fixed their number."""
-    first = steps
+    """Run with more steps as long as the Courant number passes 1, unless the caller fixed their number.
+
+    What a step that is too long says of the speed is no proof: the most that are allowed are tried before giving up.
+    """
+    first, largest = steps, numerics.largest_steps
     while True:
         try:
             return attempt(steps)
@@ -109,8 +112,9 @@ def _with_stable_step(attempt: Callable[[int], Run], steps: int, numerics: Numer
                 raise NumericalError(str(signal)) from None
             last = signal
         factor = max(1.15, min(2.0, last.courant / AIM))
-        steps = numerics.steps_for(steps * factor)
-        if steps > numerics.most_steps:
-            if steps > _GROWTH * first:
-                raise runaway(last.where, first, steps)
-            raise faster_than_allowed(last.where, steps, numerics.most_steps)
+        asked = numerics.steps_for(steps * factor)
+        if asked > largest and steps >= largest:
+            if asked > _GROWTH * first:
+                raise runaway(last.where, first, asked)
+            raise faster_than_allowed(last.where, asked, numerics.most_steps)
+        steps = min(asked, largest)

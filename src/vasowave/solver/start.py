@@ -19,6 +19,7 @@ from vasowave.solver.result import Run
 from vasowave.solver.state import State
 
 AIM = 0.9  # Courant number at which a chosen step aims; the scheme is stable to 1
+_UNSURE = 1.25  # the linear waves are a guess: only a demand this far above the allowed steps is refused untried
 _WASTEFUL = 0.7  # a neighbour's step is kept, so that results change smoothly, unless so few steps would do
 
 
@@ -61,9 +62,9 @@ class FromLinear:
         if numerics.steps_per_cycle is not None:
             return numerics.steps_per_cycle
         demand = self.demand()
-        if np.max(demand) > numerics.most_steps:
+        if np.max(demand) > _UNSURE * numerics.most_steps:
             raise too_many_steps(self.grid, self.linear, demand, numerics.most_steps)
-        return numerics.steps_for(float(np.max(demand)))
+        return min(numerics.steps_for(float(np.max(demand))), numerics.largest_steps)
 
     def demand(self) -> np.ndarray:
         """Return the steps per cycle that each vessel asks for, shape (vessel,)."""

@@ -44,7 +44,8 @@ class Stepper:
             make_node_states(self.parts[2]),
         )
         self.inlet_area = np.zeros(steps)
-        every = next(k for k in range(steps // numerics.samples, 0, -1) if steps % k == 0)
+        seen = next(n for n in (numerics.seen(steps), numerics.samples) if steps % n == 0 or n == numerics.samples)
+        every = next(k for k in range(steps // seen, 0, -1) if steps % k == 0)
         self.stations = np.zeros((2, steps // every, vessels, 3))
         self.cells = np.zeros((2, steps // every if numerics.every_cell else 0, slots))
         self.samples = numerics.samples

@@ -32,8 +32,9 @@ def notes_of(extremes: Extremes, largest_pressure: float, error_estimate: float 
         share = 100 * error.value / largest_pressure
         size = f"about {error.value:.2g} mmHg ({share:.1f} % of the largest pressure)" if share < 30 else "all meaning"
         notes.append(
-            f"The answer depends on the grid: a wave that steepens costs {size} by the end of vessel '{error.vessel}' "
-            f"at t = {error.time:.4g} s. Simulate it with Numerics(accuracy=0.02), or with a smaller cell_size."
+            f"The answer depends on the grid: a wave too steep for its cells costs {size} by the end of vessel "
+            f"'{error.vessel}' at t = {error.time:.4g} s. Simulate it with Numerics(accuracy=0.02), or with a smaller "
+            "cell_size."
         )
     if low.value < COLLAPSED:
         notes.append(
