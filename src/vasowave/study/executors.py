@@ -28,7 +28,7 @@ _ANALYSIS = (
 """What an analysis loads when it first needs it; xarray looks for Dask, which need not be there."""
 
 _DRAWING = ("vasowave.animal.files", "vasowave.figures.rendering", "matplotlib.figure")
-_WORTH = 20  # animals; for fewer, processes take longer to start than they save
+_WORTH = 10  # animals; for fewer, processes take longer to start than they save (12: 35 s in place of 42, on 2 cores)
 _AT_ONCE = 4  # results or figures that a process gets at once
 
 _PATIENCE = 5.0  # s, for a process that was told to end
