@@ -3,7 +3,7 @@
 uv run python benchmarks/mutants.py 5                  five mutants: minutes
 uv run python benchmarks/mutants.py 100 --seed 3       an afternoon
 uv run python benchmarks/mutants.py 20 --in imaging    only in one part of the package
-uv run python benchmarks/mutants.py --record        once: which files of tests run which lines (20 minutes)
+uv run --with coverage==7.17.3 python benchmarks/mutants.py --record    once: which tests run which lines; an hour
 uv run python benchmarks/mutants.py 100 --docs
 
 A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed,
@@ -27,6 +27,7 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -157,6 +158,8 @@ def _record() -> dict[str, dict]:
 
 def record_lines(processes: int = 2) -> None:
     """Run every file of default tests under coverage; keep which lines it runs and how long it takes, file by file."""
+    if find_spec("coverage") is None:
+        sys.exit("the record needs coverage: uv run --with coverage==7.17.3 python benchmarks/mutants.py --record")
     record, tests = _record(), sorted(str(file.relative_to(ROOT)) for file in TESTS.rglob("test_*.py"))
     missing = [test for test in tests if test not in record["seconds"]]
     RECORD.parent.mkdir(exist_ok=True)
