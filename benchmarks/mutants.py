@@ -3,14 +3,14 @@
 uv run python benchmarks/mutants.py 5                  five mutants: minutes
 uv run python benchmarks/mutants.py 100 --seed 3       an afternoon
 uv run python benchmarks/mutants.py 20 --in imaging    only in one part of the package
-uv run --with coverage==7.17.3 python benchmarks/mutants.py --record    once: which tests run which lines; an hour
+uv run --with pytest-cov==7.1.0 python benchmarks/mutants.py --record    once: which tests run which lines; minutes
 uv run python benchmarks/mutants.py 100 --docs
 
 A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed,
-`and` for `or`, a condition negated. Lines are drawn evenly from all of src. A mutant meets the files of tests that
-run its line, by the record in build/, the quick ones first and those with the module's own name before all; without a
-record, and for lines that nothing records (compiled kernels), the three nearest that import the module, or else what
-imports it. With --whole all default tests run. Exit code 1: a mutant survived.
+`and` for `or`, a condition negated. Lines are drawn evenly from all of src. A mutant meets the tests that run
+its line, by the record in build/, the quick ones first and those with the module's own name before all; without a
+record, and for lines that nothing records (compiled kernels, what runs on import), the three files of tests nearest
+that import the module, or else what imports it. With --whole all default tests run. Exit code 1: a mutant survived.
 """
 
 import argparse
@@ -23,13 +23,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.util import find_spec
+from itertools import accumulate
 from pathlib import Path
 from typing import NamedTuple
+from xml.etree import ElementTree
 
 from robustness_page import put
 
@@ -38,6 +38,7 @@ SOURCE, TESTS = ROOT / "src" / "vasowave", ROOT / "tests"
 LONGEST = 900  # s; a mutant that makes the tests hang is noticed
 FEW = 3  # files of tests that import a module, those with its own name first
 PATIENCE = 120  # s of recorded time that the tests of one mutant may take
+RECORDING = "uv run --with pytest-cov==7.1.0 python benchmarks/mutants.py --record"
 RECORD = ROOT / "build" / "tests of lines.json"
 
 COMPARED = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
@@ -128,20 +129,17 @@ def drawn(count: int, seed: int, part: str = "") -> list[Mutant]:
     return [rng.choice(lines[where]) for where in rng.sample(sorted(lines), min(count, len(lines)))]
 
 
-def tests_of(mutant: Mutant) -> list[Path]:
-    """Return the files of tests that run a mutant's line, the module's namesakes and the quick ones first."""
-    record = _record()
-    running = record["lines"].get(str(mutant.file.relative_to(ROOT)), {}).get(str(_statement(mutant)))
+def tests_of(mutant: Mutant) -> list[str]:
+    """Return the tests that run a mutant's line, the module's namesakes and the quick ones first."""
+    record, line = _record(), str(_statement(mutant))
+    running = record["lines"].get(str(mutant.file.relative_to(ROOT)), {}).get(line, [])
     if not running:
-        return nearest_tests(mutant.file)
+        return [str(test.relative_to(ROOT)) for test in nearest_tests(mutant.file)]
     seconds = record["seconds"]
-    running.sort(key=lambda test: (mutant.file.stem not in Path(test).stem, seconds[test]))
-    chosen, spent = [], 0.0
-    for test in running:
-        if spent + seconds[test] < PATIENCE or not chosen:
-            chosen.append(ROOT / test)
-            spent += seconds[test]
-    return chosen
+    namesakes = [test for test in running if mutant.file.stem in Path(test.partition("::")[0]).stem]
+    running.sort(key=lambda test: (test not in namesakes, seconds[test]))
+    total = accumulate(seconds[test] for test in running)
+    return [test for test, until in zip(running, total, strict=True) if until < PATIENCE] or running[:1]
 
 
 def _statement(mutant: Mutant) -> int:
@@ -156,34 +154,46 @@ def _record() -> dict[str, dict]:
     return json.loads(RECORD.read_text()) if RECORD.exists() else {"lines": {}, "seconds": {}}
 
 
-def record_lines(processes: int = 2) -> None:
-    """Run every file of default tests under coverage; keep which lines it runs and how long it takes, file by file."""
-    if find_spec("coverage") is None:
-        sys.exit("the record needs coverage: uv run --with coverage==7.17.3 python benchmarks/mutants.py --record")
-    record, tests = _record(), sorted(str(file.relative_to(ROOT)) for file in TESTS.rglob("test_*.py"))
-    missing = [test for test in tests if test not in record["seconds"]]
+def record_lines() -> None:
+    """Run the default tests once under coverage; keep which test runs which lines, and how long each takes."""
+    if find_spec("pytest_cov") is None:
+        sys.exit(f"the record needs pytest-cov: {RECORDING}")
     RECORD.parent.mkdir(exist_ok=True)
-    with ThreadPoolExecutor(processes) as pool:
-        for number, (test, seconds, ran) in enumerate(pool.map(_lines_of, missing), 1):
-            record["seconds"][test] = seconds
-            for file, lines in ran.items():
-                for line in lines:
-                    record["lines"].setdefault(file, {}).setdefault(str(line), []).append(test)
-            RECORD.write_text(json.dumps(record))
-            print(f"{number} of {len(missing)}: {test} ({seconds:.0f} s)", flush=True)
-
-
-def _lines_of(test: str) -> tuple[str, float, dict[str, list[int]]]:
-    """Return the lines of every source file that one file of tests runs, and its time."""
     with tempfile.TemporaryDirectory() as name:
-        data, table = Path(name) / "data", Path(name) / "lines.json"
-        coverage, begun = [sys.executable, "-m", "coverage"], time.monotonic()
-        run = ["run", f"--data-file={data}", f"--source={SOURCE}", "-m", "pytest", "-q", "-n", "0", test]
-        subprocess.run([*coverage, *run], cwd=ROOT, check=False, capture_output=True)
-        seconds = time.monotonic() - begun
-        subprocess.run([*coverage, "json", "-q", f"--data-file={data}", "-o", str(table)], cwd=ROOT, check=False)
-        files = json.loads(table.read_text())["files"] if table.exists() else {}
-        return test, seconds, {file: found["executed_lines"] for file, found in files.items()}
+        times, environment = Path(name) / "times.xml", os.environ | {"COVERAGE_FILE": f"{name}/lines"}
+        measured = [f"--cov={SOURCE}", "--cov-context=test", "--cov-report=", f"--junitxml={times}"]
+        command = [sys.executable, "-m", "pytest", "-q", *measured]
+        subprocess.run(command, cwd=ROOT, env=environment, check=False)  # a test may fail under coverage
+        seconds = {_node(case): float(case.get("time", 0)) for case in ElementTree.parse(times).iter("testcase")}
+        lines = _lines(Path(name) / "lines", seconds)
+    RECORD.write_text(json.dumps({"lines": lines, "seconds": seconds}))
+    print(f"{len(seconds)} tests run lines of {len(lines)} files")
+
+
+def _node(case: ElementTree.Element) -> str:
+    """Return the name by which pytest runs a test again."""
+    return case.get("classname", "").replace(".", "/") + ".py::" + case.get("name", "")
+
+
+def _lines(measured: Path, tests: Iterable[str]) -> dict[str, dict[int, list[str]]]:
+    """Return the tests that run each line of each file; what one sets up for its file, all of that file use."""
+    from coverage import CoverageData
+
+    data, beside = CoverageData(str(measured)), {}
+    data.read()
+    for test in tests:
+        beside.setdefault(test.partition("::")[0], []).append(test)
+
+    def use(context: str) -> Iterator[str]:
+        test, _, phase = context.rpartition("|")
+        yield from beside.get(test.partition("::")[0], []) if phase == "setup" else [test]
+
+    found: dict[str, dict[int, list[str]]] = {}
+    for file in data.measured_files():
+        for line, contexts in data.contexts_by_lineno(file).items():
+            users = sorted({test for context in contexts if context for test in use(context)} & set(tests))
+            found.setdefault(str(Path(file).relative_to(ROOT)), {})[line] = users
+    return found
 
 
 def nearest_tests(file: Path) -> list[Path]:
@@ -221,12 +231,17 @@ def _imported(file: Path) -> frozenset[str]:
 
 def noticed_by(mutant: Mutant, whole: bool = False) -> str:
     """Return the test that fails with the mutant, or why it could not run; empty if it survives."""
-    chosen = [str(TESTS)] if whole else [str(test) for test in tests_of(mutant)]
+    chosen = [str(TESTS)] if whole else tests_of(mutant)
     with tempfile.TemporaryDirectory(prefix="mutant-") as name:
         folder = Path(name).resolve()
         shutil.copytree(SOURCE, folder / "vasowave", ignore=shutil.ignore_patterns("__pycache__"))
         (folder / "vasowave" / mutant.file.relative_to(SOURCE)).write_text(mutant.source(), encoding="utf-8")
-        environment = os.environ | {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+        kernels = str(
+            RECORD.with_name("kernels")
+        )  # they lie there by what they are compiled from: a mutant finds its own
+        environment = os.environ | {
+            "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1", "NUMBA_CACHE_DIR": kernels
+        }  # fmt: skip
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-n", "0", *chosen]
         try:
             done = subprocess.run(
@@ -257,7 +272,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--in", dest="part", default="", help="word in the path of the file")
     parser.add_argument("--whole", action="store_true", help="run all default tests")
-    parser.add_argument("--record", action="store_true", help="only find out which files of tests run which lines")
+    parser.add_argument("--record", action="store_true", help="only find out which tests run which lines")
     parser.add_argument("--list", action="store_true", help="only say which mutants are drawn, and their tests")
     parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
     arguments = parser.parse_args()
@@ -267,7 +282,7 @@ def main() -> int:
     found: dict[Mutant, str] = {}
     for mutant in drawn(arguments.count, arguments.seed, arguments.part):
         if arguments.list:
-            print(mutant, *(test.name for test in tests_of(mutant)))
+            print(mutant, *tests_of(mutant))
             continue
         found[mutant] = noticed_by(mutant, arguments.whole)
         print(f"{mutant}: {found[mutant] or 'SURVIVED'}", flush=True)
