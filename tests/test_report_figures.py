@@ -16,6 +16,7 @@ from vasowave.figures.measured import nominal_figure
 from vasowave.figures.modeled import fit_figure, vessels_figure
 from vasowave.figures.network import layout
 from vasowave.figures.rendering import svg
+from vasowave.figures.sheet import ON_A_SHEET, sheet_figure, sheets
 from vasowave.figures.style import new_figure, style
 
 
@@ -43,6 +44,28 @@ def test_the_fit_figure_draws_the_data_and_the_papers_walls_dashed_and_solid(res
     np.testing.assert_array_equal(measured.get_ydata()[:-1], data_of(result, "recording")["pressure"])
     assert (linear.get_linestyle(), tangent.get_linestyle()) == ("--", "-")
     assert pressure.get_ylabel() == "pressure [mmHg]"
+
+
+def test_a_sheet_draws_every_animal_once_the_worst_fit_first(result):
+    animals = []
+    for number, error in enumerate((0.3, 0.9, 0.1)):
+        one = result.copy(deep=True)
+        one.attrs["animal"] = f"mouse {number}"
+        for wall in ("linear", "tangent"):
+            one[f"{wall}/calibration"]["RMSE"].values = np.array(error)
+        animals.append(one)
+    assert [len(part) for part in sheets(animals * 20)] == [ON_A_SHEET, 12]
+    (sheet,) = sheets(animals)
+    drawing = sheet_figure(sheet, ["sham"])
+    titles = [ax.get_title() for ax in drawing.axes if ax.lines]
+    assert titles == [
+        f"mouse {number}\nlin. {error:.2f}, tan. {error:.2f}" for number, error in ((1, 0.9), (0, 0.3), (2, 0.1))
+    ]
+    pressure = data_of(result, "recording")["pressure"].values
+    time, drawn = drawing.axes[0].lines[0].get_data()
+    there = np.interp(time, np.linspace(0, 1, len(pressure) + 1), np.append(pressure, pressure[0]))
+    np.testing.assert_allclose(drawn, there, atol=1e-9)
+    assert set(ElementTree.fromstring(svg(drawing)).itertext()) >= {"mouse 0", "mouse 1", "mouse 2"}
 
 
 def test_the_fitted_decay_falls_by_e_in_one_time_constant(cohort, result):

@@ -1,6 +1,8 @@
 """The programs that try vasowave do what they say: mutants, growth, the page of their tables."""
 
 import ast
+import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -61,12 +63,36 @@ def test_a_mutant_meets_the_tests_that_run_its_statement_the_quick_ones_first(tm
     module = mutants.SOURCE / "units.py"
     lines = module.read_text().splitlines()
     begin = next(number for number, line in enumerate(lines, 1) if line.endswith(("(", "{", "[")))
-    ran = {str(module.relative_to(mutants.ROOT)): {str(begin): ["tests/slow.py", "tests/quick.py", "tests/hours.py"]}}
-    seconds = {"tests/slow.py": 50.0, "tests/quick.py": 2.0, "tests/hours.py": 1e4}
+    ran = {
+        str(module.relative_to(mutants.ROOT)): {
+            str(begin): ["tests/a.py::slow", "tests/a.py::quick", "tests/a.py::hours"]
+        }
+    }
+    seconds = {"tests/a.py::slow": 50.0, "tests/a.py::quick": 2.0, "tests/a.py::hours": 1e4}
     monkeypatch.setattr(mutants, "_record", lambda: {"lines": ran, "seconds": seconds})
     inside = mutants.Mutant(module, begin + 1, 0, "", "")
-    assert [test.name for test in mutants.tests_of(inside)] == ["quick.py", "slow.py"]
-    assert mutants.tests_of(mutants.Mutant(module, 1, 0, "", "")) == mutants.nearest_tests(module)
+    assert mutants.tests_of(inside) == ["tests/a.py::quick", "tests/a.py::slow"]
+    near = [mutants.ROOT / test for test in mutants.tests_of(mutants.Mutant(module, 1, 0, "", ""))]
+    assert near == mutants.nearest_tests(module)
+
+
+def test_what_a_test_sets_up_for_its_file_is_recorded_for_all_of_the_file(tmp_path, monkeypatch):
+    contexts = {7: ["t.py::one|setup", "t.py::one|run"], 8: ["t.py::two|run", ""], 9: [""]}
+
+    class Data:
+        def __init__(self, name): ...
+
+        def read(self): ...
+
+        def measured_files(self):
+            return [str(mutants.SOURCE / "units.py")]
+
+        def contexts_by_lineno(self, file):
+            return contexts
+
+    monkeypatch.setitem(sys.modules, "coverage", SimpleNamespace(CoverageData=Data))
+    found = mutants._lines(tmp_path, ["t.py::one", "t.py::two", "other.py::three"])
+    assert found == {"src/vasowave/units.py": {7: ["t.py::one", "t.py::two"], 8: ["t.py::two"], 9: []}}
 
 
 @pytest.mark.parametrize("name", ["inputs", "faults", "load", "mutants"])

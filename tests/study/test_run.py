@@ -226,6 +226,12 @@ def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_p
     rate = table[(table["quantity"] == "HR [beats/min]") & (table["group"] == "CTL")].iloc[0]
     assert rate["n"] == 1
     assert rate["mean"] == pytest.approx(533, rel=1e-6)  # that of the virtual mouse
+    alone = report_study(folder, animal="mouse 2")
+    assert "Hemodynamic assessment of mouse 2" in alone.read_text(encoding="utf-8")
+    assert alone.parent.parent.name == "report of animals"
+    for name, words in (("mouse 1", "line 41"), ("mouse 22", "did you mean 'mouse 2'")):
+        with pytest.raises(InputError, match=words):
+            report_study(folder, animal=name)
 
 
 def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed, tmp_path):

@@ -168,11 +168,12 @@ def _run(
 def make_report(
     folder: Annotated[Path, _RESULTS] = Path(),
     pdf: Annotated[bool | None, typer.Option(help="Write the report as PDF too.")] = None,
+    animal: Annotated[str, typer.Option(help="Of this animal alone, in a folder of its own.")] = "",
 ) -> None:
     """Make page, tables and figures anew from the stored results alone, without simulating."""
     from vasowave.study.reporting import report_study
 
-    typer.echo(f"Report: {report_study(folder, pdf, cores())}")
+    typer.echo(f"Report: {report_study(folder, pdf, cores(), animal)}")
 
 
 __all__ = ["add", "check", "demo", "make_report", "new", "run", "status"]

@@ -1,6 +1,6 @@
 """Animals in their groups, and the one of each group that stands for it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.reading import StoredLaw, data_of, group_of, law_of, name_of, settings_of, wall_laws
+from vasowave.animal.reading import StoredLaw, data_of, group_of, law_of, name_of, settings_of, sources, wall_laws
 from vasowave.cohort.table import INDICES, cohort_table, columns, rows_of
 from vasowave.cohort.votes import Ballots, stored
 from vasowave.errors import InputError
@@ -60,6 +60,24 @@ class Cohort:
     def sources(self) -> list[str]:
         """Where numbers come from: ``measured``, and every wall law."""
         return ["measured", *self.walls]
+
+    @cached_property
+    def symbols(self) -> dict[str, str]:
+        """Symbol of every quantity, as stored."""
+        return self._said("symbol", sources)
+
+    @cached_property
+    def meanings(self) -> dict[str, str]:
+        """What every quantity is, in words; a model's go before those of a measured index, which are special."""
+        return self._said("long_name", lambda result: sources(result)[::-1])
+
+    def _said(self, attribute: str, order: Callable[[xr.DataTree], list[str]]) -> dict[str, str]:
+        said: dict[str, str] = {}
+        for result in self.results:
+            for source in order(result):
+                for name, value in data_of(result, f"{source}/quantities").variables.items():
+                    said.setdefault(str(name), str(value.attrs.get(attribute, name)))
+        return said
 
     def name(self, group: str) -> str:
         """Return how captions call the animal that stands for a group."""

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.report.blocks import Table
-from vasowave.report.tables.cells import meanings, symbols
+from vasowave.report.tables.cells import symbols
 
 _WORDS = {
     "mPAP": "mean pressure",
@@ -47,7 +47,7 @@ def symbol(name: str, written: Mapping[str, str]) -> str:
 
 def glossary(cohort: Cohort) -> dict[str, str]:
     """Return the meaning of every symbol of the animals."""
-    written, known = symbols(cohort.results), meanings(cohort.results)
+    written, known = symbols(cohort), cohort.meanings
     return {symbol(name, written): meaning for name, meaning in known.items()} | _OWN
 
 

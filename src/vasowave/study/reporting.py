@@ -8,11 +8,13 @@ from vasowave.study.executors import side_by_side
 from vasowave.study.reading import study_path
 from vasowave.study.results import read_results
 
-REPORT_FOLDER = "report"
+REPORT_FOLDER, ONE_BY_ONE = "report", "report of animals"
 
 
-def report_study(study: Path, pdf: bool | None = None, workers: int = 1) -> Path:
+def report_study(study: Path, pdf: bool | None = None, workers: int = 1, animal: str = "") -> Path:
     """Write the report of a study that was run and return its page; nothing is simulated, and no recording is read.
+
+    The folder is ``report`` beside the results, or ``report of animals`` with a folder of its own for an animal.
 
     Parameters
     ----------
@@ -23,22 +25,28 @@ def report_study(study: Path, pdf: bool | None = None, workers: int = 1) -> Path
     workers : int
         Processes that read results and draw figures. A script that asks for more than one must do so below
         ``if __name__ == "__main__":``.
+    animal : str
+        Write the report of this one alone.
 
     Raises
     ------
     InputError
-        There are no results, they are damaged, or the report cannot be written.
+        There are no results or none of this animal, they are damaged, or the report cannot be written.
     """
     folder = study_path(Path(study)).parent
     stored = read_results(folder)
     asked = stored.settings.report
+    pdf = asked.pdf if pdf is None else pdf
+    if animal:
+        own = folder / ONE_BY_ONE / stored.file_of(animal).stem
+        return write_report([stored[animal]], own, pdf=pdf)
     with side_by_side(workers, len(stored)) as each:
         results = stored.in_order(each)
         return write_report(
             results,
             folder / REPORT_FOLDER,
             failures=stored.failures,
-            pdf=asked.pdf if pdf is None else pdf,
+            pdf=pdf,
             reference=results[0].attrs["group"],
             title=stored.settings.title,
             family=Family(asked.law, asked.quantities),

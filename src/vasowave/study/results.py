@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from vasowave.animal.files import read_result
-from vasowave.errors import InputError
+from vasowave.errors import InputError, did_you_mean
 from vasowave.files import made_inside, write_file
 from vasowave.notebook import card
 from vasowave.provenance import provenance
@@ -98,6 +98,20 @@ class Results:
             Its file is missing or damaged.
         """
         return _read(self.folder, {one.animal: one for one in self.animals}[animal])
+
+    def file_of(self, animal: str) -> Path:
+        """Return the file of an animal, seen from the folder of the index.
+
+        Raises
+        ------
+        InputError
+            There is no result of this animal.
+        """
+        files = {one.animal: Path(one.file) for one in self.animals}
+        if animal not in files:
+            why = f": {self.failures[animal]}" if animal in self.failures else did_you_mean(animal, files)
+            raise InputError(f"{self.folder}: there is no result of '{animal}'{why}")
+        return files[animal]
 
     def __iter__(self) -> Iterator[str]:
         """Go through the names of the animals."""

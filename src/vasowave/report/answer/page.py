@@ -17,12 +17,12 @@ from vasowave.report.answer.problems import problem_blocks
 from vasowave.report.answer.walls import wall_answer
 from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
 from vasowave.report.glossary import symbol, words
-from vasowave.report.tables.cells import meanings, symbols
+from vasowave.report.tables.cells import symbols
 
 
 def answer_sections(cohort: Cohort, primary: Primary, family: Family, failures: Mapping[str, str]) -> list[Section]:
     """Return the sections of the one result."""
-    written = symbols(cohort.results)
+    written = symbols(cohort)
     called = _caller(cohort, written)
     forest = _forest(cohort, primary, family, called)
     return [
@@ -33,7 +33,7 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family, failures: 
 
 
 def _caller(cohort: Cohort, written: Mapping[str, str]) -> Called:
-    known = meanings(cohort.results)
+    known = cohort.meanings
 
     def called(name: str) -> str:
         said, sign = words(name, known), symbol(name, written)

@@ -1,5 +1,7 @@
 """Every animal: what must be considered, its beats, its fits, its values with intervals, how they were searched."""
 
+from collections.abc import Sequence
+
 import pandas as pd
 import xarray as xr
 
@@ -7,22 +9,23 @@ from vasowave.animal.reading import data_of, group_of, is_synthetic, name_of, no
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.measured import beats_figure
 from vasowave.figures.modeled import fit_figure
+from vasowave.figures.sheet import ON_A_SHEET, sheet_figure, sheets
 from vasowave.figures.style import group_looks
-from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Heading, Remarks, Section
+from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Heading, Paragraph, Remarks, Section
 from vasowave.report.sections.fits import fit_sentences
 from vasowave.report.tables import animal as tables
 from vasowave.report.tables.laws import laws_by_posterior
 
 
 def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
-    """All animals, each folded."""
+    """All animals, each folded; more than a sheet holds are drawn small, on sheets."""
+    if len(cohort.results) > ON_A_SHEET:
+        return Section(
+            "animals", "Every animal", [*_sheets(cohort), *(_folded(one, [], written) for one in cohort.results)]
+        )
     colors = {group: look.color for group, look in group_looks(cohort.groups).items()}
-    folds = []
-    for place, result in enumerate(cohort.results, start=1):
-        details = _sentences(result, written) + _search(result, written)
-        blocks = _remarks(result) + _animal(result, place, colors[group_of(result)], written)
-        blocks += [Fold("The fits in words; search, correlations, numerics", details, printed=False)] if details else []
-        folds.append(Fold(_title(result), blocks))
+    drawn = [_drawn(result, place, colors[group_of(result)]) for place, result in enumerate(cohort.results, start=1)]
+    folds = [_folded(*animal, written) for animal in zip(cohort.results, drawn, strict=True)]
     return Section("animals", "Every animal", folds)
 
 
@@ -34,7 +37,7 @@ def animal_sections(cohort: Cohort, written: dict[str, str]) -> tuple[Section, S
         Section(
             "animal",
             "Fit and values",
-            [*_sentences(result, written), *_animal(result, 1, color, written), *_notes(result)],
+            [*_sentences(result, written), *_animal(result, _drawn(result, 1, color), written), *_notes(result)],
         ),
         Section("search", "Search, correlations, numerics", _search(result, written)),
     )
@@ -65,19 +68,45 @@ def _sentences(result: xr.DataTree, written: dict[str, str]) -> list[Block]:
     return blocks
 
 
-def _animal(result: xr.DataTree, place: int, color: str, written: dict[str, str]) -> list[Block]:
-    """Return the fit, all values, and the beats."""
-    blocks: list[Block] = []
+def _folded(result: xr.DataTree, drawn: Sequence[Drawing], written: dict[str, str]) -> Fold:
+    details = _sentences(result, written) + _search(result, written)
+    blocks = _remarks(result) + _animal(result, drawn, written)
+    blocks += [Fold("The fits in words; search, correlations, numerics", details, printed=False)] if details else []
+    return Fold(_title(result), blocks)
+
+
+def _sheets(cohort: Cohort) -> list[Block]:
+    caption = (
+        "Measured (black) and fitted pressure at the inlet over one cycle, the largest error first; above each panel "
+        "the RMSE in mmHg, in it the range of the measured pressure in mmHg, which its height shows"
+    )
+    parts = sheets(cohort.results)
+    figures = [
+        Drawing(f"fits-{place}", f"{caption} (sheet {place} of {len(parts)}).", sheet_figure(part, list(cohort.groups)))
+        for place, part in enumerate(parts, start=1)
+    ]
+    large = "One animal with its fit and beats drawn large: vasowave report STUDY --animal NAME."
+    return [Paragraph(large), *figures]
+
+
+def _drawn(result: xr.DataTree, place: int, color: str) -> list[Drawing]:
+    """Return the fit, and the beats of a continuous recording."""
+    figures = []
     if wall_laws(result):
         caption = "Measured (black) and fitted pressure and flow at the inlet, and what is left."
-        blocks.append(Drawing(f"fit-{place}", caption, fit_figure(result, color)))
-    blocks.append(tables.values(result, written))
-    drawn = [wall for wall in wall_laws(result) if "inference" in result[wall].children]
-    blocks += [tables.posterior(result, wall, written) for wall in drawn]
-    blocks += [laws_by_posterior(result)] if "laws" in result.children else []
+        figures.append(Drawing(f"fit-{place}", caption, fit_figure(result, color)))
     if "beats" in result.children and "trace_pressure" in data_of(result, "beats").data_vars:
-        blocks.append(Drawing(f"beats-{place}", _beats_caption(result), beats_figure(result)))
-    return blocks
+        figures.append(Drawing(f"beats-{place}", _beats_caption(result), beats_figure(result)))
+    return figures
+
+
+def _animal(result: xr.DataTree, drawn: Sequence[Drawing], written: dict[str, str]) -> list[Block]:
+    """Return the fit, all values, and the beats."""
+    posteriors = [wall for wall in wall_laws(result) if "inference" in result[wall].children]
+    tabulated = [tables.values(result, written), *(tables.posterior(result, wall, written) for wall in posteriors)]
+    laws = [laws_by_posterior(result)] if "laws" in result.children else []
+    fit = [one for one in drawn if one.name.startswith("fit")]
+    return [*fit, *tabulated, *laws, *(one for one in drawn if one not in fit)]
 
 
 def _search(result: xr.DataTree, written: dict[str, str]) -> list[Block]:

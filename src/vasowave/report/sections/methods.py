@@ -122,7 +122,7 @@ def _calibration(cohort: Cohort) -> str:
 
 
 def _free(cohort: Cohort, wall: str) -> str:
-    fit, written = cohort.calibrations(wall)[0], symbols(cohort.results)
+    fit, written = cohort.calibrations(wall)[0], symbols(cohort)
     names = map(str, fit["parameter"].values[fit["free"].values.astype(bool)])
     return ", ".join(written.get(name, name) for name in names)
 

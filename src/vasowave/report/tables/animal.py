@@ -26,10 +26,11 @@ _NUMERICS = {
 def values(result: xr.DataTree, written: dict[str, str]) -> Table:
     """Return every single number: measured, and of each wall law with its 95 % interval where it is known."""
     by_source = {source: data_of(result, f"{source}/quantities") for source in sources(result)}
+    fits = {wall: data_of(result, f"{wall}/calibration") for wall in wall_laws(result)}
     rows: list[Row] = []
     for name in dict.fromkeys(str(name) for data in by_source.values() for name in data.data_vars):
-        units = next(str(data[name].attrs.get("units", "1")) for data in by_source.values() if name in data)
-        cells = [_value(result, source, name) if name in data else "" for source, data in by_source.items()]
+        units = next(str(data.variables[name].attrs.get("units", "1")) for data in by_source.values() if name in data)
+        cells = [_value(data[name], fits.get(source)) if name in data else "" for source, data in by_source.items()]
         rows.append((with_unit(f"{name} [{units}]", written), *cells))
     header = ("quantity", "measured", *(f"{wall} wall" for wall in wall_laws(result)))
     note = (
@@ -112,9 +113,11 @@ def numerics(result: xr.DataTree) -> Table:
 def estimates_frame(result: xr.DataTree, wall: str) -> pd.DataFrame:
     """Return parameters, bounds, values and errors of one calibration in full precision."""
     fit = data_of(result, f"{wall}/calibration")
-    along = [str(name) for name, value in fit.data_vars.items() if value.dims == ("parameter",)]
+    along = [
+        str(name) for name, value in fit.variables.items() if value.dims == ("parameter",) and name in fit.data_vars
+    ]
     order = ["unit", *(name for name in along if name != "unit")]
-    return pd.DataFrame({"parameter": fit["parameter"].values, **{name: fit[name].values for name in order}})
+    return pd.DataFrame({"parameter": fit["parameter"].values, **{name: fit.variables[name].values for name in order}})
 
 
 def starts_frame(result: xr.DataTree, wall: str) -> pd.DataFrame:
@@ -122,18 +125,16 @@ def starts_frame(result: xr.DataTree, wall: str) -> pd.DataFrame:
     fit = data_of(result, f"{wall}/calibration")
     count = {"start": np.arange(fit.sizes["start"])}
     columns = {}
-    for name, value in fit.data_vars.items():
-        if value.dims == ("start",):
+    for name, value in fit.variables.items():
+        if value.dims == ("start",) and name in fit.data_vars:
             units = value.attrs.get("units", "")
             label = str(name).removeprefix("start_")
             columns[f"{label} [{units}]" if units else label] = value.values
     return pd.DataFrame(count | columns)
 
 
-def _value(result: xr.DataTree, source: str, name: str) -> str:
-    value = data_of(result, f"{source}/quantities")[name]
-    text = value_text(value, with_unit=False)
-    return text if source == "measured" else text + mark(data_of(result, f"{source}/calibration"), name)
+def _value(value: xr.DataArray, fit: xr.Dataset | None) -> str:
+    return value_text(value, with_unit=False) + ("" if fit is None else mark(fit, str(value.name)))
 
 
 def _setting(key: str, value: object) -> str:

@@ -6,30 +6,16 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.reading import data_of, group_of, name_of, sources
+from vasowave.animal.reading import group_of, name_of
+from vasowave.cohort.cohort import Cohort
 from vasowave.report.wording import name_and_unit, number, with_error, with_interval
 
 _SUBSCRIPTS = {"_0": "₀", "_1": "₁", "_2": "₂", "cm2": "cm²"}
 
 
-def symbols(results: Sequence[xr.DataTree]) -> dict[str, str]:
-    """Return the symbol of every quantity of the results, as people write it."""
-    written: dict[str, str] = {}
-    for result in results:
-        for source in sources(result):
-            for name, value in data_of(result, f"{source}/quantities").data_vars.items():
-                written.setdefault(str(name), _symbol(str(value.attrs.get("symbol", name))))
-    return written
-
-
-def meanings(results: Sequence[xr.DataTree]) -> dict[str, str]:
-    """Return what every quantity of the results is, in words."""
-    known: dict[str, str] = {}
-    for result in results:
-        for source in reversed(sources(result)):  # the models first: theirs is the general meaning
-            for name, value in data_of(result, f"{source}/quantities").data_vars.items():
-                known.setdefault(str(name), str(value.attrs.get("long_name", name)))
-    return known
+def symbols(cohort: Cohort) -> dict[str, str]:
+    """Return the symbol of every quantity of a cohort, as people write it."""
+    return {name: _symbol(plain) for name, plain in cohort.symbols.items()}
 
 
 def _symbol(text: str) -> str:

@@ -8,7 +8,7 @@ from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.description import describe
 from vasowave.cohort.table import INDICES, columns
 from vasowave.report.blocks import Table
-from vasowave.report.tables.cells import mean_sd, meanings, named, symbols, who, with_unit
+from vasowave.report.tables.cells import mean_sd, named, symbols, who, with_unit
 
 _NOMINAL = {"Z_c": "Z_c", "beta": "β₀", "R_T": "R_T0", "tau": "τ₀"}
 
@@ -19,9 +19,9 @@ def hemodynamics(cohort: Cohort) -> Table:
     data = describe(rows, columns(rows, INDICES))
     groups = [f"{group} (n = {len(results)})" for group, results in cohort.groups.items()]
     header = ("index", *(["measured"] if cohort.single else groups))
-    known = meanings(cohort.results)
+    known = cohort.meanings
     cells = [
-        (with_unit(label, symbols(cohort.results)), *(mean_sd(row) for _, row in part.iterrows()))
+        (with_unit(label, symbols(cohort)), *(mean_sd(row) for _, row in part.iterrows()))
         for label, part in data.groupby("quantity", sort=False)
     ]
     note = "; ".join(f"{name}: {known[name]}" for name in INDICES if name in known)

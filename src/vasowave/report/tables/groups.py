@@ -19,7 +19,7 @@ def groups(cohort: Cohort) -> Table:
         "quantity",
         *(f"{group}: {what}" for group in cohort.groups for what in ("mean ± SD", "median [IQR]")),
     )
-    written, cells = symbols(cohort.results), []
+    written, cells = symbols(cohort), []
     for (source, label), part in data.groupby(["source", "quantity"], sort=False):
         by_group = {str(row["group"]): row for _, row in part.iterrows()}
         texts = [

@@ -43,7 +43,7 @@ def bounds(cohort: Cohort) -> Table:
 
 def parameters(cohort: Cohort, wall: str) -> Table:
     """Optimized values of every animal with one wall law ("Parameters")."""
-    law, written = cohort.law(wall), symbols(cohort.results)
+    law, written = cohort.law(wall), symbols(cohort)
     names = dict.fromkeys((*law.parameters, law.stiffness, *_DERIVED))
     table = cohort.table[cohort.table["source"] == wall]
     there = [label for label in columns(table, tuple(names)) if table[label].notna().any()]
@@ -108,10 +108,11 @@ def _largest_waves(data: xr.Dataset) -> list[dict[str, object]]:
 
 def mark(fit: xr.Dataset, name: str) -> str:
     """Return the mark of a parameter that lies at a bound or is not determined; see `MARKS`."""
-    names = [str(parameter) for parameter in fit["parameter"].values]
+    known = fit.variables  # a value looked up in the data set itself gathers its coordinates, which takes long
+    names = known["parameter"].values.tolist()
     if name not in names:
         return ""
     place = names.index(name)
-    if fit["at_bound"].values[place]:
+    if known["at_bound"].values[place]:
         return " †"
-    return "" if fit["determined"].values[place] or not fit["free"].values[place] else " ‡"
+    return "" if known["determined"].values[place] or not known["free"].values[place] else " ‡"
