@@ -95,7 +95,7 @@ def test_what_a_test_sets_up_for_its_file_is_recorded_for_all_of_the_file(tmp_pa
     assert found == {"src/vasowave/units.py": {7: ["t.py::one", "t.py::two"], 8: ["t.py::two"], 9: []}}
 
 
-@pytest.mark.parametrize("name", ["inputs", "faults", "load", "mutants"])
+@pytest.mark.parametrize("name", ["inputs", "faults", "kills", "load", "mutants"])
 def test_the_page_of_robustness_has_a_place_for_every_program(name):
     assert robustness_page.PAGE.read_text(encoding="utf-8").count(f"<!-- {name} -->") == 1
 

@@ -1,0 +1,136 @@
+"""Kill a running study at random moments, run it again, and compare what it finds with an undisturbed run.
+
+uv run python benchmarks/kills.py               100 kills: half an hour
+uv run python benchmarks/kills.py 6 --seed 2    six of them
+uv run python benchmarks/kills.py --docs
+
+Of ten kills, four fall at any moment of the run and six after its first finished animal. Every second one kills the
+program alone, whose workers must notice, the others all its processes. A moment that comes too late, because the run
+had ended, is drawn again. Exit code 1: a run that went on did not find the same values.
+"""
+
+import argparse
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from faults import PROGRAM, run, same, write_study
+from robustness_page import put
+
+EARLY = 4  # of ten kills
+FINISHED = "results/cache/*.nc"
+STAMPED = 20  # bytes: four times of four, and a check sum
+
+
+class Kill(NamedTuple):
+    """What one kill left behind, and what the run that went on made of it."""
+
+    finished: int  # animals that were kept when it fell
+    values: bool  # whether all are those of the undisturbed run
+    equal: int  # files of animals that are so to the last bit, but for when they were made
+
+
+def start(folder: Path) -> "subprocess.Popen[bytes]":
+    """Start a study, in a group of processes of its own."""
+    command = [*PROGRAM, str(folder), "--workers", "1", "--no-report"]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+
+
+def first_finished(process: "subprocess.Popen[bytes]", folder: Path) -> None:
+    """Wait until an animal is kept, or the run has ended."""
+    while process.poll() is None and not list(folder.glob(FINISHED)):
+        time.sleep(0.02)
+
+
+def killed(folder: Path, moment: float, late: bool, whole: bool) -> bool:
+    """Kill a run, or the `whole` group of its processes, after `moment` s; False if it had ended before."""
+    process = start(folder)
+    if late:
+        first_finished(process, folder)
+    try:
+        process.wait(moment)
+    except subprocess.TimeoutExpired:
+        (os.killpg if whole else os.kill)(process.pid, signal.SIGKILL)
+        process.wait()
+        return True
+    return False
+
+
+def durations(folder: Path) -> tuple[float, float]:
+    """Return how long a run lasts, and how long it goes on after its first finished animal, s."""
+    begun = time.monotonic()
+    process = start(folder)
+    first_finished(process, folder)
+    first = time.monotonic()
+    process.wait()
+    return time.monotonic() - begun, time.monotonic() - first
+
+
+def went_on(folder: Path, sound: Path) -> Kill:
+    """Run a killed study to its end and compare it with the undisturbed one."""
+    finished = len(list(folder.glob(FINISHED)))
+    after = run(folder)
+    if after.status != 0:
+        print(after.words[-300:])
+        return Kill(finished, False, 0)
+    pieces = [{piece.name.partition("-")[0]: piece for piece in one.glob(FINISHED)} for one in (sound, folder)]
+    equal = sum(key in pieces[1] and alike(piece, pieces[1][key]) for key, piece in pieces[0].items())
+    return Kill(finished, same(sound, folder), equal)
+
+
+def alike(one: Path, other: Path) -> bool:
+    """Whether two files differ at most in the time that HDF5 writes into them, and in its check sum."""
+    first, second = (np.frombuffer(path.read_bytes(), np.uint8) for path in (one, other))
+    return len(first) == len(second) and int((first != second).sum()) <= STAMPED
+
+
+def table(kills: list[Kill]) -> str:
+    """Return the kills by what had finished when they fell."""
+    lines = [
+        "| finished when killed | kills | same values | files the same to the last bit, but for the time |",
+        "|---|---|---|---|",
+    ]
+    for finished in sorted({kill.finished for kill in kills}):
+        those = [kill for kill in kills if kill.finished == finished]
+        same_values, equal = sum(kill.values for kill in those), sum(kill.equal for kill in those)
+        lines.append(f"| {finished} of 3 | {len(those)} | {same_values} | {equal} of {3 * len(those)} |")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("count", type=int, nargs="?", default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
+    arguments = parser.parse_args()
+    rng, kills = random.Random(arguments.seed), []
+    with tempfile.TemporaryDirectory() as place:
+        sound = write_study(Path(place) / "sound")
+        assert run(sound).status == 0  # compiles
+        lasts = dict(zip((False, True), durations(write_study(Path(place) / "timed")), strict=True))
+        for number in range(3 * arguments.count):
+            late, folder = len(kills) % 10 >= EARLY, write_study(Path(place) / str(number))
+            moment = rng.uniform(0.0, lasts[late])
+            if not killed(folder, moment, late, whole=len(kills) % 2 == 1):
+                lasts[late] = moment  # the machine has become quicker
+                continue
+            kills.append(went_on(folder, sound))
+            print(f"{len(kills)}: {kills[-1]}", flush=True)
+            if len(kills) == arguments.count:
+                break
+    print("\n" + table(kills))
+    if arguments.docs:
+        put("kills", table(kills))
+    return 0 if len(kills) == arguments.count and all(kill.values for kill in kills) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
