@@ -49,7 +49,7 @@ def cohort_results() -> list:
 def cohort_report(cohort_results, tmp_path_factory) -> Path:
     """Return a folder with their report, one more animal having failed."""
     from made_cohort import FAILURE
-    from vasowave.report import write_report
+    from vasowave.report.write import write_report
 
     folder = tmp_path_factory.mktemp("cohort") / "study"
     folder.mkdir()

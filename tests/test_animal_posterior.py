@@ -10,7 +10,7 @@ from vasowave.animal.files import from_bytes, to_bytes
 from vasowave.animal.pipeline import analyze
 from vasowave.animal.posterior import SHARES
 from vasowave.datasets import control_network, virtual_mouse
-from vasowave.report import write_report
+from vasowave.report.write import write_report
 from vasowave.study.journal import Journal
 
 

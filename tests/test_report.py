@@ -9,11 +9,11 @@ import pytest
 from made_cohort import FAILURE, PLANTED, made_results
 from vasowave.cohort import Primary, cohort_table, compare, contrasts, gathered, importance
 from vasowave.errors import InputError
-from vasowave.report import write_report
 from vasowave.report.sections.methods import methods_section
 from vasowave.report.tables import groups, models
 from vasowave.report.tables.cells import median_iqr
 from vasowave.report.wording import number
+from vasowave.report.write import write_report
 
 NOTHING = Primary("linear", pd.DataFrame(), pd.DataFrame(), {})
 

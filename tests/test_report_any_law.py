@@ -12,8 +12,8 @@ from vasowave.animal.reading import data_of
 from vasowave.cohort import compare, gathered, primary_comparison
 from vasowave.figures.loop import plot_pressure_area
 from vasowave.figures.style import new_figure
-from vasowave.report import write_report
 from vasowave.report.sections.methods import methods_section
+from vasowave.report.write import write_report
 
 ROOMS = ("cohort", "figures", "report")
 

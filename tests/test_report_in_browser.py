@@ -4,7 +4,7 @@ import pytest
 
 from chromium import browser, measured, run
 from made_cohort import made_results
-from vasowave.report import write_report
+from vasowave.report.write import write_report
 
 WIDTHS = (400, 1200, 1920)
 

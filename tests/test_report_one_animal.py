@@ -8,10 +8,10 @@ import pytest
 
 from made_cohort import made_results
 from vasowave.animal.reading import data_of
-from vasowave.report import write_report
 from vasowave.report.sections.fits import fit_sentences
 from vasowave.report.tables import animal as tables
 from vasowave.report.wording import value_text
+from vasowave.report.write import write_report
 
 
 @pytest.fixture(scope="module")

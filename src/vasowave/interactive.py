@@ -99,7 +99,7 @@ class Fit(calibration.Fit):
         InputError
             The folder holds another report or cannot be written.
         """
-        from vasowave.report import write_report
+        from vasowave.report.write import write_report
 
         return write_report([self.result], Path(folder), pdf=pdf)
 

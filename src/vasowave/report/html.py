@@ -1,26 +1,10 @@
 """A document as one HTML page that needs no network."""
 
 import re
-from typing import TYPE_CHECKING
 
 from vasowave.report.blocks import Drawing, Report
+from vasowave.report.environment import templates
 from vasowave.report.glossary import explained
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
-
-
-def templates() -> "Environment":
-    """Return the templates of all pages."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    return Environment(
-        loader=PackageLoader("vasowave.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
 
 
 def page(report: Report, others: dict[str, str]) -> str:

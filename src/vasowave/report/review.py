@@ -10,7 +10,7 @@ from vasowave.imaging.extraction import Extraction
 from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.places import written
 from vasowave.imaging.witness.witness import UNEVEN
-from vasowave.report.html import templates
+from vasowave.report.environment import templates
 from vasowave.report.proposals import proposals
 
 _CAPTIONS = {

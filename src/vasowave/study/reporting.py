@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from vasowave.cohort.primary import Family
-from vasowave.report import write_report
+from vasowave.report.write import write_report
 from vasowave.study.executors import side_by_side
 from vasowave.study.reading import study_path
 from vasowave.study.results import read_results
