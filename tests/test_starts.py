@@ -37,7 +37,8 @@ def test_a_start_joins_the_best_where_a_straight_line_leads_there_and_not_from_a
     objectives, found = zip(*(valley(residuals, x) for x in (1.0, 1.1, -0.95)), strict=True)
     joined = starting._joined(objectives[0], dict(enumerate(found)), 0)
     assert list(joined) == [1]
-    assert joined[1].joined and joined[1].converged
+    assert joined[1].joined
+    assert joined[1].converged
     assert "need not be followed" in joined[1].message
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from made_phantom import NETWORK, phantom
 
+from vasowave.imaging.axes import vessels
 from vasowave.imaging.axes.junctions import with_earlier_junctions, without_short_vessels
 from vasowave.imaging.axes.vessels import begun_elsewhere, in_another_lumen
 from vasowave.imaging.lumen.segmentation import segment
@@ -112,6 +113,25 @@ def test_vessels_whose_meeting_the_surface_decides_meet_there_again_wherever_the
         end = fit.lines[row].points[-1]
         assert np.linalg.norm(moved.lines[row].points[-1] - end) > fit.lines[row].typical_radius
         assert np.linalg.norm(again.lines[row].points[-1] - end) < 0.5 * lumen.spacing
+
+
+def test_where_one_of_two_junctions_stays_the_vessel_between_them_reaches_from_there_to_where_its_daughters_begin(
+    seen, monkeypatch
+):
+    _, tree, lumen = seen
+    moved = with_earlier_junctions(tree)
+    monkeypatch.setattr(vessels, "fitted", lambda begun, *rest: begun)
+    monkeypatch.setattr(vessels, "_refitted", lambda begun, *rest: begun)
+    monkeypatch.setattr(vessels, "_fits_worse", lambda again, old, row, *rest: row == 0)
+    again = begun_elsewhere(tree, lumen, surface_points(lumen))
+    (inner,) = [row for row in range(1, len(tree)) if row not in tree.terminals]
+    for kept, row in ((tree, 0), (moved, inner)):
+        places = [again.lines[daughter].points[0] for daughter in tree.daughters(row)]
+        np.testing.assert_allclose(places, [kept.lines[row].points[-1]] * len(places))
+        np.testing.assert_allclose(again.lines[row].points[-1], kept.lines[row].points[-1])
+    assert again.lines[inner].length == pytest.approx(
+        np.linalg.norm(moved.lines[inner].points[-1] - tree.lines[inner].points[0]), rel=0.05
+    )
 
 
 def comb(count):

@@ -14,7 +14,7 @@ from vasowave.imaging.axes.smoothing import without_stairs
 from vasowave.imaging.axes.tubes import fitted, misfit_around
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
-from vasowave.imaging.tree import Tree
+from vasowave.imaging.tree import Line, Tree
 
 ROUNDS = 4
 """Automatic mode looks at most so often for vessels that stick out of the tubes of those found."""
@@ -60,7 +60,7 @@ def begun_elsewhere(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tre
 
     Where the surface decides where vessels meet, they meet there again. Where daughters run on side by side before
     they part, the fit may settle in either of two places that fit the surface as well, and the image does not say
-    which. Vessels of a junction that fits worse stay as they are.
+    which. At a junction that fits worse, all its vessels stay as they are.
 
     Parameters
     ----------
@@ -72,8 +72,21 @@ def begun_elsewhere(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tre
     begun = fitted(with_earlier_junctions(tree), surface, lumen.spacing, lumen.roughness)
     again = _refitted(begun, lumen, surface)
     worse = {-1: False} | {row: _fits_worse(again, tree, row, surface, lumen.spacing) for row in range(len(tree))}
-    kept = [worse[row] or worse[int(parent)] for row, parent in enumerate(tree.parent)]
-    return tree.with_lines([(tree if stays else again).lines[row] for row, stays in enumerate(kept)])
+    lines = []
+    for row, (old, new) in enumerate(zip(tree.lines, again.lines, strict=True)):
+        begin = worse[row if row == 0 else int(tree.parent[row])]
+        end = begin if row in tree.terminals else worse[row]
+        lines.append(_halves(old if begin else new, old if end else new))
+    return tree.with_lines(lines)
+
+
+def _halves(begin: Line, end: Line) -> Line:
+    """Return the first half of one line of a vessel and, from there, the rest of the other."""
+    if begin is end:
+        return begin
+    middle = int(np.searchsorted(begin.run, begin.length / 2))
+    there = int(np.linalg.norm(end.points - begin.points[middle], axis=1).argmin()) + 1
+    return begin[: middle + 1].then(end[min(there, len(end) - 1) :])
 
 
 def _fits_worse(again: Tree, tree: Tree, row: int, surface: np.ndarray, spacing: float) -> bool:
