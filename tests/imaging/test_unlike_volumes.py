@@ -5,6 +5,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 from test_tubes import VOXEL, walls
 from typer import Context
 from typer.main import get_command
@@ -14,7 +15,8 @@ from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.lumen.background import background_level, noise_level
-from vasowave.imaging.measure.cannula import cannula_tip
+from vasowave.imaging.measure import cannula
+from vasowave.imaging.measure.cannula import cannula_tip, tip_sd
 from vasowave.imaging.measure.contrast import contrasts
 from vasowave.imaging.measure.evening import evened_sections, moderated
 from vasowave.imaging.measure.profiles import Profile, profile
@@ -155,6 +157,25 @@ def test_the_cannula_ends_at_the_step_also_where_the_root_narrows_beyond_its_rad
     assert run[cannula_tip(line, radius)] == pytest.approx(0.2, abs=0.011)
     with pytest.raises(InputError, match="no cannula found"):
         cannula_tip(line, np.linspace(0.054, 0.04, len(run)))
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.0025])
+def test_the_sd_of_the_cannulas_end_is_the_scatter_of_where_noise_puts_it(noise, monkeypatch):
+    rng, voxel = np.random.default_rng(9), 0.005
+    run = np.arange(0, 0.7, voxel)
+    line = Line(np.column_stack([run, 0 * run, 0 * run]), np.full(len(run), 0.045))
+    volume = Volume(np.arange(27.0).reshape(3, 3, 3), np.full(3, voxel), np.zeros(3))
+    tips, told = [], []
+    for _ in range(60):
+        blurred = gaussian_filter1d(rng.standard_normal(len(run)), cannula.BLUR)
+        radius = np.where(run < 0.2, 0.043, 0.047) + noise * blurred / blurred.std()
+        monkeypatch.setattr(cannula, "section_radii", lambda line, volume, radius=radius: radius)
+        tip = int(np.argmin(cannula._candidates(line, radius)[1])) + 4 + np.flatnonzero(run > 1.2 * 0.045)[0]
+        tips.append(run[tip])
+        told.append(tip_sd(line[: tip + 1], line[tip:], volume))
+    errors = np.array(tips) - 0.2
+    assert np.sqrt(np.mean(errors**2)) < 1.5 * np.sqrt(np.mean(np.square(told))) < 4 * np.sqrt(np.mean(errors**2))
+    assert np.mean(np.abs(errors) < 2 * np.array(told) + voxel) > 0.85
 
 
 def test_every_setting_is_an_option_of_the_command_with_the_same_default():

@@ -16,7 +16,7 @@ from vasowave.imaging.kept.profiles import Profiles
 from vasowave.imaging.kept.stages import Stages
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
-from vasowave.imaging.measure.cannula import scale_of, without_cannula
+from vasowave.imaging.measure.cannula import scale_of, tip_sd, without_cannula
 from vasowave.imaging.measure.measurement import Measurement, filled_at, measured_in
 from vasowave.imaging.measure.spread import Elsewhere, elsewhere, with_spread
 from vasowave.imaging.options import Options
@@ -153,7 +153,8 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     )
     skeleton, surface = stages.kept("witness", keys.witness, lambda: _witness(lumen, root))
     again = stages.kept("again", keys.elsewhere, lambda: begun_elsewhere(unedited, lumen, surface))
-    measured = with_spread(measured, *_edited_too(unedited, others, again, said.edits), volume, look)
+    begin_sd = 0.0 if cannula is None else tip_sd(cannula, unedited.lines[unedited.root], volume)
+    measured = with_spread(measured, *_edited_too(unedited, others, again, said.edits), volume, look, begin_sd)
     stages.keep("profiles", keys.profiles, look.used)
     say("witness")
     all_ends = said.outlets is None and not said.edits

@@ -15,6 +15,8 @@ STEP = 0.03
 """The radius changes at the tip by at least this share."""
 MARGIN = 4
 """Fewest points on either side of the tip."""
+ALIKE = 2 * np.sqrt(np.pi) * BLUR
+"""Voxels along which the errors of sections are alike: the integral scale of noise that is as blurred as the image."""
 _ELSE = "or the root is not at the cannula's outer end"
 
 
@@ -35,6 +37,38 @@ def cannula_tip(line: Line, radius: np.ndarray) -> int:
     InputError
         A line too short, or one whose radius steps by less than 3 %: no cannula can be told from the vessel.
     """
+    places, misfits, steps = _candidates(line, radius)
+    best = int(np.argmin(misfits))
+    near, far = steps[best]
+    if abs(far - near) < STEP * near:
+        raise InputError(
+            f"no cannula found: where the root's radius changes most it steps only from {near:.4g} to {far:.4g} cm; "
+            f"give the tip and no cannula instead; {_ELSE}"
+        )
+    return int(places[best])
+
+
+def tip_sd(cannula: Line, root: Line, volume: Volume) -> float:
+    """Return the standard deviation of the place where the cannula ends, cm: what noise of the sections leaves open.
+
+    Every point is as likely to be the tip as the misfit of the two stretches that it parts says.
+
+    Parameters
+    ----------
+    cannula, root : Line
+        What `without_cannula` made of the root.
+    volume : Volume
+    """
+    line = cannula[:-1].then(root)
+    places, misfits, _ = _candidates(line, section_radii(line, volume))
+    run = line.run[places]
+    independent = np.ptp(run) / (ALIKE * float(volume.spacing[0]))
+    likely = np.exp(-independent / 2 * (misfits / max(misfits.min(), np.finfo(float).tiny) - 1))
+    return float(np.sqrt(np.cov(run, aweights=likely, ddof=0)))
+
+
+def _candidates(line: Line, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[tuple[float, float]]]:
+    """Return every point that may be the tip, the squared misfit with it, and both radii there."""
     run, typical = line.run, np.median(line.radius)
     inner = np.flatnonzero((run > 1.2 * typical) & (run < run[-1] - 1.2 * typical))
     if len(inner) < 3 * MARGIN:
@@ -44,14 +78,7 @@ def cannula_tip(line: Line, radius: np.ndarray) -> int:
         )
     values, along = radius[inner], run[inner]
     fits = [_fit(values, along, tip) for tip in range(MARGIN, len(values) - MARGIN)]
-    best = int(np.argmin([cost for cost, _, _ in fits]))
-    _, near, far = fits[best]
-    if abs(far - near) < STEP * near:
-        raise InputError(
-            f"no cannula found: where the root's radius changes most it steps only from {near:.4g} to {far:.4g} cm; "
-            f"give the tip and no cannula instead; {_ELSE}"
-        )
-    return int(inner[MARGIN + best])
+    return inner[MARGIN:-MARGIN], np.array([misfit for misfit, *_ in fits]), [(near, far) for _, near, far in fits]
 
 
 def _fit(radius: np.ndarray, run: np.ndarray, tip: int) -> tuple[float, float, float]:

@@ -81,7 +81,12 @@ def elsewhere(
 
 
 def with_spread(
-    measured: Measurement, others: Sequence[Elsewhere], again: Tree, volume: Volume, look: Look = profile
+    measured: Measurement,
+    others: Sequence[Elsewhere],
+    again: Tree,
+    volume: Volume,
+    look: Look = profile,
+    begin_sd: float = 0.0,
 ) -> Measurement:
     """Return `measured` with the SD of each vessel's radius and length over three thresholds.
 
@@ -99,6 +104,8 @@ def with_spread(
     volume : Volume
     look : callable
         See `densitometry`.
+    begin_sd : float
+        Standard deviation of the place where the root begins, cm.
 
     Warns
     -----
@@ -119,6 +126,7 @@ def with_spread(
     spread = np.hypot(np.std(radii, axis=0, ddof=1), grey)
     moved = (np.array([line.length for line in again.lines]) - lengths[0]) / np.sqrt(2)
     fixed = np.hypot(moved, ENDS * float(volume.spacing[0]))
+    fixed[measured.tree.root] = np.hypot(fixed[measured.tree.root], begin_sd)
     return replace(measured, radius_sd=spread, length_sd=np.hypot(np.std(lengths, axis=0, ddof=1), fixed))
 
 

@@ -80,7 +80,12 @@ def _unsettled(measured: Measurement) -> list[Doubt]:
     lengths = ~(SURE * measured.length_sd <= LENGTH * network.length)
     radii = ~(deviations * measured.radius_sd <= RADIUS * network.radius)
     texts = (
-        ("length", lengths, f"the length is uncertain by more than {LENGTH:.0%} ({SURE:g} SD): look at the junctions"),
+        (
+            "length",
+            lengths,
+            f"the length is uncertain by more than {LENGTH:.0%} ({SURE:g} SD): look at its junctions, of the root at "
+            "the end of the cannula too",
+        ),
         (
             "radius",
             radii & measured.reliable,
