@@ -203,8 +203,9 @@ def test_wrong_settings_are_refused_with_what_there_is():
         Settings(walls=("linaer",))
     with pytest.raises(InputError, match="no parameter 'betta'"):
         Settings(bounds={"betta": (1.0, 2.0)})
-    with pytest.raises(InputError, match="each once"):
-        Settings(walls=("linear", "linear"))
+    for walls, words in ((("linear", "linear"), "linear, linear: choose"), ((), "nothing: choose")):
+        with pytest.raises(InputError, match=f"{words} at least one, each once"):
+            Settings(walls=walls)
     with pytest.raises(InputError, match="starts: 0 is too small; at least 1"):
         Settings(starts=0)
 

@@ -236,6 +236,20 @@ def test_an_inlet_file_that_holds_no_flow_is_refused(tmp_path, table, words):
         read_openbf(tmp_path / "x.yaml")
 
 
+def test_an_inflow_at_uneven_times_is_followed_with_at_least_four_samples_a_step(tmp_path):
+    time = np.sort(np.random.default_rng(3).uniform(0, 1, 300))
+    time = np.concatenate([[0.0], time, [1.0]])
+    flow = 1e-6 * (1 + np.sin(2 * np.pi * time))
+    np.savetxt(tmp_path / "flow.dat", np.column_stack([time, flow]))
+    (tmp_path / "x.yaml").write_text(
+        yaml.safe_dump({"inlet_file": "flow.dat", "blood": {"rho": 1060, "mu": 4e-3}, "network": [VESSEL]})
+    )
+    inflow = read_openbf(tmp_path / "x.yaml")[1]
+    assert len(inflow.flow) >= 4 * (len(time) - 1)
+    even = np.arange(len(inflow.flow)) / len(inflow.flow)
+    np.testing.assert_allclose(inflow.flow, 1 + np.sin(2 * np.pi * even), atol=2e-3)
+
+
 def test_two_vessels_that_end_at_one_node_are_no_tree(tmp_path):
     (tmp_path / "x.yaml").write_text(
         yaml.safe_dump({"blood": {"rho": 1060, "mu": 4e-3}, "network": [VESSEL, VESSEL | {"label": "b", "sn": 3}]})

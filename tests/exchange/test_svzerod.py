@@ -45,6 +45,14 @@ def input_impedance(circuit, omega):
     return into(first)
 
 
+def test_the_inflow_of_the_circuit_is_the_models_closed_over_one_period(linear, tmp_path):
+    (inflow,) = (one for one in circuit_of(linear, tmp_path)["boundary_conditions"] if one["bc_type"] == "FLOW")
+    time, flow = (np.array(inflow["bc_values"][name]) for name in "tQ")
+    period, count = linear.inflow.period, len(linear.inflow.flow)
+    np.testing.assert_allclose(time, np.append(np.arange(count), count) * period / count, rtol=1e-12)
+    np.testing.assert_array_equal(flow, np.append(linear.inflow.flow, linear.inflow.flow[0]))
+
+
 @pytest.mark.parametrize("wall", ["linear", "tangent"])
 def test_the_circuit_has_the_mean_pressure_of_the_model(wall, request, tmp_path):
     """What remains is the kinetic energy of the inflow, 0.4 to 0.6 % of the mean pressure here."""
