@@ -60,9 +60,10 @@ class Stepper:
     def cycle(self, state: State) -> State:
         """Run one cycle; the waveforms of the last one stay in `stations` and `cells`."""
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
-        report = cycles.cycle_kernel(type(self.grid.wall))(
+        report = np.zeros(cycles.REPORT)
+        cycles.cycle_kernel(type(self.grid.wall))(
             (area, flow, memory), self.inflow, self.law, self.outlets, self.parts, self.fluid, self.scratch,
-            self.inlet_area, self.stations, self.cells,
+            self.inlet_area, self.stations, self.cells, report,
         )  # fmt: skip
         self._check(report, State(area, flow, memory))
         self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)
