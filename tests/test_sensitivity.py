@@ -23,6 +23,7 @@ from vasowave.solver.direction import direction_between
 from vasowave.solver.periodic import affine_fixed_point
 from vasowave.solver.sensitivity import pressure_derivatives
 from vasowave.solver.simulate import simulate_run
+from vasowave.solver.varied_stepper import VariedStepper
 from vasowave.walls import LinearWall, TangentWall
 
 _APART = 1e-3  # in the logarithm: the differences' own error is then below 1e-9
@@ -161,3 +162,25 @@ def test_a_derivative_that_cannot_be_had_is_an_error_and_never_zero(inflow, monk
     wall = model.changed(wall=LinearWall(60.0))
     with pytest.raises(NumericalError, match="derivatives of the pressure do not become periodic"):
         pressure_derivatives(run, inflow, [direction_between(model, wall, 1.0)], numerics)
+
+
+def arrays(one):
+    """All arrays in a bundle of bundles, each once."""
+    if isinstance(one, np.ndarray):
+        return {id(one): one}
+    return {k: v for part in one for k, v in arrays(part).items()} if isinstance(one, tuple) else {}
+
+
+@WALLS
+def test_no_array_that_kernels_write_overlaps_another(inflow, wall):
+    """They are compiled for that (`cells.Distinct`): with an overlap they would be wrong in silence."""
+    model = fork(wall)
+    run = simulate_run(model, inflow, Numerics(samples=64, every_cell=True))
+    varied = VariedStepper(run, inflow, [direction_between(model, model, 1.0)])
+    stepper = varied.stepper
+    written = arrays((varied.base, varied.scratch, varied.output, stepper.inlet_area, stepper.stations, stepper.cells))
+    read = arrays((stepper.parts, stepper.law, stepper.outlets, stepper.inflow, varied.shifted, varied.weights))
+    every = written | read
+    assert len(written) > 40
+    for key, one in written.items():
+        assert not [name for name, other in every.items() if name != key and np.may_share_memory(one, other)]

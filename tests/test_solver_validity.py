@@ -184,6 +184,12 @@ def test_a_model_that_asks_for_too_many_steps_says_which_vessel_and_what_it_weig
     assert simulate(model, inflow, Numerics(samples=64, tolerance=1e-2)).attrs["steps_per_cycle"] > 20_000
 
 
+def test_a_tube_alone_is_not_told_to_merge_with_a_neighbor_that_it_does_not_have(inflow):
+    with pytest.raises(NumericalError, match=r"asks for about \d+ steps.*: check it, take longer cells") as refused:
+        simulate(_tube(2.0, 0.05, LinearWall(57.0)), inflow, Numerics(samples=64, cell_size=0.01, most_steps=1000))
+    assert "erge" not in str(refused.value)
+
+
 def test_volume_error_has_meaning_at_zero_mean_flow():
     flow = 0.05 * np.sin(2 * np.pi * np.arange(128) / 128)
     result = simulate(_tube(2.0, 0.05, LinearWall(300.0)), Inflow(flow, 0.11), Numerics(samples=128, tolerance=1e-8))

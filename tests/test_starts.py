@@ -10,7 +10,7 @@ from vasowave.calibration import starts as starting
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.search import ROUGH, SearchEnd, search
+from vasowave.calibration.search import ROUGH, SearchEnd, _Jacobians, _trust_region, search
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.nominal import estimate_nominal
 from vasowave.solver import Numerics
@@ -76,3 +76,26 @@ def test_a_start_far_above_the_best_is_left_and_says_so():
     assert left.message.startswith("far above the best optimum")
     assert not left.converged
     assert left.S == pytest.approx(float(np.sum(objective.residuals(left.x) ** 2)))
+
+
+def test_a_search_goes_the_way_of_one_that_simulates_every_jacobian_and_leaves_out_the_last():
+    """Residuals of a curved valley (Rosenbrock's, with a part that cannot vanish); SciPy alone asks for one more."""
+    from scipy.optimize import least_squares
+
+    asked = []
+
+    def residuals(x):
+        return np.array([10.0 * (x[1] - x[0] ** 2), 1.0 - x[0], 0.5 + 0.1 * x[0]])
+
+    def jacobian(x):
+        asked.append(x)
+        return np.array([[-20.0 * x[0], 10.0], [-1.0, 0.0], [0.1, 0.0]])
+
+    bounds = np.full(2, -5.0), np.full(2, 5.0)
+    for tolerance in (1e-2, 1e-8):
+        limits = {"ftol": tolerance, "xtol": tolerance, "gtol": tolerance}
+        alone = least_squares(residuals, [-1.2, 1.0], jacobian, bounds=bounds, **limits)
+        asked.clear()
+        found = _trust_region(_Jacobians(residuals, jacobian, tolerance, np.inf), np.array([-1.2, 1.0]), bounds)
+        assert np.array_equal(found.x, alone.x)
+        assert (found.nfev, len(asked)) == (alone.nfev, alone.njev - 1)

@@ -21,7 +21,8 @@ def one_per_vessel(values: Any, names: Sequence[str], what: str) -> Any:
 
 def _row(name: str, value: Any, names: Sequence[str], what: str) -> np.ndarray:
     try:
-        array = np.array(np.broadcast_to(np.asarray(value, dtype=float), (len(names),)))
+        given = np.asarray(value, dtype=float)
+        array = np.full(len(names), given) if given.ndim == 0 else np.array(np.broadcast_to(given, (len(names),)))
     except (TypeError, ValueError):
         raise InputError(
             f"{what} parameter {name} has shape {np.shape(value)}; give one number or {len(names)} values"

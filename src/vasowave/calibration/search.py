@@ -86,15 +86,41 @@ _ENDS = {
 }
 
 
-def _promising(objective: Objective, x: np.ndarray, enough: float) -> np.ndarray:
-    """Return the Jacobian at x; raises `_Hopeless` where the least S of the linear model is not enough."""
-    J = objective.jacobian(x)
+class _Jacobians:
+    """The Jacobians along one least-squares search: none is simulated where the search ends and would not use it.
+
+    Raises `_Hopeless` where the least S of the linear model is not enough.
+    """
+
+    def __init__(self, residuals: Array, jacobian: Array, tolerance: float, enough: float) -> None:
+        self.residuals, self.jacobian, self.tolerance, self.enough = residuals, jacobian, tolerance, enough
+        self._known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None
+
+    def at(self, x: np.ndarray) -> np.ndarray:
+        """Return the Jacobian at x; where the search ends, that of the place before."""
+        r = self.residuals(x)
+        if self._known is not None and self._ends(x, r):
+            return self._known[2]
+        J = self.jacobian(x)
+        _require_promise(r, J, self.enough)
+        self._known = x, r, J
+        return J
+
+    def _ends(self, x: np.ndarray, r: np.ndarray) -> bool:
+        """Whether the step to x ends the search: the rule of SciPy's `ftol`, a little stricter at bounds."""
+        assert self._known is not None
+        before, r_before, J = self._known
+        S, foretold = r_before @ r_before, r_before + J @ (x - before)
+        gain = S - r @ r
+        return bool(gain < self.tolerance * S and gain > 0.25 * (S - foretold @ foretold))
+
+
+def _require_promise(r: np.ndarray, J: np.ndarray, enough: float) -> None:
+    """Raise `_Hopeless` where even the least S of the linear model is not enough."""
     if np.isfinite(enough):
-        r = objective.residuals(x)
         left = r - J @ np.linalg.lstsq(J, r)[0]
         if left @ left > enough:
             raise _Hopeless
-    return J
 
 
 Ended = tuple[np.ndarray, float, bool, str]
@@ -106,36 +132,35 @@ def _least_squares(objective: Objective, start: np.ndarray, tolerance: float, en
     low, high = objective.space.log_bounds
     place = coordinates.bounds
     inside = 1e-6 * (place[1] - place[0])
-    optimum = _trust_region(
+    along = _Jacobians(
         lambda z: objective.residuals(coordinates.logarithms(z)),
-        lambda z: _promising(objective, coordinates.logarithms(z), enough) @ coordinates.slopes(z),
-        np.clip(coordinates.of(start), place[0] + inside, place[1] - inside),
-        place,
+        lambda z: objective.jacobian(coordinates.logarithms(z)) @ coordinates.slopes(z),
         tolerance,
+        enough,
     )
+    optimum = _trust_region(along, np.clip(coordinates.of(start), place[0] + inside, place[1] - inside), place)
     x = coordinates.logarithms(optimum.x)
     if not np.all((low <= x) & (x <= high)):
         span = 1e-6 * (high - low)
         begin = np.clip(x, low + span, high - span)
-        optimum = _trust_region(
-            objective.residuals, lambda x: _promising(objective, x, enough), begin, (low, high), tolerance
-        )
+        along = _Jacobians(objective.residuals, objective.jacobian, tolerance, enough)
+        optimum = _trust_region(along, begin, (low, high))
         x = optimum.x
     return x, float(2 * optimum.cost), bool(optimum.success), _ENDS.get(optimum.status, str(optimum.message))
 
 
-def _trust_region(residuals: Array, jacobian: Array, start: np.ndarray, bounds: Bounds, tolerance: float) -> Any:
+def _trust_region(along: _Jacobians, start: np.ndarray, bounds: Bounds) -> Any:
     from scipy.optimize import least_squares
 
     return least_squares(
-        residuals,
+        along.residuals,
         start,
-        jacobian,
+        along.at,
         bounds=bounds,
         method="trf",
-        ftol=tolerance,
-        xtol=tolerance,
-        gtol=tolerance,
+        ftol=along.tolerance,
+        xtol=along.tolerance,
+        gtol=along.tolerance,
         max_nfev=100,
     )
 
@@ -150,8 +175,9 @@ def _sqp(objective: Objective, start: np.ndarray, tolerance: float, enough: floa
         return float(np.sum(objective.residuals(x) ** 2)) / first
 
     def gradient(x: np.ndarray) -> np.ndarray:
-        J = _promising(objective, x, enough)
-        return 2 * J.T @ objective.residuals(x) / first
+        r, J = objective.residuals(x), objective.jacobian(x)
+        _require_promise(r, J, enough)
+        return 2 * J.T @ r / first
 
     low, high = objective.space.log_bounds
     options = {"ftol": tolerance, "maxiter": 200}

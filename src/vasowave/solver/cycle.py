@@ -6,7 +6,6 @@ Half steps lie at t = 0, dt, 2dt …: inflow, outlets and output live there, and
 from functools import cache
 from typing import Any
 
-import numpy as np
 from numba import njit
 
 from vasowave import walls
@@ -84,7 +83,8 @@ PARTS = walls, laws, trigonometry, grid, cell_kernels, node_kernels
 
 def _compiled() -> Any:
     @njit(**WHOLE)
-    def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, inlet_area, out, cell_out):
+    def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, inlet_area, out, cell_out, report):
+        """Run a cycle from `state`, which becomes that of its end; `report`, all zeros before, says how it went."""
         area, flow, memory = state
         wall, end_wall = law
         vessels, cells, ends = parts
@@ -92,12 +92,11 @@ def _compiled() -> Any:
         every = len(inflow) // out.shape[1]
         watch = max(every, len(inflow) // WATCHES)
         per_cell = cell_out.shape[1] > 0
-        report = np.zeros(REPORT)
         for n in range(len(inflow)):
             sampled = n % every == 0
             if not find_fluxes(area, flow, cells, wall, fluid, fluxes):
                 report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(area, cells), n
-                return report
+                return
             if n % watch == 0 or not is_calm(area, flow, cells, wall, fluid, fluxes):
                 courant, fastest, mach, swiftest = largest_speeds(area, flow, cells, wall, fluid, fluxes)
                 note(report, COURANT, courant, fastest, n)
@@ -108,11 +107,11 @@ def _compiled() -> Any:
             failed = solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
             if failed >= 0:
                 report[STATUS], report[PLACE], report[STEP] = NODE_FAILED, ends.vessel[failed], n
-                return report
+                return
             inlet_area[n] = faces.area[ends.face[ends.inlet]]
             if not find_fluxes(faces.area, faces.flow, cells, wall, fluid, fluxes):
                 report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(faces.area, cells), n
-                return report
+                return
             if sampled:
                 record_stations(n // every, vessels, faces, out)
                 if per_cell:
@@ -126,7 +125,6 @@ def _compiled() -> Any:
                 report[OUTFLOW] += faces.flow[ends.face[k]]
         if not find_fluxes(area, flow, cells, wall, fluid, fluxes):
             report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(area, cells), len(inflow)
-        return report
 
     return advance_cycle
 

@@ -51,12 +51,19 @@ def runaway(where: str, first: int, steps: int) -> Lost:
     )
 
 
-def faster_than_allowed(where: str, steps: int, most: int) -> Lost:
+def faster_than_allowed(grid: Grid, where: str, steps: int, most: int) -> Lost:
     """Return the error for a vessel (`where`) whose waves turn out to ask for more than `most` steps a cycle."""
     return Lost(
         f"{where}the waves there ask for about {steps} steps a cycle, more than most_steps = {most}: check radius, "
-        "length and stiffness of this vessel, merge it with its neighbor, or go on with Numerics(most_steps=...)"
+        f"length and stiffness of this vessel{_fewer_steps(grid)}, or go on with Numerics(most_steps=...)"
     )
+
+
+def _fewer_steps(grid: Grid) -> str:
+    """Return a clause with what asks for fewer steps where nothing is wrong with a vessel, if anything does."""
+    if len(grid.counts) > 1:
+        return ", merge it with its neighbor"
+    return ", take longer cells (a larger cell_size)" if grid.counts[0] > 1 else ""
 
 
 def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, most: int) -> NumericalError:
@@ -64,12 +71,16 @@ def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, most:
     network, model = grid.model.network, grid.model
     v = int(np.argmax(demand))
     others = np.delete(demand, v)
-    beside = f"; of {len(others)} others the next asks for {np.max(others):.0f}" if len(others) else ""
+    head = (
+        f"vessel '{network.name[v]}' ({network.length[v]:.4g} cm, radius {network.radius[v]:.4g} cm) asks for "
+        f"about {demand[v]:.0f} steps a cycle, more than most_steps = {most}"
+    )
+    if not len(others):
+        return NumericalError(f"{head}: check it{_fewer_steps(grid)}, or go on with Numerics(most_steps=...)")
     compliance = network.length * walls.area_compliance(model.wall, linear.mean_pressure, model.area0)
     fall = float(linear.resistance[v] * network.length[v] * linear.flow[0, v].real)
     return NumericalError(
-        f"vessel '{network.name[v]}' ({network.length[v]:.4g} cm, radius {network.radius[v]:.4g} cm) asks for "
-        f"about {demand[v]:.0f} steps a cycle, more than most_steps = {most}{beside}. "
+        f"{head}; of {len(others)} others the next asks for {np.max(others):.0f}. "
         f"It holds {100 * compliance[v] / np.sum(compliance):.2g} % of the vessels' "
         f"compliance, and the mean flow loses {fall:.2g} mmHg in it: that is what merging it with its neighbor would "
         "change. Merge it, or go on with Numerics(most_steps=...)"

@@ -46,7 +46,7 @@ def _from(start: Start, inflow: Inflow, numerics: Numerics) -> Run:
     def attempt(steps: int) -> Run:
         return _periodic(Stepper(start.grid, inflow, numerics, steps), start, numerics)
 
-    return _with_stable_step(attempt, start.steps(numerics), numerics)
+    return _with_stable_step(attempt, start, numerics)
 
 
 def _periodic(stepper: Stepper, start: Start, numerics: Numerics) -> Run:
@@ -86,7 +86,7 @@ def run_cycles(model: Model, inflow: Inflow, numerics: Numerics, count: int) -> 
             stepper, state, Convergence(tuple(changes), changes[-1] <= numerics.tolerance), scale, numerics
         )
 
-    return _with_stable_step(attempt, start.steps(numerics), numerics)
+    return _with_stable_step(attempt, start, numerics)
 
 
 def _finished(stepper: Stepper, end: State, convergence: Convergence, scale: Scale, numerics: Numerics) -> Run:
@@ -98,12 +98,13 @@ def _finished(stepper: Stepper, end: State, convergence: Convergence, scale: Sca
     )  # fmt: skip
 
 
-def _with_stable_step(attempt: Callable[[int], Run], steps: int, numerics: Numerics) -> Run:
+def _with_stable_step(attempt: Callable[[int], Run], start: Start, numerics: Numerics) -> Run:
     """Run with more steps as long as the Courant number passes 1, unless the caller fixed their number.
 
     What a step that is too long says of the speed is no proof: the most that are allowed are tried before giving up.
     """
-    first, largest = steps, numerics.largest_steps
+    steps = first = start.steps(numerics)
+    largest = numerics.largest_steps
     while True:
         try:
             return attempt(steps)
@@ -116,5 +117,5 @@ def _with_stable_step(attempt: Callable[[int], Run], steps: int, numerics: Numer
         if asked > largest and steps >= largest:
             if asked > _GROWTH * first:
                 raise runaway(last.where, first, asked)
-            raise faster_than_allowed(last.where, asked, numerics.most_steps)
+            raise faster_than_allowed(start.grid, last.where, asked, numerics.most_steps)
         steps = min(asked, largest)

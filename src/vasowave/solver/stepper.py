@@ -1,7 +1,5 @@
 """Cycles of one model with one step size, and what their failures mean."""
 
-import math
-
 import numpy as np
 
 from vasowave.recording import Inflow
@@ -29,7 +27,7 @@ class Stepper:
     """Runs cycles of one model with one step size; owns the scratch memory, which is why it is not a value."""
 
     def __init__(self, grid: Grid, inflow: Inflow, numerics: Numerics, steps: int) -> None:
-        self.grid, self.steps, self.period = grid, steps, inflow.period
+        self.grid, self.numerics, self.steps, self.period = grid, numerics, steps, inflow.period
         self.inflow = inflow.resampled(steps)
         dt = inflow.period / steps
         self.parts = grid.vessels, grid.cells(dt), grid.ends(dt)
@@ -48,7 +46,6 @@ class Stepper:
         every = next(k for k in range(steps // seen, 0, -1) if steps % k == 0)
         self.stations = np.zeros((2, steps // every, vessels, 3))
         self.cells = np.zeros((2, steps // every if numerics.every_cell else 0, slots))
-        self.samples = numerics.samples
         self.courant = self.volume_error = 0.0
         self.mach = Extreme(0.0, "", 0.0)
 
@@ -60,9 +57,10 @@ class Stepper:
     def cycle(self, state: State) -> State:
         """Run one cycle; the waveforms of the last one stay in `stations` and `cells`."""
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
-        report = cycles.cycle_kernel(type(self.grid.wall))(
+        report = np.zeros(cycles.REPORT)
+        cycles.cycle_kernel(type(self.grid.wall))(
             (area, flow, memory), self.inflow, self.law, self.outlets, self.parts, self.fluid, self.scratch,
-            self.inlet_area, self.stations, self.cells,
+            self.inlet_area, self.stations, self.cells, report,
         )  # fmt: skip
         self._check(report, State(area, flow, memory))
         self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)
@@ -79,12 +77,11 @@ class Stepper:
             courant, name, time = self._extreme(report, cycles.COURANT)
             vessel = network.row(name)
             speed = courant * self.grid.spacing[self.grid.vessels.first[vessel]] / (self.period / self.steps)
-            needed = math.ceil(self.steps * courant / AIM / self.samples) * self.samples
             raise TooFast(
                 courant,
                 f"vessel '{name}' ({network.length[vessel]:.4g} cm), t = {time:.4g} s: ",
                 f"Courant number {courant:.2f} at |u| + c = {speed:.0f} cm/s; raise steps_per_cycle "
-                f"from {self.steps} to {needed}",
+                f"from {self.steps} to {self.numerics.steps_for(self.steps * courant / AIM)}",
             )
         grid, time, place = self.grid, report[cycles.STEP] * self.period / self.steps, int(report[cycles.PLACE])
         if report[cycles.STATUS] == cycles.LEFT_LAW:
