@@ -71,17 +71,16 @@ class Problem:
         return Discrepancy(self.samples, self.unknowns.priors.discrepancy, np.diag(self.measurement_error), change)
 
     def vessels(self, point: np.ndarray) -> np.ndarray:
-        """Return what one SD of each vessel's own radius and length changes, shape (coefficient, 2 vessel), mmHg.
+        """Return what one SD of each vessel's own radius, length and taper changes, shape (coefficient, error), mmHg.
 
         Raises
         ------
         NumericalError
-            A model with one vessel wider or longer by one SD cannot be simulated.
+            A model with one vessel wider, longer or narrowing more by one SD cannot be simulated.
         """
-        radii, lengths = (np.diag(errors) for errors in self.unknowns.own_errors)
-        models = [self.unknowns.model(point)]
-        models += [self.unknowns.model(point, radii=one) for one in radii if one.any()]
-        models += [self.unknowns.model(point, lengths=one) for one in lengths if one.any()]
+        models = [self.unknowns.tapered(point)]
+        for kind, errors in zip(("radii", "lengths", "falls"), self.unknowns.own_errors, strict=True):
+            models += [self.unknowns.tapered(point, **{kind: one}) for one in np.diag(errors) if one.any()]
         outputs = self._simulated(models)
         if not np.isfinite(outputs).all():
             raise NumericalError(
@@ -144,6 +143,7 @@ class Problem:
         unknowns, network = self.unknowns, self.unknowns.network
         parts = [unknowns.space.law, unknowns.space.free_names, unknowns.all, network.name, self.unknowns.space.blood]
         numbers = [network.parent, network.length, network.radius, self.recording.flow, unknowns.space.nominal]
+        numbers += [unknowns.fall] if unknowns.fall.any() else []
         text = repr([parts, self._numerics, self.samples, self.recording.period, version("vasowave")])
         rest = [unknowns.nominal.total_resistance, unknowns.nominal.time_constant, network.pressure]
         digest = hashlib.sha256(text.encode())
@@ -154,6 +154,6 @@ class Problem:
     def _model(self, point: np.ndarray) -> Model | None:
         """Return the model at a point, or nothing where some number of it overflows."""
         try:
-            return self.unknowns.model(point)
+            return self.unknowns.tapered(point)
         except VasowaveError:
             return None
