@@ -92,17 +92,26 @@ class Problem:
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Return coordinates of points, shape (point, unknown), in which the pressure bends less.
 
-        In place of the wall law's first two parameters: the logarithms of compliance and strain at mean pressure.
+        In place of the wall law's first two parameters: the logarithms of compliance and strain at mean pressure, in a
+        vessel of usual radius, because k moves those of the root least where the whole tree's are moved most.
         """
         law, names = self.unknowns.space.law, list(self.unknowns.all)
         values, seen = self.unknowns.values(points), np.array(points)
-        parameters = [values[name] for name in law._fields]
+        stiffer = self._usual_radius ** -values["k"]
+        parameters = [values[name] * self.unknowns.space.parameters[name].scale(stiffer) for name in law._fields]
         mean = self.recording.mean_pressure
         shown = (law.slope_at(mean, *parameters), law.ratio_at(mean, *parameters) - 1.0)
         for name, quantity in zip(law._fields, shown, strict=False):
             if name in names:
                 seen[:, names.index(name)] = np.log(np.maximum(quantity, _LEAST))
         return seen
+
+    @property
+    def _usual_radius(self) -> float:
+        """Geometric mean of the radii along all vessels, in radii of the root."""
+        network = self.unknowns.network
+        logarithms = np.log(network.radius / network.radius[network.root])
+        return float(np.exp(np.average(logarithms, weights=network.length)))
 
     def in_time(self, coefficients: np.ndarray) -> np.ndarray:
         """Return the signals, shape (..., sample), mmHg, that coefficients (..., coefficient) stand for."""
