@@ -29,7 +29,8 @@ def test_draws_are_the_same_alone_in_processes_and_on_a_dask_cluster(make_study)
     processes = drawn(folders[1], workers=2)
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
         distributed = drawn(folders[2], scheduler=cluster.scheduler_address)
-    xr.testing.assert_identical(distributed["mouse 0"], processes["mouse 0"])
-    here = alone["mouse 0"]  # with other threads of the linear algebra, whose sums differ by rounding
-    xr.testing.assert_allclose(here["posterior"].to_dataset(), processes["mouse 0"]["posterior"].to_dataset())
-    xr.testing.assert_allclose(here.to_dataset(), processes["mouse 0"].to_dataset(), rtol=1e-3, atol=1e-6)
+    here = alone["mouse 0"]
+    for there in (processes["mouse 0"], distributed["mouse 0"]):
+        xr.testing.assert_identical(there["posterior"].to_dataset(), here["posterior"].to_dataset())
+        # weights come of the emulator's sums, which linear algebra with other threads rounds otherwise
+        xr.testing.assert_allclose(there.to_dataset(), here.to_dataset(), rtol=1e-3, atol=1e-6)
