@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 
@@ -97,7 +98,7 @@ class Problem:
         """
         law, names = self.unknowns.space.law, list(self.unknowns.all)
         values, seen = self.unknowns.values(points), np.array(points)
-        stiffer = self._usual_radius ** -values["k"]
+        stiffer: Any = self._usual_radius ** -values["k"]
         parameters = [values[name] * self.unknowns.space.parameters[name].scale(stiffer) for name in law._fields]
         mean = self.recording.mean_pressure
         shown = (law.slope_at(mean, *parameters), law.ratio_at(mean, *parameters) - 1.0)
