@@ -17,12 +17,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from known_animals import ROWS, animal
+from known_animals import ROWS, animal, image_of
 from robustness_page import put
 from vasowave.animal.quantities import derived as quantities_of
 from vasowave.animal.quantities import errors_of, model_of
 from vasowave.calibration import Search, calibrate
-from vasowave.datasets import control_network
 from vasowave.inference import posterior
 from vasowave.inference.derived import derived
 from vasowave.inference.laws import CLEAR
@@ -72,7 +71,7 @@ def by_posterior(network, recording, wall, fit, draws):
 def lines(row, number, methods, draws):
     """Analyze one animal by the methods asked for; yield the lines of the file."""
     recording, model, wall = animal(row, number)
-    network, truth = control_network(), derived(model, recording.mean_pressure)
+    network, truth = image_of(row), derived(model, recording.mean_pressure)
     classic, fit = by_fit(network, recording, wall)
     rows = {"fit": (classic, np.nan, int(fit.starts["simulations"].sum()), np.nan)}
     if "posterior" in methods:

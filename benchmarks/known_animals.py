@@ -51,6 +51,7 @@ ROWS = {
     "tangent, linear": Row("tangent", "linear", "nothing", "tangent → linear, other animals", "tangent"),
     "geometry, tangent": Row("linear", "tangent", "geometry", f"linear, {GEOMETRY} → tangent", "geometry"),
     "stiffening, tangent": Row("linear", "tangent", "stiffening", "linear, stiffness ∝ r^-0.7 → tangent", "stiffening"),
+    "taper known": Row("linear", "linear", "taper", "linear, vessels taper by 20 %, measured → linear", "taper"),
     "taper, tangent": Row("linear", "tangent", "taper", "linear, vessels taper by 20 % → tangent", "taper"),
 }
 """Every row of the tables."""
@@ -86,6 +87,15 @@ def tapered(network, pieces=4, fall=0.2):
     parent[first] = np.where(network.parent >= 0, first[network.parent] + pieces - 1, -1)
     radius = np.repeat(network.radius, pieces) * np.tile(factor, len(network))
     return Network(names, parent, np.repeat(network.length / pieces, pieces), radius)
+
+
+def image_of(row):
+    """Return the network as the image of an animal shows it."""
+    network = control_network()
+    if row != "taper known":
+        return network
+    share = network.radius / network.length
+    return replace(network, taper=0.2 * share, taper_sd=0.05 * share)
 
 
 def truth_of(law, wrong, rng):

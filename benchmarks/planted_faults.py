@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 KERNELS = ROOT / "build" / "kernels of planted faults"
 WORDS = (
     "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry tubes "
-    "sensitivity starts kernels unlike_volumes witness discharge"
+    "sensitivity starts kernels unlike_volumes witness discharge tapering test_problem test_rounds"
 )
 LONGEST = 1800  # s for one run of the tests; a fault that makes them hang has no verdict
 TESTS = ["tests", "-m", "not validation", "-k", " or ".join(WORDS.split())]
@@ -39,6 +39,7 @@ VARIATIONS, NODE_VARIATIONS = "solver/variations.py", "solver/node_variations.py
 LAWS, TRIGONOMETRY = "solver/laws.py", "solver/trigonometry.py"
 PERIODIC, TUBES = "solver/periodic.py", "imaging/axes/tubes.py"
 STIFFNESS = "imaging/axes/stiffness.py"
+UNKNOWNS = "inference/unknowns.py"
 FAULTS = [
     Fault(
         "walls anchored at rest",
@@ -203,6 +204,17 @@ FAULTS = [
             ),
         ),
     ),
+    Fault(
+        "tapers as wide as the middle of each piece",
+        "tapering.py",
+        (("(3 * (wide * thin) ** 3 / (wide**2 + wide * thin + thin**2)) ** 0.25", "0.5 * (wide + thin)"),),
+    ),
+    Fault("tapers turned round", "tapering.py", (("fall[vessel] * (0.5 - (number", "-fall[vessel] * (0.5 - (number"),)),
+    Fault("tapers believed as they are", UNKNOWNS, (("prior**2 / (prior**2 + sd**2)", "prior**2 / prior**2"),)),
+    Fault(
+        "errors of radii forgotten", UNKNOWNS, (("radii[known] = given[known]", "radii[known] *= given[known] > 0 #"),)
+    ),
+    Fault("emulators learn the posterior alone", "inference/rounds.py", (("_WIDER = 0.6", "_WIDER = 1.0"),)),
 ]
 
 

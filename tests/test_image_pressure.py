@@ -10,6 +10,7 @@ from vasowave import walls
 from vasowave.analysis import wave_speeds
 from vasowave.animal.datasets import network_dataset
 from vasowave.animal.reading import network
+from vasowave.animal.stored import stored_network
 from vasowave.blood import Blood
 from vasowave.calibration import Search, calibrate
 from vasowave.datasets import control_network
@@ -21,7 +22,8 @@ from vasowave.imaging.options import Options
 from vasowave.imaging.tree import Line, Tree
 from vasowave.linear import linear_solution
 from vasowave.model import Model
-from vasowave.network import Network, unknown_pressure
+from vasowave.network import Network
+from vasowave.network_remarks import unknown_pressure
 from vasowave.nominal import estimate_nominal, stiffness, windkessels
 from vasowave.recording import Recording, read_recording
 from vasowave.selection.choices import answers_by_image_pressure
@@ -140,6 +142,13 @@ def test_an_absurd_pressure_of_the_image_is_refused(pressure):
 def test_a_stored_animal_keeps_the_pressure_of_its_image():
     stored = xr.DataTree.from_dict({"/network": network_dataset(filled())})
     assert network(stored).pressure == FILLED
+
+
+def test_a_stored_animal_keeps_what_was_known_of_its_radii_and_tapers():
+    taper = np.linspace(-0.02, 0.02, len(filled()))
+    stored = xr.DataTree.from_dict({"/network": network_dataset(replace(filled(), taper=taper))})
+    assert np.array_equal(stored_network(stored).taper, taper)
+    assert stored_network(stored).radius_sd is None
 
 
 def study_of_one(folder, setting="", cell="", in_file=False):

@@ -97,3 +97,38 @@ def test_flow_divides_at_a_junction_as_r4_over_length():
     network = Network(("b", "root", "c"), [1, -1, 1], [1.0, 2.0, 2.0], [0.2, 0.3, 0.1])
     # r^4/L: 16e-4 and 0.5e-4, so 32/33 and 1/33 of the flow
     np.testing.assert_allclose(network.flow_fraction, [32 / 33, 1, 1 / 33], rtol=1e-12)
+
+
+def test_what_is_known_of_radii_and_tapers_comes_back_to_the_last_bit(tmp_path):
+    known = {
+        "radius_sd": [0.001, np.nan, 0.002],
+        "taper": [0.0123456789, -0.02, np.nan],
+        "taper_sd": [np.nan, 0.003, np.nan],
+    }
+    network = Network(("a", "b", "c"), [-1, 0, 0], [0.4, 0.3, 0.2], [0.04, 0.03, 0.03], pressure=6.3, **known)
+    write_network(network, tmp_path / "network.csv")
+    found = read_network(tmp_path / "network.csv")
+    for field, values in known.items():
+        np.testing.assert_array_equal(getattr(found, field), values)
+
+
+def test_tapers_have_units_and_may_be_left_empty(tmp_path):
+    header = "name,parent,length [mm],radius [mm],radius_sd [um],taper [um/mm]\n"
+    found = read_network(table(tmp_path, "a,,4,0.4,12,30\nb,a,3,0.3,,\nc,a,3,0.3,7,-5\n", header))
+    np.testing.assert_allclose(found.radius_sd, [12e-4, np.nan, 7e-4])
+    np.testing.assert_allclose(found.taper, [0.03, np.nan, -0.005])
+    assert found.taper_sd is None
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("b,a,0.4,0.03,0.2,0.01", r"line 3 \(vessel 'b'\): taper 0\.2 is not possible"),  # 0.04 at one end, -0.01
+        ("b,a,0.4,0.03,0.02,0", r"line 3 \(vessel 'b'\): taper_sd 0 is not possible"),
+        ("b,a,0.4,0.03,steep,0.01", r"line 3, column 'taper': 'steep' is not a number"),
+    ],
+)
+def test_an_impossible_taper_is_named_by_its_line(tmp_path, row, message):
+    header = "name,parent,length [cm],radius [cm],taper [cm/cm],taper_sd [cm/cm]\n"
+    with pytest.raises(InputError, match=message):
+        read_network(table(tmp_path, f"a,,0.4,0.04,,\n{row}\n", header))

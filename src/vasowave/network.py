@@ -12,6 +12,9 @@ from vasowave.notebook import card
 HIGHEST = 100.0
 """Highest pressure at which lungs are filled for an image, mmHg."""
 
+MEASURED = ("radius_sd", "taper", "taper_sd")
+"""What may be known of each vessel beside its sizes."""
+
 
 @dataclass(frozen=True, eq=False)
 class Network:
@@ -30,12 +33,18 @@ class Network:
     pressure : float
         Transmural pressure at which the radii were measured, mmHg: that at which the lungs were filled for the image.
         0, where it is not known, takes them for the undeformed radii r0.
+    radius_sd : float array, shape (vessel,), optional
+        Standard deviation of each radius as it was measured, cm; NaN where it is not known.
+    taper, taper_sd : float array, shape (vessel,), optional
+        Fall of the radius along the vessel, -dr/ds, cm/cm, around the middle, where the radius is `radius`; and its
+        standard deviation. NaN where it was not measured. Fits take straight tubes; the posterior knows of it.
 
     Raises
     ------
     InputError
         No or two roots, a cycle, an unknown parent, a duplicate name, a size that is not a
-        positive number; the row is named. A pressure below 0 or above 100 mmHg.
+        positive number; the row is named. A pressure below 0 or above 100 mmHg. A standard deviation that is not a
+        positive number, a taper that closes the vessel.
 
     Examples
     --------
@@ -50,6 +59,9 @@ class Network:
     radius: np.ndarray
     where: InitVar[Callable[[int], str] | None] = None
     pressure: float = 0.0
+    radius_sd: np.ndarray | None = None
+    taper: np.ndarray | None = None
+    taper_sd: np.ndarray | None = None
 
     def __post_init__(self, where: Callable[[int], str] | None) -> None:
         """Check the tree once and freeze the arrays; `where` says for a row how errors call it."""
@@ -58,7 +70,12 @@ class Network:
         object.__setattr__(self, "length", _frozen(self.length, np.float64))
         object.__setattr__(self, "radius", _frozen(self.radius, np.float64))
         object.__setattr__(self, "pressure", image_pressure(self.pressure))
-        _check_tree(self, where or (lambda row: f"row {row + 1}"))
+        for field in MEASURED:
+            given = getattr(self, field)
+            object.__setattr__(self, field, None if given is None else _frozen(given, np.float64))
+        where = where or (lambda row: f"row {row + 1}")
+        _check_tree(self, where)
+        _check_measured(self, where)
 
     def __len__(self) -> int:
         return len(self.name)
@@ -145,35 +162,6 @@ class Network:
         return {name: row for row, name in enumerate(self.name)}
 
 
-def implausible_sizes(network: Network) -> list[str]:
-    """Return a sentence for every sign that lengths or radii are in another unit than cm."""
-    remarks = []
-    ratio = float(np.median(network.length / network.radius))
-    if not 1.5 <= ratio <= 150:
-        remarks.append(
-            f"vessels are {ratio:.2g} radii long (median); arteries are 3 to 100: is the radius "
-            "in the same unit as the length, and is it a radius, not a diameter?"
-        )
-    widest = float(network.radius[network.root])
-    if not 0.004 <= widest <= 2.0:
-        remarks.append(
-            f"the root's radius is {widest:.3g} cm; a mouse's main pulmonary artery has 0.05 cm, "
-            "a human aorta 1.5 cm: is the unit in the header right?"
-        )
-    return remarks
-
-
-def unknown_pressure(network: Network) -> list[str]:
-    """Return a sentence if the pressure at which the radii were measured is not known."""
-    if network.pressure:
-        return []
-    return [
-        "The pressure at which the vessels were imaged is not known; their radii are taken for those at zero pressure. "
-        "If they were filled, the wall seems stiffer and waves faster than they are, and how it stiffens cannot be "
-        "told. Give it as a column 'pressure [mmHg]' of the network's file, or as Network(..., pressure=...)."
-    ]
-
-
 def image_pressure(value: float) -> float:
     """Return the pressure of an image, mmHg; raise `InputError` unless it lies between 0 and 100."""
     pressure = float(value)
@@ -228,3 +216,25 @@ def _check_tree(network: Network, where: Callable[[int], str]) -> None:
             f"{where(row)} (vessel '{network.name[row]}'): not connected to the root, its parents form a cycle; "
             "correct the parent column"
         )
+
+
+def _check_measured(network: Network, where: Callable[[int], str]) -> None:
+    """Raise `InputError`, naming the row through `where`, unless errors and tapers are possible ones."""
+    for field in MEASURED:
+        values = getattr(network, field)
+        if values is None:
+            continue
+        if values.shape != (len(network),):
+            raise InputError(f"network: {field} has shape {values.shape}; give one value per vessel, NaN if unknown")
+        bad = np.isinf(values) | (values <= 0 if field != "taper" else closes(values, network))
+        if bad.any():
+            row = int(np.flatnonzero(bad)[0])
+            raise InputError(
+                f"{where(row)} (vessel '{network.name[row]}'): {field} {values[row]:g} is not possible; a standard "
+                "deviation is positive, and a taper leaves both ends open. Leave the cell empty where it is not known"
+            )
+
+
+def closes(taper: np.ndarray, network: Network) -> np.ndarray:
+    """Return which vessels a taper (cm/cm, shape (vessel,)) would close at one end."""
+    return np.asarray(np.abs(taper) * network.length >= 2 * network.radius)

@@ -32,10 +32,11 @@ _FACTORS = {
     },
     "length": {"cm": 1.0, "mm": 0.1, "um": 1e-4, "m": 100.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
+    "slope": {"cm/cm": 1.0, "mm/mm": 1.0, "um/um": 1.0, "1": 1.0, "um/mm": 1e-3, "%": 0.01},
     "voltage": {"mv": 1.0, "v": 1e3, "uv": 1e-3},
 }
 
-CANONICAL = {"pressure": "mmHg", "flow": "ml/s", "length": "cm", "time": "s", "voltage": "mV"}
+CANONICAL = {"pressure": "mmHg", "flow": "ml/s", "length": "cm", "time": "s", "slope": "cm/cm", "voltage": "mV"}
 """The unit in which vasowave holds each kind of quantity."""
 
 
@@ -46,7 +47,7 @@ def factor(unit: str, quantity: str) -> float:
     ----------
     unit : str
         As written by people: ``mmHg``, ``µl/s``, ``dyn/cm²`` …; case and spaces do not matter.
-    quantity : {"pressure", "flow", "length", "time", "voltage"}
+    quantity : {"pressure", "flow", "length", "time", "slope", "voltage"}
 
     Raises
     ------

@@ -4,6 +4,7 @@ import csv
 import io
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,14 @@ import numpy as np
 from vasowave.columns import Columns, read_columns
 from vasowave.errors import InputError, VasowaveWarning, did_you_mean
 from vasowave.files import write_file
-from vasowave.network import Network, image_pressure, implausible_sizes
+from vasowave.network import Network, image_pressure
+from vasowave.network_remarks import implausible_sizes
+from vasowave.units import CANONICAL
 
 _ALIASES = {"vessel": "name", "id": "name", "l": "length", "r0": "radius", "r": "radius"}
 _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
+
+_QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope"}
 
 COUNT = "vessels"
 """Column that says in every row how many rows the table has, so that one that was cut off is noticed."""
@@ -23,10 +28,12 @@ COUNT = "vessels"
 def read_network(path: str | Path) -> Network:
     """Read a network from CSV, TSV or Excel.
 
-    Columns: ``name, parent, length [cm], radius [cm], pressure [mmHg], vessels``.
+    Columns: ``name, parent, length [cm], radius [cm], radius_sd [cm], taper [cm/cm], taper_sd [cm/cm], pressure [mmHg],
+    vessels``.
 
     The root's parent is empty. Sizes and pressure may be in any unit that the header names. The pressure is that of the
-    image, the same in every row; without the column it is not known. Other columns are ignored.
+    image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and ``taper_sd`` are
+    those of `Network`; their columns may be left out, and their cells be empty. Other columns are ignored.
 
     Raises
     ------
@@ -61,7 +68,8 @@ def read_network(path: str | Path) -> Network:
         return f"{path}, line {table.lines[row]}"
 
     parent = np.array(_parent_rows(names, parents, where))
-    network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where))
+    known = {field: _known_in(table, field, quantity) for field, quantity in _QUANTITIES.items()}
+    network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where), **known)
     table.warn()
     for message in (*_lost(table, network), *implausible_sizes(network)):
         warnings.warn(f"{path}: {message}", VasowaveWarning, stacklevel=2)
@@ -79,14 +87,39 @@ def write_network(network: Network, path: str | Path) -> None:
     21
     """
     known = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
+    measured = measured_columns(network)
     text = io.StringIO()
     writer = csv.writer(text)
-    writer.writerow(["name", "parent", "length [cm]", "radius [cm]", *known, COUNT])
+    writer.writerow(["name", "parent", "length [cm]", "radius [cm]", *measured, *known, COUNT])
     for row, name in enumerate(network.name):
         parent = network.name[network.parent[row]] if network.parent[row] >= 0 else ""
         sizes = [repr(float(size)) for size in (network.length[row], network.radius[row])]
-        writer.writerow([name, parent, *sizes, *known.values(), len(network)])
+        cells = (column[row] for column in measured.values())
+        writer.writerow([name, parent, *sizes, *cells, *known.values(), len(network)])
     write_file(Path(path), text.getvalue())
+
+
+def measured_columns(network: Network) -> dict[str, list[str]]:
+    """Return the cells of what is known of the vessels beside their sizes, by title; empty where it is not known."""
+    columns = {}
+    for field, quantity in _QUANTITIES.items():
+        values = getattr(network, field)
+        if values is not None:
+            cells = ["" if np.isnan(value) else repr(float(value)) for value in values]
+            columns[f"{field} [{CANONICAL[quantity]}]"] = cells
+    return columns
+
+
+def _known_in(table: Columns, field: str, quantity: str) -> np.ndarray | None:
+    """Return a column whose cells may be empty, NaN where they are; None without the column, or with nothing in it."""
+    column = table.find(field)
+    filled = [] if column is None else [i for i, row in enumerate(table.cells) if row[column].strip()]
+    if column is None or not filled:
+        return None
+    part = replace(table, cells=tuple(table.cells[i] for i in filled), lines=tuple(table.lines[i] for i in filled))
+    values = np.full(len(table.cells), np.nan)
+    values[filled] = part.numbers(column, quantity)
+    return values
 
 
 def _lost(table: Columns, network: Network) -> list[str]:

@@ -74,6 +74,11 @@ def test_the_table_carries_the_spread_of_the_radius_and_the_taper_of_straight_tu
     slopes = [(float(row["taper [cm/cm]"]), float(row["taper_se [cm/cm]"])) for row in rows if row["taper [cm/cm]"]]
     assert len(slopes) >= 3
     assert all(abs(slope) < 0.02 for slope, _ in slopes)
+    network = read_network(folder / "network.csv")
+    seen = np.isfinite(network.taper)
+    assert seen.sum() >= 3  # and by the sections' areas
+    assert np.all(np.abs(network.taper[seen]) < 0.02)
+    np.testing.assert_allclose(network.radius_sd, spread)
 
 
 def test_the_roots_radius_is_that_between_cannula_and_first_bifurcation(extracted):

@@ -9,7 +9,7 @@ from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.revise.parts import largest_vessels
 from vasowave.linear import linear_solution
 from vasowave.model import Model
-from vasowave.network import implausible_sizes
+from vasowave.network_remarks import implausible_sizes
 from vasowave.nominal import estimate_nominal
 from vasowave.recording import read_recording
 from vasowave.solver import Numerics, simulate

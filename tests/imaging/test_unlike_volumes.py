@@ -122,6 +122,9 @@ def test_a_vessel_that_narrows_has_the_mean_radius_of_all_of_it_and_no_scatter_f
     assert densitometric_radius(evened.sections, 88) == pytest.approx(0.034, rel=0.015)
     assert np.std(evened.sections.signal) < 0.5 * np.std(one.signal)
     assert 0 < evened.error < 0.01
+    steepness = 0.04 * 0.3 / 0.4 / 0.034  # fall of the radius over the radius in the middle, 1/cm
+    assert evened.taper == pytest.approx(steepness, abs=2 * evened.taper_sd)
+    assert 0.02 < evened.taper_sd / steepness < 0.2
     straight = replace(one, signal=np.pi * 0.034**2 * 88 * noise)
     np.testing.assert_array_equal(evened_sections(straight, 0.2).sections.signal, straight.signal)
 

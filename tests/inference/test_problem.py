@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from known_animals import tapered
 from vasowave.blood import Blood
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
@@ -17,10 +18,11 @@ from vasowave.model import Model
 from vasowave.nominal import estimate_nominal, windkessels
 from vasowave.recording.cycle import resample
 from vasowave.solver import Numerics, simulate
+from vasowave.walls import LinearWall
 
 
-def problem(priors=None, wall="linear", fixed=None):
-    network, mouse = control_network(), virtual_mouse()
+def problem(priors=None, wall="linear", fixed=None, network=None):
+    network, mouse = network or control_network(), virtual_mouse()
     nominal = estimate_nominal(network, mouse)
     space = parameter_space(wall, network, nominal, Blood(), {}, fixed or {}, False)
     return Problem(Unknowns(space, nominal, priors or Priors()), compared_part(mouse), Numerics(), 1)
@@ -94,20 +96,59 @@ def test_the_errors_of_measurement_are_zero_grid_and_beats(whole):
 
 
 def test_known_radii_replace_the_assumed_error(whole):
-    class Measured:
-        radius_sd = np.array([0.001, *[np.nan] * 20])
-
-        def __getattr__(self, name):
-            return getattr(control_network(), name)
-
-        def __len__(self):
-            return 21
-
-    space = replace(whole.unknowns.space, network=Measured())
-    radii, lengths = Unknowns(space, whole.unknowns.nominal, Priors(radius=0.08)).own_errors
+    measured = replace(control_network(), radius_sd=np.array([0.001, *[np.nan] * 20]))
+    space = replace(whole.unknowns.space, network=measured)
+    radii, lengths, falls = Unknowns(space, whole.unknowns.nominal, Priors(radius=0.08)).own_errors
     assert radii[0] == pytest.approx(0.001 / control_network().radius[0])
     assert np.all(radii[1:] == 0.08)
     assert np.all(lengths == 0.05)
+    assert not falls.any()
+
+
+def narrowing(fall, sd=None, priors=None):
+    """The problem of the control mouse in whose image every vessel narrows."""
+    network = control_network()
+    share = network.radius / network.length
+    known = {"taper": fall * share, "taper_sd": None if sd is None else sd * share}
+    return problem(priors, network=replace(network, **known))
+
+
+def test_a_measured_taper_is_what_is_simulated(whole):
+    """Against the same animal cut by another rule (`known_animals`), simulated on a finer grid."""
+    unknowns = narrowing(np.full(21, 0.2))
+    point = unknowns.unknowns.scores({"beta": 57.0})
+    model = whole.unknowns.model(whole.unknowns.scores({"beta": 57.0}))
+    cut = replace(model, network=tapered(control_network()), wall=LinearWall(57.0))
+    pressures = [
+        simulate(one, whole.recording, Numerics(samples=512, cell_size=size))["pressure"].to_numpy()[:, 0, 0]
+        for one, size in ((cut, 0.05), (model, 0.05), (model, 0.1))
+    ]
+    fine, straight, coarse = (resample(wave, whole.samples) for wave in pressures)
+    found = unknowns.in_time(unknowns.simulate([point]))[0] - coarse
+    assert np.sqrt(np.mean((found - (fine - straight)) ** 2)) < 0.03  # four pieces err by as much
+    assert np.sqrt(np.mean((fine - straight) ** 2)) > 0.06
+
+
+def test_a_taper_as_uncertain_as_the_prior_is_believed_half():
+    unknowns = narrowing(np.full(21, 0.2), np.full(21, 0.3), Priors(taper=0.3)).unknowns
+    assert unknowns.fall == pytest.approx(0.1)
+    assert unknowns.own_errors[2] == pytest.approx(0.3 / np.sqrt(2))
+    assert unknowns.all["taper_scale"].source == "image"
+
+
+def test_a_vessel_without_a_measured_taper_stays_straight():
+    fall = np.array([0.2, *[np.nan] * 20])
+    unknowns = narrowing(fall, np.full(21, 0.05)).unknowns
+    model = unknowns.tapered(np.zeros(len(unknowns.all)))
+    assert len(model.network) == 20 + 5  # the root, 0.41 cm long, in pieces of at most 0.1 cm
+    assert np.flatnonzero(unknowns.own_errors[2]).tolist() == [0]
+
+
+def test_a_prior_without_width_takes_vessels_for_straight():
+    flat = narrowing(np.full(21, 0.2), priors=Priors(taper=0))
+    assert not flat.unknowns.fall.any()
+    assert "taper_scale" not in flat.unknowns.all
+    assert flat.key == problem().key
 
 
 def test_the_pressure_of_the_image_is_unknown_and_anchors_the_wall(whole):
@@ -141,5 +182,6 @@ def test_a_point_whose_numbers_overflow_is_a_row_of_nan(whole):
 def test_everything_that_enters_a_simulation_enters_its_key(whole):
     keys = {whole.key, problem(wall="tangent").key, problem(Priors(stiffening=0.1)).key, problem(fixed={"c1": 2.0}).key}
     keys.add(replace(whole, numerics=Numerics(cell_size=0.05)).key)
-    assert len(keys) == 5
+    keys.add(narrowing(np.full(21, 0.2)).key)
+    assert len(keys) == 6
     assert problem().key == whole.key

@@ -117,6 +117,28 @@ def test_an_emulator_that_is_wrong_is_corrected_by_the_weights():
     assert np.abs(weighted(explored) @ explored.points - exact).max() < 0.08
 
 
+def test_a_posterior_that_reaches_far_beyond_its_normal_approximation_is_not_cut_off():
+    """Steep at the mode and flat beyond; weights cannot see what no draw reaches. Exact mean from the prior's draws."""
+
+    def flattening(points):
+        moved = points.copy()
+        moved[:, 0] = 2 * np.arctan(4 * points[:, 0])
+        return moved @ J.T
+
+    data, noise = np.array([2.6, 0.0, 0.0]) @ J.T, white(0.15)
+    grid = np.random.default_rng(11).standard_normal((400_000, UNKNOWNS))
+    log = noise.log_likelihood(data - flattening(grid))
+    exact = np.exp(log - log.max()) @ grid[:, 0] / np.exp(log - log.max()).sum()
+    found = []
+    for seed in (3, 4):
+        climbed = climb(flattening, data, noise, np.zeros(UNKNOWNS))
+        explored = explore(
+            Target(flattening, data, noise, lambda points: points), climbed, np.random.default_rng(seed), 1000
+        )
+        found.append(weighted(explored) @ explored.points[:, 0])
+    assert np.mean(found) == pytest.approx(exact, abs=0.045)  # 1.06; five standard errors of 2000 draws
+
+
 def test_points_that_cannot_be_simulated_have_no_weight():
     def half(points):
         found = linear(points)

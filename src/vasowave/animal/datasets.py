@@ -22,7 +22,7 @@ import xarray as xr
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.calibration.result import Fit
 from vasowave.columns import split_unit
-from vasowave.network import Network
+from vasowave.network import MEASURED, Network
 from vasowave.nominal import Nominal
 from vasowave.outlets import Windkessel
 from vasowave.recording import Recording
@@ -30,10 +30,17 @@ from vasowave.recording.cycle import INDEX_UNITS
 
 OUTLET_UNITS = {name: what.unit for name, what in Windkessel.quantities().items()}
 
+_KNOWN = {
+    "radius_sd": ("cm", "standard deviation of the radius, NaN where not known"),
+    "taper": ("1", "fall of the radius along the vessel, NaN where not measured"),
+    "taper_sd": ("1", "standard deviation of the taper"),
+}
+
 
 def network_dataset(network: Network) -> xr.Dataset:
     """Return topology and morphometry by vessel; the root's parent is empty."""
     parents = [network.name[row] if row >= 0 else "" for row in network.parent]
+    known = {field: getattr(network, field) for field in MEASURED if getattr(network, field) is not None}
     return xr.Dataset(
         {
             "parent": ("vessel", np.array(parents, dtype=object), {"long_name": "name of the parent vessel"}),
@@ -41,6 +48,7 @@ def network_dataset(network: Network) -> xr.Dataset:
             "radius": _variable("vessel", network.radius, "cm", "radius at the pressure of the image"),
             "image_pressure": _variable((), network.pressure, "mmHg", "pressure of the image, 0 where not known"),
             "flow_fraction": _variable("vessel", network.flow_fraction, "1", "share of the root's mean flow (eq. 11)"),
+            **{field: _variable("vessel", values, *_KNOWN[field]) for field, values in known.items()},
         },
         coords={"vessel": np.array(network.name, dtype=object)},
     )

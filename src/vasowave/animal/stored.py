@@ -10,7 +10,7 @@ from vasowave.blood import FRICTIONS, Blood
 from vasowave.errors import InputError, did_you_mean
 from vasowave.laws import find_law
 from vasowave.model import Model
-from vasowave.network import Network
+from vasowave.network import MEASURED, Network
 from vasowave.outlets import Windkessel
 from vasowave.recording import Recording
 
@@ -21,7 +21,9 @@ def stored_network(result: xr.DataTree) -> Network:
     names = tuple(map(str, data["vessel"].values))
     rows = {name: row for row, name in enumerate(names)} | {"": -1}
     parent = np.array([rows[str(name)] for name in data["parent"].values])
-    return Network(names, parent, data["length"].values, data["radius"].values, pressure=float(data["image_pressure"]))
+    known = {field: data[field].values for field in MEASURED if field in data}
+    pressure = float(data["image_pressure"])
+    return Network(names, parent, data["length"].values, data["radius"].values, None, pressure, **known)
 
 
 def stored_recording(result: xr.DataTree) -> Recording:

@@ -20,7 +20,8 @@ from vasowave.calibration.search import SearchEnd
 from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
 from vasowave.errors import VasowaveWarning
-from vasowave.network import Network, unknown_pressure
+from vasowave.network import Network
+from vasowave.network_remarks import unknown_pressure
 from vasowave.nominal import estimate_nominal, oddities
 from vasowave.recording import Recording
 from vasowave.settings import Check, Positive, Range, check_settings

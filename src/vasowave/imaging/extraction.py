@@ -17,7 +17,7 @@ from vasowave.imaging.kept.stages import Stages
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import scale_of, tip_sd, without_cannula
-from vasowave.imaging.measure.measurement import Measurement, filled_at, measured_in
+from vasowave.imaging.measure.measurement import Measurement, filled_at, measured_in, with_errors
 from vasowave.imaging.measure.spread import Elsewhere, elsewhere, with_spread
 from vasowave.imaging.options import Options
 from vasowave.imaging.places import written
@@ -168,7 +168,7 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     for doubt in doubts:
         warnings.warn(doubt.text, VasowaveWarning, stacklevel=2)
     misfit = misfit[[measured.network.name.index(name) for name in kept.network.name]]
-    kept = filled_at(kept, options.pressure)
+    kept = with_errors(filled_at(kept, options.pressure))
     return Extraction(kept, scale, factor, lumen, image, path, root, options, misfit, doubts)
 
 

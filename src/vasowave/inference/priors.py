@@ -34,6 +34,11 @@ class Priors:
         SD of the logarithm of each vessel's own error, where the network has no ``radius_sd`` (cm).
     length_scale, length : float
         Likewise for lengths.
+    taper : float
+        SD of what a vessel's radius falls from inlet to outlet, as a share of its radius, around 0, before its taper
+        was measured; only where the network has one.
+    taper_scale : float
+        SD of a factor common to all measured tapers, around 1: blur, and contrast that fades along a vessel.
     stiffening : float
         SD of the exponent k of a wall stiffness that varies with the radius, β ∝ (r/r_root)^-k, around 0: in pulmonary
         arteries distensibility is nearly uniform (k = 0), down the systemic ones k near 0.7 is usual.
@@ -57,6 +62,8 @@ class Priors:
     radius: Spread = 0.05
     length_scale: Spread = 0.05
     length: Spread = 0.05
+    taper: Spread = 0.3
+    taper_scale: Spread = 0.1
     stiffening: Spread = 0.5
     image_pressure: Spread = 0.3
     zero: Annotated[float, Ge(0)] = 0.5

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 
@@ -71,17 +72,16 @@ class Problem:
         return Discrepancy(self.samples, self.unknowns.priors.discrepancy, np.diag(self.measurement_error), change)
 
     def vessels(self, point: np.ndarray) -> np.ndarray:
-        """Return what one SD of each vessel's own radius and length changes, shape (coefficient, 2 vessel), mmHg.
+        """Return what one SD of each vessel's own radius, length and taper changes, shape (coefficient, error), mmHg.
 
         Raises
         ------
         NumericalError
-            A model with one vessel wider or longer by one SD cannot be simulated.
+            A model with one vessel wider, longer or narrowing more by one SD cannot be simulated.
         """
-        radii, lengths = (np.diag(errors) for errors in self.unknowns.own_errors)
-        models = [self.unknowns.model(point)]
-        models += [self.unknowns.model(point, radii=one) for one in radii if one.any()]
-        models += [self.unknowns.model(point, lengths=one) for one in lengths if one.any()]
+        models = [self.unknowns.tapered(point)]
+        for kind, errors in zip(("radii", "lengths", "falls"), self.unknowns.own_errors, strict=True):
+            models += [self.unknowns.tapered(point, **{kind: one}) for one in np.diag(errors) if one.any()]
         outputs = self._simulated(models)
         if not np.isfinite(outputs).all():
             raise NumericalError(
@@ -93,17 +93,26 @@ class Problem:
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Return coordinates of points, shape (point, unknown), in which the pressure bends less.
 
-        In place of the wall law's first two parameters: the logarithms of compliance and strain at mean pressure.
+        In place of the wall law's first two parameters: the logarithms of compliance and strain at mean pressure, in a
+        vessel of usual radius, because k moves those of the root least where the whole tree's are moved most.
         """
         law, names = self.unknowns.space.law, list(self.unknowns.all)
         values, seen = self.unknowns.values(points), np.array(points)
-        parameters = [values[name] for name in law._fields]
+        stiffer: Any = self._usual_radius ** -values["k"]
+        parameters = [values[name] * self.unknowns.space.parameters[name].scale(stiffer) for name in law._fields]
         mean = self.recording.mean_pressure
         shown = (law.slope_at(mean, *parameters), law.ratio_at(mean, *parameters) - 1.0)
         for name, quantity in zip(law._fields, shown, strict=False):
             if name in names:
                 seen[:, names.index(name)] = np.log(np.maximum(quantity, _LEAST))
         return seen
+
+    @property
+    def _usual_radius(self) -> float:
+        """Geometric mean of the radii along all vessels, in radii of the root."""
+        network = self.unknowns.network
+        logarithms = np.log(network.radius / network.radius[network.root])
+        return float(np.exp(np.average(logarithms, weights=network.length)))
 
     def in_time(self, coefficients: np.ndarray) -> np.ndarray:
         """Return the signals, shape (..., sample), mmHg, that coefficients (..., coefficient) stand for."""
@@ -144,6 +153,7 @@ class Problem:
         unknowns, network = self.unknowns, self.unknowns.network
         parts = [unknowns.space.law, unknowns.space.free_names, unknowns.all, network.name, self.unknowns.space.blood]
         numbers = [network.parent, network.length, network.radius, self.recording.flow, unknowns.space.nominal]
+        numbers += [unknowns.fall] if unknowns.fall.any() else []
         text = repr([parts, self._numerics, self.samples, self.recording.period, version("vasowave")])
         rest = [unknowns.nominal.total_resistance, unknowns.nominal.time_constant, network.pressure]
         digest = hashlib.sha256(text.encode())
@@ -154,6 +164,6 @@ class Problem:
     def _model(self, point: np.ndarray) -> Model | None:
         """Return the model at a point, or nothing where some number of it overflows."""
         try:
-            return self.unknowns.model(point)
+            return self.unknowns.tapered(point)
         except VasowaveError:
             return None

@@ -10,7 +10,7 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.emulator import Coordinates, Emulator, fit_emulator
-from vasowave.inference.ensemble import Ensemble, sample
+from vasowave.inference.ensemble import Ensemble, LogDensity, sample
 from vasowave.inference.evidence import log_integral
 from vasowave.inference.mode import Climbed
 from vasowave.inference.reweighting import Weights, smoothed
@@ -18,7 +18,8 @@ from vasowave.inference.simulations import Simulate
 
 _ROUNDS = 7
 _GOOD = 0.5  # SD of the emulator's error of the log-likelihood at new draws, below which no round follows
-_WALKERS, _STEPS, _LAST_STEPS = 200, 80, 240
+_WIDER = 0.6  # power of the posterior that rounds learn: an emulator that saw the bulk alone ends the posterior there
+_WALKERS, _STEPS, _LAST_STEPS = 200, 120, 400
 _FARTHER = 1.3  # the emulator is used up to this times the farthest point it was fitted to
 _TRIES = 3  # draws that cannot be trusted teach the emulator, and others are drawn
 
@@ -61,6 +62,10 @@ class Surrogate:
     def log_likelihood(self, points: np.ndarray) -> np.ndarray:
         """Return the log-likelihood of the emulated outputs at points, shape (point, unknown)."""
         return self.noise.log_likelihood(self.measured - self.emulator(points))
+
+    def log_wider(self, points: np.ndarray) -> np.ndarray:
+        """Return the logarithm of the wider density that rounds learn."""
+        return _WIDER * self.log_posterior(points)
 
     def log_posterior(self, points: np.ndarray) -> np.ndarray:
         """Return the log posterior density; -inf too far from all points that were simulated."""
@@ -107,20 +112,20 @@ def explore(target: Target, climbed: Climbed, rng: np.random.Generator, draws: i
         Most points near the mode cannot be simulated.
     """
     points, outputs, size = climbed.points, climbed.outputs, len(climbed.middle)
-    walkers = climbed.middle + rng.standard_normal((_WALKERS, size)) @ climbed.root.T
+    walkers = climbed.middle + rng.standard_normal((_WALKERS, size)) @ climbed.root.T / np.sqrt(_WIDER)
     surrogate, log_error, rounds = None, np.inf, 0
     while rounds < _ROUNDS and log_error > _GOOD:
         rounds += 1
         fresh = walkers[rng.choice(len(walkers), 20 + 6 * size + 10 * rounds, replace=False)]
         simulated = _simulated(target, fresh)
         if surrogate is not None:
-            log_error = _log_error(target, surrogate, fresh, simulated)
+            log_error = _log_error(target, surrogate, fresh, simulated, _WIDER)
         points, outputs = _joined(points, outputs, fresh, simulated)
         surrogate = _learned(target, points, outputs, walkers)
-        walkers = _moved(surrogate, walkers, _STEPS, rng).points[-1]
+        walkers = _moved(surrogate.log_wider, walkers, _STEPS, rng).points[-1]
     for _ in range(_TRIES):
         assert surrogate is not None
-        ensemble = _moved(surrogate, walkers, _LAST_STEPS, rng)
+        ensemble = _moved(surrogate.log_posterior, walkers, _LAST_STEPS, rng)
         result = _weighted(target, surrogate, ensemble, rng, draws, rounds)
         if result.weights.trusted:
             break
@@ -156,17 +161,23 @@ def _learned(target: Target, points: np.ndarray, outputs: np.ndarray, around: np
     return Surrogate(emulator, target.measured, target.noise.narrowed(near))
 
 
-def _moved(surrogate: Surrogate, walkers: np.ndarray, steps: int, rng: np.random.Generator) -> Ensemble:
+def _moved(log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.random.Generator) -> Ensemble:
     """Let the walkers move; those that the emulator cannot answer start from places of others."""
-    lost = ~np.isfinite(surrogate.log_posterior(walkers))
+    lost = ~np.isfinite(log_density(walkers))
     begin = walkers.copy()
     begin[lost] = walkers[rng.choice(np.flatnonzero(~lost), int(lost.sum()))]
-    return sample(surrogate.log_posterior, begin, steps, rng)
+    return sample(log_density, begin, steps, rng)
 
 
-def _log_error(target: Target, surrogate: Surrogate, points: np.ndarray, outputs: np.ndarray) -> float:
+def _log_error(
+    target: Target, surrogate: Surrogate, points: np.ndarray, outputs: np.ndarray, power: float = 1.0
+) -> float:
+    """Return the SD of the error of the log-likelihood in the posterior, from draws of a power of it."""
     good = np.isfinite(outputs).all(axis=1)
-    return float(np.std(target.log_likelihood(outputs[good]) - surrogate.log_likelihood(points[good])))
+    true = target.log_likelihood(outputs[good])
+    missed, height = true - surrogate.log_likelihood(points[good]), true + log_prior(points[good])
+    weight = np.exp((1 - power) * (height - height.max()))
+    return float(np.sqrt(np.average((missed - np.average(missed, weights=weight)) ** 2, weights=weight)))
 
 
 def _weighted(

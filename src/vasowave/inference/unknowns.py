@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,8 +11,9 @@ from vasowave.calibration.parameters import Space
 from vasowave.errors import InputError, did_you_mean
 from vasowave.inference.priors import PARAMETERS, UNKNOWN, Priors
 from vasowave.model import Model
-from vasowave.network import Network
+from vasowave.network import MEASURED, Network
 from vasowave.nominal import Nominal, windkessels
+from vasowave.tapering import tapered
 
 
 class Unknown(NamedTuple):
@@ -102,6 +103,9 @@ class Unknowns:
         if image:
             meaning = "pressure at which the image was taken"
             structure["image_pressure"] = Unknown("mmHg", meaning, float(image), priors.image_pressure, True, "image")
+        if self.fall.any():
+            meaning = "factor of all measured tapers"
+            structure["taper_scale"] = Unknown("1", meaning, 1.0, priors.taper_scale, False, "image")
         return structure
 
     def values(self, scores: np.ndarray) -> dict[str, np.ndarray]:
@@ -122,10 +126,11 @@ class Unknowns:
     def model(self, scores: np.ndarray, radii: np.ndarray | None = None, lengths: np.ndarray | None = None) -> Model:
         """Return the model at scores of shape (unknown,), with each vessel's own errors of logarithms, (vessel,).
 
-        Nominal vascular beds share the flow by Poiseuille's law in the changed network, as in the one of the image.
+        Its vessels are straight; `tapered` says what is simulated. Nominal vascular beds share the flow by Poiseuille's
+        law in the changed network, as in the one of the image.
         """
         value = self.values(scores)
-        changed = {
+        changed: dict[str, Any] = dict.fromkeys(MEASURED) | {
             "radius": self.network.radius * value["radius_scale"] * np.exp(0.0 if radii is None else radii),
             "length": self.network.length * value["length_scale"] * np.exp(0.0 if lengths is None else lengths),
         }
@@ -139,12 +144,44 @@ class Unknowns:
         factors = (float(value[name]) for name in self.space.names[len(law._fields) :])
         return Model(network, wall, beds.scaled(*factors), self.space.blood)
 
+    def tapered(
+        self,
+        scores: np.ndarray,
+        radii: np.ndarray | None = None,
+        lengths: np.ndarray | None = None,
+        falls: np.ndarray | None = None,
+    ) -> Model:
+        """Return the model that is simulated: as `model`, with vessels that narrow as measured, and errors of that."""
+        model = self.model(scores, radii, lengths)
+        fall = self.fall + (0.0 if falls is None else falls)
+        if not fall.any():
+            return model
+        return tapered(model, self.values(scores).get("taper_scale", 1.0) * fall)
+
     @cached_property
-    def own_errors(self) -> tuple[np.ndarray, np.ndarray]:
-        """SD of the logarithms of each vessel's radius and length, shape (vessel,) each."""
-        count, given = len(self.network), getattr(self.network, "radius_sd", None)
+    def own_errors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """SD of the logarithms of each vessel's radius and length, and of its fall of radius, shape (vessel,) each."""
+        count, given = len(self.network), self.network.radius_sd
         radii = np.full(count, self.priors.radius)
         if given is not None:
-            known = np.isfinite(np.asarray(given, dtype=float))
-            radii[known] = np.asarray(given, dtype=float)[known] / self.network.radius[known]
-        return radii, np.full(count, self.priors.length)
+            known = np.isfinite(given)
+            radii[known] = given[known] / self.network.radius[known]
+        return radii, np.full(count, self.priors.length), self._falls[1]
+
+    @property
+    def fall(self) -> np.ndarray:
+        """What each vessel's radius falls from inlet to outlet, as a share of its radius, shape (vessel,)."""
+        return self._falls[0]
+
+    @cached_property
+    def _falls(self) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and SD of each vessel's fall by its measured taper and the prior; 0 where no taper was measured."""
+        network, prior = self.network, self.priors.taper
+        if network.taper is None or prior == 0:
+            return np.zeros(len(network)), np.zeros(len(network))
+        share = network.length / network.radius
+        measured = network.taper * share
+        sd = np.zeros(len(network)) if network.taper_sd is None else np.nan_to_num(network.taper_sd) * share
+        weight = prior**2 / (prior**2 + sd**2)
+        known = np.isfinite(measured)
+        return np.where(known, weight * measured, 0.0), np.where(known, np.sqrt(weight) * sd, 0.0)

@@ -6,28 +6,30 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.imaging.measure.measurement import Measurement
+from vasowave.imaging.measure.measurement import Measurement, with_errors
 from vasowave.imaging.tree import Tree
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.network import Network
-from vasowave.vessel_table import COUNT
+from vasowave.vessel_table import COUNT, measured_columns
 
 
 def write_network_table(measured: Measurement, path: str | Path, doubts: Sequence[Doubt] = ()) -> None:
-    """Write one row a vessel: sizes, both radii, their spread, whether reliable or doubted; `read_network` reads it."""
-    network = measured.network
+    """Write one row a vessel: sizes, both radii, spread, taper, whether reliable, doubts; `read_network` reads it."""
+    network = with_errors(measured).network
     doubted = {name: sorted({one.about for one in doubts if name in one.vessels}) for name in network.name}
     names = [network.name[p] if p >= 0 else "" for p in network.parent]
-    columns = (network.length, network.radius, measured.radius_sd, measured.inscribed, measured.densitometric)
-    heads = ("length", "radius", "radius_sd", "radius_inscribed", "radius_densitometric")
+    columns = (network.length, network.radius, measured.inscribed, measured.densitometric)
+    heads = ("length", "radius", "radius_inscribed", "radius_densitometric")
     known = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
+    errors = measured_columns(network)
     with Path(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(
-            ["name", "parent", *(f"{head} [cm]" for head in heads), *known, COUNT, "radius_reliable", "doubts"]
+            ["name", "parent", *(f"{head} [cm]" for head in heads), *errors, *known, COUNT, "radius_reliable", "doubts"]
         )
         for row, name in enumerate(network.name):
             cells = [repr(float(column[row])) if np.isfinite(column[row]) else "" for column in columns]
+            cells += [column[row] for column in errors.values()]
             reliable = "yes" if measured.reliable[row] else "no"
             writer.writerow(
                 [name, names[row], *cells, *known.values(), len(network), reliable, "; ".join(doubted[name])]

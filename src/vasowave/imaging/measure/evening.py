@@ -20,10 +20,16 @@ BELIEVED = 6.0
 
 @dataclass(frozen=True, eq=False)
 class Evened:
-    """Sections as wide as they would be in the vessel's middle, and the relative error of the radius from that."""
+    """Sections as wide as they would be in the vessel's middle, the relative error of the radius from that, and taper.
+
+    The taper is the fall of the radius along the vessel as a share of the radius in its middle, 1/cm, with its standard
+    error; NaN with too few sections.
+    """
 
     sections: Profile
     error: float
+    taper: float = np.nan
+    taper_sd: float = np.nan
 
 
 def evened_sections(one: Profile, middle: float) -> Evened:
@@ -38,13 +44,17 @@ def evened_sections(one: Profile, middle: float) -> Evened:
         return Evened(one, 0.0)
     slope = _median_slope(one.run, width)
     rest = width - slope * one.run
+    at_middle = float(np.median(rest)) + slope * middle
     error = float(np.std(rest)) / (float(np.std(one.run)) * np.sqrt(len(width) / SHARED))
+    if at_middle <= 0:
+        return Evened(one, 0.0)
+    taper, taper_sd = -slope / at_middle, error / at_middle
     slope *= max(0.0, 1 - (SURE * error / max(abs(slope), 1e-12)) ** 2)
     line = np.median(width - slope * one.run) + slope * np.append(one.run, middle)
     if line.min() <= 0:
-        return Evened(one, 0.0)
+        return Evened(one, 0.0, taper, taper_sd)
     carried = abs(middle - float(np.mean(one.run))) * error / float(line[-1])
-    return Evened(replace(one, signal=one.signal * (line[-1] / line[:-1]) ** 2), carried)
+    return Evened(replace(one, signal=one.signal * (line[-1] / line[:-1]) ** 2), carried, taper, taper_sd)
 
 
 def _median_slope(x: np.ndarray, y: np.ndarray) -> float:

@@ -10,7 +10,7 @@ from vasowave.imaging.measure.radii import Densitometry, densitometry
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Tree
-from vasowave.network import Network
+from vasowave.network import Network, closes
 
 RELIABLE = 2.0
 """A radius is reliable if it was measured over a free length of at least this many radii."""
@@ -63,6 +63,17 @@ def measured_in(tree: Tree, volume: Volume, look: Look = profile) -> Measurement
 def filled_at(measured: Measurement, pressure: float) -> Measurement:
     """Return `measured` of vessels that were filled at `pressure` (mmHg, transmural) for the image."""
     return replace(measured, network=replace(measured.network, pressure=pressure))
+
+
+def with_errors(measured: Measurement) -> Measurement:
+    """Return `measured` whose network knows the errors of its radii, and its tapers where grey levels show them."""
+    network, grey = measured.network, measured.grey
+    network = replace(network, radius_sd=np.where(measured.radius_sd > 0, measured.radius_sd, np.nan))
+    if grey is not None:
+        seen = (grey.taper_sd > 0) & ~closes(grey.taper, network)
+        slope, sd = (np.where(seen, values, np.nan) for values in (grey.taper, grey.taper_sd))
+        network = replace(network, taper=slope, taper_sd=sd)
+    return replace(measured, network=network)
 
 
 def measured_alone(tree: Tree) -> Measurement:

@@ -38,6 +38,8 @@ class Densitometry:
         The same as the vessel's own middle shows it, over that of the tree along the way: below 1 where partly filled.
     aspect : float array
         Small over large half axis of the section.
+    taper, taper_sd : float array
+        Fall of the radius along the vessel, cm/cm, as its sections show it, and its standard error.
     """
 
     radius: np.ndarray
@@ -45,6 +47,8 @@ class Densitometry:
     contrast: np.ndarray
     own: np.ndarray
     aspect: np.ndarray
+    taper: np.ndarray
+    taper_sd: np.ndarray
 
     def of(self, rows: np.ndarray) -> "Densitometry":
         """Return the vessels `rows`."""
@@ -82,8 +86,8 @@ def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray, look: Look =
         _measured(*each, looked.blur)
         for each in zip(looked.evened, scatter, looked.contrast, looked.error, strict=True)
     ]
-    radius, sd, own, aspect = np.array(columns).T
-    return Densitometry(radius, sd, looked.contrast, own, aspect)
+    radius, sd, own, aspect, taper, taper_sd = np.array(columns).T
+    return Densitometry(radius, sd, looked.contrast, own, aspect, taper, taper_sd)
 
 
 def densitometric_radii(
@@ -161,12 +165,10 @@ def section_radii(line: Line, volume: Volume) -> np.ndarray:
     return np.asarray(np.sqrt(one.signal / (np.pi * max(float(np.median(one.plateau)), 1e-9))))
 
 
-def _measured(
-    one: Evened | None, scatter: float, contrast: float, error: float, blur: float
-) -> tuple[float, float, float, float]:
-    """Return radius, its standard deviation, the vessel's own plateau over `contrast`, and its aspect."""
+def _measured(one: Evened | None, scatter: float, contrast: float, error: float, blur: float) -> tuple[float, ...]:
+    """Return radius, its standard deviation, the vessel's own plateau over `contrast`, aspect, taper and its error."""
     if one is None or not contrast > 0:
-        return (np.nan,) * 4
+        return (np.nan,) * 6
     radius = densitometric_radius(one.sections, contrast)
     differ = scatter / max(float(np.mean(one.sections.signal)), 1e-12)
     relative = np.sqrt(0.25 * (differ**2 + (error / contrast) ** 2) + one.error**2 + MODEL**2)
@@ -174,7 +176,8 @@ def _measured(
     large, small = one.sections.spread - blur**2
     aspect = float(np.sqrt(np.clip(small / large, 0, 1))) if large > 0 else np.nan
     plateau = float(np.mean(one.sections.plateau))
-    return radius, radius * float(relative), plateau / (contrast * max(left, 0.05)), aspect
+    own = plateau / (contrast * max(left, 0.05))
+    return radius, radius * float(relative), own, aspect, radius * one.taper, radius * one.taper_sd
 
 
 def _ways(tree: Tree) -> np.ndarray:
