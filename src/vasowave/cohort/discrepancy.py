@@ -1,0 +1,61 @@
+"""What a wall law leaves of the pressure, harmonic by harmonic: in every animal, and alike in all of them."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.animal.reading import data_of
+from vasowave.cohort.cohort import Cohort
+
+FEWEST = 5
+"""Animals, below which no test could tell what they have in common from chance."""
+ALIKE = 0.05
+"""A harmonic is left alike if chance makes it so with less than this probability, all harmonics taken together."""
+
+
+def discrepancies(cohort: Cohort, wall: str) -> pd.DataFrame:
+    """Return what one law leaves of the pressure in every harmonic that all its animals have.
+
+    Columns ``harmonic; residual, error, discrepancy [mmHg]``: root mean squares over the animals of the residual's
+    modulus and of the measurement's expected error, and what the first has beyond the second; ``common [mmHg]``: the
+    modulus of the mean residual, phases counted from the first harmonic of the measured pressure, so that cycles may
+    begin anywhere; ``share``: that of the residual's power which all animals have in common, about 1/n where phases
+    are chance; ``p``: of Rayleigh's test that they are, whatever the sizes; ``alike``: whether it is below `ALIKE` over
+    the number of harmonics. Empty with fewer animals than `FEWEST`.
+    """
+    animals = cohort.calibrated(wall)
+    if len(animals) < FEWEST:
+        return pd.DataFrame()
+    moduli = [data_of(result, f"{wall}/calibration") for result in animals]
+    count = min(one.sizes["harmonic"] for one in moduli)
+    left, error = (
+        np.array([one[name].values[1:count] for one in moduli]) for name in ("residual_modulus", "measurement_error")
+    )
+    turned = np.array([_turned(result, wall, count) for result in animals])
+    rms, noise, mean = (np.sqrt(np.mean(values**2, axis=0)) for values in (left, error, np.abs(turned)))
+    common = np.abs(turned.mean(axis=0))
+    share = common**2 / np.maximum(mean**2, np.finfo(float).tiny)
+    p = rayleigh(np.angle(turned))
+    return pd.DataFrame(
+        {
+            "harmonic": np.arange(1, count), "residual [mmHg]": rms, "error [mmHg]": noise,
+            "discrepancy [mmHg]": np.sqrt(np.maximum(rms**2 - noise**2, 0.0)), "common [mmHg]": common,
+            "share": share, "p": p, "alike": p < ALIKE / (count - 1),
+        }
+    )  # fmt: skip
+
+
+def rayleigh(phases: np.ndarray) -> np.ndarray:
+    """Return p of Rayleigh's test that phases (rad, shape (animal, …)) are spread evenly over the circle (Zar 1999)."""
+    n = len(phases)
+    together = np.abs(np.exp(1j * phases).sum(axis=0))
+    return np.asarray(np.exp(np.sqrt(1 + 4 * n + 4 * (n**2 - together**2)) - (1 + 2 * n)))
+
+
+def _turned(result: xr.DataTree, wall: str, count: int) -> np.ndarray:
+    """Return harmonics 1 … of the residual, mmHg, as of a cycle in which the pressure's first one has phase 0."""
+    residual = data_of(result, f"{wall}/calibration")["pressure_residual"].values
+    pressure = data_of(result, "recording")["pressure"].values
+    amplitudes = 2 * np.fft.rfft(residual)[1:count] / len(residual)
+    begin = np.angle(np.fft.rfft(pressure)[1])
+    return np.asarray(amplitudes * np.exp(-1j * np.arange(1, count) * begin))

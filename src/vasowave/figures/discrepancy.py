@@ -1,0 +1,51 @@
+"""What the wall laws leave of the pressure in each harmonic: of every animal, of all together, and of the beats."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vasowave.animal.reading import data_of, group_of, name_of
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.discrepancy import discrepancies
+from vasowave.figures.marks import mark
+from vasowave.figures.panels import COLUMN, shared_legend
+from vasowave.figures.style import DATA, group_looks, label_axes, new_figure, plain_log
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_LEAST = 1e-3  # mmHg, below which nothing is drawn
+
+
+def discrepancy_figure(cohort: Cohort) -> "Figure":
+    """Residual by harmonic of every animal, with every wall law that enough animals have; one panel a law."""
+    tables = {wall: discrepancies(cohort, wall) for wall in cohort.walls}
+    shown = {wall: table for wall, table in tables.items() if not table.empty}
+    figure = new_figure(COLUMN * max(len(shown), 1.3), 8)
+    axes = figure.subplots(1, len(shown), squeeze=False, sharey=True)[0]
+    for ax, (wall, table) in zip(axes, shown.items(), strict=True):
+        _draw(ax, cohort, wall, table)
+        ax.set_title(f"{wall} wall")
+        ax.label_outer()
+    return shared_legend(figure, axes[0], 4)
+
+
+def _draw(ax: "Axes", cohort: Cohort, wall: str, table: "pd.DataFrame") -> None:
+    looks = group_looks(cohort.groups)
+    harmonic = table["harmonic"].to_numpy()
+    for result in cohort.calibrated(wall):
+        own = data_of(result, f"{wall}/calibration")["residual_modulus"].values[1 : len(harmonic) + 1]
+        look = looks[group_of(result)]
+        (line,) = ax.plot(harmonic, np.maximum(own, _LEAST), color=look.color, linewidth=0.6, alpha=0.6)
+        mark(line, f"{name_of(result)} ({group_of(result)})", name_of(result))
+    ax.plot(harmonic, table["residual [mmHg]"], color=DATA, label="left of the pressure, all animals")
+    ax.plot(harmonic, np.maximum(table["common [mmHg]"], _LEAST), color=DATA, linestyle=":", label="left alike in all")
+    alike = table[table["alike"]]
+    ax.plot(alike["harmonic"], alike["common [mmHg]"], "o", color=DATA, markersize=5, label="more than chance")
+    ax.plot(harmonic, np.maximum(table["error [mmHg]"], _LEAST), color="0.45", linestyle="--", label="error of beats")
+    ax.set_yscale("log")
+    plain_log(ax.yaxis)
+    ax.locator_params(axis="x", integer=True)
+    label_axes(ax, "harmonic", "modulus [mmHg]")
