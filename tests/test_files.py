@@ -127,6 +127,9 @@ def test_what_a_killed_program_left_is_removed_and_a_young_piece_only_if_asked(t
     os.utime(tmp_path / f"{PART}x", (1, 1))
     remove_parts(tmp_path, 3600.0)
     assert list(tmp_path.iterdir()) == []
+    (tmp_path / f"{PART}folder" / "inner").mkdir(parents=True)
+    remove_parts(tmp_path)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_with_other_work_is_refused_and_left_alone(tmp_path):

@@ -11,6 +11,7 @@ from fuzzing.images import dicom, itk_file, metaimage_bomb, nifti_bomb, volume
 from vasowave.errors import InputError
 from vasowave.imaging import Volume, read_volume
 from vasowave.imaging.read import native
+from vasowave.imaging.read.nrrd import require_whole_nrrd
 from vasowave.imaging.read.payload import require_bytes, unpacked
 
 
@@ -165,3 +166,15 @@ def test_a_reader_that_takes_too_long_is_ended(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="did not end"):
         read_volume(path)
     assert time.monotonic() - begin < 10
+
+
+@pytest.mark.parametrize(("skip", "before"), [(-1, 7), (0, 0), (5, 5)])
+def test_bytes_that_a_header_skips_before_the_voxels_are_not_counted_as_voxels(tmp_path, skip, before):
+    head = f"NRRD0004\ntype: short\ndimension: 3\nsizes: 2 3 4\nencoding: raw\nbyte skip: {skip}\n\n"
+    whole = tmp_path / "v.nrrd"
+    whole.write_bytes(head.encode() + b"x" * before + bytes(48))
+    require_whole_nrrd(whole)
+    if skip >= 0:  # -1: the last bytes of the file are the voxels, whatever comes before
+        whole.write_bytes(head.encode() + bytes(before + 47))
+        with pytest.raises(InputError, match="truncated, 47 of 48 bytes"):
+            require_whole_nrrd(whole)
