@@ -75,6 +75,7 @@ def test_compliance_is_the_derivative_of_volume_and_follows_the_published_rule()
     assert found.total() == pytest.approx(found.network_published + found.peripheral, rel=1e-15)
     assert found.total(published=False) == pytest.approx(found.network_sum + found.peripheral, rel=1e-15)
     assert found.network_published < 0.9 * found.network_sum
+    assert found.peripheral_share() == pytest.approx(found.peripheral / found.total(), rel=1e-15)
     fork = Network(("p", "a", "b"), np.array([-1, 0, 0]), np.ones(3), np.full(3, 0.1))
     assert series_parallel(fork, np.array([3.0, 1.0, 2.0])) == pytest.approx(3 * 3 / 6)
 
