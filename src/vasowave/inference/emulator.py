@@ -6,7 +6,7 @@ errors at points left out, which have a closed form.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from itertools import combinations_with_replacement, product
 
 import numpy as np
@@ -17,7 +17,11 @@ Coordinates = Callable[[np.ndarray], np.ndarray]
 _DEGREE = 3
 _LARGEST = 30.0  # SD of the constant, in units of the errors that matter; a coefficient of degree d has decay^d of it
 _DECAYS = (0.3, 0.1)
-_LENGTHS = (2.5, 4.0)  # of the smooth rest, in SD of the points among which it will be used
+_LENGTH = 2.5  # of the smooth rest along each unknown, where none is known, in SD of the points where it will be used
+_SHORTEST, _LONGEST = 0.8, 30.0
+_FACTORS = (0.6, 1.7)  # by which a length is tried
+_WORTH = 0.995  # of the error, below which another length is worth it
+_JUDGES = 500  # simulations by which lengths are chosen
 _NUGGET = 1e-4  # variance of single simulations, likewise
 
 
@@ -36,7 +40,8 @@ class Emulator:
     base : array, shape (output,)
     weights : array, shape (simulation, output)
     coefficients : array, shape (term, output)
-    length : float
+    lengths : array, shape (unknown,)
+        Of the smooth rest, in local coordinates.
     error : array, shape (output,)
         Root-mean-square error at points left out.
     """
@@ -48,19 +53,22 @@ class Emulator:
     base: np.ndarray
     weights: np.ndarray
     coefficients: np.ndarray
-    length: float
+    lengths: np.ndarray
     error: np.ndarray
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
         """Return the outputs at points, shape (point, output)."""
-        local = self.local(points)
-        return self.base + features(local) @ self.coefficients + _near(local, self.known, self.length) @ self.weights
+        return self.at(self.local(points))
+
+    def at(self, local: np.ndarray) -> np.ndarray:
+        """Return the outputs at points given by local coordinates."""
+        return self.base + features(local) @ self.coefficients + _near(local, self.known, self.lengths) @ self.weights
 
     def local(self, points: np.ndarray) -> np.ndarray:
         """Return local coordinates, shape (point, unknown)."""
         return (self.coordinates(points) - self.center) @ self.to_local
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """Largest distance of a simulation from the center, in local coordinates."""
         return float(np.sqrt((self.known**2).sum(axis=1).max()))
@@ -72,7 +80,12 @@ class Emulator:
 
 
 def fit_emulator(
-    points: np.ndarray, outputs: np.ndarray, around: np.ndarray, scale: np.ndarray, coordinates: Coordinates
+    points: np.ndarray,
+    outputs: np.ndarray,
+    around: np.ndarray,
+    scale: np.ndarray,
+    coordinates: Coordinates,
+    lengths: np.ndarray | None = None,
 ) -> Emulator:
     """Return what predicts left-out points best.
 
@@ -84,36 +97,61 @@ def fit_emulator(
     scale : array, shape (output,)
         Errors of the outputs that count as equally bad.
     coordinates : callable
+    lengths : array, shape (unknown,), optional
+        Those of an emulator that knew less, from which the choice begins.
     """
     there = coordinates(around)
     center, spread = there.mean(axis=0), np.cov(there.T)
     to_local = np.linalg.inv(np.linalg.cholesky(spread + 1e-9 * np.diag(np.diag(spread)))).T
     local, base = (coordinates(points) - center) @ to_local, outputs.mean(axis=0)
     target = (outputs - base) / scale
-    fits = [_regression(local, target, *choice) for choice in product(_DECAYS, _LENGTHS)]
-    weights, coefficients, length, missed = min(fits, key=lambda one: float(np.sum(one[3] ** 2)))
+    begin = np.full(points.shape[1], _LENGTH) if lengths is None else lengths
+    chosen = _chosen(local[-_JUDGES:], target[-_JUDGES:], begin)
+    fits = [_regression(local, target, decay, chosen) for decay in _DECAYS]
+    weights, coefficients, missed = min(fits, key=lambda one: float(np.sum(one[2] ** 2)))
     return Emulator(
-        coordinates, center, to_local, local, base, weights * scale, coefficients * scale, length, missed * scale
+        coordinates, center, to_local, local, base, weights * scale, coefficients * scale, chosen, missed * scale
     )
 
 
+def _chosen(local: np.ndarray, target: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Return lengths changed one after the other, each as long as points left out are predicted better.
+
+    Outputs bend along few unknowns; along the others a long smooth rest learns from far away.
+    """
+
+    def missed(tried: np.ndarray) -> float:
+        return float(np.sum(_regression(local, target, _DECAYS[-1], tried)[2] ** 2))
+
+    best = missed(lengths)
+    for axis, factor in product(range(len(lengths)), _FACTORS):
+        while True:
+            tried = lengths * np.where(np.arange(len(lengths)) == axis, factor, 1.0)
+            error = missed(tried) if _SHORTEST <= tried[axis] <= _LONGEST else np.inf
+            if error > _WORTH * best:
+                break
+            lengths, best = tried, error
+    return lengths
+
+
 def _regression(
-    local: np.ndarray, target: np.ndarray, decay: float, length: float
-) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
-    """Return weights, coefficients of the monomials, length, and the error at points left out, per output."""
+    local: np.ndarray, target: np.ndarray, decay: float, lengths: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return weights, coefficients of the monomials, and the error at points left out, per output."""
     size = _LARGEST * decay ** _degrees(local.shape[1])
     terms = features(local) * size
-    covariance = terms @ terms.T + _near(local, local, length) + _NUGGET * np.eye(len(local))
+    covariance = terms @ terms.T + _near(local, local, lengths) + _NUGGET * np.eye(len(local))
     inverse = np.linalg.inv(covariance)
     weights = inverse @ target
     missed = weights / np.diag(inverse)[:, np.newaxis]
-    return weights, size[:, np.newaxis] * (terms.T @ weights), length, np.sqrt(np.mean(missed**2, axis=0))
+    return weights, size[:, np.newaxis] * (terms.T @ weights), np.sqrt(np.mean(missed**2, axis=0))
 
 
-def _near(one: np.ndarray, other: np.ndarray, length: float) -> np.ndarray:
+def _near(one: np.ndarray, other: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     """Squared-exponential covariance of points, with variance 1."""
+    one, other = one / lengths, other / lengths
     square = (one**2).sum(axis=1)[:, np.newaxis] + (other**2).sum(axis=1) - 2 * one @ other.T
-    return np.exp(-0.5 / length**2 * square)
+    return np.exp(-0.5 * square)
 
 
 def features(local: np.ndarray) -> np.ndarray:

@@ -4,7 +4,11 @@ Meng & Wong, Statistica Sinica 6 (1996), 831: draws from the density and from a 
 meet in the iterated optimal bridge. The known one is a multivariate t, wider than the density where the two differ.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.special import gammaln
 
 from vasowave.inference.ensemble import LogDensity
 
@@ -25,14 +29,12 @@ def log_integral(
     values : array, shape (draw,)
         `log_density` there.
     """
-    from scipy.stats import multivariate_t
-
     even, odd = draws[::2], draws[1::2]
     shape = np.atleast_2d(np.cov(even.T)) * (_FREEDOM - 2) / _FREEDOM
-    known = multivariate_t(even.mean(axis=0), shape, _FREEDOM, seed=rng)
-    proposed = np.reshape(known.rvs(len(odd)), odd.shape)
-    first = values[1::2] - known.logpdf(odd)
-    second = log_density(proposed) - known.logpdf(proposed)
+    known = _StudentT(even.mean(axis=0), np.linalg.cholesky(shape))
+    proposed = known.draw(len(odd), rng)
+    first = values[1::2] - known.log_density(odd)
+    second = log_density(proposed) - known.log_density(proposed)
     middle = float(np.median(first))
     ours, theirs = np.exp(first - middle), np.exp(second - middle)
     ratio = 1.0
@@ -43,6 +45,26 @@ def log_integral(
     top, bottom = theirs / (theirs + ratio), ratio / (ours + ratio)
     error = np.sqrt(np.var(top) / np.mean(top) ** 2 / len(top) + np.var(bottom) / np.mean(bottom) ** 2 / len(bottom))
     return middle + float(np.log(ratio)), float(error)
+
+
+class _StudentT(NamedTuple):
+    """A multivariate t distribution; `scipy.stats`, which has one, takes a second or two to import."""
+
+    center: np.ndarray
+    root: np.ndarray  # Cholesky factor of its shape
+
+    def draw(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Return draws, shape (count, unknown)."""
+        wide = np.sqrt(_FREEDOM / rng.chisquare(_FREEDOM, (count, 1)))
+        return self.center + wide * (rng.standard_normal((count, len(self.center))) @ self.root.T)
+
+    def log_density(self, points: np.ndarray) -> np.ndarray:
+        """Return the logarithm of the density at points, shape (point, unknown)."""
+        d = len(self.center)
+        square = (solve_triangular(self.root, (points - self.center).T, lower=True) ** 2).sum(axis=0)
+        constant = gammaln(0.5 * (_FREEDOM + d)) - gammaln(0.5 * _FREEDOM) - 0.5 * d * np.log(_FREEDOM * np.pi)
+        falls = 0.5 * (_FREEDOM + d) * np.log1p(square / _FREEDOM)
+        return np.asarray(constant - np.log(np.diag(self.root)).sum() - falls)
 
 
 def _bridge(ours: np.ndarray, theirs: np.ndarray, ratio: float) -> float:

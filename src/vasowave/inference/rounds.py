@@ -19,7 +19,8 @@ from vasowave.inference.simulations import Simulate
 _ROUNDS = 7
 _GOOD = 0.5  # SD of the emulator's error of the log-likelihood at new draws, below which no round follows
 _WIDER = 0.6  # power of the posterior that rounds learn: an emulator that saw the bulk alone ends the posterior there
-_WALKERS, _STEPS, _LAST_STEPS = 200, 120, 400
+_DRAWN = 0.8  # power of the posterior that is drawn from in the end: weights stay small where the emulator errs
+_WALKERS, _STEPS, _LAST_STEPS = 200, 300, 400
 _FARTHER = 1.3  # the emulator is used up to this times the farthest point it was fitted to
 _TRIES = 3  # draws that cannot be trusted teach the emulator, and others are drawn
 
@@ -61,16 +62,24 @@ class Surrogate:
 
     def log_likelihood(self, points: np.ndarray) -> np.ndarray:
         """Return the log-likelihood of the emulated outputs at points, shape (point, unknown)."""
-        return self.noise.log_likelihood(self.measured - self.emulator(points))
+        return self._log_likelihood(self.emulator.local(points))
 
-    def log_wider(self, points: np.ndarray) -> np.ndarray:
+    def log_learned(self, points: np.ndarray) -> np.ndarray:
         """Return the logarithm of the wider density that rounds learn."""
         return _WIDER * self.log_posterior(points)
 
+    def log_drawn(self, points: np.ndarray) -> np.ndarray:
+        """Return the logarithm of the wider density that is drawn from in the end."""
+        return _DRAWN * self.log_posterior(points)
+
     def log_posterior(self, points: np.ndarray) -> np.ndarray:
         """Return the log posterior density; -inf too far from all points that were simulated."""
-        far = (self.emulator.local(points) ** 2).sum(axis=1) > (_FARTHER * self.emulator.reach) ** 2
-        return np.where(far, -np.inf, self.log_likelihood(points) + log_prior(points))
+        local = self.emulator.local(points)
+        far = (local**2).sum(axis=1) > (_FARTHER * self.emulator.reach) ** 2
+        return np.where(far, -np.inf, self._log_likelihood(local) + log_prior(points))
+
+    def _log_likelihood(self, local: np.ndarray) -> np.ndarray:
+        return self.noise.log_likelihood(self.measured - self.emulator.at(local))
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,16 +130,16 @@ def explore(target: Target, climbed: Climbed, rng: np.random.Generator, draws: i
         if surrogate is not None:
             log_error = _log_error(target, surrogate, fresh, simulated, _WIDER)
         points, outputs = _joined(points, outputs, fresh, simulated)
-        surrogate = _learned(target, points, outputs, walkers)
-        walkers = _moved(surrogate.log_wider, walkers, _STEPS, rng).points[-1]
+        surrogate = _learned(target, points, outputs, walkers, surrogate)
+        walkers = _moved(surrogate.log_learned, walkers, _STEPS, rng).points[-1]
     for _ in range(_TRIES):
         assert surrogate is not None
-        ensemble = _moved(surrogate.log_posterior, walkers, _LAST_STEPS, rng)
+        ensemble = _moved(surrogate.log_drawn, walkers, _LAST_STEPS, rng)
         result = _weighted(target, surrogate, ensemble, rng, draws, rounds)
         if result.weights.trusted:
             break
         points, outputs = _joined(points, outputs, result.points, target.measured - result.residuals)
-        surrogate, rounds = _learned(target, points, outputs, result.points), rounds + 1
+        surrogate, rounds = _learned(target, points, outputs, result.points, surrogate), rounds + 1
         walkers = ensemble.points[-1]
     return result
 
@@ -154,10 +163,13 @@ def _joined(
     return np.concatenate([points, fresh[good]]), np.concatenate([outputs, simulated[good]])
 
 
-def _learned(target: Target, points: np.ndarray, outputs: np.ndarray, around: np.ndarray) -> Surrogate:
+def _learned(
+    target: Target, points: np.ndarray, outputs: np.ndarray, around: np.ndarray, before: Surrogate | None
+) -> Surrogate:
     near = target.measured - outputs[-len(around) // 2 :]
     scale = np.sqrt(target.noise.variance(near) + np.diag(target.noise.measured))
-    emulator = fit_emulator(points, outputs, around, scale, target.coordinates)
+    lengths = None if before is None else before.emulator.lengths
+    emulator = fit_emulator(points, outputs, around, scale, target.coordinates, lengths)
     return Surrogate(emulator, target.measured, target.noise.narrowed(near))
 
 
@@ -170,7 +182,7 @@ def _moved(log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.ran
 
 
 def _log_error(
-    target: Target, surrogate: Surrogate, points: np.ndarray, outputs: np.ndarray, power: float = 1.0
+    target: Target, surrogate: Surrogate, points: np.ndarray, outputs: np.ndarray, power: float
 ) -> float:
     """Return the SD of the error of the log-likelihood in the posterior, from draws of a power of it."""
     good = np.isfinite(outputs).all(axis=1)
@@ -188,12 +200,12 @@ def _weighted(
     cloud, values = ensemble.points[late].reshape(-1, ensemble.points.shape[2]), ensemble.log_density[late].ravel()
     chosen = rng.choice(len(cloud), min(draws, len(cloud)), replace=False)
     points, outputs = cloud[chosen], _simulated(target, cloud[chosen])
-    ratio = target.log_likelihood(outputs) - surrogate.log_likelihood(points)
-    integral, error = log_integral(surrogate.log_posterior, cloud, values, rng)
+    ratio = target.log_likelihood(outputs) + log_prior(points) - surrogate.log_drawn(points)
+    integral, error = log_integral(surrogate.log_drawn, cloud, values, rng)
     shift = float(ratio.max() + np.log(np.mean(np.exp(ratio - ratio.max()))))
     spread = float(np.std(np.exp(ratio - shift)) / np.sqrt(len(ratio)))
     return Explored(
         points, target.measured - outputs, smoothed(ratio), outputs - surrogate.emulator(points),
-        _log_error(target, surrogate, points, outputs), integral + shift, float(np.hypot(error, spread)),
+        _log_error(target, surrogate, points, outputs, _DRAWN), integral + shift, float(np.hypot(error, spread)),
         surrogate.emulator, rounds,
     )  # fmt: skip

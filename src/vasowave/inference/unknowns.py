@@ -110,9 +110,13 @@ class Unknowns:
 
     def values(self, scores: np.ndarray) -> dict[str, np.ndarray]:
         """Return the numbers at scores of shape (..., unknown), by name; those that are held or fixed too."""
+        return self._medians | {name: one.value(scores[..., i]) for i, (name, one) in enumerate(self.all.items())}
+
+    @cached_property
+    def _medians(self) -> dict[str, np.ndarray]:
+        """What every number is where nothing else is known."""
         held = {name: np.asarray(value) for name, value in zip(self.space.names, self.space.nominal, strict=True)}
-        fixed = {name: np.asarray(one.center) for name, one in self._structure().items()}
-        return held | fixed | {name: one.value(scores[..., i]) for i, (name, one) in enumerate(self.all.items())}
+        return held | {name: np.asarray(one.center) for name, one in self._structure().items()}
 
     def scores(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the scores of a point; unknowns that `values` does not name stand at their medians."""
