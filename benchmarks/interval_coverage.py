@@ -6,7 +6,7 @@
                                                                            with --method, only those of one
 
 Every animal of `known_animals` is analyzed twice with default settings: by the fit with its interval (two starts), and
-by the posterior (150 draws). Each animal is a line in the file as soon as it is done; a run that was stopped goes on
+by the posterior (150 draws; where it alone is asked for, it starts from a fit with one start). Each animal is a line in the file as soon as it is done; a run that was stopped goes on
 where it was. Animals that have the posteriors of two laws tell how often the evidence takes the wrong one.
 """
 
@@ -49,9 +49,8 @@ FIELDS = (
 )  # fmt: skip
 
 
-def by_fit(network, recording, wall):
-    """Return low, middle, high of every quantity as the fit reports them, and the fit."""
-    fit = calibrate(network, recording, wall, search=Search(starts=2))
+def by_fit(fit, network, recording):
+    """Return low, middle, high of every quantity as the fit reports them."""
     mean, diastolic = recording.mean_pressure, np.full(len(network), recording.diastolic_pressure)
 
     def derive(values):
@@ -59,7 +58,7 @@ def by_fit(network, recording, wall):
 
     middle, errors = derive(fit.parameters["value"].to_dict()), errors_of(fit, derive)
     reach = {name: np.exp(min(errors[name][1], 200.0)) for name in QUANTITIES}
-    return {name: (middle[name] / reach[name], middle[name], middle[name] * reach[name]) for name in QUANTITIES}, fit
+    return {name: (middle[name] / reach[name], middle[name], middle[name] * reach[name]) for name in QUANTITIES}
 
 
 def by_posterior(network, recording, wall, fit, draws):
@@ -72,8 +71,10 @@ def lines(row, number, methods, draws):
     """Analyze one animal by the methods asked for; yield the lines of the file."""
     recording, model, wall = animal(row, number)
     network, truth = image_of(row), derived(model, recording.mean_pressure)
-    classic, fit = by_fit(network, recording, wall)
-    rows = {"fit": (classic, np.nan, int(fit.starts["simulations"].sum()), np.nan)}
+    fit = calibrate(network, recording, wall, search=Search(starts=2 if "fit" in methods else 1))
+    rows = {}
+    if "fit" in methods:
+        rows["fit"] = (by_fit(fit, network, recording), np.nan, int(fit.starts["simulations"].sum()), np.nan)
     if "posterior" in methods:
         bayes, diagnostics = by_posterior(network, recording, wall, fit, draws)
         rows["posterior"] = (bayes, diagnostics.k_hat, diagnostics.simulations, diagnostics.log_evidence)

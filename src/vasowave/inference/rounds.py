@@ -181,9 +181,7 @@ def _moved(log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.ran
     return sample(log_density, begin, steps, rng)
 
 
-def _log_error(
-    target: Target, surrogate: Surrogate, points: np.ndarray, outputs: np.ndarray, power: float
-) -> float:
+def _log_error(target: Target, surrogate: Surrogate, points: np.ndarray, outputs: np.ndarray, power: float) -> float:
     """Return the SD of the error of the log-likelihood in the posterior, from draws of a power of it."""
     good = np.isfinite(outputs).all(axis=1)
     true = target.log_likelihood(outputs[good])
