@@ -6,8 +6,9 @@
                                                                            with --method, only those of one
 
 Every animal of `known_animals` is analyzed twice with default settings: by the fit with its interval (two starts), and
-by the posterior (150 draws; where it alone is asked for, it starts from a fit with one start). Each animal is a line in the file as soon as it is done; a run that was stopped goes on
-where it was. Animals that have the posteriors of two laws tell how often the evidence takes the wrong one.
+by the posterior (150 draws; where it alone is asked for, it starts from a fit with one start). Each animal is a line in
+the file as soon as it is done; a run that was stopped goes on where it was. Animals that have the posteriors of two
+laws tell how often the evidence takes the wrong one.
 """
 
 import argparse
