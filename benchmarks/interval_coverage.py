@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from known_animals import ROWS, animal, image_of
+from known_animals import ROWS, animal, image_of, priors_of
 from robustness_page import put
 from vasowave.animal.quantities import derived as quantities_of
 from vasowave.animal.quantities import errors_of, model_of
@@ -62,8 +62,8 @@ def by_fit(fit, network, recording):
     return {name: (middle[name] / reach[name], middle[name], middle[name] * reach[name]) for name in QUANTITIES}
 
 
-def by_posterior(network, recording, wall, fit, draws):
-    found = posterior(network, recording, wall, fit=fit, draws=draws)
+def by_posterior(network, recording, wall, fit, priors, draws):
+    found = posterior(network, recording, wall, fit=fit, priors=priors, draws=draws)
     columns = ["interval_low", "median", "interval_high"]
     return {name: tuple(found.summary.loc[name, columns]) for name in QUANTITIES}, found.diagnostics
 
@@ -77,7 +77,7 @@ def lines(row, number, methods, draws):
     if "fit" in methods:
         rows["fit"] = (by_fit(fit, network, recording), np.nan, int(fit.starts["simulations"].sum()), np.nan)
     if "posterior" in methods:
-        bayes, diagnostics = by_posterior(network, recording, wall, fit, draws)
+        bayes, diagnostics = by_posterior(network, recording, wall, fit, priors_of(row), draws)
         rows["posterior"] = (bayes, diagnostics.k_hat, diagnostics.simulations, diagnostics.log_evidence)
     for method in methods:
         found, *rest = rows[method]

@@ -15,6 +15,7 @@ from vasowave.datasets import control_network
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual import ejection
 from vasowave.errors import VasowaveWarning
+from vasowave.inference import Priors
 from vasowave.model import Model
 from vasowave.network import Network
 from vasowave.nominal import windkessels
@@ -47,6 +48,7 @@ ROWS = {
     "taper": Row("linear", "linear", "taper", "linear, vessels taper by 20 % → linear"),
     "drift": Row("linear", "linear", "offset", "linear, zero 1 mmHg off and nobody knows → linear"),
     "drift seen": Row("linear", "linear", "drift", "linear, 2 mmHg of drift left in, seen in the beats → linear"),
+    "drift told": Row("linear", "linear", "offset", "linear, zero 1 mmHg off, `zero_sd: 1` → linear", "drift"),
     "linear again": Row("linear", "linear", "nothing", "linear → linear, other animals", "linear as tangent"),
     "tangent, linear": Row("tangent", "linear", "nothing", "tangent → linear, other animals", "tangent"),
     "geometry, tangent": Row("linear", "tangent", "geometry", f"linear, {GEOMETRY} → tangent", "geometry"),
@@ -96,6 +98,11 @@ def image_of(row):
         return network
     share = network.radius / network.length
     return replace(network, taper=0.2 * share, taper_sd=0.05 * share)
+
+
+def priors_of(row):
+    """Return what is assumed of an animal before it is analyzed."""
+    return Priors(zero=1.0) if row == "drift told" else Priors()
 
 
 def truth_of(law, wrong, rng):

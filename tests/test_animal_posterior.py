@@ -5,13 +5,15 @@ import json
 import numpy as np
 import pytest
 
+from made_fit import made_fit
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import from_bytes, to_bytes
-from vasowave.animal.pipeline import analyze
+from vasowave.animal.pipeline import _posteriors, analyze
 from vasowave.animal.posterior import SHARES
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.report.write import write_report
 from vasowave.study.journal import Journal
+from vasowave.study.settings import StudyFile, animal_settings
 
 
 @pytest.mark.validation
@@ -40,3 +42,14 @@ def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_k
     np.testing.assert_array_equal(again["linear/inference"]["median"], table["median"])
     page = write_report([result], tmp_path / "report", pdf=False).with_name("supplement.html").read_text("utf-8")
     assert "Linear wall: posterior" in page
+
+
+def test_the_zero_of_a_study_is_that_of_its_posteriors(monkeypatch):
+    asked = []
+    monkeypatch.setattr("vasowave.animal.pipeline.posterior", lambda *_, priors, **__: asked.append(priors.zero))
+    mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
+    study = StudyFile(inference="posterior", zero_sd=1.5)
+    _posteriors(mouse, [made_fit("linear")], animal_settings(study), None)
+    paper = StudyFile(inference="posterior", zero_sd=2.0, practice="paper")
+    _posteriors(mouse, [made_fit("linear")], animal_settings(paper), None)
+    assert asked == [1.5, 2.0]

@@ -15,6 +15,7 @@ from vasowave.inference import Priors, posterior
 from vasowave.inference.mode import climb
 from vasowave.inference.posterior import _problem
 from vasowave.inference.rounds import log_prior
+from vasowave.inference.wording import zero_unseen
 from vasowave.recording import read_recording
 
 SHAPE_ONLY = Priors(radius_scale=0, length_scale=0, stiffening=0)
@@ -72,6 +73,17 @@ def test_arviz_reads_the_file(found, tmp_path):
     beta = arviz.extract(tree, var_names="beta")  # its own stacking of chains and draws
     assert sorted(beta.to_numpy()) == sorted(found.draws("beta"))
     assert arviz.extract(tree, group="prior", var_names="beta").sizes["sample"] > 100
+
+
+def test_an_averaged_cycle_is_said_not_to_show_its_zero(found):
+    mouse = virtual_mouse()
+    said = [one for one in found.warnings if "zero" in one]
+    assert len(said) == 1
+    assert "within 1 mmHg" in said[0]  # two SD of the default
+    share = (mouse.mean_pressure + 1) / mouse.mean_pressure - 1  # of a resistance, at the same flow
+    assert f"moves R_T by {100 * share:.0f} %" in said[0]
+    looked_at = replace(mouse, pressure_error=np.full(17, 0.01))  # as of beats, whose drift is looked at
+    assert zero_unseen(looked_at, 0.5) == ""
 
 
 def test_every_block_of_harmonics_is_left_out_once(found):

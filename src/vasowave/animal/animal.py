@@ -14,6 +14,7 @@ from vasowave.calibration import Search
 from vasowave.calibration.calibrate import NUMERICS
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.errors import InputError, did_you_mean
+from vasowave.inference.priors import Priors
 from vasowave.laws import ENTRY_POINTS, LAWS, find_law
 from vasowave.network import Network
 from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
@@ -111,7 +112,10 @@ class Settings(Search):
         and A0 Z_c/ρ for the measurement, those of each instant for a model.
     inference : {"intervals", "posterior"}
         What is said of the parameters beside their best values: the intervals of a fit, or its posterior too, with
-        geometry and the model's own error unknown (about a minute for each wall law).
+        geometry and the model's own error unknown (about half a minute for each wall law).
+    zero_sd : float
+        SD of the pressure's zero, mmHg, which posteriors allow for: 0.5 for a transducer that was zeroed before it
+        recorded, more for averaged cycles whose drift nobody saw.
 
     Raises
     ------
@@ -133,6 +137,7 @@ class Settings(Search):
     harmonics: Annotated[int, Ge(1)] = 14
     waves_at: WavesAt = "mean pressure"
     inference: Literal["intervals", "posterior"] = "intervals"
+    zero_sd: Annotated[float, Ge(0)] = Priors.zero
 
     def __post_init__(self) -> None:
         """Check the values."""

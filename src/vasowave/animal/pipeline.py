@@ -26,7 +26,7 @@ from vasowave.animal.signals import (
 from vasowave.animal.vessels import vessels_dataset
 from vasowave.calibration import Ends, Fit, calibrate
 from vasowave.errors import VasowaveWarning
-from vasowave.inference import Posterior, compare_laws, posterior
+from vasowave.inference import Posterior, Priors, compare_laws, posterior
 from vasowave.nominal import estimate_nominal
 from vasowave.provenance import provenance
 
@@ -194,6 +194,7 @@ def _posteriors(animal: Animal, fits: Sequence[Fit], settings: Settings, kept: K
         fit.wall: posterior(
             animal.network, animal.recording, type(fit.model.wall), fit=fit, blood=settings.blood,
             search=settings.search(fit.wall), numerics=settings.numerics, seed=settings.seed,
+            priors=Priors(zero=settings.zero_sd),
             path=kept.simulations(fit.wall) if kept is not None else None,
         )
         for fit in fits

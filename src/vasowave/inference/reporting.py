@@ -11,7 +11,7 @@ from vasowave.inference.problem import Problem
 from vasowave.inference.result import Diagnostics, Posterior
 from vasowave.inference.rounds import Explored
 from vasowave.inference.shares import variance_shares
-from vasowave.inference.wording import sentences
+from vasowave.inference.wording import sentences, zero_unseen
 
 CHAINS = 4
 _PRIOR_DRAWS = 400
@@ -37,7 +37,8 @@ def reported(
     units = _units(problem)
     summary = _summary(values, before, units).join(_shares(problem, noise, explored, rows))
     scores = pd.Series(np.median(explored.points[rows], axis=0), index=list(problem.unknowns.all))
-    said = sentences(summary, scores, problem.unknowns.all, diagnostics)
+    zero = zero_unseen(problem.recording, problem.unknowns.priors.zero)
+    said = sentences(summary, scores, problem.unknowns.all, diagnostics, zero)
     wall = problem.unknowns.space.law.law().name
     tree = _tree(problem, explored, rows, values, before, units)
     blocks = left_out(noise, explored.residuals, explored.weights.log_weight)

@@ -6,6 +6,7 @@ import pandas as pd
 from vasowave.inference.result import Diagnostics
 from vasowave.inference.reweighting import UNTRUSTED
 from vasowave.inference.unknowns import Unknown
+from vasowave.recording import Recording
 
 FEWEST_EFFECTIVE = 100.0
 """Effective draws below which the ends of a 95 % interval rest on two draws each."""
@@ -17,15 +18,27 @@ _WIDEST = 4.0  # ratio of the ends of an interval beyond which a number is not d
 
 
 def sentences(
-    summary: pd.DataFrame, scores: pd.Series, unknowns: dict[str, Unknown], diagnostics: Diagnostics
+    summary: pd.DataFrame, scores: pd.Series, unknowns: dict[str, Unknown], diagnostics: Diagnostics, zero: str
 ) -> tuple[str, ...]:
-    """Say what a reader must know; `scores` are the medians of the unknowns in SD of their priors."""
+    """Say what a reader must know; `scores` are the medians of the unknowns in SD of their priors, `zero` as said."""
     return (
         *_trust(diagnostics),
         *_silent(summary, unknowns),
         *_wide(summary, unknowns),
         *_conflicts(scores, unknowns),
         *_sources(summary),
+        *([zero] if zero else []),
+    )
+
+
+def zero_unseen(recording: Recording, sd: float) -> str:
+    """Say what the zero of an averaged cycle is taken for; nothing of a cycle whose beats were looked at for drift."""
+    if recording.pressure_error is not None:
+        return ""
+    return (
+        f"An averaged cycle does not show whether the pressure's zero drifted: it is taken to be right within "
+        f"{2 * sd:.2g} mmHg (two SD, `zero_sd`). Every mmHg that it is off moves R_T by "
+        f"{100 / recording.mean_pressure:.0f} %."
     )
 
 

@@ -121,7 +121,7 @@ _All: Any = create_model(
         "The fit of each wall law to each recording.",
         _chosen(_ANIMAL, ("walls", *settings_of(Search))),
     ),
-    **_fields(_chosen(_ANIMAL, ("model_selection", "selection_optima", "waves_at", "inference"))),
+    **_fields(_chosen(_ANIMAL, ("model_selection", "selection_optima", "waves_at", "inference", "zero_sd"))),
     blood=_section(
         "Blood",
         "Blood and its friction at the wall.",
@@ -159,6 +159,7 @@ class StudyFile(_All):
         calibration: Any
         model_selection: bool
         inference: str
+        zero_sd: float
         selection_optima: tuple[Literal["OLS", "GLS"], ...]
         waves_at: WavesAt
         blood: Any
@@ -176,6 +177,7 @@ def animal_settings(study: StudyFile) -> Settings:
         **study.calibration.model_dump(),
         model_selection=study.model_selection,
         inference=study.inference,  # type: ignore[arg-type]
+        zero_sd=study.zero_sd,
         selection_optima=study.selection_optima,
         waves_at=study.waves_at,
         blood=Blood(blood["density"], blood["viscosity"], law(**{name: blood[name] for name in settings_of(law)})),
@@ -191,6 +193,7 @@ def _paper_settings(study: StudyFile) -> Settings:
         selection_optima=study.selection_optima,
         waves_at="paper",
         inference=study.inference,  # type: ignore[arg-type]
+        zero_sd=study.zero_sd,
         blood=PAPER.blood,
         numerics=PAPER.numerics,
     )
