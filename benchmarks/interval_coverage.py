@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.stats import beta
 
 from known_animals import ROWS, animal, image_of, priors_of
 from robustness_page import put
@@ -112,22 +113,32 @@ def selection(path):
     data = pd.read_csv(path)
     data = data[(data["method"] == "posterior") & (data["quantity"] == QUANTITIES[0])].dropna(subset="log_evidence")
     evidence = data.set_index(["row", "animal"])[["log_evidence", "k_hat"]]
-    lines = [
-        "| truth | animals | linear clearly likelier | tangent clearly likelier | undecided "
+    pairs = {
+        truth: evidence.loc[one].join(evidence.loc[other].add_suffix(" of tangent"), how="inner")
+        for truth, (one, other) in PAIRS.items()
+        if {one, other} <= set(data["row"])
+    }
+    linear = [both for truth, both in pairs.items() if truth != "tangent"]
+    if linear:
+        pairs["all whose wall is linear"] = pd.concat(linear)
+    header = (
+        "| truth | animals | linear clearly likelier | tangent clearly likelier | undecided | taken wrongly: at most "
         "| ln of the evidences' ratio, tangent over linear: median (least; most) | a posterior not to be trusted |",
-        "|---|---|---|---|---|---|---|",
-    ]
-    for truth, rows in PAIRS.items():
-        if not set(rows) <= set(data["row"]):
-            continue
-        both = evidence.loc[rows[0]].join(evidence.loc[rows[1]].add_suffix(" of tangent"), how="inner")
-        gain = both["log_evidence of tangent"] - both["log_evidence"]
-        linear, tangent = int((gain <= -np.log(CLEAR)).sum()), int((gain >= np.log(CLEAR)).sum())
-        poor = int((both[["k_hat", "k_hat of tangent"]].max(axis=1) > UNTRUSTED).sum())
-        spread = f"{gain.median():.1f} ({gain.min():.1f}; {gain.max():.1f})"
-        counts = f"{len(gain)} | {linear} | {tangent} | {len(gain) - linear - tangent}"
-        lines.append(f"| {truth} | {counts} | {spread} | {poor} |")
-    return "\n".join(lines)
+        "|---|---|---|---|---|---|---|---|",
+    )
+    return "\n".join([*header, *(_decided(truth, both) for truth, both in pairs.items())])
+
+
+def _decided(truth, both):
+    """Return the line of animals of one truth, with the limit that their number sets to wrong choices."""
+    gain = both["log_evidence of tangent"] - both["log_evidence"]
+    linear, tangent = int((gain <= -np.log(CLEAR)).sum()), int((gain >= np.log(CLEAR)).sum())
+    wrong = linear if truth == "tangent" else tangent
+    most = beta.ppf(0.95, wrong + 1, len(gain) - wrong) if wrong < len(gain) else 1.0  # Clopper and Pearson, one-sided
+    poor = int((both[["k_hat", "k_hat of tangent"]].max(axis=1) > UNTRUSTED).sum())
+    spread = f"{gain.median():.1f} ({gain.min():.1f}; {gain.max():.1f})"
+    counts = f"{len(gain)} | {linear} | {tangent} | {len(gain) - linear - tangent}"
+    return f"| {truth} | {counts} | {100 * most:.0f} % | {spread} | {poor} |"
 
 
 def done(path):
