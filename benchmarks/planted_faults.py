@@ -215,6 +215,11 @@ FAULTS = [
         "errors of radii forgotten", UNKNOWNS, (("radii[known] = given[known]", "radii[known] *= given[known] > 0 #"),)
     ),
     Fault("emulators learn the posterior alone", "inference/rounds.py", (("_WIDER = 0.6", "_WIDER = 1.0"),)),
+    Fault(
+        "draws of a wider density taken for the posterior's",
+        "inference/rounds.py",
+        (("- surrogate.log_drawn(points)", "- surrogate.log_posterior(points)"),),
+    ),
 ]
 
 
