@@ -51,3 +51,18 @@ def test_coordinates_that_straighten_the_function_make_it_exact(points):
     fresh = np.random.default_rng(4).standard_normal((200, 2))
     truth = np.exp(2 * fresh[:, :1])
     assert np.mean((straight(fresh) - truth) ** 2) < 0.1 * np.mean((plain(fresh) - truth) ** 2)
+
+
+def test_what_bends_along_one_unknown_is_learned_from_far_along_the_others(monkeypatch):
+    points, fresh = (np.random.default_rng(seed).standard_normal((120, 4)) for seed in (5, 6))
+
+    def bends(points):
+        return np.sin(3 * points[:, :1]) + points[:, 1:2] * points[:, 2:3]
+
+    def missed(emulator):
+        return np.sqrt(np.mean((emulator(fresh) - bends(fresh)) ** 2))
+
+    chosen = fit_emulator(points, bends(points), points, np.ones(1), same)
+    assert 2 * chosen.lengths[0] < chosen.lengths[1:].min()
+    monkeypatch.setattr("vasowave.inference.emulator._FACTORS", ())
+    assert missed(chosen) < 0.5 * missed(fit_emulator(points, bends(points), points, np.ones(1), same))
