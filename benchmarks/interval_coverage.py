@@ -112,7 +112,7 @@ def selection(path):
     """Return how often the evidence takes which law for clearly likelier, by truth."""
     data = pd.read_csv(path)
     data = data[(data["method"] == "posterior") & (data["quantity"] == QUANTITIES[0])].dropna(subset="log_evidence")
-    evidence = data.set_index(["row", "animal"])[["log_evidence", "k_hat"]]
+    evidence = data.set_index(["row", "animal"])[["log_evidence", "k_hat", "truth", "low", "high"]]
     pairs = {
         truth: evidence.loc[one].join(evidence.loc[other].add_suffix(" of tangent"), how="inner")
         for truth, (one, other) in PAIRS.items()
@@ -123,8 +123,9 @@ def selection(path):
         pairs["all whose wall is linear"] = pd.concat(linear)
     header = (
         "| truth | animals | linear clearly likelier | tangent clearly likelier | undecided | taken wrongly: at most "
-        "| ln of the evidences' ratio, tangent over linear: median (least; most) | a posterior not to be trusted |",
-        "|---|---|---|---|---|---|---|---|",
+        "| ln of the evidences' ratio, tangent over linear: median (least; most) | a posterior not to be trusted "
+        "| wave speed held by the likelier law's interval |",
+        "|---|---|---|---|---|---|---|---|---|",
     )
     return "\n".join([*header, *(_decided(truth, both) for truth, both in pairs.items())])
 
@@ -136,9 +137,13 @@ def _decided(truth, both):
     wrong = linear if truth == "tangent" else tangent
     most = beta.ppf(0.95, wrong + 1, len(gain) - wrong) if wrong < len(gain) else 1.0  # Clopper and Pearson, one-sided
     poor = int((both[["k_hat", "k_hat of tangent"]].max(axis=1) > UNTRUSTED).sum())
+    inside = [
+        (both["low" + law] <= both["truth"]) & (both["truth"] <= both["high" + law]) for law in ("", " of tangent")
+    ]
+    held = int(inside[0].where(gain < 0, inside[1]).sum())
     spread = f"{gain.median():.1f} ({gain.min():.1f}; {gain.max():.1f})"
     counts = f"{len(gain)} | {linear} | {tangent} | {len(gain) - linear - tangent}"
-    return f"| {truth} | {counts} | {100 * most:.0f} % | {spread} | {poor} |"
+    return f"| {truth} | {counts} | {100 * most:.0f} % | {spread} | {poor} | {held} |"
 
 
 def done(path):
