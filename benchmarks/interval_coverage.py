@@ -137,9 +137,7 @@ def _decided(truth, both):
     wrong = linear if truth == "tangent" else tangent
     most = beta.ppf(0.95, wrong + 1, len(gain) - wrong) if wrong < len(gain) else 1.0  # Clopper and Pearson, one-sided
     poor = int((both[["k_hat", "k_hat of tangent"]].max(axis=1) > UNTRUSTED).sum())
-    inside = [
-        (both["low" + law] <= both["truth"]) & (both["truth"] <= both["high" + law]) for law in ("", " of tangent")
-    ]
+    inside = [both["truth"].between(both["low" + law], both["high" + law]) for law in ("", " of tangent")]
     held = int(inside[0].where(gain < 0, inside[1]).sum())
     spread = f"{gain.median():.1f} ({gain.min():.1f}; {gain.max():.1f})"
     counts = f"{len(gain)} | {linear} | {tangent} | {len(gain) - linear - tangent}"
