@@ -141,7 +141,7 @@ def _decided(truth, both):
     held = int(inside[0].where(gain < 0, inside[1]).sum())
     spread = f"{gain.median():.1f} ({gain.min():.1f}; {gain.max():.1f})"
     counts = f"{len(gain)} | {linear} | {tangent} | {len(gain) - linear - tangent}"
-    return f"| {truth} | {counts} | {100 * most:.0f} % | {spread} | {poor} | {held} |"
+    return f"| {truth} | {counts} | {100 * most:.1f} % | {spread} | {poor} | {held} |"
 
 
 def done(path):
