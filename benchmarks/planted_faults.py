@@ -107,12 +107,12 @@ FAULTS = [
     Fault(
         "sensitivity without the change of drag",
         VARIATIONS,
-        (("by_drag = half * Phi, quarter * (", "by_drag = half * Phi, 0.0 * ("),),
+        (("stencil.drag[j] = quarter * (", "stencil.drag[j] = 0.0 * ("),),
     ),
     Fault(
         "sensitivity without the change of pressure by the wall's parameters",
         VARIATIONS,
-        (("stencil.wall[k, j] = -cells.half[j] * mass", "stencil.wall[k, j] = -0.0 * mass"),),
+        (("stencil.fall[j] * (slopes.wall[k, j + 1]", "0.0 * (slopes.wall[k, j + 1]"),),
     ),
     Fault(
         "sensitivity without the change of wave speed at vessel ends",
@@ -122,7 +122,17 @@ FAULTS = [
     Fault(
         "sensitivity without longer cells",
         VARIATIONS,
-        (("stencil.length[j] = push * force", "stencil.length[j] = 0.0"),),
+        (("stencil.length[j] = -push * force", "stencil.length[j] = 0.0"),),
+    ),
+    Fault(
+        "sensitivity with beds that do not give way",
+        NODE_VARIATIONS,
+        (("slopes.give[k] += 1.0 / (outlet", "slopes.give[k] += 0.0 / (outlet"),),
+    ),
+    Fault(
+        "sensitivity without longer vessels at their ends",
+        NODE_VARIATIONS,
+        (("slopes.length[e] * longer[e]", "0.0 * longer[e]"),),
     ),
     Fault(
         "sensitivity with outlets whose memory does not change",
