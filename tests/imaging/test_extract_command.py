@@ -12,6 +12,7 @@ import SimpleITK
 from made_phantom import NETWORK, VOXEL, outlets_of, phantom, root_of, run
 from typer.testing import CliRunner
 
+import approval
 from phantom import write_dicom_series
 from vasowave.cli import app
 from vasowave.errors import InputError
@@ -79,6 +80,15 @@ def test_the_table_carries_the_spread_of_the_radius_and_the_taper_of_straight_tu
     assert seen.sum() >= 3  # and by the sections' areas
     assert np.all(np.abs(network.taper[seen]) < 0.02)
     np.testing.assert_allclose(network.radius_sd, spread)
+
+
+def test_approved_what_an_extraction_writes_and_draws(extracted):
+    folder, _, _ = extracted
+    stored = json.loads((folder / "extraction.json").read_text(encoding="utf-8"))
+    told = [f"{key}: {value}" for key in ("settings", "notes", "doubts") for value in stored[key]]
+    tables = [line for path in sorted(folder.glob("*.csv")) for line in approval.table(path)]
+    approval.approve("extraction", [*told, *tables, *approval.page(folder / "review.html")], 1e-6, 2e-3)
+    approval.approve("extraction, figures", approval.figures(folder / "figures"), 0.2, 2e-3)
 
 
 def test_the_roots_radius_is_that_between_cannula_and_first_bifurcation(extracted):
