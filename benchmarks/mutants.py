@@ -8,23 +8,27 @@ uv run python benchmarks/mutants.py 100 --docs
 
 A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed,
 `and` for `or`, a condition negated. Lines are drawn evenly from all of src. A mutant meets the tests that run
-its line, by the record in build/, the quick ones first and those with the module's own name before all; without a
-record, and for lines that nothing records (compiled kernels, what runs on import), the three files of tests nearest
-that import the module, or else what imports it. With --whole all default tests run. Exit code 1: a mutant survived.
+its line, by the record in build/, the quick ones first and those with the module's own name before all. A line that
+runs on import meets what holds in every module and then all tests that run the module; one that nothing records
+(compiled kernels), the three files of tests nearest that import the module, or else what imports it. With --whole all
+default tests run. The tests run in a fork of this process, which has loaded the libraries. Exit code 1: one survived.
 """
 
 import argparse
 import ast
 import json
+import multiprocessing
 import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
 from functools import cache
+from importlib import import_module
 from importlib.util import find_spec
 from itertools import accumulate
 from pathlib import Path
@@ -40,6 +44,8 @@ FEW = 3  # files of tests that import a module, those with its own name first
 PATIENCE = 120  # s of recorded time that the tests of one mutant may take
 RECORDING = "uv run --with pytest-cov==7.1.0 python benchmarks/mutants.py --record"
 RECORD = ROOT / "build" / "tests of lines.json"
+EVERYWHERE = "tests/test_conventions.py"  # what holds in every module
+LOADED = ("matplotlib.pyplot", "numba", "pandas", "pytest", "scipy.optimize", "scipy.signal", "scipy.stats", "xarray")
 
 COMPARED = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
 OPERATED = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Pow: "*"}
@@ -131,22 +137,29 @@ def drawn(count: int, seed: int, part: str = "") -> list[Mutant]:
 
 def tests_of(mutant: Mutant) -> list[str]:
     """Return the tests that run a mutant's line, the module's namesakes and the quick ones first."""
-    record, line = _record(), str(_statement(mutant))
-    running = record["lines"].get(str(mutant.file.relative_to(ROOT)), {}).get(line, [])
+    record, (statement, on_import) = _record(), _statement(mutant)
+    of_module = record["lines"].get(str(mutant.file.relative_to(ROOT)), {})
+    running = sorted({test for tests in of_module.values() for test in tests}) if on_import else []
+    running = running or of_module.get(str(statement), [])
+    first = [EVERYWHERE] if on_import else []
     if not running:
-        return [str(test.relative_to(ROOT)) for test in nearest_tests(mutant.file)]
+        return [*first, *(str(test.relative_to(ROOT)) for test in nearest_tests(mutant.file))]
     seconds = record["seconds"]
-    namesakes = [test for test in running if mutant.file.stem in Path(test.partition("::")[0]).stem]
+    namesakes = {test for test in running if mutant.file.stem in Path(test.partition("::")[0]).stem}
     running.sort(key=lambda test: (test not in namesakes, seconds[test]))
     total = accumulate(seconds[test] for test in running)
-    return [test for test, until in zip(running, total, strict=True) if until < PATIENCE] or running[:1]
+    return [*first, *([test for test, until in zip(running, total, strict=True) if until < PATIENCE] or running[:1])]
 
 
-def _statement(mutant: Mutant) -> int:
-    """Return the line on which the statement of a mutant begins, where its coverage is counted."""
-    nodes = ast.walk(ast.parse(mutant.file.read_text(encoding="utf-8")))
+def _statement(mutant: Mutant) -> tuple[int, bool]:
+    """Return the line on which the statement of a mutant begins, where its coverage is counted; does import run it?"""
+    nodes = list(ast.walk(ast.parse(mutant.file.read_text(encoding="utf-8"))))
     around = [node for node in nodes if isinstance(node, ast.stmt) and node.lineno <= mutant.line <= node.end_lineno]
-    return max(node.lineno for node in around)
+    inside = [
+        node for node in around
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.body[0].lineno <= mutant.line
+    ]  # fmt: skip
+    return max(node.lineno for node in around), not inside
 
 
 @cache
@@ -236,23 +249,32 @@ def noticed_by(mutant: Mutant, whole: bool = False) -> str:
         folder = Path(name).resolve()
         shutil.copytree(SOURCE, folder / "vasowave", ignore=shutil.ignore_patterns("__pycache__"))
         (folder / "vasowave" / mutant.file.relative_to(SOURCE)).write_text(mutant.source(), encoding="utf-8")
-        kernels = str(
-            RECORD.with_name("kernels")
-        )  # they lie there by what they are compiled from: a mutant finds its own
-        environment = os.environ | {
-            "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1", "NUMBA_CACHE_DIR": kernels
-        }  # fmt: skip
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-n", "0", *chosen]
-        try:
-            done = subprocess.run(
-                command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
-            )
-        except subprocess.TimeoutExpired:
+        tested = multiprocessing.get_context("fork").Process(target=_test, args=(folder, chosen))
+        tested.start()
+        tested.join(LONGEST)
+        if tested.is_alive():
+            os.killpg(tested.pid, signal.SIGKILL)
             return "the tests do not end"
-    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
-    if done.returncode in (0, 5):
+        said = (folder / "said").read_text(encoding="utf-8", errors="replace")
+    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
+    if tested.exitcode in (0, 5):
         return ""
-    return failed[1] if failed else f"pytest ended with {done.returncode}"
+    return failed[1] if failed else f"pytest ended with {tested.exitcode}"
+
+
+def _test(folder: Path, chosen: list[str]) -> None:
+    """Run tests on the package in a folder, in a process and a group of its own, and end with pytest's status."""
+    os.setsid()
+    with (folder / "said").open("w") as said:
+        os.dup2(said.fileno(), 1)
+        os.dup2(said.fileno(), 2)
+    os.chdir(ROOT)
+    os.environ |= {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    sys.dont_write_bytecode = True
+    sys.path.insert(0, str(folder))
+    import pytest
+
+    os._exit(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-n", "0", *chosen]))
 
 
 def table(found: dict[Mutant, str]) -> str:
@@ -280,6 +302,9 @@ def main() -> int:
         record_lines()
         return 0
     found: dict[Mutant, str] = {}
+    os.environ["NUMBA_CACHE_DIR"] = str(RECORD.with_name("kernels"))  # compiled source decides: a mutant finds its own
+    for library in () if arguments.list else LOADED:
+        import_module(library)
     for mutant in drawn(arguments.count, arguments.seed, arguments.part):
         if arguments.list:
             print(mutant, *tests_of(mutant))

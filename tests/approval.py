@@ -140,8 +140,9 @@ class _Page(HTMLParser):
         self.feed(text)
 
     def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
-        self.unseen += tag in UNSEEN
-        values = dict(attributes)
+        self.unseen, values = self.unseen + (tag in UNSEEN), dict(attributes)
+        if tag == "svg":
+            self.lines[-1] += f"[drawing: {values.get('style')}] "
         if self.unseen:
             return
         if tag in BLOCKS or "id" in values:

@@ -220,6 +220,7 @@ def described(command, name):
         few = f" from {one.min} to {one.max}" if (one.min, one.max) != (None, None) else ""
         kind = f"{one.type_descriptor.annotation}{few}{' …' * one.multiple}{', required' * one.required}"
         said = " ".join((getattr(one, "help", "") or "").split())
-        yield f"{' '.join([*one.opts, *one.secondary_opts])} ({kind}) = {one.default}: {said}"
-    for inner, more in getattr(command, "commands", {}).items():
-        yield from described(more, f"{name} {inner}")
+        default = f"{one.default}, shown as {one.show_default}"
+        yield f"{' '.join([*one.opts, *one.secondary_opts])} ({kind}) = {default}: {said}"
+    for inner in getattr(command, "commands", {}):
+        yield from described(command.resolve_command(typer.Context(command), [inner])[1], f"{name} {inner}")

@@ -9,7 +9,7 @@ import vasowave
 from approval import approve
 from vasowave.settings import settings_of
 
-STATEFUL = {"Objective", "_Stages", "Document"}  # what counts or searches, piece by piece
+STATEFUL = {"Objective", "_Stages", "Document", "GivenOptions"}  # what counts or searches, piece by piece
 
 
 def test_the_documentation_lists_every_number_that_was_chosen_with_the_value_in_force():

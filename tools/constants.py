@@ -5,6 +5,7 @@ uv run python tools/constants.py           writes the page anew; its difference 
 
 import ast
 import importlib
+import inspect
 import pkgutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,6 +17,7 @@ import vasowave
 
 PAGE = Path(__file__).parents[1] / "docs" / "constants.md"
 LONGEST = 8  # numbers of an array that are listed one by one
+HEAD = "| module | {} | value | meaning |\n|---|---|---|---|\n"
 ABOUT = """\
 # Numbers that were chosen
 
@@ -53,6 +55,16 @@ def constants() -> Iterator[Constant]:
             if names and all(values):
                 meaning = _meaning(text.splitlines(), statement, after)
                 yield Constant(module.__name__, ", ".join(names), ", ".join(values), meaning)
+
+
+def defaults() -> Iterator[Constant]:
+    """Yield the numbers that stand where an argument of a function is not given."""
+    for module in modules():
+        for name, function in inspect.getmembers(module, inspect.isfunction):
+            if function.__module__ == module.__name__:
+                for argument in inspect.signature(function).parameters.values():
+                    if value := _shown(argument.default):
+                        yield Constant(module.__name__, f"{name}: {argument.name}", value, "")
 
 
 def _names(statement: ast.stmt) -> list[str]:
@@ -103,12 +115,17 @@ def page() -> str:
     for one in constants():
         part = one.module.split(".")[1]
         if part != last:
-            parts.append(f"\n## {part}\n\n| module | constant | value | meaning |\n|---|---|---|---|\n")
-        module = ".".join(one.module.split(".")[2:]) or part
-        cells = (f"`{module}`", f"`{one.name}`", f"`{one.value}`", one.meaning)
-        parts.append("| " + " | ".join(cell.replace("|", r"\|").replace("<", "&lt;") for cell in cells) + " |\n")
+            parts.append(f"\n## {part}\n\n" + HEAD.format("constant"))
+        parts.append(_row(one, ".".join(one.module.split(".")[2:]) or part))
         last = part
+    parts += ["\n## Where nothing is given\n\n" + HEAD.format("function: argument")]
+    parts += [_row(one, one.module.partition(".")[2]) for one in defaults()]
     return "".join(parts)
+
+
+def _row(one: Constant, module: str) -> str:
+    cells = (f"`{module}`", f"`{one.name}`", f"`{one.value}`", one.meaning)
+    return "| " + " | ".join(cell.replace("|", r"\|").replace("<", "&lt;") for cell in cells) + " |\n"
 
 
 if __name__ == "__main__":
