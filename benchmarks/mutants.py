@@ -152,7 +152,7 @@ def tests_of(mutant: Mutant) -> list[str]:
 
 
 def _statement(mutant: Mutant) -> tuple[int, bool]:
-    """Return the line on which the statement of a mutant begins, where its coverage is counted; does import run it?"""
+    """Return the line where coverage counts the statement of a mutant, and whether import runs it."""
     nodes = list(ast.walk(ast.parse(mutant.file.read_text(encoding="utf-8"))))
     around = [node for node in nodes if isinstance(node, ast.stmt) and node.lineno <= mutant.line <= node.end_lineno]
     inside = [
