@@ -16,34 +16,27 @@ default tests run. The tests run in a fork of this process, which has loaded the
 
 import argparse
 import ast
-import json
 import multiprocessing
 import os
 import random
 import re
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
-from importlib.util import find_spec
 from itertools import accumulate
 from pathlib import Path
 from typing import NamedTuple
-from xml.etree import ElementTree
 
+from lines_of_tests import RECORD, ROOT, SOURCE, TESTS, record, record_lines, statement
 from robustness_page import put
 
-ROOT = Path(__file__).parents[1]
-SOURCE, TESTS = ROOT / "src" / "vasowave", ROOT / "tests"
 LONGEST = 900  # s; a mutant that makes the tests hang is noticed
 FEW = 3  # files of tests that import a module, those with its own name first
 PATIENCE = 120  # s of recorded time that the tests of one mutant may take
-RECORDING = "uv run --with pytest-cov==7.1.0 python benchmarks/mutants.py --record"
-RECORD = ROOT / "build" / "tests of lines.json"
 EVERYWHERE = "tests/test_conventions.py"  # what holds in every module
 LOADED = ("matplotlib.pyplot", "numba", "pandas", "pytest", "scipy.optimize", "scipy.signal", "scipy.stats", "xarray")
 
@@ -137,76 +130,18 @@ def drawn(count: int, seed: int, part: str = "") -> list[Mutant]:
 
 def tests_of(mutant: Mutant) -> list[str]:
     """Return the tests that run a mutant's line, the module's namesakes and the quick ones first."""
-    record, (statement, on_import) = _record(), _statement(mutant)
-    of_module = record["lines"].get(str(mutant.file.relative_to(ROOT)), {})
+    recorded, (begin, on_import) = record(), statement(mutant.file, mutant.line)
+    of_module = recorded["lines"].get(str(mutant.file.relative_to(ROOT)), {})
     running = sorted({test for tests in of_module.values() for test in tests}) if on_import else []
-    running = running or of_module.get(str(statement), [])
+    running = running or of_module.get(str(begin), [])
     first = [EVERYWHERE] if on_import else []
     if not running:
         return [*first, *(str(test.relative_to(ROOT)) for test in nearest_tests(mutant.file))]
-    seconds = record["seconds"]
+    seconds = recorded["seconds"]
     namesakes = {test for test in running if mutant.file.stem in Path(test.partition("::")[0]).stem}
     running.sort(key=lambda test: (test not in namesakes, seconds[test]))
     total = accumulate(seconds[test] for test in running)
     return [*first, *([test for test, until in zip(running, total, strict=True) if until < PATIENCE] or running[:1])]
-
-
-def _statement(mutant: Mutant) -> tuple[int, bool]:
-    """Return the line where coverage counts the statement of a mutant, and whether import runs it."""
-    nodes = list(ast.walk(ast.parse(mutant.file.read_text(encoding="utf-8"))))
-    around = [node for node in nodes if isinstance(node, ast.stmt) and node.lineno <= mutant.line <= node.end_lineno]
-    inside = [
-        node for node in around
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and node.body[0].lineno <= mutant.line
-    ]  # fmt: skip
-    return max(node.lineno for node in around), not inside
-
-
-@cache
-def _record() -> dict[str, dict]:
-    return json.loads(RECORD.read_text()) if RECORD.exists() else {"lines": {}, "seconds": {}}
-
-
-def record_lines() -> None:
-    """Run the default tests once under coverage; keep which test runs which lines, and how long each takes."""
-    if find_spec("pytest_cov") is None:
-        sys.exit(f"the record needs pytest-cov: {RECORDING}")
-    RECORD.parent.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory() as name:
-        times, environment = Path(name) / "times.xml", os.environ | {"COVERAGE_FILE": f"{name}/lines"}
-        measured = [f"--cov={SOURCE}", "--cov-context=test", "--cov-report=", f"--junitxml={times}"]
-        command = [sys.executable, "-m", "pytest", "-q", *measured]
-        subprocess.run(command, cwd=ROOT, env=environment, check=False)  # a test may fail under coverage
-        seconds = {_node(case): float(case.get("time", 0)) for case in ElementTree.parse(times).iter("testcase")}
-        lines = _lines(Path(name) / "lines", seconds)
-    RECORD.write_text(json.dumps({"lines": lines, "seconds": seconds}))
-    print(f"{len(seconds)} tests run lines of {len(lines)} files")
-
-
-def _node(case: ElementTree.Element) -> str:
-    """Return the name by which pytest runs a test again."""
-    return case.get("classname", "").replace(".", "/") + ".py::" + case.get("name", "")
-
-
-def _lines(measured: Path, tests: Iterable[str]) -> dict[str, dict[int, list[str]]]:
-    """Return the tests that run each line of each file; what one sets up for its file, all of that file use."""
-    from coverage import CoverageData
-
-    data, beside = CoverageData(str(measured)), {}
-    data.read()
-    for test in tests:
-        beside.setdefault(test.partition("::")[0], []).append(test)
-
-    def use(context: str) -> Iterator[str]:
-        test, _, phase = context.rpartition("|")
-        yield from beside.get(test.partition("::")[0], []) if phase == "setup" else [test]
-
-    found: dict[str, dict[int, list[str]]] = {}
-    for file in data.measured_files():
-        for line, contexts in data.contexts_by_lineno(file).items():
-            users = sorted({test for context in contexts if context for test in use(context)} & set(tests))
-            found.setdefault(str(Path(file).relative_to(ROOT)), {})[line] = users
-    return found
 
 
 def nearest_tests(file: Path) -> list[Path]:
@@ -294,12 +229,12 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--in", dest="part", default="", help="word in the path of the file")
     parser.add_argument("--whole", action="store_true", help="run all default tests")
-    parser.add_argument("--record", action="store_true", help="only find out which tests run which lines")
+    parser.add_argument("--record", nargs="*", metavar="TEST", help="find out which tests run which lines, all or some")
     parser.add_argument("--list", action="store_true", help="only say which mutants are drawn, and their tests")
     parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
     arguments = parser.parse_args()
-    if arguments.record:
-        record_lines()
+    if arguments.record is not None:
+        record_lines(arguments.record)
         return 0
     found: dict[Mutant, str] = {}
     os.environ["NUMBA_CACHE_DIR"] = str(RECORD.with_name("kernels"))  # compiled source decides: a mutant finds its own

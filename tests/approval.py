@@ -159,10 +159,10 @@ class _Page(HTMLParser):
             self.lines[-1] += re.sub(r"\s+", " ", data)
 
 
-def page(path: Path, without: str = "provenance") -> Iterator[str]:
-    """Describe a page by its words, but for the section that tells versions and times."""
+def page(path: Path) -> Iterator[str]:
+    """Describe a page by its words, but for its last section, which tells versions and times."""
     text = path.read_text(encoding="utf-8")
-    text = re.sub(rf'<section id="{without}".*?</section>', "", text, flags=re.DOTALL)
+    text = re.split(r'<section id="provenance"|<h2>How it was made', text)[0]
     yield f"== {path.name}"
     yield from (line for line in _Page(text).lines if line.strip(" |"))
 
