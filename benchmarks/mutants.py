@@ -199,7 +199,7 @@ def noticed_by(mutant: Mutant, whole: bool = False) -> str:
 
 def _test(folder: Path, chosen: list[str]) -> None:
     """Run tests on the package in a folder, in a process and a group of its own, and end with pytest's status."""
-    os.setsid()
+    os.setpgrp()  # no new session: it would have a share of the machine of its own
     with (folder / "said").open("w") as said:
         os.dup2(said.fileno(), 1)
         os.dup2(said.fileno(), 2)
