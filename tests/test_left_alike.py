@@ -6,7 +6,7 @@ import pytest
 from made_cohort import made_results
 from vasowave.cohort import gathered
 from vasowave.cohort.discrepancy import ALIKE, discrepancies, rayleigh
-from vasowave.report.sections.models import left_alike
+from vasowave.report.sections.discrepancy import left_alike
 
 
 @pytest.fixture
@@ -32,12 +32,13 @@ def test_a_harmonic_that_is_left_with_one_phase_in_all_animals_is_found_and_no_o
     rng = np.random.default_rng(2)
     for result in cohort.results:
         plant(result, rng, 3, 0.2)
-    table = discrepancies(cohort, "linear").set_index("harmonic")
+    found = discrepancies(cohort, "linear")
+    table = found.set_index("harmonic")
     assert table.index[table["alike"]].tolist() == [3]
     assert table.loc[3, "common [mmHg]"] == pytest.approx(0.2, rel=1e-9)
     assert table.loc[3, "share"] == pytest.approx(1.0, rel=1e-9)
     assert table.loc[2, "residual [mmHg]"] == pytest.approx(0.1, rel=1e-9)
-    (sentence,) = left_alike(cohort)
+    sentence = left_alike("linear", found, len(cohort.results))
     assert "harmonic 3 (0.2 mmHg)" in sentence
     assert "alike in all 7 animals" in sentence
 

@@ -80,11 +80,16 @@ def leave_one_out(table: pd.DataFrame, quantities: list[str], reference: str, ot
     if smallest <= 0:
         raise InputError(f"one of {', '.join(quantities)} holds a value that is not positive; a ratio needs them")
     logs, second = np.log(pair[quantities].to_numpy(float)), (pair["group"] == other).to_numpy()
-    everyone = np.exp(logs[second].mean(axis=0) - logs[~second].mean(axis=0))
-    parts = []
-    for row, animal in enumerate(pair.index):
-        kept = np.arange(len(pair)) != row
-        ratio = np.exp(logs[kept & second].mean(axis=0) - logs[kept & ~second].mean(axis=0))
-        named = {"quantity": quantities, "left out": animal, "group": pair["group"].iloc[row]}
-        parts.append(pd.DataFrame(named | {"ratio": ratio, "ratio shift": ratio / everyone}))
-    return pd.concat(parts, ignore_index=True).sort_values("quantity", kind="stable", ignore_index=True)
+    sizes = np.where(second, second.sum(), (~second).sum())[:, np.newaxis]
+    means = {label: logs[second == label].mean(axis=0) for label in (False, True)}
+    own = np.where(second[:, np.newaxis], means[True], means[False])
+    shift = (own - logs) / (sizes - 1)  # of the mean of its group, without the animal
+    everyone = means[True] - means[False]
+    ratio = np.exp(everyone + np.where(second[:, np.newaxis], shift, -shift))
+    labels = {
+        "quantity": quantities * len(pair),
+        "left out": np.repeat(pair.index, len(quantities)),
+        "group": np.repeat(pair["group"].to_numpy(), len(quantities)),
+    }
+    ratios = {"ratio": ratio.ravel(), "ratio shift": (ratio / np.exp(everyone)).ravel()}
+    return pd.DataFrame(labels | ratios).sort_values("quantity", kind="stable", ignore_index=True)

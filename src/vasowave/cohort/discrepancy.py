@@ -13,6 +13,12 @@ ALIKE = 0.05
 """A harmonic is left alike if chance makes it so with less than this probability, all harmonics taken together."""
 
 
+def all_discrepancies(cohort: Cohort) -> dict[str, pd.DataFrame]:
+    """Return `discrepancies` of the wall laws that enough animals have, by law."""
+    tables = {wall: discrepancies(cohort, wall) for wall in cohort.walls}
+    return {wall: table for wall, table in tables.items() if not table.empty}
+
+
 def discrepancies(cohort: Cohort, wall: str) -> pd.DataFrame:
     """Return what one law leaves of the pressure in every harmonic that all its animals have.
 
@@ -21,13 +27,15 @@ def discrepancies(cohort: Cohort, wall: str) -> pd.DataFrame:
     modulus of the mean residual, phases counted from the first harmonic of the measured pressure, so that cycles may
     begin anywhere; ``share``: that of the residual's power which all animals have in common, about 1/n where phases
     are chance; ``p``: of Rayleigh's test that they are, whatever the sizes; ``alike``: whether it is below `ALIKE` over
-    the number of harmonics. Empty with fewer animals than `FEWEST`.
+    the number of harmonics. Empty with fewer animals than `FEWEST`, and where an animal has no harmonic.
     """
     animals = cohort.calibrated(wall)
     if len(animals) < FEWEST:
         return pd.DataFrame()
     moduli = [data_of(result, f"{wall}/calibration") for result in animals]
     count = min(one.sizes["harmonic"] for one in moduli)
+    if count < 2:
+        return pd.DataFrame()
     left, error = (
         np.array([one[name].values[1:count] for one in moduli]) for name in ("residual_modulus", "measurement_error")
     )

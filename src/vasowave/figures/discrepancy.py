@@ -6,12 +6,13 @@ import numpy as np
 
 from vasowave.animal.reading import data_of, group_of, name_of
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.discrepancy import discrepancies
 from vasowave.figures.marks import mark
 from vasowave.figures.panels import COLUMN, shared_legend
 from vasowave.figures.style import DATA, group_looks, label_axes, new_figure, plain_log
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -19,13 +20,11 @@ if TYPE_CHECKING:
 _LEAST = 1e-3  # mmHg, below which nothing is drawn
 
 
-def discrepancy_figure(cohort: Cohort) -> "Figure":
-    """Residual by harmonic of every animal, with every wall law that enough animals have; one panel a law."""
-    tables = {wall: discrepancies(cohort, wall) for wall in cohort.walls}
-    shown = {wall: table for wall, table in tables.items() if not table.empty}
-    figure = new_figure(COLUMN * max(len(shown), 1.3), 8)
-    axes = figure.subplots(1, len(shown), squeeze=False, sharey=True)[0]
-    for ax, (wall, table) in zip(axes, shown.items(), strict=True):
+def discrepancy_figure(cohort: Cohort, tables: "Mapping[str, pd.DataFrame]") -> "Figure":
+    """Residual by harmonic of every animal, and of all as `all_discrepancies` gives it; one panel a law."""
+    figure = new_figure(COLUMN * max(len(tables), 1.3), 8)
+    axes = figure.subplots(1, len(tables), squeeze=False, sharey=True)[0]
+    for ax, (wall, table) in zip(axes, tables.items(), strict=True):
         _draw(ax, cohort, wall, table)
         ax.set_title(f"{wall} wall")
         ax.label_outer()

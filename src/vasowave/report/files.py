@@ -50,8 +50,14 @@ def write_tables(tables: Sequence[Table], records: Mapping[str, pd.DataFrame], f
 
 
 def _write_csv(data: pd.DataFrame, path: Path) -> None:
-    safe = data.map(lambda value: spreadsheet_cell(value) if isinstance(value, str) else value)
-    safe.rename(columns=spreadsheet_cell).to_csv(path, index=False, lineterminator="\n")
+    """Write a table whose texts no spreadsheet runs; those of millions of rows are few, and each is looked at once."""
+    safe = data.rename(columns=spreadsheet_cell)
+    for place, kind in enumerate(data.dtypes):
+        if not pd.api.types.is_numeric_dtype(kind):
+            column = data.iloc[:, place]
+            texts = {one: spreadsheet_cell(one) for one in column.unique() if isinstance(one, str)}
+            safe.isetitem(place, column.replace({one: cell for one, cell in texts.items() if one != cell}))
+    safe.to_csv(path, index=False, lineterminator="\n")
 
 
 def latex_table(table: Table) -> str:

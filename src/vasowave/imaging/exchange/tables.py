@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.imaging.measure.measurement import Measurement, with_errors
+from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.tree import Tree
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.network import Network
@@ -15,7 +15,7 @@ from vasowave.vessel_table import COUNT, measured_columns
 
 def write_network_table(measured: Measurement, path: str | Path, doubts: Sequence[Doubt] = ()) -> None:
     """Write one row a vessel: sizes, both radii, spread, taper, whether reliable, doubts; `read_network` reads it."""
-    network = with_errors(measured).network
+    network = measured.network
     doubted = {name: sorted({one.about for one in doubts if name in one.vessels}) for name in network.name}
     names = [network.name[p] if p >= 0 else "" for p in network.parent]
     columns = (network.length, network.radius, measured.inscribed, measured.densitometric)

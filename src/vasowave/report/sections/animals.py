@@ -21,11 +21,13 @@ def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
     """All animals, each folded; more than a sheet holds are drawn small, on sheets."""
     if len(cohort.results) > ON_A_SHEET:
         return Section(
-            "animals", "Every animal", [*_sheets(cohort), *(_folded(one, [], written) for one in cohort.results)]
+            "animals", "Every animal", [*_sheets(cohort), *(_folded(one, [], [], written) for one in cohort.results)]
         )
     colors = {group: look.color for group, look in group_looks(cohort.groups).items()}
-    drawn = [_drawn(result, place, colors[group_of(result)]) for place, result in enumerate(cohort.results, start=1)]
-    folds = [_folded(*animal, written) for animal in zip(cohort.results, drawn, strict=True)]
+    folds = [
+        _folded(result, _fit(result, place, colors[group_of(result)]), _beats(result, place), written)
+        for place, result in enumerate(cohort.results, start=1)
+    ]
     return Section("animals", "Every animal", folds)
 
 
@@ -33,12 +35,9 @@ def animal_sections(cohort: Cohort, written: dict[str, str]) -> tuple[Section, S
     """The only animal: what was found of it, and how it was searched for."""
     (result,) = cohort.results
     color = group_looks(cohort.groups)[group_of(result)].color
+    fit = [*_sentences(result, written), *_fit(result, 1, color)]
     return (
-        Section(
-            "animal",
-            "Fit and values",
-            [*_sentences(result, written), *_animal(result, _drawn(result, 1, color), written), *_notes(result)],
-        ),
+        Section("animal", "Fit and values", [*fit, *_values(result, written), *_beats(result, 1), *_notes(result)]),
         Section("search", "Search, correlations, numerics", _search(result, written)),
     )
 
@@ -68,9 +67,9 @@ def _sentences(result: xr.DataTree, written: dict[str, str]) -> list[Block]:
     return blocks
 
 
-def _folded(result: xr.DataTree, drawn: Sequence[Drawing], written: dict[str, str]) -> Fold:
+def _folded(result: xr.DataTree, fit: Sequence[Block], beats: Sequence[Block], written: dict[str, str]) -> Fold:
     details = _sentences(result, written) + _search(result, written)
-    blocks = _remarks(result) + _animal(result, drawn, written)
+    blocks = [*_remarks(result), *fit, *_values(result, written), *beats]
     blocks += [Fold("The fits in words; search, correlations, numerics", details, printed=False)] if details else []
     return Fold(_title(result), blocks)
 
@@ -89,24 +88,25 @@ def _sheets(cohort: Cohort) -> list[Block]:
     return [Paragraph(large), *figures]
 
 
-def _drawn(result: xr.DataTree, place: int, color: str) -> list[Drawing]:
-    """Return the fit, and the beats of a continuous recording."""
-    figures = []
-    if wall_laws(result):
-        caption = "Measured (black) and fitted pressure and flow at the inlet, and what is left."
-        figures.append(Drawing(f"fit-{place}", caption, fit_figure(result, color)))
-    if "beats" in result.children and "trace_pressure" in data_of(result, "beats").data_vars:
-        figures.append(Drawing(f"beats-{place}", _beats_caption(result), beats_figure(result)))
-    return figures
+def _fit(result: xr.DataTree, place: int, color: str) -> list[Block]:
+    if not wall_laws(result):
+        return []
+    caption = "Measured (black) and fitted pressure and flow at the inlet, and what is left."
+    return [Drawing(f"fit-{place}", caption, fit_figure(result, color))]
 
 
-def _animal(result: xr.DataTree, drawn: Sequence[Drawing], written: dict[str, str]) -> list[Block]:
-    """Return the fit, all values, and the beats."""
+def _beats(result: xr.DataTree, place: int) -> list[Block]:
+    """Return the beats of a continuous recording; an averaged cycle has none."""
+    if "beats" not in result.children or "trace_pressure" not in data_of(result, "beats").data_vars:
+        return []
+    return [Drawing(f"beats-{place}", _beats_caption(result), beats_figure(result))]
+
+
+def _values(result: xr.DataTree, written: dict[str, str]) -> list[Block]:
+    """Return all values, with their intervals, and what the laws say together."""
     posteriors = [wall for wall in wall_laws(result) if "inference" in result[wall].children]
-    tabulated = [tables.values(result, written), *(tables.posterior(result, wall, written) for wall in posteriors)]
     laws = [laws_by_posterior(result)] if "laws" in result.children else []
-    fit = [one for one in drawn if one.name.startswith("fit")]
-    return [*fit, *tabulated, *laws, *(one for one in drawn if one not in fit)]
+    return [tables.values(result, written), *(tables.posterior(result, wall, written) for wall in posteriors), *laws]
 
 
 def _search(result: xr.DataTree, written: dict[str, str]) -> list[Block]:

@@ -2,22 +2,18 @@
 
 from collections.abc import Mapping
 
-import numpy as np
-import pandas as pd
-
 from vasowave.animal.reading import data_of
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.discrepancy import discrepancies
 from vasowave.cohort.table import column
 from vasowave.figures import modeled as figures
 from vasowave.figures.compared import boxes_figure
-from vasowave.figures.discrepancy import discrepancy_figure
 from vasowave.figures.style import group_looks
-from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Section, Table
+from vasowave.report.blocks import Block, Drawing, Fold, Section, Table
+from vasowave.report.sections.discrepancy import discrepancy_blocks
 from vasowave.report.sections.space import space_block
 from vasowave.report.tables import models as tables
 from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
-from vasowave.report.wording import column_label, number
+from vasowave.report.wording import column_label
 
 _BEDS = ("R_T", "C_T", "C_p_over_C_T", "tau", "a")
 _SOURCES = "Sources differ by their hatch and stand below their boxes."
@@ -40,7 +36,7 @@ def model_section(cohort: Cohort, law: str, written: Mapping[str, str]) -> Secti
         Drawing("Residuals", "Measured minus simulated pressure and its autocorrelation; inside the grey band an "
                 "autocorrelation cannot be told from that of independent noise.", figures.residuals_figure(cohort)),
         misfit_table(cohort),
-        *_discrepancy(cohort),
+        *discrepancy_blocks(cohort),
         *_selection(cohort, law),
     ]  # fmt: skip
     return Section("models", "Calibrated model" if cohort.single else "Calibrated models", blocks)
@@ -96,55 +92,6 @@ def _waves(cohort: Cohort, written: Mapping[str, str]) -> list[Block]:
         boxes = boxes_figure(cohort, labelled(cohort, ("I_R",), written), cohort.sources)
         blocks.append(Drawing("WIA-I_R", f"Reflection coefficient I_R (eq. 17). {_SOURCES}", boxes))
     return [*blocks, tables.waves(cohort)]
-
-
-def _discrepancy(cohort: Cohort) -> list[Block]:
-    """Return what the laws leave in every harmonic, where there are enough animals to see what they have in common."""
-    sentences = left_alike(cohort)
-    if not sentences:
-        return []
-    caption = (
-        "What each law leaves of the pressure by harmonic: every animal (thin), the root mean square of all (black), "
-        "what all have in common (dotted), and the error of the averaged beats (dashed). Dots: phases agree more than "
-        "chance would have it."
-    )
-    data = pd.concat([discrepancies(cohort, wall).assign(wall=wall) for wall in cohort.walls], ignore_index=True)
-    table = Table.of("Discrepancy", "What the laws leave in every harmonic, and what of it all animals share", data)
-    return [
-        Bullets(sentences),
-        Drawing("Discrepancy", caption, discrepancy_figure(cohort)),
-        Fold(table.caption, [table]),
-    ]
-
-
-def left_alike(cohort: Cohort) -> list[str]:
-    """Return a sentence for each law that enough animals have: what it leaves, and whether in all of them alike."""
-    sentences = []
-    for wall in cohort.walls:
-        found = discrepancies(cohort, wall)
-        if found.empty:
-            continue
-        left, error = (np.sqrt((found[name] ** 2).sum() / 2) for name in ("residual [mmHg]", "error [mmHg]"))
-        alike = [
-            f"{row['harmonic']} ({number(row['common [mmHg]'], 1)} mmHg)"
-            for row in found[found["alike"]].to_dict("records")
-        ]
-        beats = f", the error of the averaged beats is {number(error, 2)}" if error > 0 else ""
-        sentences.append(
-            f"{wall.capitalize()} wall: {number(left, 2)} mmHg r.m.s. of the pressure are left{beats}; "
-            f"{_shared(alike, len(cohort.calibrated(wall)))}."
-        )
-    return sentences
-
-
-def _shared(alike: list[str], animals: int) -> str:
-    if not alike:
-        return "none of its harmonics is alike in all animals: what is left differs from animal to animal"
-    which = f"harmonic {alike[0]} of it is" if len(alike) == 1 else f"harmonics {', '.join(alike)} of it are"
-    return (
-        f"{which} alike in all {animals} animals: there the model or the way of measuring errs, not chance, and more "
-        "animals do not average it out"
-    )
 
 
 def _selection(cohort: Cohort, law: str) -> list[Block]:
