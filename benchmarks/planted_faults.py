@@ -82,9 +82,11 @@ FAULTS = [
     ),
     Fault("linear network about rest", "linear.py", (("middle = 0.5 * (1.0 + kept) * inlet", "middle = 0.0 * kept"),)),
     Fault("flow faster than its waves", "solver/validity.py", (("mach.value >= 1.0", "mach.value >= 1e9"),)),
-    Fault("drag bends no pressure", "solver/extremes.py", (("** 2 / 8 * drag", "** 2 / 80 * drag"),)),
-    Fault("fronts between two samples", "solver/numerics.py", (("_MANY = 16 ", "_MANY = 160 "),)),
-    Fault("dispersion a tenth of what it is", "solver/extremes.py", (("/ (6 * c**3)", "/ (60 * c**3)"),)),
+    Fault("drag bends no pressure", "solver/grid_error.py", (("**2 / 8 * drag", "**2 / 80 * drag"),)),
+    Fault("fronts between two kept steps", "solver/numerics.py", (("_FRONT = 4 ", "_FRONT = 16 "),)),
+    Fault("fronts between two times", "solver/grid_error.py", (("_FRONT = 2.0", "_FRONT = 10.0"),)),
+    Fault("fronts steeper than cells carry", "solver/grid_error.py", (("_FRONT = 2.0", "_FRONT = 0.0"),)),
+    Fault("dispersion a tenth of what it is", "solver/grid_error.py", (("/ (6 * c**3)", "/ (60 * c**3)"),)),
     Fault(
         "solver's accuracy of the first pair of grids", "solver/accuracy.py", (("if error <= accuracy", "if error"),)
     ),
@@ -105,12 +107,12 @@ FAULTS = [
     Fault(
         "sensitivity without the change of drag",
         VARIATIONS,
-        (("by_drag = half * Phi, quarter * (", "by_drag = half * Phi, 0.0 * ("),),
+        (("stencil.drag[j] = quarter * (", "stencil.drag[j] = 0.0 * ("),),
     ),
     Fault(
         "sensitivity without the change of pressure by the wall's parameters",
         VARIATIONS,
-        (("stencil.wall[k, j] = -cells.half[j] * mass", "stencil.wall[k, j] = -0.0 * mass"),),
+        (("stencil.fall[j] * (slopes.wall[k, j + 1]", "0.0 * (slopes.wall[k, j + 1]"),),
     ),
     Fault(
         "sensitivity without the change of wave speed at vessel ends",
@@ -120,7 +122,17 @@ FAULTS = [
     Fault(
         "sensitivity without longer cells",
         VARIATIONS,
-        (("stencil.length[j] = push * force", "stencil.length[j] = 0.0"),),
+        (("stencil.length[j] = -push * force", "stencil.length[j] = 0.0"),),
+    ),
+    Fault(
+        "sensitivity with beds that do not give way",
+        NODE_VARIATIONS,
+        (("slopes.give[k] += 1.0 / (outlet", "slopes.give[k] += 0.0 / (outlet"),),
+    ),
+    Fault(
+        "sensitivity without longer vessels at their ends",
+        NODE_VARIATIONS,
+        (("slopes.length[e] * longer[e]", "0.0 * longer[e]"),),
     ),
     Fault(
         "sensitivity with outlets whose memory does not change",

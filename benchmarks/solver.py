@@ -35,6 +35,7 @@ from vasowave.datasets.virtual import ejection, virtual_mouse
 from vasowave.model import Model
 from vasowave.network import Network
 from vasowave.nominal import estimate_nominal, windkessels
+from vasowave.recording import Inflow
 from vasowave.solver import Numerics
 from vasowave.solver.simulate import simulate_run, simulate_runs
 from vasowave.solver.sweep import sweep
@@ -124,11 +125,11 @@ def one_simulation(name: str, wall: LinearWall | TangentWall) -> tuple[dict[str,
         f"{name} wall: {1e3 * seconds:.1f} ms a simulation of {cycles} cycles ({7e3 * seconds / cycles:.1f} ms for 7), "
         f"{run.steps} steps, {cells} cells; {cells * run.steps * cycles / seconds:.3g} cell steps/s"
     )
-    one, all_cores = (
-        timed(lambda w=w: simulate_runs([model] * 16, inflow, Numerics(), workers=w), 3, time.perf_counter)
-        for w in (1, None)
+    faster, busier = of_threads([model] * 16, inflow)
+    print(
+        f"  ensemble of 16: {faster:.2f} times as fast on {os.cpu_count()} cores as on one, beside all that runs, "
+        f"{busier:.2f} of the processor time"
     )
-    print(f"  ensemble of 16: {one / all_cores:.2f} times as fast on {os.cpu_count()} cores as on one")
     alone, exact, rough, free = cost_of_a_jacobian(name)
     print(
         f"  a Jacobian of {free} parameters costs as much as {exact / alone:.2f} simulations near by, one for a search "
@@ -140,6 +141,19 @@ def one_simulation(name: str, wall: LinearWall | TangentWall) -> tuple[dict[str,
     }
     times = {f"{name}, simulation": seconds, f"{name}, near by": alone, f"{name}, Jacobian": exact}
     return work, times
+
+
+def of_threads(models: list[Model], inflow: Inflow) -> tuple[float, float]:
+    """Return how many times as fast all cores are, and how much processor time they take of one; medians of turns."""
+
+    def costs(workers: int | None) -> tuple[float, float]:
+        clock, processor = time.perf_counter(), time.process_time()
+        simulate_runs(models, inflow, Numerics(), workers=workers)
+        return time.perf_counter() - clock, time.process_time() - processor
+
+    turns = np.array([[costs(workers) for workers in (1, None)] for _ in range(15)])
+    ratios = turns[:, 0] / turns[:, 1]
+    return float(np.median(ratios[:, 0])), float(np.median(1 / ratios[:, 1]))
 
 
 def cost_of_a_jacobian(name: str) -> tuple[float, float, float, int]:

@@ -279,12 +279,24 @@ def test_a_demand_of_the_linear_solution_is_tried_with_the_steps_that_are_allowe
 
 
 def test_a_front_that_passes_between_two_samples_is_seen():
-    """Third differences of 512 samples give 0.4 % of the peak; against twice the cells it is off by 3.6 %."""
+    """13 steps a sample: third differences of 512 samples give 0.5 % of the peak, and it is 2.7 % off twice the cells.
+
+    Against eight times the cells it is 9 % off.
+    """
+    model, inflow = _from("sudden *", 143, 1005)
+    run = run_to_periodic(model, inflow, Numerics())
+    assert run.steps == 13 * 512
+    share = run.extremes.grid_error.value / run.pressure.max()
+    assert 0.027 < share < 0.18
+    assert "depends on the grid" in run.notes[0]
+
+
+def test_a_front_is_judged_as_the_cells_that_it_enters_can_carry_it():
+    """74 steps a sample: at the last steps' distance its error would be 21 times the peak; it is 3.6 % off."""
     model, inflow = _from("sudden *", 443, 1003)
     run = run_to_periodic(model, inflow, Numerics())
     assert run.steps > 16 * 512
-    assert len(run.recorded[0]) == 2 * 512
-    assert "depends on the grid" in run.notes[0]
+    assert 0.036 < run.extremes.grid_error.value / run.pressure.max() < 0.36
 
 
 def test_a_slow_windkessel_is_blamed_only_where_there_is_one(control, inflow):

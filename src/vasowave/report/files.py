@@ -56,7 +56,7 @@ def _write_csv(data: pd.DataFrame, path: Path) -> None:
         if not pd.api.types.is_numeric_dtype(kind):
             column = data.iloc[:, place]
             texts = {one: spreadsheet_cell(one) for one in column.unique() if isinstance(one, str)}
-            safe.isetitem(place, column.replace({one: cell for one, cell in texts.items() if one != cell}))
+            safe.isetitem(place, column.replace({one: cell for one, cell in texts.items() if one != cell}).to_numpy())
     safe.to_csv(path, index=False, lineterminator="\n")
 
 

@@ -91,9 +91,9 @@ def _compiled() -> Any:
         faces, fluxes, nodes = scratch
         every = len(inflow) // out.shape[1]
         watch = max(every, len(inflow) // WATCHES)
-        per_cell = cell_out.shape[1] > 0
+        of_cells = len(inflow) // max(cell_out.shape[1], 1)
         for n in range(len(inflow)):
-            sampled = n % every == 0
+            cells_kept = cell_out.shape[1] > 0 and n % of_cells == 0
             if not find_fluxes(area, flow, cells, wall, fluid, fluxes):
                 report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(area, cells), n
                 return
@@ -112,14 +112,14 @@ def _compiled() -> Any:
             if not find_fluxes(faces.area, faces.flow, cells, wall, fluid, fluxes):
                 report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(faces.area, cells), n
                 return
-            if sampled:
+            if n % every == 0:
                 record_stations(n // every, vessels, faces, out)
-                if per_cell:
-                    record_cells(n // every, area, flow, cell_out)
+            if cells_kept:
+                record_cells(n // of_cells, area, flow, cell_out)
             update_cells(area, flow, cells, fluid, fluxes, faces)
             continue_lines(area, flow, vessels.single, faces)
-            if sampled and per_cell:
-                center_cells(n // every, area, flow, cell_out)
+            if cells_kept:
+                center_cells(n // of_cells, area, flow, cell_out)
             report[INFLOW] += inflow[n]
             for k in range(ends.first_terminal, len(nodes.step)):
                 report[OUTFLOW] += faces.flow[ends.face[k]]

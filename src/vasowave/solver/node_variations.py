@@ -33,6 +33,7 @@ class EndSlopes(NamedTuple):
     by_speed: np.ndarray  # (end,) by c
     wall: np.ndarray  # (parameter + 1, end) by the logarithms of the law's parameters and of A0
     pressure: np.ndarray  # (parameter + 1, end) of g by the same
+    give: np.ndarray  # (node,) change of its pressure by the flow into it, mmHg s/ml
 
 
 class EndChanges(NamedTuple):
@@ -42,7 +43,6 @@ class EndChanges(NamedTuple):
     wall: np.ndarray  # (end,) g
     balance: np.ndarray  # (end,) flow into the node at an unchanged pressure
     inflow: np.ndarray  # (node,) the same of all its ends
-    fall: np.ndarray  # (node,) derivative of the flow into the node by its pressure
     pressure: np.ndarray  # (node,)
 
 
@@ -120,19 +120,40 @@ def differentiate_characteristics(ends, nodes, slopes):
 
 
 @njit(**OPTIONS)
-def change_characteristics(dA, dq, ends, slopes, weight, longer, changes):
+def differentiate_nodes(outlet, ends, slopes):
+    """What flow into a node makes of its pressure: its vessels, and where there is a bed that too, give way."""
+    for k in range(len(slopes.give)):
+        slopes.give[k] = 0.0
+    for r in range(len(ends.start) - 1):
+        first = ends.start[r]
+        for k in range(ends.start[r + 1] - first):
+            slopes.give[k] -= slopes.line[first + k]
+    for k in range(ends.first_terminal, len(slopes.give)):
+        j = k - ends.first_terminal
+        slopes.give[k] += 1.0 / (outlet.R1[j] + outlet.gain_half[j])
+    for k in range(len(slopes.give)):
+        slopes.give[k] = 1.0 / slopes.give[k]
+
+
+@njit(**OPTIONS)
+def change_characteristics(dA, dq, ends, slopes, weight, changes):
     """Changes r and g at every end."""
     for e in range(len(ends.face)):
         end, inner = ends.cell[e], ends.inner[e]
         r = slopes.area[e] * dA[end] + slopes.flow[e] * dq[end]
-        r += slopes.inner_area[e] * dA[inner] + slopes.inner_flow[e] * dq[inner]
-        changes.flow[e], changes.wall[e] = r + slopes.length[e] * longer[e], 0.0
+        changes.flow[e] = r + slopes.inner_area[e] * dA[inner] + slopes.inner_flow[e] * dq[inner]
+        changes.wall[e] = 0.0
     for k in range(len(weight)):
         for e in range(len(ends.face)):
             changes.flow[e] += slopes.wall[k, e] * weight[k, e]
             changes.wall[e] += slopes.pressure[k, e] * weight[k, e]
-    for e in range(len(ends.face)):
-        changes.balance[e] = ends.side[e] * changes.flow[e] - slopes.line[e] * changes.wall[e]
+
+
+@njit(**OPTIONS)
+def lengthen_characteristics(longer, slopes, changes):
+    """What longer vessels add to r."""
+    for e in range(len(longer)):
+        changes.flow[e] += slopes.length[e] * longer[e]
 
 
 @njit(**OPTIONS)
@@ -141,21 +162,21 @@ def change_nodes(d, before, memory, outlet, outlets, ends, faces, slopes, change
 
     `before` is what the outlets remembered before this step, `memory` its change, `outlets` the changes of the outlets.
     """
-    for k in range(len(changes.pressure)):
-        changes.inflow[k], changes.fall[k] = 0.0, 0.0
+    for e in range(len(ends.face)):
+        changes.balance[e] = ends.side[e] * changes.flow[e] - slopes.line[e] * changes.wall[e]
+    for k in range(ends.first_terminal):
+        changes.inflow[k] = 0.0
+    for k in range(ends.first_terminal, len(changes.inflow)):
+        j, q = k - ends.first_terminal, faces.flow[ends.face[k]]
+        rise = outlet.decay_half[j] * memory[j, 0] + outlets.decay_half[d, j] * before[j]
+        rise += (outlets.R1[d, j] + outlets.gain_half[d, j]) * q
+        changes.inflow[k] = rise / (outlet.R1[j] + outlet.gain_half[j])
     for r in range(len(ends.start) - 1):
         first = ends.start[r]
         for k in range(ends.start[r + 1] - first):
             changes.inflow[k] += changes.balance[first + k]
-            changes.fall[k] += slopes.line[first + k]
-    for k in range(ends.first_terminal):
-        changes.pressure[k] = -changes.inflow[k] / changes.fall[k]
-    for k in range(ends.first_terminal, len(changes.pressure)):
-        j, q = k - ends.first_terminal, faces.flow[ends.face[k]]
-        resistance = outlet.R1[j] + outlet.gain_half[j]
-        rise = outlet.decay_half[j] * memory[j, 0] + outlets.decay_half[d, j] * before[j]
-        rise += (outlets.R1[d, j] + outlets.gain_half[d, j]) * q
-        changes.pressure[k] = (rise + resistance * changes.inflow[k]) / (1.0 - resistance * changes.fall[k])
+    for k in range(len(changes.pressure)):
+        changes.pressure[k] = slopes.give[k] * changes.inflow[k]
 
 
 @njit(**OPTIONS)

@@ -10,7 +10,8 @@ from vasowave.errors import InputError
 from vasowave.settings import Positive, check_settings
 
 _FEW = 4  # steps a sample, above which a multiple of the samples costs little
-_MANY = 16  # steps a sample, in which a front as steep as cells can carry may pass unseen
+_MANY = 16  # steps a sample, above which one of twice the samples does
+_FRONT = 4  # steps in which a front as steep as cells can carry passes
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class Numerics:
         """Return the least steps a cycle that serve a demand and the samples.
 
         They are a multiple of the samples or, where that would cost much and the cycle is periodic, so that what lies
-        between two steps is known, of a quarter of them; where it costs little, of `seen`.
+        between two steps is known, of a quarter of them; where it costs little, of twice as many.
         """
         unit = self._unit_at(demand)
         return max(self.samples, math.ceil(demand / unit) * unit)
@@ -93,8 +94,12 @@ class Numerics:
         return max(self.samples, self.most_steps // unit * unit)
 
     def _unit_at(self, steps: float) -> int:
-        return self._unit if steps <= _FEW * self.samples else self.seen(steps)
-
-    def seen(self, steps: float) -> int:
-        """Return the times a cycle at which waves are judged: twice the samples where a wave runs far between two."""
+        if steps <= _FEW * self.samples:
+            return self._unit
         return 2 * self.samples if steps > _MANY * self.samples else self.samples
+
+    def kept_every(self, steps: int) -> int:
+        """Return from how many steps one is kept: all samples are among those, and no front passes between two."""
+        among = self.samples if steps % self.samples == 0 else 1
+        most = min(_FRONT, steps // self.samples)
+        return next(every for every in range(most, 0, -1) if steps % (every * among) == 0)

@@ -81,8 +81,8 @@ class Run:
 
     @cached_property
     def extremes(self) -> Extremes:
-        """What the waves reach at most, at the output times; the grid's error at all that were recorded."""
-        return find_extremes(self.grid, self.period, self.steps, self.pressure, self._pressure_of(self.recorded))
+        """What the waves reach at most, at the output times; how steep and wrong they are, at all recorded."""
+        return find_extremes(self.grid, self.period, self.steps, self.pressure, self.recorded[0])
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -92,10 +92,7 @@ class Run:
     @cached_property
     def pressure(self) -> np.ndarray:
         """Pressure at inlet, middle and outlet, mmHg, shape (sample, station, vessel)."""
-        return self._pressure_of(self.stations)
-
-    def _pressure_of(self, stations: np.ndarray) -> np.ndarray:
-        area = np.moveaxis(stations[0], 1, -1)
+        area = np.moveaxis(self.stations[0], 1, -1)
         return np.asarray(walls.pressure(self.model.wall, area, self.model.area0))
 
     def inlet_pressure(self, samples: int) -> np.ndarray:

@@ -42,10 +42,10 @@ class Stepper:
             make_node_states(self.parts[2]),
         )
         self.inlet_area = np.zeros(steps)
-        seen = next(n for n in (numerics.seen(steps), numerics.samples) if steps % n == 0 or n == numerics.samples)
-        every = next(k for k in range(steps // seen, 0, -1) if steps % k == 0)
-        self.stations = np.zeros((2, steps // every, vessels, 3))
-        self.cells = np.zeros((2, steps // every if numerics.every_cell else 0, slots))
+        kept = steps // numerics.kept_every(steps)
+        of_cells = numerics.samples if steps % numerics.samples == 0 else kept
+        self.stations = np.zeros((2, kept, vessels, 3))
+        self.cells = np.zeros((2, of_cells if numerics.every_cell else 0, slots))
         self.courant = self.volume_error = 0.0
         self.mach = Extreme(0.0, "", 0.0)
 

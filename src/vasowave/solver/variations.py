@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from vasowave.solver.cells import OPTIONS, slowed
+from vasowave.solver.cells import OPTIONS
 from vasowave.solver.laws import pressure_at, slope_at
 
 SHIFT = 1e-5
@@ -23,13 +23,15 @@ class Weights(NamedTuple):
     wall: np.ndarray  # (direction, parameter + 1, slot or end) of the law's parameters; the last is of the area A0
     length: np.ndarray  # (direction, slot or end)
     rows: np.ndarray  # (direction,) how many rows of the wall differ from zero; those behind them are left out
+    lengthens: np.ndarray  # (direction,) whether a length differs from zero; where none does, they are left out
 
 
 class Slopes(NamedTuple):
     """Derivatives of what `find_fluxes` finds."""
 
     pressure: np.ndarray  # (slot,) by the area
-    velocity: np.ndarray  # (slot,) q/A: the momentum flux changes by 2 u dq - u² dA
+    momentum_by_area: np.ndarray  # (slot,) of the momentum flux q²/A: -u²
+    momentum_by_flow: np.ndarray  # (slot,) 2 u
     drag: np.ndarray  # (slot,) by the area
     wall: np.ndarray  # (parameter + 1, slot) of the pressure by the logarithms of the law's parameters and of A0
 
@@ -41,8 +43,15 @@ class Stencil(NamedTuple):
     right_area: np.ndarray  # (slot,)
     left_flow: np.ndarray  # (slot,)
     right_flow: np.ndarray  # (slot,)
+    kept: np.ndarray  # (slot,) by the sum of the neighbors' flows alone
+    area: np.ndarray  # (slot,) by that of their areas alone
+    drag: np.ndarray  # (slot,) by that of their drags
+    push: np.ndarray  # (slot,) by the rise of the momentum flux from left to right
+    fall: np.ndarray  # (slot,) by that of the pressure
     length: np.ndarray  # (slot,) of the vessel, in the logarithm
-    wall: np.ndarray  # (parameter + 1, slot) its parameters and A0, in logarithms
+    wall: (
+        np.ndarray
+    )  # (parameter + 1 or fewer, slot) its parameters and A0, in logarithms; as many as directions change
 
 
 @njit(**OPTIONS)
@@ -52,7 +61,8 @@ def differentiate_fluxes(area, flow, cells, wall, shifted, fluid, fluxes, slopes
     for j in range(len(area)):
         A, per_area = area[j], 1.0 / area[j]
         slopes.pressure[j] = cells.per_area0[j] / slope_at(wall, j, fluxes.pressure[j])
-        slopes.velocity[j] = flow[j] * per_area
+        u = flow[j] * per_area
+        slopes.momentum_by_area[j], slopes.momentum_by_flow[j] = -u * u, 2.0 * u
         slopes.drag[j] = -0.5 * per_area * (fluxes.drag[j] + fluid.k0 * per_area)
         slopes.wall[last, j] = -A * slopes.pressure[j]
     k = 0
@@ -73,26 +83,32 @@ def differentiate_slowed(x):
 
 @njit(**OPTIONS)
 def differentiate_faces(area, flow, cells, fluid, fluxes, slopes, stencil):
-    """First half of a step, `inner_faces`: what the flow at every face makes of the cells around it."""
+    """First half of a step, `inner_faces`: what the flow at every face makes of the cells around it.
+
+    Left and right have loops of their own: in one, the compiler hands values on from slot to slot, one slot at a time.
+    """
     per_inertia = 1.0 / fluid.inertia
     for j in range(1, len(area)):
         half, quarter = cells.half[j - 1], 0.25 * cells.dt[j - 1]
-        left, right = slopes.velocity[j - 1], slopes.velocity[j]
-        mass, fall = 0.5 * per_inertia * (area[j - 1] + area[j]), fluxes.pressure[j] - fluxes.pressure[j - 1]
-        force = fluxes.momentum[j] - fluxes.momentum[j - 1] + mass * fall
+        mass, rise = 0.5 * per_inertia * (area[j - 1] + area[j]), fluxes.pressure[j] - fluxes.pressure[j - 1]
+        force = fluxes.momentum[j] - fluxes.momentum[j - 1] + mass * rise
         E, Phi, dE, dPhi = differentiate_slowed(quarter * (fluxes.drag[j - 1] + fluxes.drag[j]))
-        push, by_drag = half * Phi, quarter * (0.5 * dE * (flow[j - 1] + flow[j]) - half * dPhi * force)
-        shared = 0.5 * per_inertia * fall
-        by_left, by_right = shared + left * left, shared - right * right
-        stencil.left_area[j] = by_drag * slopes.drag[j - 1] - push * (by_left - mass * slopes.pressure[j - 1])
-        stencil.right_area[j] = by_drag * slopes.drag[j] - push * (by_right + mass * slopes.pressure[j])
-        stencil.left_flow[j], stencil.right_flow[j] = 0.5 * E + 2.0 * push * left, 0.5 * E - 2.0 * push * right
-        stencil.length[j] = push * force  # a longer vessel has longer cells
+        push = -half * Phi
+        stencil.kept[j], stencil.push[j] = 0.5 * E, push
+        stencil.area[j], stencil.fall[j] = 0.5 * push * per_inertia * rise, push * mass
+        stencil.drag[j] = quarter * (0.5 * dE * (flow[j - 1] + flow[j]) - half * dPhi * force)
+        stencil.length[j] = -push * force  # a longer vessel has longer cells
+    for j in range(1, len(area)):
+        by_flux = -stencil.push[j] * slopes.momentum_by_area[j - 1] - stencil.fall[j] * slopes.pressure[j - 1]
+        stencil.left_area[j] = stencil.area[j] + stencil.drag[j] * slopes.drag[j - 1] + by_flux
+        stencil.left_flow[j] = stencil.kept[j] - stencil.push[j] * slopes.momentum_by_flow[j - 1]
+    for j in range(1, len(area)):
+        by_flux = stencil.push[j] * slopes.momentum_by_area[j] + stencil.fall[j] * slopes.pressure[j]
+        stencil.right_area[j] = stencil.area[j] + stencil.drag[j] * slopes.drag[j] + by_flux
+        stencil.right_flow[j] = stencil.kept[j] + stencil.push[j] * slopes.momentum_by_flow[j]
     for k in range(len(stencil.wall)):
         for j in range(1, len(area)):
-            mass = 0.5 * per_inertia * (area[j - 1] + area[j])
-            _, Phi = slowed(0.25 * cells.dt[j - 1] * (fluxes.drag[j - 1] + fluxes.drag[j]))
-            stencil.wall[k, j] = -cells.half[j - 1] * Phi * mass * (slopes.wall[k, j] - slopes.wall[k, j - 1])
+            stencil.wall[k, j] = stencil.fall[j] * (slopes.wall[k, j] - slopes.wall[k, j - 1])
 
 
 @njit(**OPTIONS)
@@ -100,47 +116,60 @@ def differentiate_cells(area, flow, cells, fluid, fluxes, slopes, stencil):
     """Second half of a step, `update_cells`: what the flow in every cell makes of its faces, whose state this is."""
     per_inertia = 1.0 / fluid.inertia
     for j in range(len(area) - 1):
-        twice, half_dt = 2.0 * cells.half[j], 0.5 * cells.dt[j]
-        left, right = slopes.velocity[j], slopes.velocity[j + 1]
-        mass, fall = 0.5 * per_inertia * (area[j] + area[j + 1]), fluxes.pressure[j + 1] - fluxes.pressure[j]
-        shared = 0.5 * per_inertia * fall
-        by_left = shared + left * left - mass * slopes.pressure[j]
-        by_right = shared - right * right + mass * slopes.pressure[j + 1]
-        stencil.left_area[j] = -twice * by_left - half_dt * slopes.drag[j] * flow[j]
-        stencil.right_area[j] = -twice * by_right - half_dt * slopes.drag[j + 1] * flow[j + 1]
-        stencil.left_flow[j] = 2.0 * twice * left - half_dt * fluxes.drag[j]
-        stencil.right_flow[j] = -2.0 * twice * right - half_dt * fluxes.drag[j + 1]
-        stencil.length[j] = twice * (fluxes.momentum[j + 1] - fluxes.momentum[j] + mass * fall)
+        push, mass = -2.0 * cells.half[j], 0.5 * per_inertia * (area[j] + area[j + 1])
+        rise = fluxes.pressure[j + 1] - fluxes.pressure[j]
+        stencil.area[j], stencil.fall[j] = 0.5 * push * per_inertia * rise, push * mass
+        stencil.length[j] = -push * (fluxes.momentum[j + 1] - fluxes.momentum[j] + mass * rise)
+    for j in range(len(area) - 1):
+        push, by_drag = -2.0 * cells.half[j], -0.5 * cells.dt[j]
+        by_flux = -push * slopes.momentum_by_area[j] - stencil.fall[j] * slopes.pressure[j]
+        stencil.left_area[j] = stencil.area[j] + by_drag * slopes.drag[j] * flow[j] + by_flux
+        stencil.left_flow[j] = by_drag * fluxes.drag[j] - push * slopes.momentum_by_flow[j]
+    for j in range(len(area) - 1):
+        push, by_drag = -2.0 * cells.half[j], -0.5 * cells.dt[j]
+        by_flux = push * slopes.momentum_by_area[j + 1] + stencil.fall[j] * slopes.pressure[j + 1]
+        stencil.right_area[j] = stencil.area[j] + by_drag * slopes.drag[j + 1] * flow[j + 1] + by_flux
+        stencil.right_flow[j] = by_drag * fluxes.drag[j + 1] + push * slopes.momentum_by_flow[j + 1]
     for k in range(len(stencil.wall)):
         for j in range(len(area) - 1):
-            mass = per_inertia * (area[j] + area[j + 1])
-            stencil.wall[k, j] = -cells.half[j] * mass * (slopes.wall[k, j + 1] - slopes.wall[k, j])
+            stencil.wall[k, j] = stencil.fall[j] * (slopes.wall[k, j + 1] - slopes.wall[k, j])
 
 
 @njit(**OPTIONS)
-def change_faces(dA, dq, flow, cells, stencil, weight, longer, face_dA, face_dq):
+def change_faces(dA, dq, cells, stencil, weight, face_dA, face_dq):
     """Changes of area and flow at all inner faces in one direction."""
     for j in range(1, len(dA)):
-        half = cells.half[j - 1]
-        apart = dq[j] - dq[j - 1] - longer[j] * (flow[j] - flow[j - 1])
-        face_dA[j] = 0.5 * (dA[j - 1] + dA[j]) - half * apart
+        face_dA[j] = 0.5 * (dA[j - 1] + dA[j]) - cells.half[j - 1] * (dq[j] - dq[j - 1])
         moved = stencil.left_area[j] * dA[j - 1] + stencil.right_area[j] * dA[j]
-        moved += stencil.left_flow[j] * dq[j - 1] + stencil.right_flow[j] * dq[j]
-        face_dq[j] = moved + stencil.length[j] * longer[j]
+        face_dq[j] = moved + stencil.left_flow[j] * dq[j - 1] + stencil.right_flow[j] * dq[j]
     for k in range(len(weight)):
         for j in range(1, len(dA)):
             face_dq[j] += stencil.wall[k, j] * weight[k, j]
 
 
 @njit(**OPTIONS)
-def change_cells(face_dA, face_dq, flow, cells, stencil, weight, longer, dA, dq):
-    """Changes of area and flow in all cells in one direction; `flow` is that of the faces."""
+def lengthen_faces(longer, flow, cells, stencil, face_dA, face_dq):
+    """What longer vessels add to the changes at the faces; `flow` is that of the cells."""
+    for j in range(1, len(longer)):
+        face_dA[j] += cells.half[j - 1] * longer[j] * (flow[j] - flow[j - 1])
+        face_dq[j] += stencil.length[j] * longer[j]
+
+
+@njit(**OPTIONS)
+def change_cells(face_dA, face_dq, cells, stencil, weight, dA, dq):
+    """Changes of area and flow in all cells in one direction."""
     for j in range(len(dA) - 1):
-        twice = 2.0 * cells.half[j]
-        dA[j] -= twice * (face_dq[j + 1] - face_dq[j] - longer[j] * (flow[j + 1] - flow[j]))
+        dA[j] -= 2.0 * cells.half[j] * (face_dq[j + 1] - face_dq[j])
         moved = stencil.left_area[j] * face_dA[j] + stencil.right_area[j] * face_dA[j + 1]
-        moved += stencil.left_flow[j] * face_dq[j] + stencil.right_flow[j] * face_dq[j + 1]
-        dq[j] += moved + stencil.length[j] * longer[j]
+        dq[j] += moved + stencil.left_flow[j] * face_dq[j] + stencil.right_flow[j] * face_dq[j + 1]
     for k in range(len(weight)):
         for j in range(len(dA) - 1):
             dq[j] += stencil.wall[k, j] * weight[k, j]
+
+
+@njit(**OPTIONS)
+def lengthen_cells(longer, flow, cells, stencil, dA, dq):
+    """What longer vessels add to the changes in the cells; `flow` is that of the faces."""
+    for j in range(len(longer) - 1):
+        dA[j] += 2.0 * cells.half[j] * longer[j] * (flow[j + 1] - flow[j])
+        dq[j] += stencil.length[j] * longer[j]

@@ -16,8 +16,10 @@ from vasowave.solver.node_variations import (
     change_memory,
     change_nodes,
     differentiate_characteristics,
+    differentiate_nodes,
     differentiate_speeds,
     gather_slopes,
+    lengthen_characteristics,
 )
 from vasowave.solver.nodes import characteristics, gather, solve_nodes
 from vasowave.solver.variations import (
@@ -26,6 +28,8 @@ from vasowave.solver.variations import (
     differentiate_cells,
     differentiate_faces,
     differentiate_fluxes,
+    lengthen_cells,
+    lengthen_faces,
 )
 
 
@@ -57,16 +61,21 @@ def _compiled() -> Any:
             gather_slopes(ends, nodes, faces, cell_slopes, slopes, lines)
             differentiate_speeds(ends, fluid, end_wall, end_wall_beside, nodes, lines)
             differentiate_characteristics(ends, nodes, lines)
+            differentiate_nodes(outlet, ends, lines)
             for d in range(len(dA)):
-                rows, longer = in_slots.rows[d], in_slots.length[d]
-                weight, end_weight = in_slots.wall[d, :rows], at_ends.wall[d, :rows]
-                change_faces(dA[d], dq[d], flow, cells, to_faces, weight, longer, face_dA, face_dq)
-                change_characteristics(dA[d], dq[d], ends, lines, end_weight, at_ends.length[d], at_nodes)
+                weight, end_weight = in_slots.wall[d, : in_slots.rows[d]], at_ends.wall[d, : at_ends.rows[d]]
+                change_faces(dA[d], dq[d], cells, to_faces, weight, face_dA, face_dq)
+                change_characteristics(dA[d], dq[d], ends, lines, end_weight, at_nodes)
+                if in_slots.lengthens[d]:
+                    lengthen_faces(in_slots.length[d], flow, cells, to_faces, face_dA, face_dq)
+                    lengthen_characteristics(at_ends.length[d], lines, at_nodes)
                 change_nodes(d, before, remembered[d], outlet, outlets, ends, faces, lines, at_nodes)
                 change_ends(ends, nodes, lines, at_nodes, face_dA, face_dq)
                 change_memory(d, before, remembered[d], outlet, outlets, ends, faces, face_dq)
                 out[d, n] = at_nodes.pressure[ends.inlet]
-                change_cells(face_dA, face_dq, faces.flow, cells, to_cells, weight, longer, dA[d], dq[d])
+                change_cells(face_dA, face_dq, cells, to_cells, weight, dA[d], dq[d])
+                if in_slots.lengthens[d]:
+                    lengthen_cells(in_slots.length[d], faces.flow, cells, to_cells, dA[d], dq[d])
                 continue_lines(dA[d], dq[d], vessels.single, Faces(face_dA, face_dq))
             update_cells(area, flow, cells, fluid, fluxes, faces)
             continue_lines(area, flow, vessels.single, faces)

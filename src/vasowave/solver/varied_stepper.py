@@ -32,15 +32,15 @@ class VariedStepper:
         self.outlets = _outlet_changes(run, directions)
         self.shifted = tuple(map(_beside, self.stepper.law))
         slots, count, nodes = len(vessel), len(ends.face), int(ends.start[1])
-        rows = len(run.grid.wall) + 1
+        rows, changed = len(run.grid.wall) + 1, int(self.weights[0].rows.max())
         self.base = *self.stepper.scratch, Fluxes(*np.ones((3, slots)))
         self.scratch = (
-            _ones(Slopes, [*3 * [(slots,)], *[(rows, slots)]]),
-            _ones(Slopes, [*3 * [(slots,)], *[(rows, slots)]]),
-            _ones(Stencil, [*5 * [(slots,)], *[(rows, slots)]]),
-            _ones(Stencil, [*5 * [(slots,)], *[(rows, slots)]]),
-            _ones(EndSlopes, [*13 * [(count,)], *2 * [(rows, count)]]),
-            _ones(EndChanges, [*3 * [(count,)], *3 * [(nodes,)]]),
+            _ones(Slopes, [*4 * [(slots,)], (rows, slots)]),
+            _ones(Slopes, [*4 * [(slots,)], (rows, slots)]),
+            _ones(Stencil, [*10 * [(slots,)], (changed, slots)]),
+            _ones(Stencil, [*10 * [(slots,)], (changed, slots)]),
+            _ones(EndSlopes, [*13 * [(count,)], *2 * [(rows, count)], (nodes,)]),
+            _ones(EndChanges, [*3 * [(count,)], *2 * [(nodes,)]]),
             np.zeros(slots),
             np.zeros(slots),
             np.zeros(len(run.grid.model.network.terminals)),
@@ -90,7 +90,7 @@ def _weights(directions: Sequence[Direction], vessel: np.ndarray) -> Weights:
     wall = np.array([[*one.wall, one.area0] for one in directions])[:, :, vessel]
     length = np.array([one.length for one in directions])[:, vessel]
     rows = [max((k + 1 for k in range(len(one)) if np.any(one[k])), default=0) for one in wall]
-    return Weights(np.ascontiguousarray(wall), np.ascontiguousarray(length), np.array(rows))
+    return Weights(np.ascontiguousarray(wall), np.ascontiguousarray(length), np.array(rows), np.any(length, axis=1))
 
 
 def _beside(wall: Any) -> tuple[tuple[Any, Any], ...]:

@@ -1,0 +1,105 @@
+"""What the cells leave of error in the waves that they carried, seen in the waves themselves."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vasowave import walls
+from vasowave.solver.grid import Grid
+
+_FRONT = 2.0  # cells that a wave passes between two times at which it is judged: cells carry no front within fewer
+_FEWEST = 64  # such times a cycle
+
+
+class Judged(NamedTuple):
+    """How steep the waves of every vessel are, and how wrong; shapes (vessel,)."""
+
+    steepness: np.ndarray  # largest share of a vessel's pulse pressure within one cell
+    steepest: np.ndarray  # its time, s
+    error: np.ndarray  # of pressure, mmHg
+    worst: np.ndarray  # its time, s
+    dispersion: np.ndarray  # of the error, what the vessel's own cells leave by its end
+
+
+def judge(grid: Grid, period: float, steps: int, area: np.ndarray) -> Judged:
+    """Return how steep and how wrong the waves of area (cm², shape (time, vessel, station)) are on a grid."""
+    found, network = np.zeros((len(Judged._fields), len(grid.counts))), grid.model.network
+    for rows, waves in _waves_by_cells(grid, period, area):
+        found[:, rows] = waves.judged(period, steps)
+    judged = Judged(*found)
+    with_inherited = judged.dispersion.copy()
+    for rows in network.generations[1:]:
+        with_inherited[rows] += with_inherited[network.parent[rows]]
+    return judged._replace(error=judged.error + with_inherited - judged.dispersion)
+
+
+def _waves_by_cells(grid: Grid, period: float, area: np.ndarray) -> Iterator[tuple[np.ndarray, "_Waves"]]:
+    """Yield vessels whose cells a wave passes in like times, and their waves at times so far apart.
+
+    Further apart, a front would pass between two unseen; nearer together, what comes from finer cells would look
+    steeper than these cells can carry.
+    """
+    model = grid.model
+    mean = walls.pressure(model.wall, area.mean(axis=(0, 2)), model.area0)
+    through_cell = grid.spacing[grid.vessels.first] / walls.wave_speed(model.wall, mean, model.blood.inertia)
+    apart = np.round(_FRONT * through_cell * len(area) / period)
+    apart = np.clip(apart, 1, max(1, len(area) // _FEWEST)).astype(int)
+    for every in np.unique(apart):
+        rows = np.flatnonzero(apart == every)
+        yield rows, _Waves(grid, rows, area[::every, rows], every * period / len(area))
+
+
+class _Waves:
+    """Waves of some vessels, `interval` s apart, shape (time, vessel, station)."""
+
+    def __init__(self, grid: Grid, rows: np.ndarray, area: np.ndarray, interval: float) -> None:
+        model = grid.model
+        wall: Any = type(model.wall)(*(value[rows, np.newaxis] for value in model.wall))
+        self.blood, self.area, self.interval = model.blood, area, interval
+        self.pressure = np.asarray(walls.pressure(wall, area, model.area0[rows, np.newaxis]))
+        self.speed = np.asarray(walls.wave_speed(wall, self.pressure, self.blood.inertia))
+        self.spacing = grid.spacing[grid.vessels.first[rows]][:, np.newaxis]
+        self.length = model.network.length[rows][:, np.newaxis]
+
+    def judged(self, period: float, steps: int) -> tuple[np.ndarray, ...]:
+        """Return the fields of `Judged`, without what the vessels before these left."""
+        dispersion = self.dispersion(period / steps)
+        error = dispersion + self.bent_by_drag(period)
+        return *self.peaks(self.steepness()), *self.peaks(error), dispersion.max(axis=(0, 2))
+
+    def peaks(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the largest value in every vessel, and its time, s."""
+        anywhere = values.max(axis=2)
+        return anywhere.max(axis=0), anywhere.argmax(axis=0) * self.interval
+
+    def steepness(self) -> np.ndarray:
+        """Share of a vessel's pulse pressure that lies within one cell: |∂p/∂t| dx/c over the range of p."""
+        rise = np.abs(np.diff(self.pressure, axis=0)) / self.interval
+        pulse = np.maximum(np.ptp(self.pressure, axis=(0, 2)), 1e-12)[:, np.newaxis]
+        return rise * self.spacing / self.speed[:-1] / pulse
+
+    def dispersion(self, dt: float) -> np.ndarray:
+        """Error of pressure, mmHg, from the modified equation of the scheme: p_t + c p_x = -c dx² (1 - ν²)/6 p_xxx.
+
+        A wave that has passed a vessel of length L is wrong by dx² L (1 - ν²)/(6 c³) ∂³p/∂t³.
+        """
+        c = self.speed.mean(axis=(0, 2))[:, np.newaxis]
+        third = np.zeros_like(
+            self.pressure
+        )  # differences, not a Fourier series: a run from rest does not repeat itself
+        third[1:-2] = np.diff(self.pressure, 3, axis=0) / self.interval**3
+        courant = np.minimum(c * dt / self.spacing, 1.0)
+        return np.abs(third) * (self.spacing**2 * self.length * (1 - courant**2) / (6 * c**3))
+
+    def bent_by_drag(self, period: float) -> np.ndarray:
+        """Error of pressure, mmHg, of a straight line across a cell, dx²/8 ∂²p/∂x²; what waves have is dispersion.
+
+        Mass and momentum make p_tt + k p_t = c² p_xx, k being the drag, 1/s. Where k exceeds the frequencies, pressure
+        diffuses, and falls along a thin vessel within a far shorter length than a wave of that frequency has.
+        """
+        k0, k1 = self.blood.friction.coefficients(self.blood.viscosity, period)
+        drag = (k0 + k1 * np.sqrt(self.area)) / self.area
+        rate = np.zeros_like(self.pressure)
+        rate[1:-1] = (self.pressure[2:] - self.pressure[:-2]) / (2 * self.interval)
+        return self.spacing**2 / 8 * drag * np.abs(rate) / self.speed**2
