@@ -8,38 +8,37 @@ uv run python benchmarks/mutants.py 100 --docs
 
 A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed,
 `and` for `or`, a condition negated. Lines are drawn evenly from all of src. A mutant meets the tests that run
-its line, by the record in build/, the quick ones first and those with the module's own name before all; without a
-record, and for lines that nothing records (compiled kernels, what runs on import), the three files of tests nearest
-that import the module, or else what imports it. With --whole all default tests run. Exit code 1: a mutant survived.
+its line, by the record in build/, the quick ones first and those with the module's own name before all. A line that
+runs on import meets what holds in every module and then all tests that run the module; one that nothing records
+(compiled kernels), the three files of tests nearest that import the module, or else what imports it. With --whole all
+default tests run. The tests run in a fork of this process, which has loaded the libraries. Exit code 1: one survived.
 """
 
 import argparse
 import ast
-import json
+import multiprocessing
 import os
 import random
 import re
 import shutil
-import subprocess
+import signal
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
-from importlib.util import find_spec
+from importlib import import_module
 from itertools import accumulate
 from pathlib import Path
 from typing import NamedTuple
-from xml.etree import ElementTree
 
+from lines_of_tests import RECORD, ROOT, SOURCE, TESTS, record, record_lines, statement
 from robustness_page import put
 
-ROOT = Path(__file__).parents[1]
-SOURCE, TESTS = ROOT / "src" / "vasowave", ROOT / "tests"
 LONGEST = 900  # s; a mutant that makes the tests hang is noticed
 FEW = 3  # files of tests that import a module, those with its own name first
 PATIENCE = 120  # s of recorded time that the tests of one mutant may take
-RECORDING = "uv run --with pytest-cov==7.1.0 python benchmarks/mutants.py --record"
-RECORD = ROOT / "build" / "tests of lines.json"
+EVERYWHERE = "tests/test_conventions.py"  # what holds in every module
+LOADED = ("matplotlib.pyplot", "numba", "pandas", "pytest", "scipy.optimize", "scipy.signal", "scipy.stats", "xarray")
 
 COMPARED = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="}
 OPERATED = {ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Pow: "*"}
@@ -131,69 +130,18 @@ def drawn(count: int, seed: int, part: str = "") -> list[Mutant]:
 
 def tests_of(mutant: Mutant) -> list[str]:
     """Return the tests that run a mutant's line, the module's namesakes and the quick ones first."""
-    record, line = _record(), str(_statement(mutant))
-    running = record["lines"].get(str(mutant.file.relative_to(ROOT)), {}).get(line, [])
+    recorded, (begin, on_import) = record(), statement(mutant.file, mutant.line)
+    of_module = recorded["lines"].get(str(mutant.file.relative_to(ROOT)), {})
+    running = sorted({test for tests in of_module.values() for test in tests}) if on_import else []
+    running = running or of_module.get(str(begin), [])
+    first = [EVERYWHERE] if on_import else []
     if not running:
-        return [str(test.relative_to(ROOT)) for test in nearest_tests(mutant.file)]
-    seconds = record["seconds"]
-    namesakes = [test for test in running if mutant.file.stem in Path(test.partition("::")[0]).stem]
+        return [*first, *(str(test.relative_to(ROOT)) for test in nearest_tests(mutant.file))]
+    seconds = recorded["seconds"]
+    namesakes = {test for test in running if mutant.file.stem in Path(test.partition("::")[0]).stem}
     running.sort(key=lambda test: (test not in namesakes, seconds[test]))
     total = accumulate(seconds[test] for test in running)
-    return [test for test, until in zip(running, total, strict=True) if until < PATIENCE] or running[:1]
-
-
-def _statement(mutant: Mutant) -> int:
-    """Return the line on which the statement of a mutant begins, where its coverage is counted."""
-    nodes = ast.walk(ast.parse(mutant.file.read_text(encoding="utf-8")))
-    around = [node for node in nodes if isinstance(node, ast.stmt) and node.lineno <= mutant.line <= node.end_lineno]
-    return max(node.lineno for node in around)
-
-
-@cache
-def _record() -> dict[str, dict]:
-    return json.loads(RECORD.read_text()) if RECORD.exists() else {"lines": {}, "seconds": {}}
-
-
-def record_lines() -> None:
-    """Run the default tests once under coverage; keep which test runs which lines, and how long each takes."""
-    if find_spec("pytest_cov") is None:
-        sys.exit(f"the record needs pytest-cov: {RECORDING}")
-    RECORD.parent.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory() as name:
-        times, environment = Path(name) / "times.xml", os.environ | {"COVERAGE_FILE": f"{name}/lines"}
-        measured = [f"--cov={SOURCE}", "--cov-context=test", "--cov-report=", f"--junitxml={times}"]
-        command = [sys.executable, "-m", "pytest", "-q", *measured]
-        subprocess.run(command, cwd=ROOT, env=environment, check=False)  # a test may fail under coverage
-        seconds = {_node(case): float(case.get("time", 0)) for case in ElementTree.parse(times).iter("testcase")}
-        lines = _lines(Path(name) / "lines", seconds)
-    RECORD.write_text(json.dumps({"lines": lines, "seconds": seconds}))
-    print(f"{len(seconds)} tests run lines of {len(lines)} files")
-
-
-def _node(case: ElementTree.Element) -> str:
-    """Return the name by which pytest runs a test again."""
-    return case.get("classname", "").replace(".", "/") + ".py::" + case.get("name", "")
-
-
-def _lines(measured: Path, tests: Iterable[str]) -> dict[str, dict[int, list[str]]]:
-    """Return the tests that run each line of each file; what one sets up for its file, all of that file use."""
-    from coverage import CoverageData
-
-    data, beside = CoverageData(str(measured)), {}
-    data.read()
-    for test in tests:
-        beside.setdefault(test.partition("::")[0], []).append(test)
-
-    def use(context: str) -> Iterator[str]:
-        test, _, phase = context.rpartition("|")
-        yield from beside.get(test.partition("::")[0], []) if phase == "setup" else [test]
-
-    found: dict[str, dict[int, list[str]]] = {}
-    for file in data.measured_files():
-        for line, contexts in data.contexts_by_lineno(file).items():
-            users = sorted({test for context in contexts if context for test in use(context)} & set(tests))
-            found.setdefault(str(Path(file).relative_to(ROOT)), {})[line] = users
-    return found
+    return [*first, *([test for test, until in zip(running, total, strict=True) if until < PATIENCE] or running[:1])]
 
 
 def nearest_tests(file: Path) -> list[Path]:
@@ -236,23 +184,32 @@ def noticed_by(mutant: Mutant, whole: bool = False) -> str:
         folder = Path(name).resolve()
         shutil.copytree(SOURCE, folder / "vasowave", ignore=shutil.ignore_patterns("__pycache__"))
         (folder / "vasowave" / mutant.file.relative_to(SOURCE)).write_text(mutant.source(), encoding="utf-8")
-        kernels = str(
-            RECORD.with_name("kernels")
-        )  # they lie there by what they are compiled from: a mutant finds its own
-        environment = os.environ | {
-            "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1", "NUMBA_CACHE_DIR": kernels
-        }  # fmt: skip
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-n", "0", *chosen]
-        try:
-            done = subprocess.run(
-                command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LONGEST, check=False
-            )
-        except subprocess.TimeoutExpired:
+        tested = multiprocessing.get_context("fork").Process(target=_test, args=(folder, chosen))
+        tested.start()
+        tested.join(LONGEST)
+        if tested.is_alive():
+            os.killpg(tested.pid, signal.SIGKILL)
             return "the tests do not end"
-    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
-    if done.returncode in (0, 5):
+        said = (folder / "said").read_text(encoding="utf-8", errors="replace")
+    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
+    if tested.exitcode in (0, 5):
         return ""
-    return failed[1] if failed else f"pytest ended with {done.returncode}"
+    return failed[1] if failed else f"pytest ended with {tested.exitcode}"
+
+
+def _test(folder: Path, chosen: list[str]) -> None:
+    """Run tests on the package in a folder, in a process and a group of its own, and end with pytest's status."""
+    os.setpgrp()  # no new session: it would have a share of the machine of its own
+    with (folder / "said").open("w") as said:
+        os.dup2(said.fileno(), 1)
+        os.dup2(said.fileno(), 2)
+    os.chdir(ROOT)
+    os.environ |= {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+    sys.dont_write_bytecode = True
+    sys.path.insert(0, str(folder))
+    import pytest
+
+    os._exit(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-n", "0", *chosen]))
 
 
 def table(found: dict[Mutant, str]) -> str:
@@ -272,14 +229,17 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--in", dest="part", default="", help="word in the path of the file")
     parser.add_argument("--whole", action="store_true", help="run all default tests")
-    parser.add_argument("--record", action="store_true", help="only find out which tests run which lines")
+    parser.add_argument("--record", nargs="*", metavar="TEST", help="find out which tests run which lines, all or some")
     parser.add_argument("--list", action="store_true", help="only say which mutants are drawn, and their tests")
     parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
     arguments = parser.parse_args()
-    if arguments.record:
-        record_lines()
+    if arguments.record is not None:
+        record_lines(arguments.record)
         return 0
     found: dict[Mutant, str] = {}
+    os.environ["NUMBA_CACHE_DIR"] = str(RECORD.with_name("kernels"))  # compiled source decides: a mutant finds its own
+    for library in () if arguments.list else LOADED:
+        import_module(library)
     for mutant in drawn(arguments.count, arguments.seed, arguments.part):
         if arguments.list:
             print(mutant, *tests_of(mutant))

@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from approval import PAPER, approve, figure
 from vasowave.animal.beats import beats_dataset
 from vasowave.animal.datasets import recording_dataset
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.figures.beats import plot_baseline, plot_detected_beats, plot_ensemble
+from vasowave.figures.rendering import svg
 from vasowave.recording import Recording, average_beats
 
 mpl.use("Agg")
@@ -71,6 +73,7 @@ def test_the_drift_is_drawn_through_the_levels_with_its_size(ax):
     assert plot_baseline(ax, beats) is ax
     said = [text.get_text() for text in ax.get_legend().get_texts()]
     assert any(one.startswith("drift -3.") and one.endswith("mmHg, removed") for one in said)
+    approve("baseline", figure("baseline", svg(ax.figure)), PAPER, 2e-3)
     line = ax.lines[-1].get_ydata()
     assert line[-1] - line[0] == pytest.approx(-3.6, abs=0.25)
     assert abs(np.median(found.level - line)) < 0.2

@@ -10,9 +10,11 @@ import time
 
 import numpy as np
 import pytest
+import typer
 import xarray as xr
 from typer.testing import CliRunner
 
+from approval import approve
 from vasowave.cli import app
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
@@ -205,3 +207,20 @@ def test_simulate_writes_waveforms_that_xarray_opens(tmp_path):
     assert pressure.mean() == pytest.approx(mouse.mean_pressure, rel=0.1)
     assert flow.mean() == pytest.approx(mouse.cardiac_output, rel=0.005)
     assert not list(tmp_path.glob("*.part"))
+
+
+def test_approved_what_every_command_takes_and_says_of_it():
+    approve("commands", described(typer.main.get_command(app), "vasowave"))
+
+
+def described(command, name):
+    """Describe a command and those in it: what it does, its arguments and options, their defaults and meanings."""
+    yield f"== {name}: " + " ".join((command.help or "").split())
+    for one in command.params:
+        few = f" from {one.min} to {one.max}" if (one.min, one.max) != (None, None) else ""
+        kind = f"{one.type_descriptor.annotation}{few}{' …' * one.multiple}{', required' * one.required}"
+        said = " ".join((getattr(one, "help", "") or "").split())
+        default = f"{one.default}, shown as {one.show_default}"
+        yield f"{' '.join([*one.opts, *one.secondary_opts])} ({kind}) = {default}: {said}"
+    for inner in getattr(command, "commands", {}):
+        yield from described(command.resolve_command(typer.Context(command), [inner])[1], f"{name} {inner}")

@@ -131,6 +131,7 @@ SKIPPED = np.where(np.arange(256) >= 100, TIME + PERIOD / 256, TIME)
         ({"time [s]": TIME[::-1]}, {}, "line 3, column 'time': time does not increase"),
         ({"pressure [mmHg]": PRESSURE * 0.133322}, {}, "looks like kPa"),
         ({"pressure [mmHg]": PRESSURE * 0 + 14}, {}, "the pressure is constant"),
+        ({"flow [ml/s]": FLOW * 0 + 0.2}, {}, "the flow is constant"),
         ({"flow [ml/s]": -FLOW}, {}, "turn its sign"),
         ({"flow [ml/s]": 0.15 - 0.5 * np.exp(-(((PHASE - 0.5) / 0.08) ** 2))}, {}, "largest flow is backward"),
         ({"pressure [mmHg]": PRESSURE + 8 * PHASE}, {}, "cycle of pressure does not close"),

@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from approval import PAPER, approve, figures
+from approval import page as page_of
 from made_cohort import made_results
 from vasowave.animal.reading import data_of
 from vasowave.report.sections.fits import fit_sentences
@@ -67,6 +69,14 @@ def test_the_first_page_of_an_animal_gives_its_numbers_with_intervals_against_it
     assert "[" in said
     assert said.split(" [")[0] in answer
     assert "Open between" not in answer  # of one animal nothing is pooled
+
+
+def test_approved_the_pages_and_the_drawings_of_one_animal(folder):
+    approve(
+        "one animal, pages", (line for name in ("report.html", "supplement.html") for line in page_of(folder / name))
+    )
+    of_a_cohort = ("Network", "PQsim-1", "WIA-1", "Impd", "Residuals", "beats-1", "fit-1", "Tree")
+    approve("one animal, figures", figures(folder / "figures", without=of_a_cohort), PAPER)
 
 
 def test_what_was_measured_stands_beside_what_every_wall_law_says(result):

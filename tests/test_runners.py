@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 import faults
+import lines_of_tests
 import load
 import mutants
 import robustness_page
@@ -60,20 +61,26 @@ def test_a_table_goes_between_its_marks_and_nowhere_else(tmp_path):
 
 
 def test_a_mutant_meets_the_tests_that_run_its_statement_the_quick_ones_first(tmp_path, monkeypatch):
-    module = mutants.SOURCE / "units.py"
-    lines = module.read_text().splitlines()
-    begin = next(number for number, line in enumerate(lines, 1) if line.endswith(("(", "{", "[")))
+    module = tmp_path / "src" / "part.py"
+    module.parent.mkdir()
+    module.write_text(
+        "ABOVE = 3\n\n@f(1)\ndef inside(\n    x=1,\n):\n    return (\n        x + 2\n    )\n\n\nBELOW = 4\n"
+    )
+    monkeypatch.setattr(mutants, "ROOT", tmp_path)
+    begin = 7
     ran = {
         str(module.relative_to(mutants.ROOT)): {
             str(begin): ["tests/a.py::slow", "tests/a.py::quick", "tests/a.py::hours"]
         }
     }
     seconds = {"tests/a.py::slow": 50.0, "tests/a.py::quick": 2.0, "tests/a.py::hours": 1e4}
-    monkeypatch.setattr(mutants, "_record", lambda: {"lines": ran, "seconds": seconds})
+    monkeypatch.setattr(mutants, "record", lambda: {"lines": ran, "seconds": seconds})
     inside = mutants.Mutant(module, begin + 1, 0, "", "")
     assert mutants.tests_of(inside) == ["tests/a.py::quick", "tests/a.py::slow"]
-    near = [mutants.ROOT / test for test in mutants.tests_of(mutants.Mutant(module, 1, 0, "", ""))]
-    assert near == mutants.nearest_tests(module)
+    # What runs on import meets what holds everywhere, then every test of the module.
+    for line in (1, 3, 5, 12):
+        on_import = mutants.tests_of(mutants.Mutant(module, line, 0, "", ""))
+        assert on_import == [mutants.EVERYWHERE, "tests/a.py::quick", "tests/a.py::slow"]
 
 
 def test_what_a_test_sets_up_for_its_file_is_recorded_for_all_of_the_file(tmp_path, monkeypatch):
@@ -91,8 +98,14 @@ def test_what_a_test_sets_up_for_its_file_is_recorded_for_all_of_the_file(tmp_pa
             return contexts
 
     monkeypatch.setitem(sys.modules, "coverage", SimpleNamespace(CoverageData=Data))
-    found = mutants._lines(tmp_path, ["t.py::one", "t.py::two", "other.py::three"])
+    found = lines_of_tests.lines_of(tmp_path, ["t.py::one", "t.py::two", "other.py::three"])
     assert found == {"src/vasowave/units.py": {7: ["t.py::one", "t.py::two"], 8: ["t.py::two"], 9: []}}
+
+
+def test_what_is_set_up_for_a_whole_session_is_used_by_all_files_that_name_it():
+    shared = {name: lines_of_tests._shared(mutants.TESTS / f"{name}.py") for name in ("test_report", "test_walls")}
+    assert {"cohort_report", "cohort_results"} <= shared["test_report"]
+    assert not shared["test_report"] & shared["test_walls"]
 
 
 @pytest.mark.parametrize("name", ["inputs", "faults", "kills", "load", "mutants"])

@@ -4,7 +4,7 @@ from scipy.special import gamma, kv
 from scipy.stats import multivariate_normal
 
 from vasowave import noise, selection
-from vasowave.errors import NumericalError
+from vasowave.errors import InputError, NumericalError
 
 T = np.linspace(0, 0.11, 64, endpoint=False)
 
@@ -43,6 +43,13 @@ def test_the_likelihood_agrees_with_scipy_and_with_whitening():
     assert (noise.whiten(r, sigma) ** 2).sum() == pytest.approx(r @ np.linalg.solve(sigma, r))
     with pytest.raises(NumericalError, match="regularize"):
         noise.log_likelihood(r, -sigma)
+
+
+def test_aicc_needs_two_samples_more_than_parameters_and_no_more():
+    # Eq. 21 by hand: 2·10 + 2·3 + 2·3·4/(5 - 3 - 1).
+    assert selection.aicc(-10, 3, 5) == pytest.approx(20 + 6 + 24, rel=1e-12)
+    with pytest.raises(InputError, match="more than 4 samples for 3 parameters"):
+        selection.aicc(-10, 3, 4)
 
 
 def test_the_published_differences_of_aicc_and_bic_follow_from_512_samples():

@@ -29,6 +29,7 @@ def test_every_member_is_the_simulation_of_the_model_with_its_values(model):
     found = sweep(model, mouse, {"beta": [50.0, 70.0], "R_T": [70.0, 90.0, 110.0]}, samples=64)
     assert found.root_pressure.dims == ("beta", "R_T", "time")
     assert (found["R_T"].attrs["units"], found["beta"].attrs["units"]) == ("mmHg s/ml", "mmHg")
+    np.testing.assert_allclose(found["time"], np.linspace(0, mouse.period, 64, endpoint=False), rtol=1e-12)
     one = changed_model(model, {"beta": 70.0, "R_T": 90.0})
     np.testing.assert_allclose(one.outlets.total_resistance(), 90.0)
     np.testing.assert_allclose(one.outlets.resistance_ratio(), model.outlets.resistance_ratio())

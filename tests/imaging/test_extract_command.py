@@ -1,6 +1,7 @@
 import csv
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -9,10 +10,10 @@ import time
 import numpy as np
 import pytest
 import SimpleITK
-from made_phantom import NETWORK, VOXEL, outlets_of, phantom, root_of, run
+from made_phantom import NETWORK, VOXEL, outlets_of, root_of, run
 from typer.testing import CliRunner
 
-from phantom import write_dicom_series
+import approval
 from vasowave.cli import app
 from vasowave.errors import InputError
 from vasowave.imaging import Volume, read_volume, write_volume
@@ -21,24 +22,6 @@ from vasowave.imaging.matching import match, unmatched
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.network import Network
 from vasowave.vessel_table import read_network, write_network
-
-
-@pytest.fixture(scope="module")
-def scan(tmp_path_factory):
-    """Folder with the phantom as DICOM series and its embedding."""
-    embedding, volume = phantom()
-    folder = tmp_path_factory.mktemp("scan")
-    write_dicom_series(volume, folder / "dicom")
-    write_volume(volume, folder / "image.nrrd")
-    return folder, embedding, volume
-
-
-@pytest.fixture(scope="module")
-def extracted(scan):
-    folder, embedding, _ = scan
-    result, notes = run(folder / "dicom", "-o", folder / "out", "--root", root_of(embedding), *outlets_of(embedding))
-    assert result.exit_code == 0, result.output + repr(result.exception)
-    return folder / "out", result, notes
 
 
 def table(path):
@@ -79,6 +62,16 @@ def test_the_table_carries_the_spread_of_the_radius_and_the_taper_of_straight_tu
     assert seen.sum() >= 3  # and by the sections' areas
     assert np.all(np.abs(network.taper[seen]) < 0.02)
     np.testing.assert_allclose(network.radius_sd, spread)
+
+
+def test_approved_what_an_extraction_writes_and_draws(extracted):
+    folder, _, _ = extracted
+    stored = json.loads((folder / "extraction.json").read_text(encoding="utf-8"))
+    told = [f"{key}: {value}" for key in ("settings", "notes", "doubts") for value in stored[key]]
+    tables = [line for path in sorted(folder.glob("*.csv")) for line in approval.table(path)]
+    words = [line.replace(str(folder.parent), "…") for line in approval.page(folder / "review.html")]
+    approval.approve("extraction", [*told, *tables, *words], 1e-6, 2e-3)
+    approval.approve("extraction, figures", approval.figures(folder / "figures"), 0.2, 2e-3)
 
 
 def test_the_roots_radius_is_that_between_cannula_and_first_bifurcation(extracted):
@@ -186,10 +179,11 @@ def test_without_a_root_the_command_names_the_ends_one_could_mean(scan, tmp_path
     assert not (tmp_path / "out").exists()
 
 
-def test_a_second_run_replaces_the_first_and_leaves_the_users_own_files(scan, tmp_path):
+def test_a_second_run_replaces_the_first_and_leaves_the_users_own_files(extracted, scan, tmp_path):
     folder, embedding, _ = scan
-    arguments = [folder / "image.nrrd", "-o", tmp_path / "out", "--root", root_of(embedding), *outlets_of(embedding)]
-    assert run(*arguments)[0].exit_code == 0
+    shutil.copytree(extracted[0], tmp_path / "out")
+    arguments = [folder / "dicom", "-o", tmp_path / "out", "--root", root_of(embedding), *outlets_of(embedding)]
+    assert len(read_network(tmp_path / "out" / "network.csv")) == 5
     (tmp_path / "out" / "edits.txt").write_text("# mine\n")
     assert run(*arguments, "--generations", "2")[0].exit_code == 0
     assert (tmp_path / "out" / "edits.txt").read_text() == "# mine\n"

@@ -8,9 +8,8 @@ import subprocess
 
 import numpy as np
 import pytest
-from made_phantom import NETWORK, outlets_of, phantom, root_of, run
+from made_phantom import NETWORK
 
-from vasowave.imaging import write_volume
 from vasowave.imaging.places import read_places
 from vasowave.imaging.revise.edits import read_edits
 
@@ -61,14 +60,9 @@ window.addEventListener("load", () => {
 """
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("review")
-    embedding, volume = phantom()
-    write_volume(volume, folder / "image.nrrd")
-    result, _ = run(folder / "image.nrrd", "-o", folder / "out", "--root", root_of(embedding), *outlets_of(embedding))
-    assert result.exit_code == 0, repr(result.exception)
-    return folder / "out" / "review.html", embedding
+@pytest.fixture
+def page(extracted, scan):
+    return extracted[0] / "review.html", scan[1]
 
 
 def test_the_page_names_nothing_outside_itself(page):

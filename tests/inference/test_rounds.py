@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 from scipy.stats import ks_2samp, multivariate_normal, norm
 
 from vasowave.errors import NumericalError
@@ -36,6 +37,24 @@ def bent(points):
 def explored_by(target, seed, draws=400):
     climbed = climb(target.simulate, target.measured, target.noise, np.zeros(UNKNOWNS))
     return explore(target, climbed, np.random.default_rng(seed), draws)
+
+
+def steep(points):
+    return np.exp(np.clip(2.0 * points, -50, 50)) @ J.T
+
+
+@pytest.mark.parametrize("start", [-2.0, -1.0, 0.0, 1.0])
+def test_a_climb_never_ends_below_its_start_in_prior_and_likelihood_together(start):
+    noise, here = white(1.0), np.full(UNKNOWNS, start)
+    climbed = climb(steep, DATA, noise, here)
+
+    def height(point):
+        prior = multivariate_normal(np.zeros(UNKNOWNS)).logpdf(point)
+        return prior + float(noise.log_likelihood(DATA - steep(point[np.newaxis])[0]))
+
+    assert height(climbed.middle) >= height(here)
+    found = minimize(lambda point: -height(point), climbed.middle, method="Nelder-Mead").x
+    assert height(found) - height(climbed.middle) < 0.5  # the mode, as nearly as the rounds need it
 
 
 def weighted(explored):
