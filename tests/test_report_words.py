@@ -201,6 +201,7 @@ def test_errors_have_two_digits_and_values_end_where_they_do():
     assert with_interval(2.733, 1.742, 4.289) == "2.73 [1.74, 4.29]"
     assert with_interval(1.7e-5, 1.1e-5, 2.4e-5) == "1.70 [1.10, 2.40]·10⁻⁵"
     assert with_error(2.0, float("nan")) == "2.00"
+    assert with_error(1 / 3, 4e-16) == with_interval(1 / 3, 1 / 3 - 6e-17, 1 / 3 + 6e-17) == "0.333"
 
 
 def test_a_symbol_carries_its_meaning_and_a_word_stays_a_word():

@@ -9,6 +9,8 @@ from vasowave.cohort.cohort import Cohort
 
 FEWEST = 5
 """Animals, below which no test could tell what they have in common from chance."""
+ROUNDING = 1e-9
+"""Modulus of a residual, mmHg, below which it and its phase are what rounding left."""
 ALIKE = 0.05
 """A harmonic is left alike if chance makes it so with less than this probability, all harmonics taken together."""
 
@@ -27,7 +29,8 @@ def discrepancies(cohort: Cohort, wall: str) -> pd.DataFrame:
     modulus of the mean residual, phases counted from the first harmonic of the measured pressure, so that cycles may
     begin anywhere; ``share``: that of the residual's power which all animals have in common, about 1/n where phases
     are chance; ``p``: of Rayleigh's test that they are, whatever the sizes; ``alike``: whether it is below `ALIKE` over
-    the number of harmonics. Empty with fewer animals than `FEWEST`, and where an animal has no harmonic.
+    the number of harmonics. Share and p are NaN where an animal's residual is rounding. Empty with fewer animals than
+    `FEWEST`, and where an animal has no harmonic.
     """
     animals = cohort.calibrated(wall)
     if len(animals) < FEWEST:
@@ -42,8 +45,10 @@ def discrepancies(cohort: Cohort, wall: str) -> pd.DataFrame:
     turned = np.array([_turned(result, wall, count) for result in animals])
     rms, noise, mean = (np.sqrt(np.mean(values**2, axis=0)) for values in (left, error, np.abs(turned)))
     common = np.abs(turned.mean(axis=0))
-    share = common**2 / np.maximum(mean**2, np.finfo(float).tiny)
-    p = rayleigh(np.angle(turned))
+    something = np.abs(turned).min(axis=0) > ROUNDING
+    shares = (common / np.maximum(mean, ROUNDING)) ** 2
+    share, p = (np.where(something, values, np.nan) for values in (shares, rayleigh(np.angle(turned))))
+    rms, common = (np.where(values > ROUNDING, values, 0.0) for values in (rms, common))
     return pd.DataFrame(
         {
             "harmonic": np.arange(1, count), "residual [mmHg]": rms, "error [mmHg]": noise,

@@ -39,11 +39,12 @@ def _draw(ax: "Axes", cohort: Cohort, wall: str, table: "pd.DataFrame") -> None:
         look = looks[group_of(result)]
         (line,) = ax.plot(harmonic, np.maximum(own, _LEAST), color=look.color, linewidth=0.6, alpha=0.6)
         mark(line, f"{name_of(result)} ({group_of(result)})", name_of(result))
-    ax.plot(harmonic, table["residual [mmHg]"], color=DATA, label="left of the pressure, all animals")
-    ax.plot(harmonic, np.maximum(table["common [mmHg]"], _LEAST), color=DATA, linestyle=":", label="left alike in all")
+    left, common, error = (np.maximum(table[f"{what} [mmHg]"], _LEAST) for what in ("residual", "common", "error"))
+    ax.plot(harmonic, left, color=DATA, label="left of the pressure, all animals")
+    ax.plot(harmonic, common, color=DATA, linestyle=":", label="left alike in all")
     alike = table[table["alike"]]
     ax.plot(alike["harmonic"], alike["common [mmHg]"], "o", color=DATA, markersize=5, label="more than chance")
-    ax.plot(harmonic, np.maximum(table["error [mmHg]"], _LEAST), color="0.45", linestyle="--", label="error of beats")
+    ax.plot(harmonic, error, color="0.45", linestyle="--", label="error of beats")
     ax.set_yscale("log")
     plain_log(ax.yaxis)
     ax.locator_params(axis="x", integer=True)

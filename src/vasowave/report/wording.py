@@ -10,6 +10,8 @@ import xarray as xr
 
 from vasowave.columns import split_unit
 
+ROUNDING = 1e-9
+"""Share of a value below which what is said of its error is rounding."""
 Row = tuple[str, ...]
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -33,8 +35,8 @@ def number(value: Any, digits: int = 3) -> str:
 
 
 def with_error(value: float, error: float) -> str:
-    """Return ``value ± error`` to the error's two leading digits: ``0.180 ± 0.030``, ``77 ± 21``."""
-    if not (math.isfinite(error) and error > 0):
+    """Return ``value ± error`` to the error's two leading digits: ``0.180 ± 0.030``, ``77 ± 21``; never rounding."""
+    if not (math.isfinite(error) and error > ROUNDING * abs(value)):
         return number(value)
     if not 1e-4 <= abs(value) < 1e5:
         power = math.floor(math.log10(abs(value))) if value else 0
@@ -45,9 +47,12 @@ def with_error(value: float, error: float) -> str:
 
 
 def with_interval(value: float, low: float, high: float) -> str:
-    """Return ``value [low, high]`` to two leading digits of the nearer end's distance: ``2.86 [1.76, 3.93]``."""
+    """Return ``value [low, high]`` to two leading digits of the nearer end's distance: ``2.86 [1.76, 3.93]``.
+
+    Ends that differ by rounding alone are no interval.
+    """
     near = max(min(value - low, high - value), (high - low) / 10)  # at a bound one end is the value
-    if not (math.isfinite(high - low) and near > 0):
+    if not (math.isfinite(high - low) and near > ROUNDING * abs(value)):
         return number(value)
     if not 1e-4 <= abs(value) < 1e5:
         power = math.floor(math.log10(abs(value)))
