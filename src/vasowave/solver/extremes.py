@@ -29,8 +29,8 @@ class Extremes(NamedTuple):
     area_strain : Extreme
         Largest area over that of the network, minus 1, at the output times.
     grid_error : Extreme
-        Error of the pressure, mmHg: what the cells' dispersion leaves by the end of a vessel, summed from the root, and
-        what a straight line across a cell misses of the pressure where drag bends it.
+        Error of the pressure, mmHg: what the cells' dispersion leaves by the end of a vessel, summed from the root and
+        over echoes, and what a straight line across a cell misses of the pressure where drag bends it.
     """
 
     steepness: Extreme

@@ -1,15 +1,19 @@
 """What the cells leave of error in the waves that they carried, seen in the waves themselves."""
 
+import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vasowave import walls
+from vasowave.model import Model
+from vasowave.network import Network
 from vasowave.solver.grid import Grid
 
 _FRONT = 2.0  # cells that a wave passes between two times at which it is judged: cells carry no front within fewer
 _FEWEST = 64  # such times a cycle
+_ENDLESS = 1e-9  # logarithm of what an echo loses, below which it would never end
 
 
 class Judged(NamedTuple):
@@ -28,10 +32,35 @@ def judge(grid: Grid, period: float, steps: int, area: np.ndarray) -> Judged:
     for rows, waves in _waves_by_cells(grid, period, area):
         found[:, rows] = waves.judged(period, steps)
     judged = Judged(*found)
-    with_inherited = judged.dispersion.copy()
+    gathered = echoes(grid.model, period, area.mean(axis=(0, 2))) * _from_root(network, judged.dispersion)
+    return judged._replace(error=judged.error - judged.dispersion + gathered)
+
+
+def echoes(model: Model, period: float, area: np.ndarray) -> float:
+    """Return how many times the error of one passage the echoes have that run to and fro between inlet and beds.
+
+    At the inlet, where the flow is given, a wave returns whole, at a bed as (R - Z)/(R + Z), where R is what a sudden
+    change of flow meets, and on its way drag takes exp(-k L/(2c)) of it. If g is left of it, there and back, that is
+    g^(n/2) after n passages with n times the error of one, and n g^(n/2) is largest at n = 2/ln(1/g). Vessels have
+    their mean `area` (cm², shape (vessel,)). Beds that do not say what a sudden change meets count as without echo.
+    """
+    network, blood = model.network, model.blood
+    speed = walls.wave_speed(model.wall, walls.pressure(model.wall, area, model.area0), blood.inertia)
+    k0, k1 = blood.friction.coefficients(blood.viscosity, period)
+    lost = _from_root(network, (k0 + k1 * np.sqrt(area)) / area * network.length / speed)
+    ends = network.terminals
+    bed, vessel = model.outlets.fast_resistance(), (blood.inertia * speed / area)[ends]
+    left = np.abs(bed - vessel) / (bed + vessel) * np.exp(-lost[ends])
+    g = float(network.flow_fraction[ends] @ left)
+    return max(1.0, 2.0 / (math.e * max(-math.log(g), _ENDLESS))) if g > 0 else 1.0
+
+
+def _from_root(network: Network, values: np.ndarray) -> np.ndarray:
+    """Return the sum of a value over each vessel and those before it, shape (vessel,)."""
+    total = values.copy()
     for rows in network.generations[1:]:
-        with_inherited[rows] += with_inherited[network.parent[rows]]
-    return judged._replace(error=judged.error + with_inherited - judged.dispersion)
+        total[rows] += total[network.parent[rows]]
+    return total
 
 
 def _waves_by_cells(grid: Grid, period: float, area: np.ndarray) -> Iterator[tuple[np.ndarray, "_Waves"]]:
@@ -85,9 +114,7 @@ class _Waves:
         A wave that has passed a vessel of length L is wrong by dx² L (1 - ν²)/(6 c³) ∂³p/∂t³.
         """
         c = self.speed.mean(axis=(0, 2))[:, np.newaxis]
-        third = np.zeros_like(
-            self.pressure
-        )  # differences, not a Fourier series: a run from rest does not repeat itself
+        third = np.zeros_like(self.pressure)  # differences: a run from rest is no Fourier series
         third[1:-2] = np.diff(self.pressure, 3, axis=0) / self.interval**3
         courant = np.minimum(c * dt / self.spacing, 1.0)
         return np.abs(third) * (self.spacing**2 * self.length * (1 - courant**2) / (6 * c**3))
