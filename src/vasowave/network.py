@@ -238,3 +238,11 @@ def _check_measured(network: Network, where: Callable[[int], str]) -> None:
 def closes(taper: np.ndarray, network: Network) -> np.ndarray:
     """Return which vessels a taper (cm/cm, shape (vessel,)) would close at one end."""
     return np.asarray(np.abs(taper) * network.length >= 2 * network.radius)
+
+
+def from_root(network: Network, per_vessel: np.ndarray) -> np.ndarray:
+    """Sum of a quantity over all vessels from the root to the end of each vessel, shape (vessel,)."""
+    total = np.array(per_vessel, dtype=float)
+    for rows in network.generations[1:]:
+        total[rows] += total[network.parent[rows]]
+    return total

@@ -5,7 +5,7 @@ import pandas as pd
 
 from vasowave.errors import InputError
 from vasowave.model import Model
-from vasowave.network import Network
+from vasowave.network import Network, from_root
 from vasowave.walls import area, wave_speed
 
 
@@ -100,14 +100,6 @@ def pressure_drop(network: Network, inlet: np.ndarray, outlets: np.ndarray) -> p
         },
         index=pd.Index([network.name[row] for row in terminals], name="terminal"),
     )
-
-
-def from_root(network: Network, per_vessel: np.ndarray) -> np.ndarray:
-    """Sum of a quantity over all vessels from the root to the end of each vessel, shape (vessel,)."""
-    total = np.array(per_vessel, dtype=float)
-    for rows in network.generations[1:]:
-        total[rows] += total[network.parent[rows]]
-    return total
 
 
 def _reflection(model: Model, Z_c: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vasowave import walls
 from vasowave.model import Model
-from vasowave.network import Network
+from vasowave.network import from_root
 from vasowave.solver.grid import Grid
 
 _FRONT = 2.0  # cells that a wave passes between two times at which it is judged: cells carry no front within fewer
@@ -32,7 +32,7 @@ def judge(grid: Grid, period: float, steps: int, area: np.ndarray) -> Judged:
     for rows, waves in _waves_by_cells(grid, period, area):
         found[:, rows] = waves.judged(period, steps)
     judged = Judged(*found)
-    gathered = echoes(grid.model, period, area.mean(axis=(0, 2))) * _from_root(network, judged.dispersion)
+    gathered = echoes(grid.model, period, area.mean(axis=(0, 2))) * from_root(network, judged.dispersion)
     return judged._replace(error=judged.error - judged.dispersion + gathered)
 
 
@@ -47,20 +47,12 @@ def echoes(model: Model, period: float, area: np.ndarray) -> float:
     network, blood = model.network, model.blood
     speed = walls.wave_speed(model.wall, walls.pressure(model.wall, area, model.area0), blood.inertia)
     k0, k1 = blood.friction.coefficients(blood.viscosity, period)
-    lost = _from_root(network, (k0 + k1 * np.sqrt(area)) / area * network.length / speed)
+    lost = from_root(network, (k0 + k1 * np.sqrt(area)) / area * network.length / speed)
     ends = network.terminals
     bed, vessel = model.outlets.fast_resistance(), (blood.inertia * speed / area)[ends]
     left = np.abs(bed - vessel) / (bed + vessel) * np.exp(-lost[ends])
     g = float(network.flow_fraction[ends] @ left)
     return max(1.0, 2.0 / (math.e * max(-math.log(g), _ENDLESS))) if g > 0 else 1.0
-
-
-def _from_root(network: Network, values: np.ndarray) -> np.ndarray:
-    """Return the sum of a value over each vessel and those before it, shape (vessel,)."""
-    total = values.copy()
-    for rows in network.generations[1:]:
-        total[rows] += total[network.parent[rows]]
-    return total
 
 
 def _waves_by_cells(grid: Grid, period: float, area: np.ndarray) -> Iterator[tuple[np.ndarray, "_Waves"]]:
