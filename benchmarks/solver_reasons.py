@@ -53,6 +53,15 @@ def _slower_on_finer_cells(model: Model, inflow: Inflow, found: "re.Match[str]")
     return f"|u|/c is {run.mach.value:.2f} on twice the cells" if run and run.mach.value < 0.95 else ""
 
 
+def _as_lost_on_finer_cells(model: Model, inflow: Inflow, found: "re.Match[str]") -> str:
+    """A wave too steep for the only cell of a vessel: on twice the cells it would not fit either."""
+    try:
+        run_to_periodic(model, inflow, Numerics(), refinement=2)
+    except NumericalError as error:
+        return f"on twice the cells {error}"
+    return ""
+
+
 def _never_periodic(model: Model, inflow: Inflow, found: "re.Match[str]") -> str:
     """Changes that grow smaller: more cycles do not make it periodic."""
     run = _ended_well(lambda: run_to_periodic(model, inflow, Numerics(most_cycles=MANY)))
@@ -82,6 +91,7 @@ CHECKS: dict[str, Check] = {
     r"asks? for about \d+ steps a cycle, more than most_steps = (?P<most>\d+)": _fewer_steps_do,
     r"grows without end as steps grow smaller \(from \d+ to (?P<steps>\d+)": _more_steps_do,
     r"the flow passes the wave speed \(": _slower_on_finer_cells,
+    r"too steep for the only cell": _as_lost_on_finer_cells,
     r"no longer grow smaller": _periodic_after_many,
     r"the changes grow smaller": _never_periodic,
     r"t = .* s: ": _runs_from_rest,

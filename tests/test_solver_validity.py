@@ -237,6 +237,22 @@ def test_a_wall_driven_against_its_largest_area_says_so_and_not_that_the_step_is
         simulate(model, inflow)
 
 
+def test_a_wave_too_steep_for_the_only_cell_of_a_vessel_is_told_from_a_wall_at_its_largest_area():
+    """Only the line through the ends of the cell leaves the wall law; on shorter cells no wall does."""
+    model, inflow = _from("sudden *", 1784, seed=31)
+    with pytest.raises(
+        NumericalError, match=r"vessel '5', t = .* too steep for the only cell.* Numerics\(cell_size=0\.031\)"
+    ):
+        run_to_periodic(model, inflow, Numerics(samples=64))
+    assert run_to_periodic(model, inflow, Numerics(samples=64, cell_size=0.031)).notes
+
+
+def test_an_accuracy_goes_on_where_the_coarsest_cells_are_too_long_for_a_wave():
+    model, inflow = _from("sudden *", 1784, seed=31)
+    with pytest.raises(NumericalError, match=r"an error of .* mmHg was reached"):
+        simulate(model, inflow, Numerics(samples=64, accuracy=2.0, most_steps=20_000))
+
+
 def test_where_the_linear_solution_misleads_rest_is_tried():
     """A wall that stiffens a lot: linear theory sees -9 mmHg, where it would collapse, and the truth is 1 to 118."""
     phase = (np.arange(256) / 256 - 0.4) / 0.061

@@ -8,6 +8,7 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.model import Model
 from vasowave.recording import Inflow
+from vasowave.solver.failures import TooSteep
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
 from vasowave.solver.run import run_to_periodic
@@ -30,8 +31,12 @@ def run_to_accuracy(model: Model, inflow: Inflow, numerics: Numerics, accuracy: 
     """
     tolerance = min(numerics.tolerance, _OF_CYCLES * accuracy)
     numerics = replace(numerics, cell_size=_COARSEST * numerics.cell_size, tolerance=tolerance, accuracy=None)
-    refinement, before, last = 1, run_to_periodic(model, inflow, numerics), math.nan
-    factor = 2
+    refinement, last, factor = 1, math.nan, 2
+    try:
+        before = run_to_periodic(model, inflow, numerics)
+    except TooSteep:
+        refinement = 2
+        before = run_to_periodic(model, inflow, numerics, refinement=refinement)
     while True:
         refinement *= factor
         run = _refined(model, inflow, numerics, refinement, before, accuracy)

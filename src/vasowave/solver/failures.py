@@ -14,6 +14,10 @@ class Lost(NumericalError):  # noqa: N818  what happened, not what kind of thing
     """A cycle ended early; from another start it may not."""
 
 
+class TooSteep(Lost):  # noqa: N818
+    """A wave does not fit the only cell of a vessel; on two it may."""
+
+
 def left_law(grid: Grid, state: State, slot: int, area: float, time: float) -> Lost:
     """Return the error for a slot whose `area` (cm²) left the range of its wall law."""
     vessel = grid.vessel[slot]
@@ -32,6 +36,15 @@ def left_law(grid: Grid, state: State, slot: int, area: float, time: float) -> L
     else:
         reason = "area or flow is no longer a number; check the wall's stiffness and the outlets' resistance"
     return Lost(f"vessel '{grid.model.network.name[vessel]}', t = {time:.4g} s: {reason}{_speed(grid, state, vessel)}")
+
+
+def too_steep(grid: Grid, vessel: int, time: float) -> TooSteep:
+    """Return the error for a vessel of one cell, whose ends lie so far apart that their line leaves the wall law."""
+    name, length = grid.model.network.name[vessel], grid.model.network.length[vessel]
+    return TooSteep(
+        f"vessel '{name}', t = {time:.4g} s: a wave is too steep for the only cell of this vessel ({length:.4g} cm); "
+        f"take shorter cells, Numerics(cell_size={0.4 * length:.2g}), or a flow that rises less suddenly"
+    )
 
 
 def no_balance(grid: Grid, state: State, vessel: int, time: float) -> Lost:

@@ -6,7 +6,7 @@ from vasowave.recording import Inflow
 from vasowave.solver import cycle as cycles
 from vasowave.solver.cells import Faces, Fluid, Fluxes
 from vasowave.solver.extremes import Extreme
-from vasowave.solver.failures import left_law, no_balance
+from vasowave.solver.failures import left_law, no_balance, too_steep
 from vasowave.solver.grid import Grid
 from vasowave.solver.laws import outlet_steps
 from vasowave.solver.nodes import make_node_states
@@ -86,8 +86,10 @@ class Stepper:
         grid, time, place = self.grid, report[cycles.STEP] * self.period / self.steps, int(report[cycles.PLACE])
         if report[cycles.STATUS] == cycles.LEFT_LAW:
             cell, face = state.area[place], self.scratch[0].area[place]
-            low, high = self.parts[1].smallest[place], self.parts[1].largest[place]
-            raise left_law(grid, state, place, face if low < cell < high else cell, time)
+            within = self.parts[1].smallest[place] < cell < self.parts[1].largest[place]
+            if not (within or grid.is_cell[place]):  # no wall has that area: it is where the line through the ends goes
+                raise too_steep(grid, grid.vessel[place], time)
+            raise left_law(grid, state, place, face if within else cell, time)
         if report[cycles.STATUS] == cycles.NODE_FAILED:
             raise no_balance(grid, state, place, time)
 
