@@ -14,7 +14,7 @@ class Lost(NumericalError):  # noqa: N818  what happened, not what kind of thing
     """A cycle ended early; from another start it may not."""
 
 
-class TooSteep(Lost):  # noqa: N818
+class TooSteep(Lost):
     """A wave does not fit the only cell of a vessel; on two it may."""
 
 
