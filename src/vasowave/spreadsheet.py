@@ -10,7 +10,7 @@ from xml.parsers import expat
 from vasowave.errors import InputError
 from vasowave.sheet_xml import Book, Elements, Handler, SharedStrings, Sheet, Styles
 
-_CHUNK = 1 << 16
+_CHUNK = 1 << 16  # bytes that are unpacked at a time
 _MOST_SHEET, _MOST_OTHER = 256 << 20, 32 << 20  # bytes unpacked; a million rows of four numbers have 150 MB
 _ZIP, _OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _AS_CSV = "save the sheet as .xlsx or CSV"

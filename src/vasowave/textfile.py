@@ -13,7 +13,7 @@ from vasowave.spreadsheet import is_workbook, read_sheet
 LONGEST_LINE = 1_000_000
 """No table has a longer line, in characters."""
 
-_BLOCK = 1 << 20
+_BLOCK = 1 << 20  # letters that are read at a time
 
 Progress = Callable[[float], None]
 """Is called with the fraction of a file that was read, 0 to 1."""

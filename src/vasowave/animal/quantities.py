@@ -53,7 +53,7 @@ QUANTITIES: dict[str, Quantity] = {
 }
 """All quantities by the name of their variable; a wall law and the outlets own theirs, see `quantities_of`."""
 
-_LOG_STEP = 1e-4
+_LOG_STEP = 1e-4  # of the central differences, in the logarithm of a parameter
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 
 

@@ -10,7 +10,7 @@ from vasowave.errors import InputError
 from vasowave.network import Network
 from vasowave.recording.cycle import resample
 
-_LOOP_SAMPLES = 256
+_LOOP_SAMPLES = 256  # points of a pressure-flow loop, so that it is drawn round
 
 
 class StoredLaw(NamedTuple):

@@ -16,7 +16,7 @@ Whiten = Callable[[np.ndarray], np.ndarray]
 """Maps pressure residuals (sample,) or their Jacobian (sample, parameter) to coordinates where the noise is white."""
 
 _TOLERANCE = 1e-4  # of the log-likelihood: a hundredth of a standard error, far below what AICc can decide
-_MOST_STEPS = 60
+_MOST_STEPS = 60  # of the optimizer; what has not ended by then is told
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ _WAVES = ((-0.022, 0.0035, 0.12), (-0.0022, 0.0009, -0.15), (0.0, 0.0011, 1.0), 
 """P, Q, R, S of a mouse's ECG: time after the R peak (s), width (s), height (mV)."""
 _T_WAVE = (0.17, 0.07, 0.18)
 """T wave: centre and width as fractions of the beat, height (mV)."""
-_FINE = 4096
+_FINE = 4096  # samples of the cycle from which beats of any length are read
 
 
 @dataclass(frozen=True)

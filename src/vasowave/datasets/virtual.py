@@ -14,7 +14,7 @@ TRUTH = {"beta": 57.0, "R_T": 76.0, "a": 0.12, "tau": 0.12}
 
 _PERIOD = 60 / 533  # s, the published mean heart rate of the control mice
 _CARDIAC_OUTPUT = 0.18  # ml/s, likewise
-_SAMPLES = 512
+_SAMPLES = 512  # a cycle
 
 
 def ejection(samples: int = _SAMPLES, length: float = 0.40, skewness: float = 0.70) -> Inflow:

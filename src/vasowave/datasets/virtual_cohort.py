@@ -21,7 +21,7 @@ from vasowave.recording import Inflow, RawRecording, Recording
 from vasowave.solver import Numerics, simulate
 from vasowave.walls import LinearWall, TangentWall
 
-SAMPLES = 512
+SAMPLES = 512  # a cycle
 PUBLISHED_SAMPLES = 1024
 """Samples over which the published S was summed; with them its root mean square is that of a residual in mmHg."""
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ON_A_SHEET = 48  # animals
-_ABREAST = 6
+_ABREAST = 6  # fits in a row of a sheet
 _POINTS = 128  # of a curve of 2.5 cm
 _WIDTH, _PANEL = 17.0, 2.7  # cm; the height of a panel with its title
 _SMALL = 6.5  # pt, of what stands in a panel

@@ -14,11 +14,11 @@ import numpy as np
 Coordinates = Callable[[np.ndarray], np.ndarray]
 """Maps points, shape (point, unknown), to as many coordinates in which outputs bend less."""
 
-_DEGREE = 3
+_DEGREE = 3  # of the polynomial that carries the trend
 _LARGEST = 30.0  # SD of the constant, in units of the errors that matter; a coefficient of degree d has decay^d of it
-_DECAYS = (0.3, 0.1)
+_DECAYS = (0.3, 0.1)  # of the coefficients, with their degree; the one that foretells better is taken
 _LENGTH = 2.5  # of the smooth rest along each unknown, where none is known, in SD of the points where it will be used
-_SHORTEST, _LONGEST = 0.8, 30.0
+_SHORTEST, _LONGEST = 0.8, 30.0  # limits of a length, in the same SD
 _FACTORS = (0.6, 1.7)  # by which a length is tried
 _WORTH = 0.995  # of the error, below which another length is worth it
 _JUDGES = 500  # simulations by which lengths are chosen

@@ -13,7 +13,7 @@ from scipy.special import gammaln
 from vasowave.inference.ensemble import LogDensity
 
 _FREEDOM = 5.0  # of the t distribution
-_ROUNDS = 200
+_ROUNDS = 200  # of the fixed-point equation, at most
 
 
 def log_integral(

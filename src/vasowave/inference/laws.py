@@ -14,7 +14,7 @@ AVERAGED = ("stiffness", "wave_speed", "R_T", "a", "C_p")
 CLEAR = 20.0
 """Ratio of two evidences from which one law is called clearly likelier: with equal chances before, 95 % after."""
 
-_TAILS = (0.025, 0.5, 0.975)
+_TAILS = (0.025, 0.5, 0.975)  # median and ends of a 95 % interval
 
 
 def compare_laws(posteriors: Sequence[Posterior]) -> xr.Dataset:

@@ -13,10 +13,10 @@ from vasowave.inference.rounds import Explored
 from vasowave.inference.shares import variance_shares
 from vasowave.inference.wording import sentences, zero_unseen
 
-CHAINS = 4
-_PRIOR_DRAWS = 400
-_STEP = 1e-3
-_TAILS = (0.025, 0.5, 0.975)
+CHAINS = 4  # into which independent draws are divided, for programs that compare chains
+_PRIOR_DRAWS = 400  # enough to draw the prior beside the posterior
+_STEP = 1e-3  # of the central differences, in SD of the prior
+_TAILS = (0.025, 0.5, 0.975)  # median and ends of a 95 % interval
 
 
 def reported(

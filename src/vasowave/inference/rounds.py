@@ -16,7 +16,7 @@ from vasowave.inference.mode import Climbed
 from vasowave.inference.reweighting import Weights, smoothed
 from vasowave.inference.simulations import Simulate
 
-_ROUNDS = 7
+_ROUNDS = 7  # of simulations, at most
 _GOOD = 0.5  # SD of the emulator's error of the log-likelihood at new draws, below which no round follows
 _WIDER = 0.6  # power of the posterior that rounds learn: an emulator that saw the bulk alone ends the posterior there
 _DRAWN = 0.8  # power of the posterior that is drawn from in the end: weights stay small where the emulator errs

@@ -32,7 +32,7 @@ SIZE = 0.7
 _RATES, _POWERS, _SIZES = np.linspace(-3.5, 3.5, 15), np.linspace(-2.0, 2.0, 5), np.linspace(-5.0, 3.0, 33)
 _LOOSE = 0.5  # SD of log σ, in that of its prior, above which the prior counts as what decides
 _EXACT = 1e-9  # mmHg: no residual is smaller
-_HALVINGS = 40
+_HALVINGS = 40  # of an interval around the likeliest size, to rounding
 _MATTERS = 1e-6  # probability of a spectrum below which it is left out
 
 

@@ -29,7 +29,7 @@ _SIDE = 8
 _STANDS_OUT = 7.0
 """A step is this many times the usual height of what the same windows find elsewhere."""
 
-_MOST_STEPS = 8
+_MOST_STEPS = 8  # of the baseline's level in one recording
 
 _FEWEST = 12
 """With fewer good beats no trend is followed."""

@@ -14,7 +14,7 @@ from vasowave.recording.matlab_hdf5 import read_mat_hdf5
 from vasowave.textfile import read_start, regular_file
 
 _SAVE_AGAIN = "in MATLAB, load it and write it again with: save('NAME.mat', '-v7')"
-_MEMORY = 1 << 30
+_MEMORY = 1 << 30  # bytes of addresses that the trial may take beside the file
 _SECONDS = 15
 """What reading may take beside what grows with the file: bytes, and s of the processor; a busy machine waits longer."""
 

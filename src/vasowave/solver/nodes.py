@@ -20,7 +20,7 @@ from vasowave.solver.grid import Ends
 from vasowave.solver.laws import outlet_line, ratio_at, remember, slope_at
 
 _NEWTON_CLOSE = 1e-4  # mmHg; a smaller Newton step is taken linearly: what that neglects is below 1e-9 mmHg
-_NEWTON_MOST = 50
+_NEWTON_MOST = 50  # steps, at most
 
 
 class NodeStates(NamedTuple):

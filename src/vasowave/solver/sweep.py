@@ -20,7 +20,7 @@ from vasowave.solver.simulate import simulate_runs
 _BEDS = {"R_T": "mmHg s/ml", "a": "1", "tau": "s"}
 _SIZES = {"radius": "1", "length": "1"}
 _AT_ONCE = 64  # models whose waves are in memory together
-_MIDDLE = 1
+_MIDDLE = 1  # station in the middle of a vessel
 
 _KEPT = {
     "root_pressure": ("mmHg", "pressure at the inlet of the root"),

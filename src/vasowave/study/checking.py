@@ -41,7 +41,7 @@ of the radius is noticed."""
 BLOOD = {"density": (0.95, 1.3, "g/ml", 1.057), "viscosity": (0.005, 0.3, "cm²/s", 0.0462)}
 """What blood and the liquids used in its place have, unit, and the default."""
 
-_TAU = (0.02, 0.6)
+_TAU = (0.02, 0.6)  # s, between which the time constant of a mouse or a rat is not odd
 _SLIP = 3.0  # a known value that differs by more than this factor is no other method, but another number
 
 

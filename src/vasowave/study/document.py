@@ -14,7 +14,7 @@ from vasowave.study.problems import Problem
 
 Path_ = tuple[str | int, ...]
 _NOTHING = ("", "~", "null", "Null", "NULL")
-_DEEPEST = 20
+_DEEPEST = 20  # nesting of a document, beyond any study's
 
 
 @dataclass(eq=False)

@@ -15,7 +15,7 @@ Kind = Literal["cycle", "raw"]
 
 _CONTINUOUS = (".adicht", ".adidat", ".adibin", ".edf")
 _LARGEST = 4 << 20  # bytes; no table of one cycle is larger
-_HEAD = 4096
+_HEAD = 4096  # bytes that tell what a file is
 
 
 def kind_of(recordings: Sequence[Path]) -> Kind:

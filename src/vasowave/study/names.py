@@ -5,7 +5,7 @@ import unicodedata
 
 from vasowave.errors import InputError
 
-LONGEST = 60
+LONGEST = 60  # letters that fit beside a figure
 _NAME = re.compile(r"\w[\w .,+()-]*")
 
 

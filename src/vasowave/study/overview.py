@@ -13,7 +13,7 @@ The twelve animals of the demo, with 20 starts of two laws, take 15 s each; a li
 tangent one.
 """
 
-_VESSELS = 21
+_VESSELS = 21  # of the network for which the seconds were measured
 
 
 class AnimalRead(NamedTuple):

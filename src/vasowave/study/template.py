@@ -17,7 +17,7 @@ from vasowave.study.settings import StudyFile
 
 SCHEMA_FILE = "study.schema.json"
 FOLDERS = ("networks", "recordings")
-_WIDTH = 100
+_WIDTH = 100  # letters of a line of comment
 
 
 def new_study(folder: Path, groups: Sequence[str] = ("CTL", "HPH")) -> list[Path]:

@@ -10,7 +10,7 @@ from vasowave.imaging.read.volume import Volume
 
 CURVATURE = 0.1
 """Weight of the front's stiffness against its speed; more removes larger spurs of noise, and thin vessels."""
-ITERATIONS = 80
+ITERATIONS = 80  # of the level set, at most
 _MARGIN = 8  # voxels around the lumen in which the front may move
 
 

@@ -14,8 +14,8 @@ Packing = Literal["raw", "zlib", "gzip", "bzip2"]
 LARGE, DENSE = 1 << 31, 200
 """What unpacks to more than LARGE bytes, and to more than DENSE times its size, is refused before it is unpacked."""
 
-_CHUNK = 1 << 20
-_UNPACKED = 1 << 24
+_CHUNK = 1 << 20  # bytes that are read at a time
+_UNPACKED = 1 << 24  # bytes that are unpacked at a time
 _AGAIN = "copy or export it again"
 
 

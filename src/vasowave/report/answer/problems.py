@@ -11,7 +11,7 @@ from vasowave.figures.style import short
 from vasowave.report.blocks import Block, Notice, Remarks
 from vasowave.report.wording import listed, number
 
-_MOST_NAMED = 4
+_MOST_NAMED = 4  # animals named in a sentence
 
 
 def problems(cohort: Cohort, failures: Mapping[str, str]) -> list[str]:
