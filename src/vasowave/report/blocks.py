@@ -69,7 +69,7 @@ class Remarks:
     kind: str = "remarks"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table:
     """A table of text cells; the first column names the rows.
 
@@ -184,7 +184,7 @@ class Section:
     blocks: Sequence[Block]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Report:
     """A whole document.
 
