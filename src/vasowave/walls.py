@@ -25,6 +25,11 @@ def arctangent(x: Values) -> Values:
     return np.arctan(x)
 
 
+def power(x: Values, m: Values) -> Values:
+    """x^m for x > 0; the compiled solver takes its own, see `solver.powers`."""
+    return x**m
+
+
 @runtime_checkable
 class Wall(Protocol):
     """What the solver and the analyses ask of a wall law; every equation takes the law's parameters last."""
@@ -178,20 +183,20 @@ class PowerWall(NamedTuple):
     @staticmethod
     def pressure_at(a: Values, beta: Values, m: Values) -> Values:
         """Pressure, mmHg, at area ratio a."""
-        stretched = beta / (2.0 * m) * (np.maximum(a, 1.0) ** m - 1.0)
+        stretched = beta / (2.0 * m) * (power(np.maximum(a, 1.0), m) - 1.0)
         return stretched + beta * (np.sqrt(np.minimum(a, 1.0)) - 1.0)
 
     @staticmethod
     def ratio_at(p: Values, beta: Values, m: Values) -> Values:
         """Area ratio at pressure p; one of the two factors is 1."""
         compressed = 1.0 + np.minimum(p, 0.0) / beta
-        return (1.0 + 2.0 * m * np.maximum(p, 0.0) / beta) ** (1.0 / m) * compressed * compressed
+        return power(1.0 + 2.0 * m * np.maximum(p, 0.0) / beta, 1.0 / m) * compressed * compressed
 
     @staticmethod
     def slope_at(p: Values, beta: Values, m: Values) -> Values:
         """d(A/A0)/dp, 1/mmHg."""
-        stretched = (1.0 + 2.0 * m * np.maximum(p, 0.0) / beta) ** (1.0 / m - 1.0)
-        return 2.0 / beta * stretched * (1.0 + np.minimum(p, 0.0) / beta)
+        stretched = 1.0 + 2.0 * m * np.maximum(p, 0.0) / beta
+        return 2.0 / beta * power(stretched, 1.0 / m) / stretched * (1.0 + np.minimum(p, 0.0) / beta)
 
     @staticmethod
     def limits(beta: Values, m: Values) -> tuple[Values, Values]:

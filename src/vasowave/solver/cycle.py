@@ -11,7 +11,7 @@ from numba import njit
 from vasowave import walls
 from vasowave.kernels import kept
 from vasowave.solver import cells as cell_kernels
-from vasowave.solver import grid, laws, trigonometry
+from vasowave.solver import grid, laws, powers, trigonometry
 from vasowave.solver import nodes as node_kernels
 from vasowave.solver.cells import (
     OPTIONS,
@@ -77,7 +77,7 @@ def center_cells(sample, area, flow, out):
         out[1, sample, j] = 0.5 * (out[1, sample, j] + flow[j])
 
 
-PARTS = walls, laws, trigonometry, grid, cell_kernels, node_kernels
+PARTS = walls, laws, trigonometry, powers, grid, cell_kernels, node_kernels
 """Modules of which a cycle is compiled."""
 
 

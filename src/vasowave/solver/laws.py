@@ -12,7 +12,7 @@ from numba.extending import overload, register_jitable
 
 from vasowave import walls
 from vasowave.outlets import Outlets, Windkessel
-from vasowave.solver import trigonometry
+from vasowave.solver import powers, trigonometry
 
 # Numba cannot unpack a tuple of arrays at one index, so the call is written out by the count of parameters.
 _CALL = {
@@ -50,6 +50,7 @@ for _stub in (pressure_at, ratio_at, slope_at):
 
 overload(walls.tangent)(lambda x: trigonometry.tangent)
 overload(walls.arctangent)(lambda x: trigonometry.arctangent)
+overload(walls.power)(lambda x, m: powers.power)
 
 
 class WindkesselSteps(NamedTuple):
