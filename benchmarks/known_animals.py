@@ -117,20 +117,25 @@ def truth_of(law, wrong, rng):
     return Model(network, wall, windkessels(shared, R_T, tau, rng.uniform(0.06, 0.25)))
 
 
+def noise_amplitude():
+    """Size of the noise in each harmonic, up to a factor: its power falls exponentially, to 1/e over two."""
+    return np.exp(-0.25 * np.arange(SAMPLES // 2 + 1))
+
+
 def smooth_noise(rng):
-    """One period of noise of variance 1 whose power falls exponentially with the harmonic, to 1/e over two."""
-    amplitude = np.exp(-0.25 * np.arange(SAMPLES // 2 + 1))
+    """One period of noise of variance 1."""
+    amplitude = noise_amplitude()
     whole = np.fft.irfft(np.fft.rfft(rng.standard_normal(SAMPLES)) * amplitude, SAMPLES)
     return whole / np.sqrt((amplitude[0] ** 2 + 2 * np.sum(amplitude[1:-1] ** 2) + amplitude[-1] ** 2) / SAMPLES)
 
 
-def animal(row, number):
-    """Return the recording of an animal, its true model, and the law to fit."""
+def animal(row, number, noise=NOISE):
+    """Return the recording of an animal with so much smooth noise (mmHg), its true model, and the law to fit."""
     law, fitted, wrong, _, others = ROWS[row]
     rng = np.random.default_rng([zlib.crc32((others or row).encode()), number])
     model, inflow = truth_of(law, wrong, rng), heart(rng)
     waves = simulate(model, inflow, Numerics(samples=SAMPLES))["pressure"].to_numpy()
-    pressure = waves[:, model.network.root, 0] + NOISE * smooth_noise(rng) + WHITE * rng.standard_normal(SAMPLES)
+    pressure = waves[:, model.network.root, 0] + noise * smooth_noise(rng) + WHITE * rng.standard_normal(SAMPLES)
     if wrong == "offset":  # as of 2 mmHg of drift in the beats behind an averaged cycle
         pressure = pressure + rng.choice([-1.0, 1.0])
     recording = Recording(pressure, inflow.flow, inflow.period)
