@@ -21,6 +21,7 @@ def vasowave(tmp_path, monkeypatch, capsys):
     def called(*arguments):
         monkeypatch.setattr(sys, "argv", ["vasowave", *arguments])
         monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
+        monkeypatch.setattr(os, "environ", dict(os.environ))
         status = 0
         with warnings.catch_warnings():
             warnings.simplefilter("default")
@@ -75,3 +76,18 @@ def test_no_color_is_respected_even_where_color_is_forced():
     colors = ("\x1b[3", "\x1b[1;3")
     assert any(color in forced for color in colors)
     assert not any(color in plain for color in colors)
+
+
+def test_linear_algebra_takes_one_thread():
+    asked = "print(*{one['num_threads'] for one in threadpoolctl.threadpool_info()})"
+    code = f"from vasowave.cli import run\ntry: run()\nexcept SystemExit: import threadpoolctl, numpy; {asked}"
+    free = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    command = [sys.executable, "-c", code, "simulate", "--help"]
+    said = subprocess.run(command, capture_output=True, text=True, check=True, env=free).stdout
+    assert said.splitlines()[-1] == "1"
+
+
+def test_linear_algebra_takes_as_many_threads_as_its_user_says(vasowave, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    vasowave("simulate", "--help")
+    assert os.environ["OMP_NUM_THREADS"] == "3"

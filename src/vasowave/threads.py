@@ -22,6 +22,16 @@ def threads() -> int:
 
 
 def limit_threads(count: int) -> None:
-    """Let this process use `count` threads; numerical libraries obey if they are loaded later."""
-    for variable in (VARIABLE, *_LIBRARIES):
-        os.environ[variable] = str(count)
+    """Let this process use `count` threads, and numerical libraries that are loaded later one each."""
+    os.environ[VARIABLE] = str(count)
+    for variable in _LIBRARIES:
+        os.environ[variable] = "1"
+
+
+def spare_threads() -> None:
+    """Let numerical libraries that are loaded later use one thread each, where their user has not said how many.
+
+    Our matrices are small: with more, their threads spin while they wait for each other.
+    """
+    for variable in _LIBRARIES:
+        os.environ.setdefault(variable, "1")

@@ -19,12 +19,14 @@ def run() -> None:
     """Run the command line; every error of ours becomes one readable message and its exit status."""
     from vasowave.errors import InputError, VasowaveError, VasowaveWarning
     from vasowave.memory import is_starved
+    from vasowave.threads import spare_threads
 
     def show(message: Warning | str, category: type[Warning], *rest: object, **more: object) -> None:
         if issubclass(category, VasowaveWarning):
             typer.echo(f"Warning: {message}", err=True)
 
     warnings.showwarning = show
+    spare_threads()
     try:
         app()
     except VasowaveError as error:
