@@ -19,7 +19,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[1]
 KERNELS = ROOT / "build" / "kernels of planted faults"
 WORDS = (
-    "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry tubes "
+    "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry powers tubes "
     "sensitivity starts kernels unlike_volumes witness discharge tapering test_problem test_rounds"
 )
 LONGEST = 1800  # s for one run of the tests; a fault that makes them hang has no verdict
@@ -36,7 +36,7 @@ class Fault(NamedTuple):
 
 CELLS, NODES, CYCLE = "solver/cells.py", "solver/nodes.py", "solver/cycle.py"
 VARIATIONS, NODE_VARIATIONS = "solver/variations.py", "solver/node_variations.py"
-LAWS, TRIGONOMETRY = "solver/laws.py", "solver/trigonometry.py"
+LAWS, TRIGONOMETRY, POWERS = "solver/laws.py", "solver/trigonometry.py", "solver/powers.py"
 PERIODIC, TUBES = "solver/periodic.py", "imaging/axes/tubes.py"
 STIFFNESS = "imaging/axes/stiffness.py"
 UNKNOWNS = "inference/unknowns.py"
@@ -184,6 +184,9 @@ FAULTS = [
     Fault("half step of area halved", CELLS, (("A - half * (flow[j]", "A - 0.5 * half * (flow[j]"),)),
     Fault("tangent one term short", TRIGONOMETRY, (("13860.0 + w * 45.0", "13860.0"),)),
     Fault("arctangent one term short", TRIGONOMETRY, (("P = 46107386325.0 + w * 2015310375.0", "P = 46107386325.0"),)),
+    Fault("logarithm one term short", POWERS, (("1 / 17 + w * (1 / 19)", "1 / 17"),)),
+    Fault("exponential one term short", POWERS, (("1 / 39916800 + r * (1 / 479001600)", "1 / 39916800"),)),
+    Fault("a power that is too large wraps around", POWERS, (("np.minimum(np.maximum(y, -_MOST), _MOST)", "y + 0.0"),)),
     Fault("R1 dropped", LAWS, (("np.array(R1))", "np.zeros_like(R1))"),)),
     Fault("capacitor discharges a whole step early", LAWS, (("outlet.decay_half[j] *", "outlet.decay[j] *"),)),
     Fault("capacitor not charged between steps", LAWS, (("R1[j] + outlet.gain_half[j]", "R1[j]"),)),
