@@ -8,7 +8,7 @@ there; a power is as exact as m log x is: to 2e-15 for powers up to 3000.
 import numpy as np
 from numba.extending import register_jitable
 
-_LOG2 = 0.6931471805599453
+_LOG2 = 0.6931471805599453  # log 2
 _ONE = 0x3FF0000000000000  # bits of 1
 _ROOT_HALF = 0x3FE6A09E667F3BCD  # of √½
 _MOST = 700.0  # logarithm that a number can have, nearly
