@@ -126,11 +126,10 @@ def at_inlets(result: xr.DataTree) -> xr.DataTree:
 
     That is all that most of a report asks of an animal, and a tenth of its size.
     """
-    inlet = {"vessel": [root_vessel(result)], "station": ["inlet"]}
     light = result.copy()
     for wall in wall_laws(result):
-        simulation = data_of(result, f"{wall}/simulation")
-        light[f"{wall}/simulation"].dataset = simulation[["pressure", "flow"]].sel(inlet)
+        waves = data_of(result, f"{wall}/simulation")[["pressure", "flow"]]
+        light[f"{wall}/simulation"].dataset = waves.sel(vessel=[root_vessel(result)], station=["inlet"])
     return light
 
 

@@ -8,7 +8,6 @@ import pandas as pd
 from vasowave.cohort.table import values_of
 from vasowave.errors import InputError
 
-
 MOST_EXACT = 200
 """Animals of two groups together up to which a Mann-Whitney test is exact; its work grows with their fourth power."""
 

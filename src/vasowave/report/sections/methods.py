@@ -169,8 +169,8 @@ def _statistics(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> str:
         return "Groups are described by mean, SD, median and quartiles; nothing was compared."
     several = " More than two groups were compared by a permutation Kruskal-Wallis test first."
     return (
-        f"As in the paper, groups were also compared by two-sided Mann-Whitney tests (exact up to {MOST_EXACT} animals, "
-        "beyond that by the normal distribution), p values adjusted by "
+        f"As in the paper, groups were also compared by two-sided Mann-Whitney tests (exact up to {MOST_EXACT} "
+        "animals, beyond that by the normal distribution), p values adjusted by "
         "Holm's method within each "
         f"source ({tests}), ratios of geometric means with Welch intervals, and Hedges' g with intervals from the "
         f"noncentral t distribution; the importance index η (eq. 20) is relative to {cohort.reference}."
