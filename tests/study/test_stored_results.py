@@ -1,5 +1,6 @@
 """The stored form of a study: one file an animal and an index that says what each must be."""
 
+import gc
 import json
 
 import pytest
@@ -9,6 +10,7 @@ from vasowave.animal.files import KIND, to_bytes
 from vasowave.animal.reading import at_inlets, name_of, root_vessel, simulated
 from vasowave.cohort.cohort import gathered
 from vasowave.errors import InputError
+from vasowave.memory import seldom_collected
 from vasowave.report.write import write_report
 from vasowave.study.reporting import report_study
 from vasowave.study.results import INDEX, read_results, write_results
@@ -144,3 +146,13 @@ def test_a_report_made_in_processes_is_the_one_made_here(cohort_results, tmp_pat
     assert names == sorted(one.name for one in there.iterdir())
     assert len(names) > 20
     assert all((here / name).read_bytes() == (there / name).read_bytes() for name in names)
+
+
+def test_garbage_is_looked_for_as_often_as_before_after_a_report(stored):
+    before = gc.get_threshold()
+    with seldom_collected():
+        assert gc.get_threshold()[0] > before[0]
+    assert gc.get_threshold() == before
+    with pytest.raises(InputError), seldom_collected():
+        raise InputError
+    assert gc.get_threshold() == before
