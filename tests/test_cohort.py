@@ -1,15 +1,26 @@
+from itertools import combinations
+
 import numpy as np
 import pandas as pd
 import pytest
 from scipy import stats
 
 from vasowave.cohort import contrasts, describe, leave_one_out, pairwise_contrasts, several_groups
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.comparison import compare
 from vasowave.cohort.effects import hedges_g
-from vasowave.cohort.rank_tests import exact_mann_whitney, holm, smallest_p
+from vasowave.cohort.rank_tests import MOST_EXACT, exact_mann_whitney, holm, mann_whitney, smallest_p
 from vasowave.datasets import published_table
 from vasowave.errors import InputError
 
+AS_MEASURED = {"beta [mmHg]": "HR [1]", "S [mmHg2]": "CO [1]"}
 BETA, S = "beta [mmHg]", "S [mmHg2]"
+
+
+def _third():
+    """Return a group that lies beyond the others."""
+    third = published_table("optimized_linear").query("group == 'HPH'")
+    return third.assign(group="c", **{BETA: 1.5 * third[BETA], S: 0.7 * third[S]})
 
 
 def test_the_published_stiffness_doubles_with_hypertension():
@@ -22,6 +33,31 @@ def test_the_exact_test_agrees_with_scipy_where_nothing_is_tied():
     table = published_table("optimized_linear")
     x, y = (table.loc[table.group == g, S].to_numpy() for g in ("CTL", "HPH"))
     assert exact_mann_whitney(x, y) == pytest.approx(stats.mannwhitneyu(x, y, method="exact").pvalue)
+
+
+@pytest.mark.parametrize("sizes", [(2, 3), (4, 3), (3, 6)])
+def test_the_exact_test_of_ties_counts_every_relabeling(sizes):
+    rng = np.random.default_rng(5)
+    x, y = (rng.integers(1, 5, size).astype(float) for size in sizes)
+    ranks = stats.rankdata([*x, *y])
+    sums = np.array([ranks[list(chosen)].sum() for chosen in combinations(range(len(ranks)), len(x))])
+    away = np.abs(sums - sums.mean())
+    assert exact_mann_whitney(x, y) == pytest.approx(np.mean(away >= away[0] - 1e-9))
+
+
+def test_the_rank_test_of_many_animals_is_the_normal_one_and_near_the_exact_one():
+    rng = np.random.default_rng(2)
+    x, y = rng.normal(0, 1, MOST_EXACT // 2), rng.normal(0.3, 1, MOST_EXACT // 2 + 1)
+    assert mann_whitney(x, y) == stats.mannwhitneyu(x, y, method="asymptotic").pvalue
+    assert mann_whitney(x, y) == pytest.approx(exact_mann_whitney(x, y), rel=0.01)
+    assert mann_whitney(x, y[1:]) == exact_mann_whitney(x, y[1:])
+
+
+def test_contrasts_of_every_pair_stand_pair_by_pair_and_holm_counts_them_all():
+    table = pd.concat([published_table("optimized_linear").replace({"HPH": "b"}), _third()], ignore_index=True)
+    cohort = Cohort({}, {}, table.assign(source="measured", animal=table.index).rename(columns=AS_MEASURED))
+    found = compare(cohort, "measured").contrasts
+    pd.testing.assert_frame_equal(found, pairwise_contrasts(cohort.table, list(AS_MEASURED.values())))
 
 
 def test_holm_steps_down_and_never_decreases():

@@ -1,6 +1,9 @@
-"""How a lack of memory shows."""
+"""How a lack of memory shows, and how much of the time goes to finding what is no longer used."""
 
 import errno
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 _SIGNS = (
     "failed to map segment",  # a library that could not be loaded
@@ -10,6 +13,20 @@ _SIGNS = (
     "can't allocate lock",
     "without setting an exception",  # compiled code that met it
 )
+
+
+_SELDOM = 70  # times as many new objects as usual
+
+
+@contextmanager
+def seldom_collected() -> Iterator[None]:
+    """Look for garbage seldom within the block, where nearly all of many objects stay in use: results, figures."""
+    first, *others = gc.get_threshold()
+    gc.set_threshold(_SELDOM * first, *others)
+    try:
+        yield
+    finally:
+        gc.set_threshold(first, *others)
 
 
 def is_starved(error: BaseException | None) -> bool:

@@ -1,12 +1,17 @@
 """The stored form of a study: one file an animal and an index that says what each must be."""
 
+import gc
 import json
 
 import pytest
 import xarray as xr
 
 from vasowave.animal.files import KIND, to_bytes
+from vasowave.animal.reading import at_inlets, name_of, root_vessel, simulated
+from vasowave.cohort.cohort import gathered
 from vasowave.errors import InputError
+from vasowave.memory import seldom_collected
+from vasowave.report.write import write_report
 from vasowave.study.reporting import report_study
 from vasowave.study.results import INDEX, read_results, write_results
 from vasowave.study.settings import StudyFile
@@ -35,6 +40,16 @@ def test_every_animal_comes_back_by_its_name_whatever_the_name(stored):
     assert [results[name].attrs["animal"] for name in NAMES] == NAMES
     assert results.failures == {"CTL 9": "why"}
     assert len(list((stored / "animals").iterdir())) == len(NAMES)
+
+
+def test_the_report_of_an_animal_that_is_not_there_names_some_that_are(stored):
+    with pytest.raises(InputError, match=r"no result of 'nobody'; there are: CTL 1, Å é, x{300}, A$"):
+        report_study(stored, animal="nobody")
+    store, result = Store(stored), xr.DataTree(xr.Dataset(attrs={"title": KIND}))
+    pieces = {(f"mouse {number}", "CTL"): store.keep(f"{number}", to_bytes(result)) for number in range(9)}
+    write_results(stored, pieces, {}, StudyFile())
+    with pytest.raises(InputError, match=r"there are: mouse 0, .*mouse 5 and 3 more$"):
+        report_study(stored, animal="nobody")
 
 
 def test_a_file_that_changed_or_is_gone_is_refused_and_the_others_are_read(stored):
@@ -88,10 +103,26 @@ def test_the_group_that_the_study_names_first_is_the_reference_of_its_report(tmp
         tree = xr.DataTree(xr.Dataset(attrs={"title": KIND, "animal": name, "group": group}))
         pieces[name, group] = store.keep(name, to_bytes(tree))
     write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["HPH", "CTL"]))
-    monkeypatch.setattr(reporting, "write_report", lambda trees, folder, **more: told.update(more, trees=trees))
+    monkeypatch.setattr(reporting, "gathered", lambda trees, first, whole: told.update(trees=trees, reference=first))
+    monkeypatch.setattr(reporting, "write_cohort_report", lambda *arguments, **more: None)
     reporting.report_study(tmp_path)
     assert told["reference"] == "HPH"
     assert [tree.attrs["animal"] for tree in told["trees"]] == ["b", "d", "a", "c"]
+
+
+def test_light_results_hold_the_inlets_and_everything_else_and_what_is_shown_is_whole(cohort_results):
+    light = [at_inlets(one) for one in cohort_results]
+    for one, little in zip(cohort_results, light, strict=True):
+        assert little["linear/simulation"].to_dataset().nbytes < 0.1 * one["linear/simulation"].to_dataset().nbytes
+        assert little["linear/simulation"].attrs == one["linear/simulation"].attrs
+        for quantity in ("pressure", "flow"):
+            which = one, "linear", quantity, root_vessel(one)
+            assert simulated(little, *which[1:]).identical(simulated(*which))
+        for path in ("linear/calibration", "recording", "measured/waves"):
+            assert little[path].to_dataset().identical(one[path].to_dataset())
+    whole = {name_of(one): one for one in cohort_results}
+    shown = gathered(light, whole=whole.__getitem__).shown
+    assert {group: whole[name_of(one)] is one for group, one in shown.items()} == {"CTL": True, "HPH": True}
 
 
 @pytest.mark.validation
@@ -107,7 +138,21 @@ def test_a_report_made_in_processes_is_the_one_made_here(cohort_results, tmp_pat
         write_results(folder / "results", pieces, {}, settings)
         report_study(folder, workers=workers)
     here, there = (tmp_path / name / "report" / "figures" for name in ("1", "2"))
+    trees = list(read_results(tmp_path / "1").in_order())
+    write_report(trees, tmp_path / "whole", pdf=False, reference="CTL")
+    wanted = tmp_path / "whole" / "figures"
+    assert all(one.read_bytes() == (here / one.name).read_bytes() for one in wanted.iterdir())
     names = sorted(one.name for one in here.iterdir())
     assert names == sorted(one.name for one in there.iterdir())
     assert len(names) > 20
     assert all((here / name).read_bytes() == (there / name).read_bytes() for name in names)
+
+
+def test_garbage_is_looked_for_as_often_as_before_after_a_report(stored):
+    before = gc.get_threshold()
+    with seldom_collected():
+        assert gc.get_threshold()[0] > before[0]
+    assert gc.get_threshold() == before
+    with pytest.raises(InputError), seldom_collected():
+        raise InputError
+    assert gc.get_threshold() == before

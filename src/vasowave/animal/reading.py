@@ -48,7 +48,7 @@ def data_of(result: xr.DataTree, path: str) -> xr.Dataset:
         node = None
     if not isinstance(node, xr.DataTree):
         raise InputError(f"the result of this animal holds no group '{path}'")
-    return node.to_dataset()
+    return node.to_dataset(inherit=False)
 
 
 def name_of(result: xr.DataTree) -> str:
@@ -119,6 +119,18 @@ def root_vessel(result: xr.DataTree) -> str:
 def simulated(result: xr.DataTree, wall: str, quantity: str, vessel: str, station: str = "inlet") -> xr.DataArray:
     """Return one simulated quantity over the cycle at one station, shape (time,)."""
     return data_of(result, f"{wall}/simulation")[quantity].sel(vessel=vessel, station=station)
+
+
+def at_inlets(result: xr.DataTree) -> xr.DataTree:
+    """Return the result with, of every simulation, only pressure and flow at the inlet of the root vessel.
+
+    That is all that most of a report asks of an animal, and a tenth of its size.
+    """
+    light = result.copy()
+    for wall in wall_laws(result):
+        waves = data_of(result, f"{wall}/simulation")[["pressure", "flow"]]
+        light[f"{wall}/simulation"].dataset = waves.sel(vessel=[root_vessel(result)], station=["inlet"])
+    return light
 
 
 def law_curve(result: xr.DataTree, wall: str) -> tuple[np.ndarray, np.ndarray] | None:

@@ -133,7 +133,11 @@ class Cohort:
                 if key not in self.settings]  # fmt: skip
 
 
-def gathered(results: Sequence[xr.DataTree], reference: str | None = None) -> Cohort:
+def gathered(
+    results: Sequence[xr.DataTree],
+    reference: str | None = None,
+    whole: Callable[[str], xr.DataTree] | None = None,
+) -> Cohort:
     """Return the animals in their groups.
 
     Parameters
@@ -142,6 +146,8 @@ def gathered(results: Sequence[xr.DataTree], reference: str | None = None) -> Co
         One per animal.
     reference : str, optional
         Group that the others are compared with; by default CTL, or the first.
+    whole : callable, optional
+        Returns the result of an animal by its name, where `results` are those `at_inlets`; for the animals shown.
 
     Raises
     ------
@@ -157,8 +163,10 @@ def gathered(results: Sequence[xr.DataTree], reference: str | None = None) -> Co
     labels.sort(key=lambda label: label != first)
     groups = {label: [result for result in results if group_of(result) == label] for label in labels}
     table = cohort_table([result for members in groups.values() for result in members])
-    shown = {label: _named(members, typical_animal(table, label)) for label, members in groups.items()}
-    return Cohort(groups, shown, table)
+    typical = {label: typical_animal(table, label) for label in groups}
+    if whole is None:
+        return Cohort(groups, {label: _named(groups[label], name) for label, name in typical.items()}, table)
+    return Cohort(groups, {label: whole(name) for label, name in typical.items()}, table)
 
 
 def typical_animal(table: pd.DataFrame, group: str) -> str:

@@ -11,7 +11,7 @@ import pandas as pd
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.contrasts import leave_one_out, pairwise_contrasts
 from vasowave.cohort.effects import importance_index
-from vasowave.cohort.rank_tests import several_groups
+from vasowave.cohort.rank_tests import holm, several_groups
 from vasowave.cohort.table import INDICES, column, columns, rows_of
 from vasowave.errors import InputError
 
@@ -55,13 +55,14 @@ def compare(cohort: Cohort, source: str) -> Comparison:
     if rows["group"].nunique() < 2:
         return _nothing(left_out)
     labels = columns(rows, family(cohort, source))
-    reasons = {label: _refusal(pairwise_contrasts, rows, [label]) for label in labels}
-    left_out |= {label: reason for label, reason in reasons.items() if reason}
-    usable = [label for label in labels if not reasons[label]]
-    if not usable:
+    found = {label: _tested(pairwise_contrasts, rows, [label]) for label in labels}
+    left_out |= {label: one for label, one in found.items() if isinstance(one, str)}
+    parts = {label: one for label, one in found.items() if not isinstance(one, str)}
+    if not parts:
         return _nothing(left_out)
+    usable = list(parts)
     everyone = several_groups(rows, usable) if rows["group"].nunique() > 2 else pd.DataFrame()
-    return Comparison(pairwise_contrasts(rows, usable), _without_one(rows, usable), everyone, left_out)
+    return Comparison(_together(list(parts.values())), _without_one(rows, usable), everyone, left_out)
 
 
 def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFrame:
@@ -89,17 +90,24 @@ def _nothing(left_out: dict[str, str]) -> Comparison:
     return Comparison(pd.DataFrame(), pd.DataFrame(), pd.DataFrame(), left_out)
 
 
-def _refusal(test: Callable[..., pd.DataFrame], *arguments: object) -> str:
-    """Return why a test cannot be made, empty if it can; one that could only warn about its values cannot."""
+def _tested(test: Callable[..., pd.DataFrame], *arguments: object) -> pd.DataFrame | str:
+    """Return the table of a test, or why it cannot be made; one that could only warn about its values cannot."""
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         try:
-            test(*arguments)
+            return test(*arguments)
         except InputError as error:
             return str(error)
         except RuntimeWarning:
             return "the values hardly vary within the groups; there is nothing to test"
-    return ""
+
+
+def _together(parts: list[pd.DataFrame]) -> pd.DataFrame:
+    """Return the contrasts of several quantities, pair of groups by pair of groups; Holm runs over all of them."""
+    whole = pd.concat(parts, ignore_index=True)
+    by_pair = np.arange(len(whole)).reshape(len(parts), -1).T.ravel()
+    whole = whole.iloc[by_pair].reset_index(drop=True)
+    return whole.assign(**{"p Holm": holm(whole["p"].to_numpy())})
 
 
 def _without_one(rows: pd.DataFrame, usable: list[str]) -> pd.DataFrame:
@@ -107,7 +115,9 @@ def _without_one(rows: pd.DataFrame, usable: list[str]) -> pd.DataFrame:
     parts = []
     for reference, other in combinations(rows["group"].unique().tolist(), 2):
         # Of two animals, or with no scatter among the rest, nothing is left to test.
-        labels = [label for label in usable if not _refusal(leave_one_out, rows, [label], reference, other)]
+        labels = [
+            label for label in usable if not isinstance(_tested(leave_one_out, rows, [label], reference, other), str)
+        ]
         if labels:
             part = leave_one_out(rows, labels, reference, other)
             part.insert(0, "reference", reference)

@@ -1,4 +1,4 @@
-"""Two groups compared quantity by quantity: η, ratio, Hedges' g, exact test; and again without each animal."""
+"""Two groups compared quantity by quantity: η, ratio, Hedges' g, rank test; and again without each animal."""
 
 from itertools import combinations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.cohort.effects import hedges_g, importance_index
-from vasowave.cohort.rank_tests import exact_mann_whitney, holm
+from vasowave.cohort.rank_tests import holm, mann_whitney
 from vasowave.cohort.table import values_of
 from vasowave.errors import InputError
 
@@ -14,7 +14,7 @@ from vasowave.errors import InputError
 def contrasts(
     table: pd.DataFrame, quantities: list[str], reference: str, other: str, level: float = 0.95
 ) -> pd.DataFrame:
-    """Compare two groups: η (eq. 20), ratio of geometric means with Welch interval, exact Mann-Whitney, Holm.
+    """Compare two groups: η (eq. 20), ratio of geometric means with Welch interval, Mann-Whitney, Holm.
 
     Hedges' g stands with its interval from the noncentral t distribution. The ratio needs positive values.
 
@@ -34,7 +34,7 @@ def contrasts(
             raise InputError(f"'{quantity}' holds a value that is not positive; a ratio needs positive values")
         welch = stats.ttest_ind(np.log(y), np.log(x), equal_var=False).confidence_interval(level)
         ratio = np.exp(np.log(y).mean() - np.log(x).mean())
-        p = exact_mann_whitney(x, y)
+        p = mann_whitney(x, y)
         eta = importance_index(x.mean(), y.mean())
         rows.append((quantity, eta, ratio, np.exp(welch.low), np.exp(welch.high), *hedges_g(x, y, level), p))
     columns = ["quantity", "eta", "ratio", "ratio low", "ratio high", "Hedges g", "g low", "g high", "p"]

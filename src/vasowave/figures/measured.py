@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _FARTHEST = 60.0  # cm, of a figure's side
+_BEATS = {"width": 17.0, "left": 1.8, "right": 0.2, "bottom": 1.0, "top": 0.8, "between": 1.6, "beside": 1.9}  # cm
 
 
 def hemodynamics_figure(cohort: Cohort) -> "Figure":
@@ -64,9 +65,11 @@ def beats_figure(result: xr.DataTree) -> "Figure":
     beats = data_of(result, "beats")
     signals = [name for name in ("ecg", "pressure", "flow") if f"trace_{name}" in beats.data_vars]
     levels = ["level"] if {"level", "drift"} <= set(beats.data_vars) else []
-    figure = new_figure(17, 3.6 * (len(signals) + len(levels)) + 5.6)
-    rows: list[Any] = [[name, name] for name in [*signals, *levels]]
-    axes = figure.subplot_mosaic([*rows, ["p", "q"]])
+    rows: list[Any] = [*([name, name] for name in [*signals, *levels]), ["p", "q"]]
+    height = 3.6 * (len(rows) - 1) + 5.6
+    figure = new_figure(_BEATS["width"], height)
+    figure.set_layout_engine("none")  # of every animal there is one: finding the room takes as long as drawing
+    axes = figure.subplot_mosaic(rows, gridspec_kw=_beats_room(height, len(rows)))
     for place, name in enumerate(signals):
         plot_detected_beats(axes[name], beats, name)
         if place > 0:
@@ -78,3 +81,18 @@ def beats_figure(result: xr.DataTree) -> "Figure":
     for panel, name in (("p", "pressure"), ("q", "flow")):
         plot_ensemble(axes[panel], result, name)
     return figure
+
+
+def _beats_room(height: float, rows: int) -> dict[str, float]:
+    """Return the room of so many rows of panels as matplotlib takes it: shares of the figure, gaps of a panel."""
+    cm = _BEATS
+    panel = (height - cm["bottom"] - cm["top"] - (rows - 1) * cm["between"]) / rows
+    half = (cm["width"] - cm["left"] - cm["right"] - cm["beside"]) / 2
+    return {
+        "left": cm["left"] / cm["width"],
+        "right": 1 - cm["right"] / cm["width"],
+        "bottom": cm["bottom"] / height,
+        "top": 1 - cm["top"] / height,
+        "hspace": cm["between"] / panel,
+        "wspace": cm["beside"] / half,
+    }

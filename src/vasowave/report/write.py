@@ -5,7 +5,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from vasowave.cohort.cohort import gathered
+from vasowave.cohort.cohort import Cohort, gathered
 from vasowave.cohort.primary import Family, primary_comparison
 from vasowave.errors import InputError
 from vasowave.figures.style import style
@@ -75,18 +75,32 @@ def write_report(
     >>> vw.write_report([vw.analyze(mouse, quick)], "my-report", pdf=False).name
     'report.html'
     """
-    folder = Path(folder).resolve()
-    _check_free(folder)
     why = dict(failures.items() if isinstance(failures, Mapping) else failures)
     if not results:
         raise InputError(
             "; ".join(["there is no animal to report", *(f"{name}: {text}" for name, text in why.items())])
         )
+    cohort = gathered(results, reference)
+    return write_cohort_report(cohort, folder, why, pdf=pdf, title=title, family=family or Family(), each=each)
+
+
+def write_cohort_report(
+    cohort: Cohort,
+    folder: Path,
+    failures: Mapping[str, str],
+    *,
+    pdf: bool,
+    title: str,
+    family: Family,
+    each: Each = map,
+) -> Path:
+    """Do what `write_report` does, for animals that are gathered already."""
+    folder = Path(folder).resolve()
+    _check_free(folder)
     with style():
-        cohort, chosen = gathered(results, reference), family or Family()
-        primary = primary_comparison(cohort, chosen)
+        primary = primary_comparison(cohort, family)
         documents = (
-            report_of(cohort, primary, chosen, why, title),
+            report_of(cohort, primary, family, failures, title),
             supplement_of(cohort, primary, title),
         )
     _place(documents, folder, pdf, each)

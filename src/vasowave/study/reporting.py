@@ -2,8 +2,11 @@
 
 from pathlib import Path
 
+from vasowave.animal.reading import group_of
+from vasowave.cohort.cohort import gathered
 from vasowave.cohort.primary import Family
-from vasowave.report.write import write_report
+from vasowave.memory import seldom_collected
+from vasowave.report.write import write_cohort_report, write_report
 from vasowave.study.executors import side_by_side
 from vasowave.study.reading import study_path
 from vasowave.study.results import read_results
@@ -40,14 +43,13 @@ def report_study(study: Path, pdf: bool | None = None, workers: int = 1, animal:
     if animal:
         own = folder / ONE_BY_ONE / stored.file_of(animal).stem
         return write_report([stored[animal]], own, pdf=pdf)
-    with side_by_side(workers, len(stored)) as each:
-        results = stored.in_order(each)
-        return write_report(
-            results,
+    with side_by_side(workers, len(stored)) as each, seldom_collected():
+        results = stored.in_order(each, whole=False)
+        return write_cohort_report(
+            gathered(results, group_of(results[0]), whole=stored.__getitem__),
             folder / REPORT_FOLDER,
-            failures=stored.failures,
+            stored.failures,
             pdf=pdf,
-            reference=results[0].attrs["group"],
             title=stored.settings.title,
             family=Family(asked.law, asked.quantities),
             each=each,

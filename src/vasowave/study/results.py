@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from vasowave.animal.files import read_result
+from vasowave.animal.reading import at_inlets
 from vasowave.errors import InputError, did_you_mean
 from vasowave.files import made_inside, write_file
 from vasowave.notebook import card
@@ -41,6 +42,7 @@ FORM = "vasowave study 2"
 """What the index says of itself; the number grows with the stored form."""
 
 _EARLIER = "results.nc"
+_NAMED = 6  # animals, in a sentence
 _LONGEST = 80  # bytes of an animal's name in that of its file
 
 
@@ -110,7 +112,7 @@ class Results:
         files = {one.animal: Path(one.file) for one in self.animals}
         if animal not in files:
             why = f": {self.failures[animal]}" if animal in self.failures else did_you_mean(animal, files)
-            raise InputError(f"{self.folder}: there is no result of '{animal}'{why}")
+            raise InputError(f"{self.folder}: there is no result of '{animal}'{why}; there are: {_some(list(files))}")
         return files[animal]
 
     def __iter__(self) -> Iterator[str]:
@@ -129,15 +131,27 @@ class Results:
         failed = [f"{name} failed: {why}" for name, why in self.failures.items()]
         return card(f"Study: {self.settings.title}", facts, failed)
 
-    def in_order(self, each: "Each" = map) -> list[xr.DataTree]:
-        """Return the results of all animals, in the order of their groups; `each` may read several at a time."""
+    def in_order(self, each: "Each" = map, whole: bool = True) -> list[xr.DataTree]:
+        """Return the results of all animals, in the order of their groups; `each` may read several at a time.
+
+        Unless `whole`, simulations are those `at_inlets`, and hundreds of animals need little memory.
+        """
         order = list(self.settings.groups)
         grouped = sorted(self.animals, key=lambda one: order.index(one.group))
-        return list(each(partial(_read, self.folder), grouped))
+        return list(each(partial(_read if whole else _read_light, self.folder), grouped))
 
 
 def _read(folder: Path, stored: StoredAnimal) -> xr.DataTree:
     return read_result(folder / stored.file, stored.sha256)
+
+
+def _read_light(folder: Path, stored: StoredAnimal) -> xr.DataTree:
+    return at_inlets(_read(folder, stored))
+
+
+def _some(names: list[str]) -> str:
+    more = len(names) - _NAMED
+    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def write_results(

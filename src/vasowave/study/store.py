@@ -6,6 +6,7 @@ there is no moment at which a killed program or a full disk could leave somethin
 """
 
 import hashlib
+import os
 from pathlib import Path
 
 from vasowave.errors import InputError
@@ -37,7 +38,8 @@ class Store:
         InputError
             Something that is no file stands in its place and cannot be removed.
         """
-        for path in sorted(self.folder.glob(f"{key}-*.nc")):
+        there = os.listdir(self.folder) if self.folder.is_dir() else []  # by a pattern, thousands would take seconds
+        for path in (self.folder / name for name in sorted(there) if name.startswith(f"{key}-") and name[-3:] == ".nc"):
             if _is_whole(path):
                 return path
             if path.is_dir() and not path.is_symlink():

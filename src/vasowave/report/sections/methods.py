@@ -9,6 +9,7 @@ from vasowave.blood import boundary_layer
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import Comparison
 from vasowave.cohort.primary import Primary, relabelings
+from vasowave.cohort.rank_tests import MOST_EXACT
 from vasowave.report.blocks import Paragraph, Section
 from vasowave.report.tables.cells import named, span, symbols
 from vasowave.report.wording import friction_words, listed, number
@@ -168,7 +169,8 @@ def _statistics(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> str:
         return "Groups are described by mean, SD, median and quartiles; nothing was compared."
     several = " More than two groups were compared by a permutation Kruskal-Wallis test first."
     return (
-        "As in the paper, groups were also compared by exact two-sided Mann-Whitney tests, p values adjusted by "
+        f"As in the paper, groups were also compared by two-sided Mann-Whitney tests (exact up to {MOST_EXACT} "
+        "animals, beyond that by the normal distribution), p values adjusted by "
         "Holm's method within each "
         f"source ({tests}), ratios of geometric means with Welch intervals, and Hedges' g with intervals from the "
         f"noncentral t distribution; the importance index η (eq. 20) is relative to {cohort.reference}."

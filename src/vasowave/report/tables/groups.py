@@ -6,6 +6,7 @@ import pandas as pd
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import Comparison
 from vasowave.cohort.description import described
+from vasowave.cohort.rank_tests import MOST_EXACT
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import interval, mean_sd, median_iqr, source_title, span, symbols, with_unit
 from vasowave.report.wording import number
@@ -52,7 +53,7 @@ def contrasts(comparison: Comparison, source: str, written: dict[str, str]) -> T
     who = "every pair of groups" if several else f"{pair['other']} against {pair['reference']}"
     note = (
         "η: relative change of the mean (eq. 20), never below -1 for a positive quantity; ratio: of geometric means, "
-        f"Welch interval; p: exact Mann-Whitney test; Holm over these {len(data)} tests."
+        f"Welch interval; p: Mann-Whitney test, exact up to {MOST_EXACT} animals; Holm over these {len(data)} tests."
     )
     return Table(f"Contrasts-{source}", f"{source_title(source)}: {who}", header, cells, note, data)
 
