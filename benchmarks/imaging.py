@@ -29,6 +29,7 @@ from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
 from vasowave.imaging.measure.measurement import RELIABLE
 from vasowave.imaging.measure.radii import densitometry
 from vasowave.imaging.measure.sizes import network_of
+from vasowave.imaging.read import native
 
 EDGE = 2.2
 """Edge of the volume, cm."""
@@ -142,17 +143,26 @@ def cost(voxels):
         print(f"phantom rendered in {time.process_time() - begin:.1f} CPU-s")
         write_dicom_series(volume, folder)
         del volume
-        rendering = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-        marks = [("start", time.process_time())]
-        found = extract(folder, Options(embedding.cannula[0]), lambda stage: marks.append((stage, time.process_time())))
-    marks.append(("end", time.process_time()))
+        rendering = _peak()
+        marks = [("start", seconds())]
+        found = extract(folder, Options(embedding.cannula[0]), lambda stage: marks.append((stage, seconds())))
+    marks.append(("end", seconds()))
     for (stage, since), (_, until) in pairwise(marks[1:]):
         print(f"{stage:12} {until - since:5.1f} CPU-s")
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     print(
-        f"total {marks[-1][1] - marks[0][1]:.1f} CPU-s, {len(found.network)} vessels, peak {peak:.2f} GB "
+        f"total {marks[-1][1] - marks[0][1]:.1f} CPU-s, {len(found.network)} vessels, peak {_peak():.2f} GB "
         f"({rendering:.2f} GB while the phantom was made)"
     )
+
+
+def _peak():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+
+
+def seconds():
+    """Return the CPU seconds of this process and of the one that reads images, which counts once it has ended."""
+    native._HELPER.stop()
+    return time.process_time() + sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
 
 
 def main():

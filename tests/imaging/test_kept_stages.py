@@ -188,6 +188,8 @@ def test_an_image_has_another_key_where_its_files_or_their_voxel_size_are_others
     assert len({key, one, image_key(series, None)}) == 3
     write_volume(volume, tmp_path / "b.mhd")  # whose voxels stand in another file
     assert image_key(tmp_path / "b.mhd", None) is None
+    write_volume(volume, tmp_path / "b.mha")  # whose voxels stand in itself
+    assert image_key(tmp_path / "b.mha", None) is not None
     assert volume_key(volume) != volume_key(Volume(volume.grey + 1, volume.spacing, volume.origin))
 
 

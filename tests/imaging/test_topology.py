@@ -17,6 +17,7 @@ from vasowave.imaging.measure.profiles import profile
 from vasowave.imaging.measure.radii import densitometric_radius, densitometry
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.witness.loops import euler_number
 from vasowave.network import Network
 
 SPACING = 2.2 / 256
@@ -188,3 +189,15 @@ def test_a_root_given_by_eye_at_the_end_of_a_wide_cannula_makes_no_false_branche
     tree = tree_of(lumen, embedding.cannula[0] + aside)
     assert len(tree.lines) == 3
     assert np.linalg.norm(tree.lines[0].points[-1] - embedding.lines[0][-1]) < 0.005
+
+
+def test_the_euler_number_is_that_of_another_library():
+    from skimage.measure import euler_number as theirs
+
+    rng = np.random.default_rng(3)
+    for share in (0.05, 0.3, 0.6):
+        mask = rng.random((9, 7, 8)) < share
+        assert euler_number(mask) == theirs(np.pad(mask, 1), connectivity=3)
+    ring = np.ones((3, 5, 5), dtype=bool)
+    ring[:, 2, 2] = False
+    assert euler_number(ring) == 0  # one tunnel

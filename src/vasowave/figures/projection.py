@@ -58,7 +58,7 @@ def plot_projection(
     end = volume.origin + (high - 0.5) * volume.spacing
     extent = (begin[right], end[right], begin[up], end[up])
     limits = np.percentile(seen, [1, 99.7])
-    ax.imshow(seen, cmap="gray", origin="lower", extent=extent, vmin=limits[0], vmax=limits[1], rasterized=True)
+    ax.imshow(seen, cmap="gray", origin="lower", extent=extent, vmin=limits[0], vmax=limits[1])
     shadow = lumen.mask.any(axis=along)
     places = [lumen.origin[axis] + np.arange(lumen.mask.shape[axis]) * lumen.spacing for axis in (right, up)]
     ax.contour(*places, shadow, levels=[0.5], colors=OUTLINE, linewidths=0.5)

@@ -93,7 +93,8 @@ def extraction_figures(extraction: Extraction) -> dict[str, "Figure"]:
     with style():
         graph = network_figure(network)
         for figure in (projection, graph):  # drawn to several files: the layout is worked out once
-            figure.draw_without_rendering()
+            if engine := figure.get_layout_engine():
+                engine.execute(figure)
             figure.set_layout_engine("none")
     return {"projection": projection, "network": graph}
 

@@ -82,10 +82,11 @@ def feet_on(tubes: Tubes, points: np.ndarray) -> Feet:
 def _near(axis: np.ndarray, points: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return which of `points` lie within its `reach` of the node of `axis` nearest to them, and that node."""
     rows, most = np.arange(len(points)), float(reach.max())
-    for k, (low, high) in enumerate(zip(axis.min(axis=0) - most, axis.max(axis=0) + most, strict=True)):
-        rows = rows[(points[rows, k] >= low) & (points[rows, k] <= high)]
-    distance, nearest = cKDTree(axis).query(points[rows])
-    found = distance <= reach[nearest]
+    for along, low, high in zip(points.T, axis.min(axis=0) - most, axis.max(axis=0) + most, strict=True):
+        own = along[rows]
+        rows = rows[(own >= low) & (own <= high)]
+    distance, nearest = cKDTree(axis).query(points[rows], distance_upper_bound=most * (1 + 1e-9))
+    found = distance <= np.append(reach, -1.0)[nearest]
     return rows[found], nearest[found]
 
 

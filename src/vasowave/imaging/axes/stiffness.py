@@ -19,6 +19,8 @@ ROUGH = 0.18, 4
 """Where noise over contrast exceeds the first number, FREE rises with this power of their ratio."""
 SWELLING, TAPER = 20.0, 0.05
 """Weights of a changing taper and of a taper."""
+LONGEST = 3
+"""No difference is of a higher order."""
 FULL = 0.6
 """A node has all its wall if it has as many points for its size as this quantile of all nodes."""
 FEWEST = 4
@@ -75,7 +77,8 @@ def strengths(tubes: Tubes, feet: Feet, kept: Differences, roughness: float) -> 
     """
     free = min(FREE * max(roughness / ROUGH[0], 1.0) ** ROUGH[1], HIDDEN)
     seen = _own_wall(tubes, feet)
-    least = np.array([seen[first : last + 1].min() for first, last in kept.window])
+    first, last = kept.window.T
+    least = np.min([seen[np.minimum(first + step, last)] for step in range(LONGEST + 1)], axis=0)
     bending = HIDDEN + (free - HIDDEN) * least
     # A difference weighs as much as a node has points, so that neither resolution nor width changes the balance.
     points = np.bincount(feet.vessel, minlength=len(tubes.rows)) / [len(rows) for rows in tubes.rows]

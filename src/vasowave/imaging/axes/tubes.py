@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array
 from scipy.sparse.linalg import spsolve
 
@@ -46,7 +45,8 @@ def fitted(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 0
         Noise over the contrast between wall and background: how much the surface may mislead.
     """
     tubes = _tubes(tree, spacing)
-    points = surface[:: max(1, len(surface) // (DENSITY * len(tubes.nodes)))] / spacing
+    few = surface[:: max(1, len(surface) // (DENSITY * len(tubes.nodes)))]
+    points = np.asfortranarray(few / spacing)  # each round looks for those near each vessel, axis by axis
     kept = differences(tubes)
     for stiffness in np.maximum(STIFF / 2.0 ** np.arange(ROUNDS), 1.0):
         feet = feet_on(tubes, points)
@@ -95,6 +95,8 @@ def _tubes(tree: Tree, spacing: float) -> Tubes:
 
 def _even(nodes: np.ndarray, spacing: float) -> np.ndarray:
     """Return the curve through `nodes` at equal steps of about a voxel."""
+    from scipy.interpolate import CubicSpline  # slow to import, and not needed where the axes are kept
+
     run, first = np.unique(distance_along(nodes), return_index=True)
     if len(run) < 2:
         return nodes[[0, -1]]

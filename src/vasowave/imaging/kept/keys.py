@@ -21,7 +21,7 @@ _SOURCE = Path(__file__).parents[1]
 _HEADER = 1 << 16
 """No header is longer, bytes."""
 _SELF_CONTAINED = (".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd", ".tif", ".tiff")
-_ELSEWHERE = re.compile(rb"^(data ?file *:|ElementDataFile *= *(?!LOCAL))", re.MULTILINE | re.IGNORECASE)
+_ELSEWHERE = re.compile(rb"^(data ?file *:|ElementDataFile *=(?! *LOCAL))", re.MULTILINE | re.IGNORECASE)
 """How a header says that its voxels stand in another file."""
 
 

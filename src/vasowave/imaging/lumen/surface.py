@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import coo_array, diags_array
 
-from vasowave.errors import InputError
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.read.itk import write_image
 from vasowave.imaging.read.volume import Volume
@@ -32,7 +31,7 @@ class Surface:
 
 def surface_points(lumen: Segmentation) -> np.ndarray:
     """Return corners of the iso-surface of the grey levels (not of the mask), z, y, x, cm, shape (corner, 3)."""
-    return (_triangles(lumen)[0] - 1) * lumen.spacing + lumen.origin
+    return (lumen.iso_surface[0] - 1) * lumen.spacing + lumen.origin
 
 
 def smooth_surface(lumen: Segmentation, rounds: int = 10) -> Surface:
@@ -43,23 +42,12 @@ def smooth_surface(lumen: Segmentation, rounds: int = 10) -> Surface:
     InputError
         Without the extra 'imaging'.
     """
-    corners, triangles = _triangles(lumen)
+    corners, triangles = lumen.iso_surface
     mean = _neighbor_mean(triangles, len(corners))
     for _ in range(rounds):
         for weight in (_SHRINK, _SWELL):
             corners = corners + weight * (mean @ corners - corners)
     return Surface((corners - 1) * lumen.spacing + lumen.origin, triangles[:, ::-1])
-
-
-def _triangles(lumen: Segmentation) -> tuple[np.ndarray, np.ndarray]:
-    """Return corners, voxels of the crop + 1, and triangles, clockwise seen from outside."""
-    try:
-        from skimage.measure import marching_cubes
-    except ImportError:
-        raise InputError("the surface needs the extra 'imaging': install vasowave[imaging]") from None
-    grey = np.pad(lumen.grey, 1, constant_values=float(lumen.grey.min()))
-    corners, triangles, *_ = marching_cubes(grey, lumen.threshold, gradient_direction="ascent")
-    return corners, triangles
 
 
 def write_mask(lumen: Segmentation, image: Volume, path: str | Path) -> None:

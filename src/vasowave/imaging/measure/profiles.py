@@ -121,10 +121,11 @@ def _slope(above: np.ndarray, kept: np.ndarray, rho: np.ndarray, width: float) -
 def _within(places: np.ndarray, others: Sequence[Line], margin: float) -> np.ndarray:
     """Return which of `places` lie inside the tubes of `others` or nearer to them than `margin`."""
     inside = np.zeros(places.shape[:-1], dtype=bool)
-    low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
+    low, high = places.min(axis=1), places.max(axis=1)
+    middle, outer = (low + high) / 2, np.linalg.norm(high - low, axis=1) / 2
     for line in others:
-        reach = line.radius.max() + margin
-        if ((line.points > low - reach) & (line.points < high + reach)).all(axis=1).any():
-            distance, nearest = cKDTree(line.points).query(places, distance_upper_bound=reach)
-            inside |= distance < np.append(line.radius, 0.0)[nearest] + margin
+        reach, index = line.radius.max() + margin, cKDTree(line.points)
+        near = np.flatnonzero(index.query(middle)[0] <= outer + reach)  # few sections come near to any other vessel
+        distance, nearest = index.query(places[near], distance_upper_bound=reach)
+        inside[near] |= distance < np.append(line.radius, 0.0)[nearest] + margin
     return inside

@@ -121,6 +121,8 @@ def _pixels(file: Path, image: Any) -> np.ndarray:
         grey = image.pixel_array.astype(np.float32)
         if grey.ndim != 2:
             raise ValueError
-        return grey * np.float32(image.get("RescaleSlope", 1)) + np.float32(image.get("RescaleIntercept", 0))
+        grey *= np.float32(image.get("RescaleSlope", 1))
+        grey += np.float32(image.get("RescaleIntercept", 0))
+        return grey
     except Exception:
         raise InputError(f"{file}: its pixels are truncated or compressed in an unknown way; export it again") from None
