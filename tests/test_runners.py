@@ -71,17 +71,22 @@ def test_a_mutant_meets_the_tests_that_run_its_statement_the_quick_ones_first(tm
     begin = 7
     ran = {
         str(module.relative_to(mutants.ROOT)): {
-            str(begin): ["tests/a.py::slow", "tests/a.py::quick", "tests/a.py::hours"]
+            str(begin): ["tests/a.py::slow", "tests/a.py::quick", "tests/test_part.py::own"]
         }
     }
-    seconds = {"tests/a.py::slow": 50.0, "tests/a.py::quick": 2.0, "tests/a.py::hours": 1e4}
+    seconds = {"tests/a.py::slow": 50.0, "tests/a.py::quick": 2.0, "tests/test_part.py::own": 9.0}
     monkeypatch.setattr(mutants, "record", lambda: {"lines": ran, "seconds": seconds})
     inside = mutants.Mutant(module, begin + 1, 0, "", "")
-    assert mutants.tests_of(inside) == ["tests/a.py::quick", "tests/a.py::slow", mutants.EVERYWHERE]
+    assert mutants.tests_of(inside) == [
+        "tests/test_part.py::own",
+        "tests/a.py::quick",
+        "tests/a.py::slow",
+        mutants.EVERYWHERE,
+    ]
     # What runs on import meets what holds everywhere, then every test of the module.
     for line in (1, 3, 5, 12):
         on_import = mutants.tests_of(mutants.Mutant(module, line, 0, "", ""))
-        assert on_import == [mutants.EVERYWHERE, "tests/a.py::quick", "tests/a.py::slow"]
+        assert on_import == [mutants.EVERYWHERE, "tests/test_part.py::own", "tests/a.py::quick", "tests/a.py::slow"]
 
 
 def test_what_a_test_sets_up_for_its_file_is_recorded_for_all_of_the_file():
