@@ -3,12 +3,19 @@
 import dataclasses
 import difflib
 import inspect
+from collections.abc import Callable
 from pathlib import Path
-from typing import get_args
+from typing import get_args, get_origin
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from scipy.sparse import csr_array
 
 import constants
 import vasowave
 from approval import approve
+from vasowave.laws import LAWS
 from vasowave.settings import settings_of
 
 UNEVEN = [  # where panels may outnumber what is drawn, or laws their parameters
@@ -38,6 +45,33 @@ def test_values_cannot_be_changed_after_they_were_made():
         if kind.__module__ == module.__name__ and not kind.__dataclass_params__.frozen
     }
     assert changing == STATEFUL
+
+
+def test_values_that_hold_arrays_are_never_compared_by_them():
+    """Two arrays have no one answer to whether they are equal, and no hash."""
+    kinds = [
+        kind
+        for module in constants.modules()
+        for _, kind in inspect.getmembers(module, dataclasses.is_dataclass)
+        if kind.__module__ == module.__name__
+    ]
+    held = {kind: set().union(*(_types(field.type) for field in dataclasses.fields(kind))) for kind in kinds}
+    arrays = {np.ndarray, csr_array, pd.DataFrame, xr.Dataset, xr.DataTree}
+    while more := {kind for kind in kinds if held[kind] & arrays} - arrays:
+        arrays |= more
+    assert len(arrays) > 50
+    assert {kind.__qualname__ for kind in arrays & set(kinds) if kind.__dataclass_params__.eq} == set()
+
+
+def _types(annotation):
+    """Return the types in an annotation, but for what functions take and return."""
+    if get_origin(annotation) is Callable:
+        return set()
+    return {annotation}.union(*map(_types, get_args(annotation))) if get_args(annotation) else {annotation}
+
+
+def test_approved_what_is_said_of_the_parameters_of_every_wall_law():
+    approve("laws", (f"{name}: {one}" for name, kind in LAWS.items() for one in kind.law()))
 
 
 def test_approved_what_the_public_names_take_and_what_stands_where_nothing_is_given():

@@ -34,7 +34,7 @@ _CONTINUOUS = (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Signal:
     """One signal as it stands in a file: values and times in canonical units, and how errors call it."""
 

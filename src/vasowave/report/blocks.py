@@ -69,7 +69,7 @@ class Remarks:
     kind: str = "remarks"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table:
     """A table of text cells; the first column names the rows.
 
@@ -175,7 +175,7 @@ class Columns:
 Block = Paragraph | Heading | Bullets | Answers | Notice | Remarks | Table | Drawing | Space | Fold | Columns
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Section:
     """A section, with the name that links lead to."""
 
@@ -184,7 +184,7 @@ class Section:
     blocks: Sequence[Block]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Report:
     """A whole document.
 

@@ -11,7 +11,7 @@ Secants = tuple[np.ndarray, np.ndarray]
 """How the change over a cycle, and its end, differ from one cycle to the next; shapes (cycle, variable)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Convergence:
     """How the fixed point was approached.
 
