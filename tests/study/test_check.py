@@ -44,7 +44,9 @@ def test_a_new_study_says_what_to_fill_in(tmp_path):
 def test_a_good_study_has_only_what_is_odd_and_status_0(make_study):
     folder = make_study()
     assert said(folder) == ["W animals.csv: group 'HPH' has one animal; a comparison needs two or more"]
-    assert CliRunner().invoke(app, ["check", str(folder)]).exit_code == 0
+    checked = CliRunner().invoke(app, ["check", str(folder)])
+    assert checked.exit_code == 0
+    assert checked.output.endswith("\n0 errors, 1 warning\n")
 
 
 def test_everything_wrong_in_the_table_is_said_at_once(make_study):
