@@ -9,13 +9,13 @@ uv run python benchmarks/mutants.py 100 --seed 3 --docs
 
 A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed,
 `and` for `or`, a condition negated. Lines are drawn evenly from all of src. A mutant meets the tests that run its
-line, by the record in build/, the quick ones first and those with the module's own name before all, and at last what
-holds in every module. A line that runs on import meets that first, then all tests that run functions of the module;
-one that nothing records (compiled kernels), the three files of tests nearest that import the module, or else what
-imports it. With --whole all default tests run. The tests run in a fork of this process, which has loaded the
-libraries. Outcomes are kept in build/, one file a mutant: several of these commands share the work, and one that was
-stopped goes on. Those that would take more than a minute of a processor are not all run, so that the share that is
-noticed is a lower bound. Exit code 1: one survived.
+line, by the record in build/, those with the module's own name first, then approved descriptions, then the quick
+ones, and at last what holds in every module. A line that runs on import meets that first, then all tests that run
+functions of the module; one that nothing records (compiled kernels), the three files of tests nearest that import
+the module, or else what imports it. With --whole all default tests run. The tests run in a fork of this process,
+which has loaded the libraries. Outcomes are kept in build/, one file a mutant: several of these commands share the
+work, and one that was stopped goes on. Those that would take more than a minute of a processor are not all run, so
+that the share that is noticed is a lower bound. Exit code 1: one survived.
 """
 
 import argparse
@@ -145,7 +145,7 @@ def tests_of(mutant: Mutant) -> list[str]:
         return [*first, *near, *([] if on_import else [EVERYWHERE])]
     seconds, last = recorded["seconds"], [] if on_import else [EVERYWHERE]
     namesakes = {test for test in running if mutant.file.stem in Path(test.partition("::")[0]).stem}
-    running.sort(key=lambda test: (test not in namesakes, seconds[test]))
+    running.sort(key=lambda test: (test not in namesakes, "approved" not in test, seconds[test]))
     return [*first, *running, *last]
 
 
