@@ -3,23 +3,29 @@
 uv run python benchmarks/mutants.py 5                  five mutants: minutes
 uv run python benchmarks/mutants.py 100 --seed 3       an afternoon
 uv run python benchmarks/mutants.py 20 --in imaging    only in one part of the package
-uv run --with pytest-cov==7.1.0 python benchmarks/mutants.py --record    once: which tests run which lines; minutes
-uv run python benchmarks/mutants.py 100 --docs
+uv run python benchmarks/mutants.py 100 --seed 3 --record    first: which tests run these lines; as long as the tests
+uv run python benchmarks/mutants.py 100 --seed 3 --again     what survived meets the tests once more
+uv run python benchmarks/mutants.py 100 --seed 3 --docs
 
 A mutant is one change in one line: a comparison turned or moved by one, an operator exchanged, a number changed,
-`and` for `or`, a condition negated. Lines are drawn evenly from all of src. A mutant meets the tests that run
-its line, by the record in build/, the quick ones first and those with the module's own name before all. A line that
-runs on import meets what holds in every module and then all tests that run the module; one that nothing records
-(compiled kernels), the three files of tests nearest that import the module, or else what imports it. With --whole all
-default tests run. The tests run in a fork of this process, which has loaded the libraries. Exit code 1: one survived.
+`and` for `or`, a condition negated. Lines are drawn evenly from all of src. A mutant meets the tests that run its
+line, by the record in build/, those with the module's own name first, then approved descriptions, then the quick
+ones, and at last what holds in every module. A line that runs on import meets that first, then all tests that run
+functions of the module; one that nothing records (compiled kernels), the three files of tests nearest that import
+the module, or else what imports it. With --whole all default tests run. The tests run in a fork of this process,
+which has loaded the libraries. Outcomes are kept in build/, one file a mutant: several of these commands share the
+work, and one that was stopped goes on. Those that would take more than a minute of a processor are not all run, so
+that the share that is noticed is a lower bound. Exit code 1: one survived.
 """
 
 import argparse
 import ast
+import json
 import multiprocessing
 import os
 import random
 import re
+import resource
 import shutil
 import signal
 import sys
@@ -27,7 +33,6 @@ import tempfile
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
-from itertools import accumulate
 from pathlib import Path
 from typing import NamedTuple
 
@@ -36,7 +41,7 @@ from robustness_page import put
 
 LONGEST = 900  # s; a mutant that makes the tests hang is noticed
 FEW = 3  # files of tests that import a module, those with its own name first
-PATIENCE = 120  # s of recorded time that the tests of one mutant may take
+PATIENCE = 60  # s of a processor that the tests of one mutant may take
 EVERYWHERE = "tests/test_conventions.py"  # what holds in every module
 LOADED = ("matplotlib.pyplot", "numba", "pandas", "pytest", "scipy.optimize", "scipy.signal", "scipy.stats", "xarray")
 
@@ -136,12 +141,12 @@ def tests_of(mutant: Mutant) -> list[str]:
     running = running or of_module.get(str(begin), [])
     first = [EVERYWHERE] if on_import else []
     if not running:
-        return [*first, *(str(test.relative_to(ROOT)) for test in nearest_tests(mutant.file))]
-    seconds = recorded["seconds"]
+        near = [str(test.relative_to(ROOT)) for test in nearest_tests(mutant.file)]
+        return [*first, *near, *([] if on_import else [EVERYWHERE])]
+    seconds, last = recorded["seconds"], [] if on_import else [EVERYWHERE]
     namesakes = {test for test in running if mutant.file.stem in Path(test.partition("::")[0]).stem}
-    running.sort(key=lambda test: (test not in namesakes, seconds[test]))
-    total = accumulate(seconds[test] for test in running)
-    return [*first, *([test for test, until in zip(running, total, strict=True) if until < PATIENCE] or running[:1])]
+    running.sort(key=lambda test: (test not in namesakes, "approved" not in test, seconds[test]))
+    return [*first, *running, *last]
 
 
 def nearest_tests(file: Path) -> list[Path]:
@@ -182,9 +187,9 @@ def noticed_by(mutant: Mutant, whole: bool = False) -> str:
     chosen = [str(TESTS)] if whole else tests_of(mutant)
     with tempfile.TemporaryDirectory(prefix="mutant-") as name:
         folder = Path(name).resolve()
-        shutil.copytree(SOURCE, folder / "vasowave", ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(SOURCE, folder / "vasowave", ignore=shutil.ignore_patterns("kernels-*"))
         (folder / "vasowave" / mutant.file.relative_to(SOURCE)).write_text(mutant.source(), encoding="utf-8")
-        tested = multiprocessing.get_context("fork").Process(target=_test, args=(folder, chosen))
+        tested = multiprocessing.get_context("fork").Process(target=_test, args=(folder, chosen, whole))
         tested.start()
         tested.join(LONGEST)
         if tested.is_alive():
@@ -192,14 +197,16 @@ def noticed_by(mutant: Mutant, whole: bool = False) -> str:
             return "the tests do not end"
         said = (folder / "said").read_text(encoding="utf-8", errors="replace")
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
-    if tested.exitcode in (0, 5):
+    if tested.exitcode in (0, 5, -signal.SIGXCPU, -signal.SIGKILL):
         return ""
     return failed[1] if failed else f"pytest ended with {tested.exitcode}"
 
 
-def _test(folder: Path, chosen: list[str]) -> None:
+def _test(folder: Path, chosen: list[str], whole: bool) -> None:
     """Run tests on the package in a folder, in a process and a group of its own, and end with pytest's status."""
     os.setpgrp()  # no new session: it would have a share of the machine of its own
+    if not whole:
+        resource.setrlimit(resource.RLIMIT_CPU, (PATIENCE, PATIENCE))
     with (folder / "said").open("w") as said:
         os.dup2(said.fileno(), 1)
         os.dup2(said.fileno(), 2)
@@ -223,31 +230,63 @@ def table(found: dict[Mutant, str]) -> str:
     return "\n".join(lines) + "\n\n" + "".join(f"- {mutant}\n" for mutant, test in found.items() if not test)
 
 
+def tried(mutants: list[Mutant], folder: Path, whole: bool = False) -> None:
+    """Try what nobody tried or takes at present, one file a mutant; print what comes of it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for number, mutant in enumerate(mutants):
+        try:
+            file = (folder / f"{number}.json").open("x", encoding="utf-8")
+        except FileExistsError:
+            continue
+        with file:
+            noticed = noticed_by(mutant, whole)
+            json.dump([str(mutant), noticed], file)
+        print(f"{number} {mutant}: {noticed or 'SURVIVED'}", flush=True)
+
+
+def outcomes(mutants: list[Mutant], folder: Path) -> dict[Mutant, str]:
+    """Return the test that noticed each mutant that was tried, empty if it survived; forget those of other sources."""
+    found: dict[Mutant, str] = {}
+    for number, mutant in enumerate(mutants):
+        path = folder / f"{number}.json"
+        said = path.read_text(encoding="utf-8") if path.exists() else ""
+        if said and json.loads(said)[0] == str(mutant):
+            found[mutant] = json.loads(said)[1]
+        elif said:
+            path.unlink()
+    return found
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("count", type=int, nargs="?", default=5)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--in", dest="part", default="", help="word in the path of the file")
     parser.add_argument("--whole", action="store_true", help="run all default tests")
-    parser.add_argument("--record", nargs="*", metavar="TEST", help="find out which tests run which lines, all or some")
+    parser.add_argument("--record", nargs="*", metavar="TEST", help="find out which tests run the lines, all or some")
     parser.add_argument("--list", action="store_true", help="only say which mutants are drawn, and their tests")
+    parser.add_argument("--again", action="store_true", help="try again what survived")
     parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
     arguments = parser.parse_args()
-    if arguments.record is not None:
-        record_lines(arguments.record)
-        return 0
-    found: dict[Mutant, str] = {}
+    chosen = drawn(arguments.count, arguments.seed, arguments.part)
+    folder = RECORD.parent / "mutants" / f"{arguments.seed} {arguments.part.replace('/', ' ')}".strip()
     os.environ["NUMBA_CACHE_DIR"] = str(RECORD.with_name("kernels"))  # compiled source decides: a mutant finds its own
-    for library in () if arguments.list else LOADED:
-        import_module(library)
-    for mutant in drawn(arguments.count, arguments.seed, arguments.part):
-        if arguments.list:
+    if arguments.record is not None:
+        record_lines({(one.file, one.line) for one in chosen}, arguments.record)
+        return 0
+    if arguments.list:
+        for mutant in chosen:
             print(mutant, *tests_of(mutant))
-            continue
-        found[mutant] = noticed_by(mutant, arguments.whole)
-        print(f"{mutant}: {found[mutant] or 'SURVIVED'}", flush=True)
-    if found:
-        print("\n" + table(found))
+        return 0
+    earlier = outcomes(chosen, folder)
+    for number, mutant in enumerate(chosen):
+        if arguments.again and earlier.get(mutant) == "":
+            (folder / f"{number}.json").unlink()
+    for library in LOADED:
+        import_module(library)
+    tried(chosen, folder, arguments.whole)
+    found = outcomes(chosen, folder)
+    print("\n" + table(found))
     if arguments.docs:
         put("mutants", table(found))
     return 1 if not all(found.values()) else 0

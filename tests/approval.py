@@ -9,15 +9,16 @@ writes the descriptions anew; their difference says what a reader of the report 
 """
 
 import base64
+import dataclasses
 import difflib
 import io
 import math
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -29,6 +30,7 @@ APPROVED = Path(__file__).parent / "approved"
 RELATIVE = 2e-4  # difference of numbers that count as the same
 PAPER = 0.02  # pt, as well: 7 µm on paper
 NUMBER = re.compile(r"(?<![\w#.])[-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w#])")
+DIGEST = re.compile(r"[0-9a-f]{16,}")
 BLOCKS = {"h1", "h2", "h3", "h4", "p", "li", "tr", "dt", "dd", "summary", "label", "button", "pre", "title"}
 UNSEEN = {"svg", "style", "script"}
 LINK = "{http://www.w3.org/1999/xlink}href"
@@ -183,6 +185,24 @@ def tree(result: "xr.DataTree") -> Iterator[str]:
         for name, variable in group.to_dataset(inherit=False).variables.items():
             said = "; ".join(f"{key} {value}" for key, value in variable.attrs.items())
             yield f"{name} ({', '.join(map(str, variable.dims))}): {values(variable.to_numpy())}; {said}"
+
+
+def parts(name: str, value: Any) -> Iterator[str]:
+    """Describe a value of ours by the values it is made of, each under its place; digests are left out."""
+    if dataclasses.is_dataclass(value):
+        value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, tuple | list) and all(isinstance(one, str | int | float) for one in value):
+        value = np.asarray(value)
+    if isinstance(value, Mapping):
+        for key, one in value.items():
+            yield from parts(f"{name}.{key}", one)
+    elif isinstance(value, tuple | list):
+        for key, one in enumerate(value):
+            yield from parts(f"{name}[{key}]", one)
+    elif not (isinstance(value, str) and DIGEST.fullmatch(value)):
+        yield f"{name}: {values(np.asarray(value)) if isinstance(value, np.ndarray | float) else value}"
 
 
 def values(column: np.ndarray) -> str:

@@ -218,8 +218,9 @@ def test_smoothing_removes_the_harmonics_it_names_and_no_others():
 
 def test_the_average_closes():
     made = make(7, replace(Disturbances(), pressure_drift=60.0))
-    with pytest.warns(VasowaveWarning, match=r"drifts by \+7.9 .* from 0 to"):
+    with pytest.warns(VasowaveWarning, match=r"drifts by \+7.9 .* from 0 to") as told:
         pressure = average_beats(made.raw, drift="warn").recording.pressure
+    assert {one.filename for one in told} == {__file__}  # a warning points at the line that asked
     assert abs(pressure[0] - pressure[-1]) <= 1.5 * np.abs(np.diff(pressure)).max()
 
 

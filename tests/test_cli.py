@@ -14,7 +14,7 @@ import typer
 import xarray as xr
 from typer.testing import CliRunner
 
-from approval import approve
+from approval import approve, tree
 from vasowave.cli import app
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
@@ -180,6 +180,7 @@ def test_one_command_leads_from_a_raw_recording_to_the_page_and_back_from_the_re
     assert (float(found["lower"].sel(parameter="beta")), float(found["upper"].sel(parameter="beta"))) == (20, 900)
     assert json.loads(found.attrs["friction"]) == {"law": "BoundaryLayer", "reference_radius": 0.07}
     assert int(result["beats"]["kept"].sum()) == 12
+    approve("fit, results", tree(result), 1e-6, 2e-3)
     for group in ("measured/waves", "linear/waves", "linear/impedance", "linear/tree"):
         assert result[group].has_data
     assert result.attrs["sha256 of network"].startswith(hashlib.sha256(network.read_bytes()).hexdigest())

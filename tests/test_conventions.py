@@ -3,12 +3,31 @@
 import dataclasses
 import difflib
 import inspect
+from collections.abc import Callable
+from pathlib import Path
+from typing import get_args, get_origin
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from scipy.sparse import csr_array
 
 import constants
 import vasowave
 from approval import approve
+from vasowave.laws import LAWS
 from vasowave.settings import settings_of
 
+UNEVEN = [  # where panels may outnumber what is drawn, or laws their parameters
+    "exchange/paraview.py",
+    "figures/compared.py",
+    "figures/marks.py",
+    "figures/modeled.py",
+    "figures/sheet.py",
+    "imaging/matching.py",
+    "inference/problem.py",
+    "study/loading.py",
+]
 STATEFUL = {"Objective", "_Stages", "Document", "GivenOptions"}  # what counts or searches, piece by piece
 
 
@@ -28,8 +47,41 @@ def test_values_cannot_be_changed_after_they_were_made():
     assert changing == STATEFUL
 
 
+def test_values_that_hold_arrays_are_never_compared_by_them():
+    """Two arrays have no one answer to whether they are equal, and no hash."""
+    kinds = [
+        kind
+        for module in constants.modules()
+        for _, kind in inspect.getmembers(module, dataclasses.is_dataclass)
+        if kind.__module__ == module.__name__
+    ]
+    held = {kind: set().union(*(_types(field.type) for field in dataclasses.fields(kind))) for kind in kinds}
+    arrays = {np.ndarray, csr_array, pd.DataFrame, xr.Dataset, xr.DataTree}
+    while more := {kind for kind in kinds if held[kind] & arrays} - arrays:
+        arrays |= more
+    assert len(arrays) > 50
+    assert {kind.__qualname__ for kind in arrays & set(kinds) if kind.__dataclass_params__.eq} == set()
+
+
+def _types(annotation):
+    """Return the types in an annotation, but for what functions take and return."""
+    if get_origin(annotation) is Callable:
+        return set()
+    return {annotation}.union(*map(_types, get_args(annotation))) if get_args(annotation) else {annotation}
+
+
+def test_approved_what_is_said_of_the_parameters_of_every_wall_law():
+    approve("laws", (f"{name}: {one}" for name, kind in LAWS.items() for one in kind.law()))
+
+
 def test_approved_what_the_public_names_take_and_what_stands_where_nothing_is_given():
     approve("interface", (line for name in vasowave.__all__ for line in described(name)))
+
+
+def test_lists_of_unlike_lengths_are_walked_together_only_where_that_is_meant():
+    package = Path(vasowave.__file__).parent
+    texts = {str(path.relative_to(package)): path.read_text(encoding="utf-8") for path in package.rglob("*.py")}
+    assert sorted(name for name, text in texts.items() for _ in range(text.count("strict=False"))) == UNEVEN
 
 
 def described(name):
@@ -37,12 +89,19 @@ def described(name):
     if not callable(thing):
         return
     yield f"{name}: " + ", ".join(inspect.signature(thing).parameters)
-    for setting, (_, default, _) in settings_of(thing).items():
-        yield f"  {setting} = {shown(default)}"
+    for setting, (kind, default, _) in settings_of(thing).items():
+        yield f"  {setting}{limits(kind)} = {shown(default)}"
     for inner, method in inspect.getmembers(thing, inspect.isfunction) if inspect.isclass(thing) else ():
         if not inner.startswith("_"):
             given = inspect.signature(method).parameters.values()
             yield f"  .{inner}: " + ", ".join(str(one).partition(":")[0] + default_of(one) for one in given)
+
+
+def limits(kind):
+    """What an annotation demands of a number, also of one that may be left out."""
+    demanded = [one for part in (kind, *get_args(kind)) for one in getattr(part, "__metadata__", ())]
+    said = ", ".join(repr(one) for one in demanded if type(one).__module__ == "annotated_types")
+    return f" ({said})" if said else ""
 
 
 def default_of(parameter):

@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.linalg import circulant, toeplitz
 from scipy.stats import multivariate_normal
 
+from approval import approve, tree
 from vasowave import noise, selection
 from vasowave.errors import InputError
 
@@ -94,6 +96,15 @@ def test_the_table_has_the_scores_of_eq_21_to_23_best_first():
         assert pytest.approx(-2 * logL + 2 * D_ * N / (N - D_ - 1)) == row.AICc
     for _, scores in table.groupby("covariance")["AICc"]:
         assert scores.is_monotonic_increasing
+
+
+def test_approved_the_scores_under_each_kind_of_covariance():
+    few, kinds = two_series(), ("circulant", "independent", "Matern 3/2")
+    how = selection.Comparing(kinds, sharings=("joint",), starts=1)
+    found = selection.compare_residuals({wall: series[::2] for wall, series in few.items()}, D, T, how)
+    told = (f"{row.wall}, {row.covariance}: {row.loglik:.3f} {row.AICc:.3f} {row.BIC:.3f} {row.AICc_verdict} "
+            f"{row.BIC_verdict} {row.discarded}" for row in found.to_dataframe().itertuples())  # fmt: skip
+    approve("selection", [*tree(xr.DataTree(found.drop_vars("hyperparameters"))), *told], 2e-3, 1e-3)
 
 
 @pytest.mark.parametrize("sharing", ["joint", "average"])

@@ -82,6 +82,26 @@ def test_a_labchart_block_in_ml_per_min_reads_back_in_ml_per_s(tmp_path):
     assert raw.sampling_rate == pytest.approx(RATE)
 
 
+def test_times_of_day_are_left_aside_and_no_channel_with_them(tmp_path):
+    head, _, body = labchart_block().rpartition("BottomValue=")
+    first, *rows = body.splitlines()
+    clock = [f"11:08:{37 + t:09.6f}\t{row.partition(chr(9))[2]}" for t, row in zip(TIME, rows, strict=True)]
+    raw = read_raw_recording(write(tmp_path / "raw.txt", "\r\n".join([f"{head}BottomValue={first}", *clock, ""])))
+    matches(raw)
+    assert raw.sampling_rate == pytest.approx(RATE)
+
+
+@pytest.mark.parametrize(
+    ("stretch", "said"),
+    [({"end": 9.0}, "0 to 9"), ({"start": 1.6}, "1.6 to 1.5"), ({"start": -0.1, "end": 0.5}, "-0.1 to 0.5")],
+)
+def test_a_stretch_beyond_the_recording_is_refused_with_both(tmp_path, stretch, said):
+    path = write(tmp_path / "raw.txt", labchart_block())
+    with pytest.raises(InputError, match=rf": {said} s does not lie in 0 to 1\.5 s"):
+        read_raw_recording(path, **stretch)
+    assert len(read_raw_recording(path, start=0.0, end=1.5).pressure) == COUNT
+
+
 def test_a_decimal_comma_and_a_western_micro_sign_change_nothing(tmp_path):
     text = labchart_block(flow="µl/s", flow_scale=1000.0, comma=True)
     raw = read_raw_recording(write(tmp_path / "raw.txt", text, "cp1252"))

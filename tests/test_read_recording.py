@@ -273,6 +273,14 @@ def test_mat_files_that_are_truncated_or_raw_are_refused_with_the_cure(tmp_path)
         read_recording(path)
 
 
+def test_a_period_may_be_longer_than_the_times_by_half_a_sample_and_no_more(tmp_path):
+    path = write(tmp_path / "c.csv", TIME, PRESSURE, FLOW, header="time [s],pressure [mmHg],flow [ml/s]")
+    sample = PERIOD / 256
+    assert read_recording(path, period=PERIOD + 0.4 * sample).period == PERIOD + 0.4 * sample
+    with pytest.raises(InputError, match=r"covers 0\.11 s, the period given is"):
+        read_recording(path, period=PERIOD + 0.9 * sample)
+
+
 @settings(max_examples=150, deadline=None)
 @given(content=st.binary(max_size=400), suffix=st.sampled_from(["csv", "tsv", "dat"]))
 def test_no_bytes_raise_a_foreign_exception(tmp_path_factory, content, suffix):

@@ -77,8 +77,9 @@ def test_a_recording_that_ends_within_a_line_is_suspected_aloud_and_loses_that_l
     with pytest.raises(InputError, match="line 1504: 1 columns where 3 were expected; missing values"):
         read_raw_recording(path)
     export(path, tail="")
-    with pytest.warns(VasowaveWarning, match="may have been cut off"):
+    with pytest.warns(VasowaveWarning, match="may have been cut off") as told:
         raw = read_raw_recording(path)
+    assert {one.filename for one in told} == {__file__}  # a warning points at the line that asked
     assert len(raw.pressure) == 1499
     assert any("may have been cut off" in note for note in raw.notes)
 

@@ -1,8 +1,9 @@
 """The programs that try vasowave do what they say: mutants, growth, the page of their tables."""
 
 import ast
+import os
+import subprocess
 import sys
-from types import SimpleNamespace
 
 import pytest
 
@@ -70,36 +71,52 @@ def test_a_mutant_meets_the_tests_that_run_its_statement_the_quick_ones_first(tm
     begin = 7
     ran = {
         str(module.relative_to(mutants.ROOT)): {
-            str(begin): ["tests/a.py::slow", "tests/a.py::quick", "tests/a.py::hours"]
+            str(begin): ["tests/a.py::slow", "tests/a.py::quick", "tests/test_part.py::own"]
         }
     }
-    seconds = {"tests/a.py::slow": 50.0, "tests/a.py::quick": 2.0, "tests/a.py::hours": 1e4}
+    seconds = {"tests/a.py::slow": 50.0, "tests/a.py::quick": 2.0, "tests/test_part.py::own": 9.0}
     monkeypatch.setattr(mutants, "record", lambda: {"lines": ran, "seconds": seconds})
     inside = mutants.Mutant(module, begin + 1, 0, "", "")
-    assert mutants.tests_of(inside) == ["tests/a.py::quick", "tests/a.py::slow"]
+    assert mutants.tests_of(inside) == [
+        "tests/test_part.py::own",
+        "tests/a.py::quick",
+        "tests/a.py::slow",
+        mutants.EVERYWHERE,
+    ]
     # What runs on import meets what holds everywhere, then every test of the module.
     for line in (1, 3, 5, 12):
         on_import = mutants.tests_of(mutants.Mutant(module, line, 0, "", ""))
-        assert on_import == [mutants.EVERYWHERE, "tests/a.py::quick", "tests/a.py::slow"]
+        assert on_import == [mutants.EVERYWHERE, "tests/test_part.py::own", "tests/a.py::quick", "tests/a.py::slow"]
 
 
-def test_what_a_test_sets_up_for_its_file_is_recorded_for_all_of_the_file(tmp_path, monkeypatch):
-    contexts = {7: ["t.py::one|setup", "t.py::one|run"], 8: ["t.py::two|run", ""], 9: [""]}
+def test_what_a_test_sets_up_for_its_file_is_recorded_for_all_of_the_file():
+    said = ["src/a.py:7\tt.py::one (setup)", "src/a.py:8\tt.py::two (call)", "src/a.py:9\t"]
+    found = lines_of_tests.lines_of(said, ["t.py::one", "t.py::two", "other.py::three"])
+    assert found == {"src/a.py": {"7": ["t.py::one", "t.py::two"], "8": ["t.py::two"]}}
 
-    class Data:
-        def __init__(self, name): ...
 
-        def read(self): ...
-
-        def measured_files(self):
-            return [str(mutants.SOURCE / "units.py")]
-
-        def contexts_by_lineno(self, file):
-            return contexts
-
-    monkeypatch.setitem(sys.modules, "coverage", SimpleNamespace(CoverageData=Data))
-    found = lines_of_tests.lines_of(tmp_path, ["t.py::one", "t.py::two", "other.py::three"])
-    assert found == {"src/vasowave/units.py": {7: ["t.py::one", "t.py::two"], 8: ["t.py::two"], 9: []}}
+def test_a_line_reports_the_test_that_runs_it_also_from_a_process_of_its_own(tmp_path, monkeypatch):
+    folder, copy = tmp_path / "src" / "vasowave", tmp_path / "copy"
+    for place in (folder, copy / "vasowave"):
+        place.mkdir(parents=True)
+    (copy / "vasowave" / "__init__.py").touch()
+    module = folder / "part.py"
+    module.write_text(
+        '"""A."""\n\nA = 1\n\n\ndef f(x):\n    if x:\n        return 1\n    elif x == 0:\n        return 2\n'
+    )
+    (folder / "kernel.py").write_text("import numpy\nfrom numba import njit\n\n\ndef g():\n    return 1\n")
+    monkeypatch.setattr(lines_of_tests, "ROOT", tmp_path)
+    monkeypatch.setattr(lines_of_tests, "SOURCE", folder)
+    asked = lines_of_tests._reporting({(module, 3), (module, 8), (module, 9), (folder / "kernel.py", 6)}, copy)
+    name = str(module.relative_to(tmp_path))
+    assert asked == {(name, "3"), (name, "8"), (name, "9")}
+    (copy / "reporter.py").write_text(lines_of_tests.REPORTER.format(folder=str(tmp_path)))
+    script = "from vasowave.part import f; assert [f(1), f(1), f(0)] == [1, 1, 2]"
+    environment = os.environ | {"PYTHONPATH": str(copy), "PYTEST_CURRENT_TEST": "t.py::one (call)"}
+    process = subprocess.Popen([sys.executable, "-c", script], env=environment)
+    assert process.wait() == 0
+    said = (tmp_path / str(process.pid)).read_text().splitlines()
+    assert said == [f"{name}:{line}\tt.py::one (call)" for line in (3, 8, 9)]
 
 
 def test_what_is_set_up_for_a_whole_session_is_used_by_all_files_that_name_it():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from approval import approve, values
 from vasowave import walls
 from vasowave.blood import Blood, BoundaryLayer, Poiseuille, PowerLaw
 from vasowave.errors import NumericalError
@@ -21,6 +22,14 @@ from vasowave.walls import LinearWall, TangentWall
 
 def _tube(length=2.0, radius=0.05):
     return Network(("tube",), np.array([-1]), np.array([length]), np.array([radius]))
+
+
+def test_approved_the_waves_and_what_they_say_of_themselves(control, inflow):
+    result = simulate(control, inflow)
+    told = (f"{key}: {value}" for key, value in sorted(result.attrs.items()))
+    waves = (f"{name}: {values(wave.sel(station=at).to_numpy())} at the {at}" for name, wave in result.data_vars.items()
+             for at in wave["station"].values)  # fmt: skip
+    approve(f"waves, {type(control.wall).__name__}", [*told, *waves], 1e-9)
 
 
 def test_junction_flows_sum_to_zero(control, inflow):

@@ -1,6 +1,7 @@
 import pandas as pd
 import pytest
 
+from approval import approve, parts
 from vasowave.datasets import published_table
 from vasowave.datasets.virtual_cohort import virtual_cohort
 from vasowave.datasets.virtual_files import SYNTHETIC, write_virtual_cohort
@@ -21,6 +22,10 @@ def folder(cohort, tmp_path_factory):
     folder = tmp_path_factory.mktemp("cohort")
     write_virtual_cohort(cohort, folder)
     return folder
+
+
+def test_approved_the_animals_of_a_virtual_cohort(cohort):
+    approve("virtual cohort", parts("cohort", [cohort[0], cohort[-1]]), 1e-9)
 
 
 def test_group_means_of_the_raw_recordings_lie_within_the_published_standard_deviations(cohort):

@@ -4,6 +4,7 @@ uv run python tools/constants.py           writes the page anew; its difference 
 """
 
 import ast
+import dataclasses
 import importlib
 import inspect
 import pkgutil
@@ -58,13 +59,28 @@ def constants() -> Iterator[Constant]:
 
 
 def defaults() -> Iterator[Constant]:
-    """Yield the numbers that stand where an argument of a function is not given."""
+    """Yield the numbers and answers to yes or no that stand where an argument or a field of a value is not given."""
     for module in modules():
-        for name, function in inspect.getmembers(module, inspect.isfunction):
-            if function.__module__ == module.__name__:
-                for argument in inspect.signature(function).parameters.values():
-                    if value := _shown(argument.default):
-                        yield Constant(module.__name__, f"{name}: {argument.name}", value, "")
+        for name, taking in _taking(module):
+            for argument in inspect.signature(taking).parameters.values():
+                default = argument.default
+                if value := str(default) if isinstance(default, bool) else _shown(default):
+                    yield Constant(module.__name__, f"{name}: {argument.name}", value, "")
+
+
+def _taking(module: Any) -> Iterator[tuple[str, Any]]:
+    """Yield the functions of a module, its dataclasses and named tuples, and the methods of its classes."""
+
+    def of(owner: Any, kind: Any) -> list[tuple[str, Any]]:
+        return [(name, one) for name, one in inspect.getmembers(owner, kind) if one.__module__ == module.__name__]
+
+    yield from of(module, inspect.isfunction)
+    for name, kind in of(module, inspect.isclass):
+        if dataclasses.is_dataclass(kind) or hasattr(kind, "_fields"):
+            yield name, kind
+        for inner, method in of(kind, inspect.isfunction):
+            if not inner.startswith("__") or inner == "__call__":
+                yield f"{name}.{inner}", method
 
 
 def _names(statement: ast.stmt) -> list[str]:

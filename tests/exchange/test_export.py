@@ -1,6 +1,7 @@
 """The command `export` and what MATLAB, tables and the command line see of it."""
 
 import csv
+import json
 
 import numpy as np
 import pytest
@@ -8,10 +9,14 @@ from scipy.io import loadmat
 from typer.testing import CliRunner
 
 import vasowave as vw
+from approval import approve, parts
 from vasowave.cli import app
 from vasowave.errors import InputError
+from vasowave.exchange.axes import drawn_axes
 from vasowave.exchange.export import FORMATS
 from vasowave.exchange.matlab import write_matlab
+from vasowave.exchange.openbf import write_openbf
+from vasowave.exchange.svzerod import write_svzerod
 from vasowave.exchange.tables import write_tables
 
 
@@ -67,6 +72,19 @@ def test_one_command_writes_each_program_and_openbfs_file_is_a_model_again(tmp_p
     first, second = vw.read_network(tmp_path / "network.csv"), vw.read_network(tmp_path / "back" / "network.csv")
     rows = [second.row(name) for name in first.name]
     np.testing.assert_allclose(second.radius[rows], first.radius, rtol=1e-9)
+
+
+def test_approved_what_other_programs_are_given(tangent, tmp_path):
+    said = [*write_openbf(tangent, tmp_path), *write_svzerod(tangent, tmp_path)]
+    circuit = json.loads((tmp_path / "svzerod.json").read_text(encoding="utf-8"))
+    _, *beds = circuit["boundary_conditions"]
+    approve("exchange", [
+        *said,
+        *(tmp_path / "openbf.yaml").read_text(encoding="utf-8").splitlines(),
+        *parts("inlet", np.loadtxt(tmp_path / "openbf_inlet.dat")),
+        *parts("circuit", circuit | {"boundary_conditions": beds}),
+        *(line for row, axis in enumerate(drawn_axes(tangent.network)) for line in parts(f"axis {row}", axis)),
+    ], 1e-9)  # fmt: skip
 
 
 @pytest.mark.parametrize(

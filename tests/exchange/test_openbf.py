@@ -166,6 +166,20 @@ def test_a_wall_without_thickness_gets_that_of_arteries_of_its_radius(tmp_path, 
     assert model.wall.beta == pytest.approx(4e5 * share / (1 - 0.5**2) / PA, rel=1e-3)
 
 
+@pytest.mark.parametrize("radius", [1e-4, 1e-2])
+@pytest.mark.parametrize(("share", "told"), [(1e-6, True), (1e-11, False)])
+def test_a_taper_is_told_from_a_millionth_of_the_radius_on_not_what_rounding_leaves(tmp_path, radius, share, told):
+    (tmp_path / "x_inlet.dat").write_text("\n".join(f"{t / 50} {1e-9}" for t in range(51)))
+    vessel = {key: value for key, value in VESSEL.items() if key != "R0"} | {"Rp": radius, "Rd": radius * (1 - share)}
+    vessel |= {"h0": 0.1 * radius, "R1": 1e12, "R2": 1e13}
+    (tmp_path / "x.yaml").write_text(yaml.safe_dump({"blood": {"rho": 1060, "mu": 4e-3}, "network": [vessel],
+                                                     "project_name": "x"}))  # fmt: skip
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        read_openbf(tmp_path / "x.yaml")
+    assert any("tapers from" in str(one.message) for one in said) == told
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

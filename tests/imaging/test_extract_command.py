@@ -18,6 +18,7 @@ from vasowave.cli import app
 from vasowave.errors import InputError
 from vasowave.imaging import Volume, read_volume, write_volume
 from vasowave.imaging.exchange.centerlines import read_centerlines
+from vasowave.imaging.kept.packing import read_value
 from vasowave.imaging.matching import match, unmatched
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.network import Network
@@ -72,6 +73,15 @@ def test_approved_what_an_extraction_writes_and_draws(extracted):
     words = [line.replace(str(folder.parent), "…") for line in approval.page(folder / "review.html")]
     approval.approve("extraction", [*told, *tables, *words], 1e-6, 2e-3)
     approval.approve("extraction, figures", approval.figures(folder / "figures"), 0.2, 2e-3)
+
+
+def test_approved_what_every_stage_of_an_extraction_finds(extracted):
+    folder, _, _ = extracted
+    found = []
+    for path in sorted((folder / "stages").glob("*.stage")):
+        key = json.loads(path.read_bytes().partition(b"\n")[0][8:])["key"]
+        found += approval.parts(path.stem, read_value(path, key)[1])
+    approval.approve("extraction, stages", found, 1e-6, 2e-3)
 
 
 def test_the_roots_radius_is_that_between_cannula_and_first_bifurcation(extracted):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import genpareto
 
 from vasowave.inference.reweighting import smoothed
 
@@ -12,6 +13,18 @@ def test_the_tail_of_pareto_weights_has_their_shape(k):
     ratios = [np.log((1 - rng.random(4000)) ** -k) for _ in range(20)]  # exact Pareto tail with this shape
     found = [smoothed(one).k_hat for one in ratios]
     assert np.mean(found) == pytest.approx(k, abs=0.06)  # 20 fits to 190 weights each: standard error below 0.03
+
+
+def test_the_tail_has_the_quantiles_of_the_pareto_distribution_above_the_largest_weight_below_it():
+    log = np.random.default_rng(7).normal(0, 1.2, 400)
+    weights = smoothed(log)
+    size = 60  # 3 √400, which is less than a fifth
+    *_, cut = np.sort(log)[:-size]
+    rank = np.argsort(log)[-size:]
+    scaled = np.exp(weights.log_weight[rank] - weights.log_weight[log == cut])
+    expected = genpareto.ppf((np.arange(size) + 0.5) / size, weights.k_hat)
+    below_the_cap = slice(0, size // 2)
+    np.testing.assert_allclose((scaled - 1)[below_the_cap] / (scaled[0] - 1), expected[below_the_cap] / expected[0])
 
 
 def test_weights_add_up_to_one_and_keep_their_order():

@@ -17,6 +17,7 @@ from vasowave.recording import Recording
 from vasowave.study.animals import read_animals
 from vasowave.study.checking import NORMAL, check_study
 from vasowave.study.loading import load_animal
+from vasowave.study.overview import AnimalRead
 from vasowave.study.plan import read_study
 from vasowave.study.rows import COLUMNS
 from vasowave.vessel_table import write_network
@@ -44,7 +45,21 @@ def test_a_new_study_says_what_to_fill_in(tmp_path):
 def test_a_good_study_has_only_what_is_odd_and_status_0(make_study):
     folder = make_study()
     assert said(folder) == ["W animals.csv: group 'HPH' has one animal; a comparison needs two or more"]
-    assert CliRunner().invoke(app, ["check", str(folder)]).exit_code == 0
+    checked = CliRunner().invoke(app, ["check", str(folder)])
+    assert checked.exit_code == 0
+    assert checked.output.endswith("\n0 errors, 1 warning\n")
+    (folder / "recordings/0.csv").write_text("nothing\n")
+    *lines, counts = CliRunner().invoke(app, ["check", str(folder)]).output.splitlines()
+    kinds = [line.partition(":")[0] for line in lines]
+    assert (kinds.count("error"), kinds.count("warning")) == (1, 1)
+    assert counts == "1 error, 1 warning"
+
+
+def test_what_only_beats_tell_stands_in_the_row_of_a_continuous_recording_alone():
+    told = ("m 1", "CTL", 21, "raw", 8.25, (20, 71), 545.4, 14.04, 0.1796, -0.44)
+    of_raw, of_cycle = AnimalRead(*told).row(), AnimalRead(*told[:3], "cycle", *told[4:]).row()
+    assert of_raw == ("m 1", "CTL", "21", "raw", "8.25", "20/71", "545", "14.0", "0.180", "-0.4")
+    assert of_cycle == ("m 1", "CTL", "21", "cycle", "", "", "545", "14.0", "0.180", "")
 
 
 def test_everything_wrong_in_the_table_is_said_at_once(make_study):

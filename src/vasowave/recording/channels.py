@@ -57,7 +57,7 @@ class Comment:
     channel: int = 0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block:
     """A stretch of uninterrupted recording.
 

@@ -175,7 +175,7 @@ class Columns:
 Block = Paragraph | Heading | Bullets | Answers | Notice | Remarks | Table | Drawing | Space | Fold | Columns
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Section:
     """A section, with the name that links lead to."""
 
