@@ -208,7 +208,7 @@ FAULTS = [
     Fault(
         "tubes' sections count their neighbors",
         "imaging/measure/profiles.py",
-        (("inside |= distance <", "inside |= -1 >"),),
+        (("inside[near] |= distance <", "inside[near] |= -1 >"),),
     ),
     Fault(
         "tubes' radii count within sisters",

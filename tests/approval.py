@@ -52,9 +52,10 @@ def alike(one: str, other: str, absolute: float, relative: float) -> bool:
     """Return whether two lines have the same words and nearly the same numbers."""
     if one == other:
         return True
-    numbers, others = (NUMBER.findall(line.replace("−", "-")) for line in (one, other))
+    lines = [line.replace("−", "-").replace("..", " .. ") for line in (one, other)]  # a range's ends are numbers, too
+    numbers, others = map(NUMBER.findall, lines)
     return (
-        NUMBER.sub("#", one) == NUMBER.sub("#", other)
+        NUMBER.sub("#", lines[0]) == NUMBER.sub("#", lines[1])
         and len(numbers) == len(others)
         and all(
             math.isclose(float(a), float(b), rel_tol=relative, abs_tol=absolute)

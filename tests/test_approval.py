@@ -29,6 +29,8 @@ def test_words_must_agree_and_numbers_nearly(tmp_path, monkeypatch):
     (tmp_path / "it.txt").write_text("line #00a7c4 at 12.5000\nmean 1e-5 of 2048\n")
     approval.approve("it", ["line #00a7c4 at 12.5001", "mean 1.0001e-5 of 2048"])
     approval.approve("it", ["line #00a7c4 at 12.51", "mean 1e-5 of 2048"], absolute=0.02)
+    assert approval.alike("x 392.04..496.48", "x 392.04..496.49", 0.0, 1e-4)
+    assert not approval.alike("x 392.04..496.48", "x 392.04..497.48", 0.0, 1e-4)
     for changed in (
         ["line #00a7c4 at 12.6", "mean 1e-5 of 2048"],
         ["line #00a7c5 at 12.5", "mean 1e-5 of 2048"],

@@ -40,8 +40,9 @@ def test_what_geometry_leaves_open_is_said_to_come_from_the_image(found):
 
 def test_a_scale_of_all_lengths_that_the_data_do_not_see_keeps_its_prior(found):
     row = found.summary.loc["length_scale"]
-    assert row["contraction"] < 0.3
+    assert row["contraction"] < 0.6  # 0.2 on average of eleven seeds, scattering by 0.15 as a hundred draws do
     assert row["median"] == pytest.approx(1.0, abs=0.03)
+    assert found.summary.loc["R_T", "contraction"] > 0.95  # the data see that one
 
 
 def test_shares_add_up_for_every_quantity(found):
