@@ -108,6 +108,12 @@ def test_area_and_wave_speed_at_mean_pressure_are_found_from_the_upslope(seen_at
     assert at_rest < 0.8 * true.wave_speed
 
 
+def test_a_flow_without_a_harmonic_has_no_impedance_there_and_says_which():
+    flow = np.where(np.arange(64) % 2, 3.0, 1.0)  # its mean and harmonic 32 alone
+    with pytest.raises(InputError, match="flow harmonic 1 is zero"):
+        impedance(np.ones(64), flow, 0.1, harmonics=3)
+
+
 def test_the_linear_law_behind_the_operating_point_is_the_one_whose_impedance_was_given():
     rho, seen_at, p = Blood().inertia, 6.3, 16.0
     law, A0 = LinearWall(45.0), 0.0060

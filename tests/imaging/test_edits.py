@@ -1,3 +1,5 @@
+import warnings
+
 import numpy as np
 import pytest
 from made_tree import forked_tree, straight
@@ -88,6 +90,9 @@ def test_generations_count_from_the_root(network):
     np.testing.assert_array_equal(first_generations(network, 2), [0, 1, 2])
     with pytest.warns(VasowaveWarning, match="3 generations, not 9"):
         assert len(first_generations(network, 9)) == 5
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(first_generations(network, 3)) == 5  # exactly all
 
 
 def test_the_largest_sub_tree_opens_the_widest_junction_first_and_keeps_junctions_whole():

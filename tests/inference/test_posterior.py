@@ -17,6 +17,7 @@ from vasowave.inference.posterior import _problem
 from vasowave.inference.rounds import log_prior
 from vasowave.inference.wording import zero_unseen
 from vasowave.recording import read_recording
+from vasowave.recording.cycle import resample
 
 SHAPE_ONLY = Priors(radius_scale=0, length_scale=0, stiffening=0)
 """Parameters alone are drawn; the vessels' own errors are part of the likelihood."""
@@ -56,6 +57,8 @@ def test_predictions_go_through_the_measured_pressure(found):
     assert predicted.dims == ("chain", "draw", "time")
     distance = (predicted.mean(("chain", "draw")) - measured).to_numpy()
     assert np.sqrt(np.mean(distance**2)) < 0.5  # noise of 0.15 mmHg, and a free mean
+    beyond = resample(virtual_mouse(noise=0.0).pressure, len(distance)) - measured.to_numpy()
+    assert np.corrcoef(distance, beyond)[0, 1] > 0.5  # what the model leaves is the noise, not its mirror image
 
 
 def test_the_file_holds_the_groups_that_arviz_reads(found, tmp_path):

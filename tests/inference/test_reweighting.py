@@ -27,6 +27,12 @@ def test_the_tail_has_the_quantiles_of_the_pareto_distribution_above_the_largest
     np.testing.assert_allclose((scaled - 1)[below_the_cap] / (scaled[0] - 1), expected[below_the_cap] / expected[0])
 
 
+def test_a_tail_of_five_weights_is_the_smallest_that_has_a_shape():
+    log = np.random.default_rng(4).normal(size=25)
+    assert np.isfinite(smoothed(log).k_hat)  # a fifth of 25
+    assert smoothed(log[:20]).k_hat == np.inf
+
+
 def test_weights_add_up_to_one_and_keep_their_order():
     log = np.random.default_rng(2).normal(0, 1.5, 500)
     weights = smoothed(log)

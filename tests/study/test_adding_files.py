@@ -117,6 +117,9 @@ def test_pressure_and_flow_in_files_of_their_own_are_one_animal(tmp_path):
     assert [(row["animal"], row["group"], row["kind"], row["network"]) for row in added.rows] == [
         ("C6", "CTL", "cycle", "networks/ctl.csv")
     ]
+    assert [(row["recording"], row["flow"]) for row in added.rows] == [
+        ("recordings/CTL/p_C6.dat", "recordings/CTL/q_C6.dat")
+    ]
     assert any("p_C7.dat" in one and "flow is not among these" in one for one in added.said)
 
 
