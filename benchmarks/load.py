@@ -104,7 +104,9 @@ def cost(command: list[str], folder: Path) -> Cost:
 
 
 def exponent(costs: dict[int, Cost]) -> float:
-    """Return the growth between the two largest studies, as a power of the number of animals."""
+    """Return the growth between the two largest studies, as a power of the number of animals; NaN of one study."""
+    if len(costs) < 2:
+        return math.nan
     (small, first), (large, last) = sorted(costs.items())[-2:]
     return math.log(last.seconds / first.seconds) / math.log(large / small)
 
