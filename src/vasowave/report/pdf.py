@@ -113,7 +113,8 @@ def _block(block: Block) -> str:
         case Bullets():
             return _bullets(block.items)
         case Answers():
-            return "\n\n".join(f"*#{quoted(question)}.* #{quoted(answer)}" for question, answer in block.items)
+            ended = [(title if title.endswith("?") else f"{title}.", answer) for title, answer in block.items]
+            return "\n\n".join(f"*#{quoted(title)}* #{quoted(answer)}" for title, answer in ended)
         case Columns():
             return _columns(block)
         case Notice():
