@@ -43,7 +43,7 @@ def test_every_animal_comes_back_by_its_name_whatever_the_name(stored):
 
 
 def test_the_report_of_an_animal_that_is_not_there_names_some_that_are(stored):
-    with pytest.raises(InputError, match=r"no result of 'nobody'; there are: CTL 1, Å é, x{300}, A$"):
+    with pytest.raises(InputError, match=r"no result of 'nobody'; there are: CTL 1, Å é, x{300} and A$"):
         report_study(stored, animal="nobody")
     store, result = Store(stored), xr.DataTree(xr.Dataset(attrs={"title": KIND}))
     pieces = {(f"mouse {number}", "CTL"): store.keep(f"{number}", to_bytes(result)) for number in range(9)}

@@ -116,6 +116,12 @@ def friction_words(law: str, settings: Mapping[str, Any]) -> str:
     return {"PowerLaw": "a power-law profile"}.get(law, law) + (f" ({own})" if own else "")
 
 
+def some_of(names: list[str], most: int) -> str:
+    """Return the names as a list in words, or the first `most` of them and how many more there are."""
+    more = len(names) - most
+    return listed(names) if more <= 0 else f"{', '.join(names[:most])} and {more} more"
+
+
 def listed(items: list[str]) -> str:
     """Return ``a, b and c``."""
     return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)

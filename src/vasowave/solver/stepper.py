@@ -87,7 +87,7 @@ class Stepper:
         if report[cycles.STATUS] == cycles.LEFT_LAW:
             cell, face = state.area[place], self.scratch[0].area[place]
             within = self.parts[1].smallest[place] < cell < self.parts[1].largest[place]
-            if not (within or grid.is_cell[place]):  # no wall has that area: it is where the line through the ends goes
+            if np.isfinite(cell) and not (within or grid.is_cell[place]):  # no wall's area: the line's through its ends
                 raise too_steep(grid, grid.vessel[place], time)
             raise left_law(grid, state, place, face if within else cell, time)
         if report[cycles.STATUS] == cycles.NODE_FAILED:

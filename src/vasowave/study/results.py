@@ -29,6 +29,7 @@ from vasowave.errors import InputError, did_you_mean
 from vasowave.files import made_inside, write_file
 from vasowave.notebook import card
 from vasowave.provenance import provenance
+from vasowave.report.wording import some_of
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import piece_digest
 
@@ -112,7 +113,9 @@ class Results:
         files = {one.animal: Path(one.file) for one in self.animals}
         if animal not in files:
             why = f": {self.failures[animal]}" if animal in self.failures else did_you_mean(animal, files)
-            raise InputError(f"{self.folder}: there is no result of '{animal}'{why}; there are: {_some(list(files))}")
+            raise InputError(
+                f"{self.folder}: there is no result of '{animal}'{why}; there are: {some_of(list(files), _NAMED)}"
+            )
         return files[animal]
 
     def __iter__(self) -> Iterator[str]:
@@ -147,11 +150,6 @@ def _read(folder: Path, stored: StoredAnimal) -> xr.DataTree:
 
 def _read_light(folder: Path, stored: StoredAnimal) -> xr.DataTree:
     return at_inlets(_read(folder, stored))
-
-
-def _some(names: list[str]) -> str:
-    more = len(names) - _NAMED
-    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def write_results(

@@ -9,7 +9,7 @@ from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.misfit import WORSE_THAN_BEST, misfits
 from vasowave.figures.style import short
 from vasowave.report.blocks import Block, Notice, Remarks
-from vasowave.report.wording import listed, number
+from vasowave.report.wording import number, some_of
 
 _MOST_NAMED = 4  # animals named in a sentence
 
@@ -78,6 +78,4 @@ def _alone(cohort: Cohort) -> list[str]:
 
 
 def _some(names: list[str]) -> str:
-    names = [short(name, 40) for name in names]
-    more = len(names) - _MOST_NAMED
-    return listed(names) if more <= 0 else f"{', '.join(names[:_MOST_NAMED])} and {more} more"
+    return some_of([short(name, 40) for name in names], _MOST_NAMED)
