@@ -72,6 +72,12 @@ def test_sixteen_bit_data_take_their_scale(tmp_path):
     [
         ({"samplerate": None}, "not a continuous recording exported by LabChart"),
         ({"dataend": np.full((3, 2), 1e6)}, "samples 1 to 1e"),
+        ({"dataend": np.full((3, 2), np.inf)}, "samples 1 to inf of"),
+        (
+            {"samplerate": np.array([[RATE, RATE], [RATE, 5e-306], [0, RATE]])},
+            r"'PA pressure' 1.5 s \(3000 samples at 2000 a second\) and 'Flow' inf s",
+        ),
+        ({"samplerate": np.array([[RATE, RATE], [RATE, RATE], [0, RATE]])}, r"'Flow' 0.75 s .* and 'ECG' 1.5 s"),
         ({"samplerate": np.full((2, 2), RATE)}, "samplerate has size 2 × 2, datastart 3 × 2"),
         ({"titles": np.array(["PA pressure"])}, "3 channels in datastart and 1 titles"),
         ({"com": np.ones((1, 3))}, "the comments .* are damaged"),

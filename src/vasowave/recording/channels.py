@@ -32,6 +32,11 @@ class Channel:
     place: str
     rows: NumberRows | None = None
 
+    @property
+    def duration(self) -> float:
+        """How long the channel lasts, s."""
+        return len(self.values) / self.sampling_rate
+
     def where(self, sample: int) -> str:
         """Return the words that lead a reader to one sample."""
         if self.rows is not None:
@@ -75,4 +80,4 @@ class Block:
     @property
     def duration(self) -> float:
         """Length of the longest channel, s."""
-        return max((len(c.values) / c.sampling_rate for c in self.channels), default=0.0)
+        return max((channel.duration for channel in self.channels), default=0.0)

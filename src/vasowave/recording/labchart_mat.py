@@ -79,7 +79,7 @@ def _channel(
     if start == -1 or end == -1:
         return None
     rate = tables.at("samplerate", channel, block)
-    if not (start == int(start) and end == int(end) and 1 <= start <= end <= len(data)):
+    if not (1 <= start <= end <= len(data) and start == int(start) and end == int(end)):
         raise InputError(f"{place}: samples {start:g} to {end:g} of {len(data)}; the file is damaged, export it again")
     if not (np.isfinite(rate) and rate > 0):
         raise InputError(f"{place}: sampling rate {rate:g}; export it again")

@@ -24,6 +24,7 @@ _HOW_TO_NAME = (
     "channels are named by their titles in the columns 'pressure channel', 'flow channel' and 'ecg channel' of a "
     "study's table (in Python: pressure='TITLE', flow='TITLE', ecg='TITLE')"
 )
+_SAME_LENGTH = 0.01  # two channels of a block last equally long within this share and two samples
 
 
 def read_raw_recording(
@@ -89,6 +90,7 @@ def read_raw_recording(
         warnings.warn(f"{path}: {suspicion}", VasowaveWarning, stacklevel=2)
     notes += chosen.suspicions
     picked = pick_channels(path, chosen, {"pressure": pressure, "flow": flow, "ecg": ecg})
+    _check_lengths([channel for channel in picked.values() if channel])
     rate = max(channel.sampling_rate for channel in picked.values() if channel)
     given = {"pressure": pressure_unit, "flow": flow_unit, "ecg": None}
     signals = {}
@@ -103,6 +105,17 @@ def read_raw_recording(
     cut = {name: values[:count] for name, values in signals.items()}
     comments = _comments(chosen, start or 0.0, count / rate)
     return RawRecording(**cut, sampling_rate=rate, source=str(path), notes=tuple(notes), comments=comments)
+
+
+def _check_lengths(channels: list[Channel]) -> None:
+    """Refuse channels of one block that do not last equally long: a sampling rate or an end is wrong."""
+    shortest, *_, longest = sorted(channels, key=lambda channel: channel.duration)
+    if longest.duration > (1 + _SAME_LENGTH) * shortest.duration + 2 / shortest.sampling_rate:
+        each = " and ".join(
+            f"'{one.title}' {one.duration:.6g} s ({len(one.values)} samples at {one.sampling_rate:g} a second)"
+            for one in (shortest, longest)
+        )
+        raise InputError(f"{shortest.place}: channels of one block last equally long, but {each}; export it again")
 
 
 def _comments(block: Block, origin: float, lasts: float) -> tuple[Comment, ...]:
@@ -194,7 +207,7 @@ def _canonical(channel: Channel, name: str, given: str | None) -> tuple[np.ndarr
 
 def _stretch(channel: Channel, values: np.ndarray, start: float | None, end: float | None) -> np.ndarray:
     """Return the samples from `start` to `end`, none of which may be a gap."""
-    lasts = len(values) / channel.sampling_rate
+    lasts = channel.duration
     first = round((start or 0.0) * channel.sampling_rate)
     last = len(values) if end is None else round(end * channel.sampling_rate)
     if start is not None and end is not None and end <= start:
