@@ -8,7 +8,7 @@ import pytest
 from vasowave.datasets.raw import Disturbances, SyntheticRecording, synthetic_raw_recording
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.recording import RawRecording, Recording, average_beats, find_beats
-from vasowave.recording.beats import _align, _peaks
+from vasowave.recording.beats import _align, _foot_before, _peaks
 
 PHASE = np.arange(512) / 512
 SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)
@@ -255,3 +255,19 @@ def test_a_recording_of_mostly_inspiration_warns():
     made = make(10, Disturbances(breaths_per_minute=160), heart_rate=300.0, duration=20.0)
     with pytest.warns(VasowaveWarning, match="were rejected"):
         average_beats(made.raw)
+
+
+def test_beats_too_near_the_ends_to_be_matched_stay_where_they_are():
+    times, template = _align(np.arange(9.0), np.array([4]), 3)
+    assert times.tolist() == [4.0]
+    assert template.tolist() == [0.0] * 7
+
+
+def test_the_foot_of_the_only_beat_that_is_whole_to_the_sample_counts():
+    """The pressure rises evenly from sample 105 to 165, around the steepest rise, which is given at 135."""
+    reach = 135
+    pressure = 8.0 + np.interp(np.arange(2 * reach + 1), [0, 105, 165, 270], [0, 0, 20, 0])
+    raw = RawRecording(pressure, np.ones(len(pressure)), sampling_rate=250.0)
+    assert _foot_before(raw, np.array([reach]), 300.0) == pytest.approx(30.0, abs=1.0)
+    assert _foot_before(raw, np.array([reach - 1]), 300.0) == 0.0
+    assert _foot_before(raw, np.array([reach + 1]), 300.0) == 0.0

@@ -1,9 +1,12 @@
 """Calibration recovers what it should, and says what it cannot."""
 
+import sys
+
 import numpy as np
 import pytest
 
 from vasowave.calibration import Search, calibrate
+from vasowave.calibration.starts import search_all
 from vasowave.datasets import control_network
 from vasowave.errors import InputError
 from vasowave.model import Model
@@ -56,6 +59,16 @@ def test_a_parameter_can_be_held_and_a_bound_is_reported(inflow):
     assert not fit.parameters["free"]["c1"]
     assert fit.parameters["at_bound"]["beta"]
     assert any("beta = 60 lies at its lower bound" in note for note in fit.warnings)
+
+
+def test_a_search_that_was_stopped_says_so_before_all_else(inflow, monkeypatch):
+    def stopped(*given):
+        return search_all(*given)[0], True
+
+    monkeypatch.setattr(sys.modules[calibrate.__module__], "search_all", stopped)
+    fit = calibrate(control_network(), _noise_free(LinearWall(57.0), inflow), search=Search(starts=1))
+    assert fit.warnings[0] == "Interrupted: 1 of 1 starts had finished."
+    assert len(fit.warnings) > 1
 
 
 def test_an_unknown_parameter_is_an_error_with_the_nearest_name(inflow):

@@ -1,6 +1,7 @@
 """Generalized least squares and profiles, on recordings that a simulation made."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from vasowave.model import Model
 from vasowave.noise import CirculantNoise
 from vasowave.nominal import windkessels
 from vasowave.recording import Recording
-from vasowave.selection import Comparing, compare_models
+from vasowave.selection import Comparing, compare, compare_models
 from vasowave.selection.compare import explained_away
 from vasowave.solver import Numerics, simulate
 from vasowave.walls import LinearWall
@@ -96,6 +97,15 @@ def test_scores_at_the_generalized_optimum_are_never_worse_than_at_the_least_squ
     table = compare_models([fit, tangent], Comparing(("Matern 5/2", "circulant")), optima=("OLS", "GLS"))
     frame = table.to_dataframe().set_index(["covariance", "sharing", "wall", "optimum"])["loglik"].unstack()
     assert (frame["GLS"] >= frame["OLS"] - 1e-3).all()
+
+
+@pytest.mark.parametrize(("off", "discarded"), [(0.0, False), (20.0, True)])
+def test_only_a_generalized_optimum_that_misses_the_data_is_discarded(fit, monkeypatch, off, discarded):
+    end = SimpleNamespace(residual=fit.pressure_residual - off)
+    monkeypatch.setattr(compare, "reoptimize", lambda *_, **__: end)
+    how = Comparing(("circulant",), ("joint",), starts=1)
+    frame = compare_models([fit, replace(fit, wall="tangent")], how, optima=("OLS", "GLS")).to_dataframe()
+    assert frame.groupby("optimum")["discarded"].unique().map(list).to_dict() == {"OLS": [False], "GLS": [discarded]}
 
 
 def test_noise_that_explains_the_data_away_is_refused(fit):

@@ -139,6 +139,7 @@ def test_the_best_of_three_models_is_preferred_only_if_the_runner_up_is_far_behi
     scores = {"linear": 100.0, "power": 101.0, "tangent": 130.0}
     assert [verdict for _, _, verdict in selection.verdicts(scores)] == ["undecided", "undecided", "worse"]
     assert [v for _, _, v in selection.verdicts(scores | {"power": 110.0})] == ["preferred", "worse", "worse"]
+    assert selection.verdicts({"linear": 100.0}) == [("linear", 0.0, "undecided")]
 
 
 @pytest.mark.parametrize(

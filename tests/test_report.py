@@ -9,6 +9,8 @@ import pytest
 from made_cohort import FAILURE, PLANTED, made_results
 from vasowave.cohort import Primary, cohort_table, compare, contrasts, gathered, importance
 from vasowave.errors import InputError
+from vasowave.report.blocks import SUPPLEMENT, Report
+from vasowave.report.pdf import markup
 from vasowave.report.sections.methods import methods_section
 from vasowave.report.tables import groups, models
 from vasowave.report.tables.cells import median_iqr
@@ -240,6 +242,15 @@ def test_three_groups_of_any_label_get_a_report(tmp_path):
     assert "with 2 + 2 animals no rank or permutation test" in path.read_text(encoding="utf-8")
     assert (path.parent / "tables" / "AllGroups-linear.csv").is_file()
     assert (path.parent / "report.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_contents_and_provenance_stand_in_the_pdf_of_the_supplement_alone():
+    origin = {"vasowave": "1.0", "animals.csv": "0f3a"}
+    first, second = (markup(Report(name, "Mice", "two", "", [], origin)) for name in ("report", SUPPLEMENT))
+    assert "Provenance" not in first
+    assert "outline" not in first
+    assert "#outline" in second
+    assert all(f'"{word}"' in second.partition("== Provenance")[2] for pair in origin.items() for word in pair)
 
 
 def test_no_animal_and_twins_are_refused(results, tmp_path):

@@ -139,6 +139,14 @@ def test_the_pronunciation_of_a_word_is_no_part_of_it(tmp_path):
     assert read_columns(path).names == ("x",)
 
 
+def test_the_longest_text_that_a_cell_may_hold_is_read_and_no_longer_one(tmp_path):
+    path = write_workbook(tmp_path / "t.xlsx", [["x" * 65536]])
+    assert "".join(text for lines in read_lines(path) for text in lines.texts) == "x" * 65536
+    path = write_workbook(tmp_path / "t.xlsx", [["x" * 65537]])
+    with pytest.raises(InputError, match="more than 65536 characters"):
+        list(read_lines(path))
+
+
 BOMB = '<!DOCTYPE a [<!ENTITY b "bbbbbbbbbb"><!ENTITY c "&b;&b;&b;&b;">]>'
 
 

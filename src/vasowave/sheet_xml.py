@@ -50,12 +50,12 @@ class Text(Handler):
     """The text of elements, gathered where it is wanted."""
 
     def __init__(self) -> None:
-        self._parts: list[str] = []
-        self._wanted, self._length = False, 0
+        self._wanted = False
+        self.begin()
 
     def begin(self) -> None:
         """Forget what was gathered."""
-        self._parts, self._length = [], 0
+        self._parts, self._length = list[str](), 0
 
     def data(self, text: str) -> None:
         """Gather text where it is wanted."""

@@ -184,6 +184,16 @@ def test_every_encoding_of_a_vtp_reads_the_same(tmp_path):
         np.testing.assert_array_equal(data.fields["Radius"], radius, err_msg=name)
 
 
+def test_a_newer_legacy_file_keeps_each_of_its_lines(tmp_path):
+    text = (
+        "# vtk DataFile Version 5.1\nlines\nASCII\nDATASET POLYDATA\nPOINTS 6 float\n" + "0 0 0\n" * 6 + "LINES 4 7\n"
+        "OFFSETS vtktypeint64\n0 3 5 7\nCONNECTIVITY vtktypeint64\n0 1 2 2 3 4 5\n"
+    )
+    (tmp_path / "lines.vtk").write_text(text)
+    lines = read_polydata(tmp_path / "lines.vtk").lines
+    assert [line.tolist() for line in lines] == [[0, 1, 2], [2, 3], [4, 5]]
+
+
 def test_a_damaged_vtp_is_an_input_error_wherever_it_is_cut(control, tmp_path):
     write_centerlines(control[1], tmp_path / "tree.vtp")
     content = (tmp_path / "tree.vtp").read_bytes()
