@@ -9,6 +9,7 @@ import pytest
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.recording import RawRecording, Recording, average_beats
+from vasowave.recording.baseline import _own_change
 
 PHASE = np.arange(512) / 512
 SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)
@@ -98,6 +99,15 @@ def test_a_pressure_that_the_animal_raises_itself_is_left_as_it_is():
     used = np.array([beat.start for beat in made.beats if beat.averaged])
     there = float(np.mean(np.interp(used, raw.time, rise)))
     assert made.recording.mean_pressure == pytest.approx(15.43 * there, rel=0.02)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_pulse_and_flow_change_by_their_own_shares_whatever_their_units(direction):
+    """The level moves by 4 mmHg over 41 beats; at its end the pulse is 10 % larger and the flow 20 % smaller."""
+    along = np.linspace(0.0, 1.0, 41)[:, None]
+    pressure = 15.0 + 4.0 * direction * along + (SHAPE - SHAPE.mean()) * (1.0 + 0.1 * along)
+    told = _own_change(pressure, 0.02 * FLOW * (1.0 - 0.2 * along), 4.0 * direction * along[:, 0])
+    assert told == "the pulse by +10 % and the flow by -22 %"  # of the middle of the pulse, and of the flow
 
 
 def test_without_an_ecg_the_drift_is_found_as_well_and_the_fiducial_said():
