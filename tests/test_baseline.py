@@ -10,6 +10,7 @@ from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.recording import RawRecording, Recording, average_beats
 from vasowave.recording.baseline import _own_change
+from vasowave.recording.plateaus import Plateau, describe_plateaus
 
 PHASE = np.arange(512) / 512
 SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)
@@ -133,6 +134,16 @@ def test_a_zero_shown_at_the_start_is_read_and_told():
     made, said = average(replace(raw, pressure=pressure))
     assert any("the transducer was open to air from 0 to 2 s and read +0.8" in one for one in said)
     assert made.recording.mean_pressure == pytest.approx(15.43, abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("level", "said"), [(0.3, "open to air"), (-0.31, "zero offset"), (5.0, "calibration plateau")]
+)
+def test_a_plateau_is_air_to_5_mmHg_and_an_offset_beyond_a_third(level, said):
+    notes, warned = describe_plateaus((Plateau(0.0, 1.0, level),))
+    assert len(notes) == (said != "zero offset")
+    assert said in [*notes, *warned][0]
+    assert ("not corrected" in [*notes, *warned][0]) == (said == "zero offset")
 
 
 def test_calibration_plateaus_are_told_with_their_levels():

@@ -165,6 +165,13 @@ def test_a_law_that_misses_its_data_is_a_problem_and_one_among_equals_is_none(co
     assert [block.kind for block in problem_blocks(gathered(cohort_results), {})] == ["remarks"]
 
 
+def test_a_law_that_leaves_just_twice_what_the_best_leaves_is_not_said_to_miss(cohort_results):
+    best = float(cohort_results[1]["linear/calibration"]["RMSE"])
+    twice = changed(cohort_results[1], "tangent/calibration", RMSE=2.0 * best)
+    cohort = gathered([cohort_results[0], twice, *cohort_results[2:]])
+    assert not misfits(cohort)["missed"].any()
+
+
 def test_a_held_parameter_and_one_at_its_bound_are_called_so(cohort_results):
     fit = data_of(cohort_results[1], "tangent/calibration")
     gamma = fit["parameter"].values == "gamma"

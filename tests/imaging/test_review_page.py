@@ -77,6 +77,11 @@ def test_every_vessel_stands_in_the_table_and_in_the_view(page):
     assert [vessel["name"] for vessel in data["vessels"]] == list(NETWORK.name)
     rows = re.search(r'<table id="vessels">.*?</table>', text, re.DOTALL)[0].count("<tr>")
     assert rows == 1 + len(NETWORK)
+    ends = np.array([vessel["points"][-1] for vessel in data["vessels"] if vessel["terminal"]])  # x, y, z, radius
+    true = np.array([page[1].lines[row][-1] for row in NETWORK.terminals])
+    assert ends.shape == (len(true), 4)
+    np.testing.assert_array_less(np.linalg.norm(ends[:, None, 2::-1] - true, axis=2).min(axis=0), 0.05)
+    assert ends[:, 3].max() < NETWORK.radius.max()
 
 
 @pytest.mark.validation
