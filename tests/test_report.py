@@ -229,6 +229,7 @@ def test_three_groups_of_any_label_are_compared_two_by_two():
     pairs = list(zip(found.contrasts["reference"], found.contrasts["other"], strict=True))
     assert set(pairs) == {("2 weeks", "sham & co"), ("2 weeks", "4 weeks"), ("sham & co", "4 weeks")}
     assert len(found.all_groups) == len(pairs) / 3
+    assert found.without_one.index.is_unique
     shown = groups.contrasts(found, "linear", {})
     assert shown.rows[0][1] == "sham & co / 2 weeks"
     with pytest.raises(InputError, match="no animal is of the reference group 'CTL'"):

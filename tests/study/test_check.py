@@ -10,14 +10,15 @@ from hypothesis import strategies as st
 from small_study import SETTINGS, write_cycle
 from typer.testing import CliRunner
 
+from vasowave.animal.animal import Animal
 from vasowave.cli import app
-from vasowave.datasets import control_network, hypertensive_network
+from vasowave.datasets import control_network, hypertensive_network, virtual_mouse
 from vasowave.network import Network
 from vasowave.recording import Recording
 from vasowave.study.animals import read_animals
 from vasowave.study.checking import NORMAL, check_study
 from vasowave.study.loading import load_animal
-from vasowave.study.overview import AnimalRead
+from vasowave.study.overview import AnimalRead, read_of
 from vasowave.study.plan import read_study
 from vasowave.study.rows import COLUMNS
 from vasowave.vessel_table import write_network
@@ -60,6 +61,8 @@ def test_what_only_beats_tell_stands_in_the_row_of_a_continuous_recording_alone(
     of_raw, of_cycle = AnimalRead(*told).row(), AnimalRead(*told[:3], "cycle", *told[4:]).row()
     assert of_raw == ("m 1", "CTL", "21", "raw", "8.25", "20/71", "545", "14.0", "0.180", "-0.4")
     assert of_cycle == ("m 1", "CTL", "21", "cycle", "", "", "545", "14.0", "0.180", "")
+    cycle = read_of(Animal("m 1", "CTL", control_network(), virtual_mouse()))
+    assert (cycle.kind, cycle.duration, cycle.beats, cycle.drift, cycle.vessels) == ("cycle", 0.0, (0, 0), 0.0, 21)
 
 
 def test_everything_wrong_in_the_table_is_said_at_once(make_study):
