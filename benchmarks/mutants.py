@@ -30,6 +30,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
@@ -42,6 +43,8 @@ from robustness_page import put
 LONGEST = 900  # s; a mutant that makes the tests hang is noticed
 FEW = 3  # files of tests that import a module, those with its own name first
 PATIENCE = 60  # s of a processor that the tests of one mutant may take
+LONGER = 10  # times its usual time (and 5 s) is a test that does not end
+OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
 EVERYWHERE = "tests/test_conventions.py"  # what holds in every module
 LOADED = ("matplotlib.pyplot", "numba", "pandas", "pytest", "scipy.optimize", "scipy.signal", "scipy.stats", "xarray")
 
@@ -196,10 +199,30 @@ def noticed_by(mutant: Mutant, whole: bool = False) -> str:
             os.killpg(tested.pid, signal.SIGKILL)
             return "the tests do not end"
         said = (folder / "said").read_text(encoding="utf-8", errors="replace")
+        hanging = _hanging(folder / "begun") if tested.exitcode in OUT_OF_TIME else ""
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
-    if tested.exitcode in (0, 5, -signal.SIGXCPU, -signal.SIGKILL):
-        return ""
+    if tested.exitcode in (0, 5, *OUT_OF_TIME):
+        return hanging and f"{hanging} does not end"
     return failed[1] if failed else f"pytest ended with {tested.exitcode}"
+
+
+class _Begun:
+    """A plugin of pytest: which test begins, and at what time of the processor."""
+
+    def __init__(self, file: Path):
+        self._file = file
+
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        self._file.write_text(f"{time.process_time()} {nodeid}", encoding="utf-8")
+
+
+def _hanging(file: Path) -> str:
+    """Return the test that took the rest of the time though it usually takes a small part of that."""
+    if not file.exists():
+        return ""
+    since, _, test = file.read_text(encoding="utf-8").partition(" ")
+    usual = record()["seconds"].get(test, PATIENCE)
+    return test if PATIENCE - float(since) > LONGER * usual + 5 else ""
 
 
 def _test(folder: Path, chosen: list[str], whole: bool) -> None:
@@ -216,7 +239,8 @@ def _test(folder: Path, chosen: list[str], whole: bool) -> None:
     sys.path.insert(0, str(folder))
     import pytest
 
-    os._exit(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-n", "0", *chosen]))
+    begun = _Begun(folder / "begun")
+    os._exit(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-n", "0", *chosen], [begun]))
 
 
 def table(found: dict[Mutant, str]) -> str:

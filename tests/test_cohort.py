@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from vasowave.cohort import contrasts, describe, leave_one_out, pairwise_contrasts, several_groups
+from vasowave.cohort import contrasts, describe, leave_one_out, pairwise_contrasts, permutation, several_groups
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import compare
 from vasowave.cohort.effects import hedges_g
@@ -148,3 +148,14 @@ def test_three_groups_are_compared_two_by_two_with_holm_over_all():
     assert several_groups(three_groups(), [BETA])["groups"][0] == 3
     with pytest.raises(InputError, match="two labels"):
         several_groups(three_groups().assign(group="one"), [BETA])
+
+
+def test_many_relabelings_are_drawn_and_the_labels_as_they_are_are_one_of_them(monkeypatch):
+    monkeypatch.setattr(permutation, "MOST_RELABELINGS", 50)
+    few = permutation._relabelings(5, 2, None)
+    assert sorted(map(tuple, few.tolist())) == sorted(map(tuple, np.unique(few, axis=0).tolist()))
+    assert few.shape == (10, 5)  # all
+    many = permutation._relabelings(12, 4, None)
+    assert many.shape == (50, 12)
+    assert many[0].tolist() == [True] * 4 + [False] * 8
+    assert (many.sum(axis=1) == 4).all()

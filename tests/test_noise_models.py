@@ -154,3 +154,12 @@ def test_fits_that_cannot_be_compared_are_refused():
         selection.compare_models([made_fit("linear"), made_fit("linear")])
     with pytest.raises(InputError, match="tangent wall was fitted to another recording"):
         selection.compare_models([made_fit("linear"), made_fit("tangent", count=64)])
+
+
+def test_the_one_norm_condition_number_is_brought_to_the_one_asked_for_and_no_further():
+    t = np.arange(24) / 24
+    smooth = np.exp(-0.5 * (t[:, None] - t) ** 2 / 0.3**2)
+    mixed, weight = noise.regularize(smooth, 1e3, norm=1)
+    assert np.linalg.cond(mixed, 1) == pytest.approx(1e3, rel=1e-4)
+    assert 0 < weight < 1
+    assert noise.regularize(np.eye(4) + 0.1, 1e3, norm=1)[1] == 0.0

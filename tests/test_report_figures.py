@@ -18,6 +18,7 @@ from vasowave.figures.network import layout
 from vasowave.figures.rendering import svg
 from vasowave.figures.sheet import ON_A_SHEET, sheet_figure, sheets
 from vasowave.figures.style import new_figure, style
+from vasowave.network import Network
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +99,9 @@ def test_the_chosen_vessels_go_from_the_root_to_terminals_of_both_sides(result):
 def test_no_two_vessels_of_the_diagram_lie_on_each_other():
     x, y = layout(control_network())
     assert len(set(zip(x.tolist(), y.tolist(), strict=True))) == len(control_network())
+
+
+def test_of_more_than_two_daughters_of_the_root_the_two_with_most_flow_are_shown_with_their_ends():
+    parent, radius = np.array([-1, 0, 0, 0, 1, 1, 2, 2]), np.array([0.05, 0.03, 0.02, 0.01, 0.02, 0.01, 0.015, 0.01])
+    network = Network(tuple("abcdefgh"), parent, np.full(8, 0.3), radius)
+    assert vessels.main_vessels(network, 5) == ["a", "b", "c", "e", "g"]

@@ -16,7 +16,7 @@ from vasowave.cohort.votes import ballots, differences, stored, vote
 from vasowave.report.answer.groups import group_answers, influence, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
 from vasowave.report.answer.problems import problem_blocks, problems
-from vasowave.report.answer.walls import wall_answer
+from vasowave.report.answer.walls import _pooled_exponent, wall_answer
 from vasowave.report.glossary import explained
 from vasowave.report.tables.selection import selection_table
 from vasowave.report.wording import with_error, with_interval
@@ -217,3 +217,11 @@ def test_a_symbol_carries_its_meaning_and_a_word_stays_a_word():
     assert "abbr" not in mark("a mouse")
     assert mark("a [1]").startswith('<abbr tabindex="0" title="resistance ratio">a</abbr>')
     assert mark("R_T1 & <b>") == "R_T1 &amp; &lt;b&gt;"
+
+
+def test_the_exponent_of_one_animal_has_its_own_interval_and_that_of_alike_ones_a_narrower():
+    one = xr.DataArray(1.4, attrs={"interval_low": 1.0, "interval_high": 2.0})
+    assert _pooled_exponent([one]) == pytest.approx((1.4, 1.0, 2.0))
+    value, low, high = _pooled_exponent([one, one, one, one])
+    assert value == pytest.approx(1.4)
+    assert 1.0 < low < 1.4 < high < 2.0

@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 
 from vasowave import walls
+from vasowave.errors import InputError
+from vasowave.per_vessel import one_per_vessel
 from vasowave.walls import LinearWall, PowerWall, TangentWall
 
 AREA0 = 0.0069
@@ -95,3 +97,12 @@ def test_the_power_wall_stiffens_with_its_exponent_and_never_collapses_above_the
     assert np.all(stiff < soft)
     assert np.all(np.diff(stiff) < 0)
     assert walls.area(PowerWall(40.0, 8.0), -10.0, 1.0) == pytest.approx((1 - 10 / 40) ** 2)
+
+
+def test_a_parameter_of_a_vessel_that_is_zero_or_not_finite_is_refused_by_the_vessels_name():
+    with pytest.raises(InputError, match="vessel 'b': wall parameter beta = 0; it must be positive and finite"):
+        one_per_vessel(LinearWall(np.array([57.0, 0.0])), ("a", "b"), "wall")
+    with pytest.raises(InputError, match="vessel 'a': wall parameter beta = inf"):
+        one_per_vessel(LinearWall(np.inf), ("a", "b"), "wall")
+    with pytest.raises(InputError, match=r"beta has shape \(3,\); give one number or 2 values"):
+        one_per_vessel(LinearWall(np.ones(3)), ("a", "b"), "wall")

@@ -320,3 +320,16 @@ def test_outlets_that_openbf_does_not_know_are_refused(linear, tmp_path):
     Z = linear.model.outlets.impedance_at(20, linear.inflow.period)
     with pytest.raises(InputError, match="this model has ImpedanceSpectrum"):
         windkessel(linear.model.changed(outlets=ImpedanceSpectrum(Z)), "openBF")
+
+
+def test_an_inflow_that_is_even_in_time_keeps_its_samples_and_any_other_its_course(linear, tmp_path):
+    write_openbf(linear, tmp_path)
+    path = tmp_path / "openbf_inlet.dat"
+    table = np.loadtxt(path)
+    assert len(read_openbf(tmp_path / "openbf.yaml")[1].flow) == len(table) - 1
+    table[1:-1, 0] += 0.2 * table[1, 0]  # no longer even
+    np.savetxt(path, table)
+    inflow = read_openbf(tmp_path / "openbf.yaml")[1]
+    assert len(inflow.flow) >= 512
+    time = np.arange(len(inflow.flow)) * inflow.period / len(inflow.flow)
+    np.testing.assert_allclose(inflow.flow, np.interp(time, table[:, 0], 1e6 * table[:, 1]), atol=1e-9)

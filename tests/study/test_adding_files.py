@@ -11,7 +11,7 @@ from vasowave.datasets import control_network, virtual_mouse
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual_files import labchart_text
 from vasowave.recording import Recording
-from vasowave.study.adding import add_files
+from vasowave.study.adding import _within, add_files
 from vasowave.study.checking import check_study
 from vasowave.vessel_table import write_network
 
@@ -188,3 +188,18 @@ def test_a_letter_that_unicode_writes_in_two_ways_is_one_name(tmp_path):
     problems, read, _ = check_study(study)
     assert [(one.animal, one.group) for one in read] == [("\u00c5 1", "\u00c5")]
     assert not [problem for problem in problems if problem.error]
+
+
+@pytest.mark.parametrize(
+    ("few", "many", "stands"),
+    [
+        (("mouse", "7"), ("lung", "mouse", "7"), True),
+        (("mouse", "7"), ("mouse", "lung", "7"), False),
+        (("7",), ("17",), False),
+        ((), ("mouse",), False),
+        (("a", "b"), ("a",), False),
+        (("b",), ("b",), True),
+    ],
+)
+def test_a_name_stands_in_a_file_s_name_in_one_piece_or_not_at_all(few, many, stands):
+    assert _within(few, many) == stands
