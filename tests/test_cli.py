@@ -66,6 +66,15 @@ def test_an_error_of_ours_is_one_line_and_exit_status_1():
     assert len(output.splitlines()) == 1
 
 
+def test_more_than_pressure_and_flow_are_no_recording(tmp_path):
+    files = [str(tmp_path / name) for name in ("n.csv", "p.csv", "q.csv", "r.csv")]
+    done = CliRunner().invoke(app, ["fit", *files, "-o", str(tmp_path / "out")])
+    assert (
+        "3 files given; a recording is one file, or one of pressure and one of flow" in f"{done.output}{done.exception}"
+    )
+    assert not (tmp_path / "out").exists()
+
+
 def test_interrupting_the_search_writes_nothing_or_what_had_finished(tmp_path):
     network, cycle = _write_mouse(tmp_path)
     output = tmp_path / "result"

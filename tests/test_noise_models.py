@@ -14,6 +14,7 @@ from vasowave.errors import InputError
 from vasowave.noise.arma import autocovariance, concentrated
 from vasowave.noise.likelihood import FAMILIES, maximize
 from vasowave.noise.likelihood import concentrated as concentrated_over_amplitude
+from vasowave.noise.spectrum import falling_power
 
 TIME = np.linspace(0, 0.11, 50, endpoint=False)
 
@@ -163,3 +164,18 @@ def test_the_one_norm_condition_number_is_brought_to_the_one_asked_for_and_no_fu
     assert np.linalg.cond(mixed, 1) == pytest.approx(1e3, rel=1e-4)
     assert 0 < weight < 1
     assert noise.regularize(np.eye(4) + 0.1, 1e3, norm=1)[1] == 0.0
+
+
+def test_the_power_of_a_matern_process_falls_from_its_corner_on():
+    np.testing.assert_allclose(falling_power(np.array([0.0, 2.0, 6.0]), 2.0, 1.5), [1.0, 2.0**-1.5, 10.0**-1.5])
+
+
+def test_the_coefficients_of_an_arma_model_are_numbered_from_one():
+    series = np.array(
+        [arma_generate_sample([1, -0.6], [1, 0.3], 300, distrvs=np.random.default_rng(s).normal) for s in (0, 1)]
+    )
+    found = noise.fit_noise("ARMA", series, 0.11, rng=np.random.default_rng(0)).hyperparameters
+    orders = {"phi": round(found["p"]), "theta": round(found["q"])}
+    assert orders["phi"] > 0
+    for letter, order in orders.items():
+        assert [f"{letter}{i}" in found for i in range(order + 2)] == [False, *[True] * order, False]

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from vasowave import textfile
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.recording import RawRecording, read_raw_recording
 from vasowave.units import factor
@@ -82,7 +83,9 @@ def test_a_labchart_block_in_ml_per_min_reads_back_in_ml_per_s(tmp_path):
     assert raw.sampling_rate == pytest.approx(RATE)
 
 
-def test_times_of_day_are_left_aside_and_no_channel_with_them(tmp_path):
+@pytest.mark.parametrize("letters", [1 << 20, 5000])
+def test_times_of_day_are_left_aside_and_no_channel_with_them(tmp_path, monkeypatch, letters):
+    monkeypatch.setattr(textfile, "_BLOCK", letters)  # that are read at a time
     head, _, body = labchart_block().rpartition("BottomValue=")
     first, *rows = body.splitlines()
     clock = [f"11:08:{37 + t:09.6f}\t{row.partition(chr(9))[2]}" for t, row in zip(TIME, rows, strict=True)]

@@ -149,6 +149,10 @@ def test_every_encoding_of_a_vtp_reads_the_same(tmp_path):
         content = values.astype(kind).tobytes()
         return "", base64.b64encode(struct.pack("<I", len(content)) + content).decode()
 
+    def apart(values, kind):  # length and values in a stream each
+        content = values.astype(kind).tobytes()
+        return "", "".join(base64.b64encode(part).decode() for part in (struct.pack("<I", len(content)), content))
+
     stored = bytearray()
 
     def appended(values, kind):
@@ -160,6 +164,7 @@ def test_every_encoding_of_a_vtp_reads_the_same(tmp_path):
     files = {
         "ascii": file("ascii", plain),
         "binary": file("binary", binary),
+        "binary, apart": file("binary", apart),
         "raw": file("appended", appended, lambda: b'<AppendedData encoding="raw">_' + stored + b"</AppendedData>"),
     }
     legacy = b"# vtk DataFile Version 3.0\nlines\n%s\nDATASET POLYDATA\nPOINTS 3 double\n%s\nLINES 1 4\n%s\n" + (
