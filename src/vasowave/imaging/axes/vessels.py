@@ -16,7 +16,7 @@ from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.tree import Line, Tree
 
-ROUNDS = 4
+ROUNDS = 8
 """Automatic mode looks at most so often for vessels that stick out of the tubes of those found."""
 AROUND, AS_WELL = 4.0, 1.3
 """Two fits are as good around a junction, within so many radii, if their misfits differ by at most this factor: two
