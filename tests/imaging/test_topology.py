@@ -95,6 +95,13 @@ def test_vessels_that_bend_within_two_radii_or_are_not_round_have_no_branches_th
     assert apart.min(axis=1).max() < 6 * lumen.spacing
 
 
+def test_a_junction_that_one_fit_leaves_a_radius_too_early_is_found_by_one_that_begins_later():
+    made = make(KINDS["bent 1.15"], 2001)
+    root = made.root + np.array([0.02, 0, 0])
+    lumen = segment(made.volume, seed=root)
+    assert np.linalg.norm(tree_of(lumen, root).lines[0].points[-1] - made.ends[0]) < lumen.spacing
+
+
 def test_smoothing_an_axis_takes_a_bump_and_leaves_an_arc():
     turn = np.linspace(0, 1.5 * np.pi, 60)
     arc = np.column_stack([12 * np.cos(turn), 12 * np.sin(turn), 2 * turn])  # one node a voxel, as axes have
