@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from phantom import embed, render
+from unlike import KINDS, make
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
 from vasowave.imaging.axes.junctions import with_met_axes
+from vasowave.imaging.axes.protrusions import _calm, _highest
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.axes.vessels import tree_of
 from vasowave.imaging.lumen.segmentation import segment
@@ -79,6 +81,42 @@ def test_corners_of_a_flat_end_are_no_vessels():
     volume = render(embedding, 112, 0.0044, rng)
     tree = tree_of(segment(volume, 45, embedding.cannula[0] + [0.01, 0, 0]), embedding.cannula[0])
     assert len(tree.lines) == 3
+
+
+@pytest.mark.parametrize("kind", ["bent 1.15", "irregular", "oval 0.7"])
+def test_vessels_that_bend_within_two_radii_or_are_not_round_have_no_branches_that_are_not_there(kind):
+    made = make(KINDS[kind], 2000)
+    root = made.root + np.array([0.02, 0, 0])
+    lumen = segment(made.volume, seed=root)
+    tree = tree_of(lumen, root)
+    ends = np.array([tree.lines[row].points[-1] for row in tree.terminals])
+    apart = np.linalg.norm(ends[:, None] - made.ends[made.terminals], axis=2)
+    assert len(tree) == len(made.length)
+    assert apart.min(axis=1).max() < 6 * lumen.spacing
+
+
+def test_a_junction_that_one_fit_leaves_a_radius_too_early_is_found_by_one_that_begins_later():
+    made = make(KINDS["bent 1.15"], 2001)
+    root = made.root + np.array([0.02, 0, 0])
+    lumen = segment(made.volume, seed=root)
+    assert np.linalg.norm(tree_of(lumen, root).lines[0].points[-1] - made.ends[0]) < lumen.spacing
+
+
+def test_smoothing_an_axis_takes_a_bump_and_leaves_an_arc():
+    turn = np.linspace(0, 1.5 * np.pi, 60)
+    arc = np.column_stack([12 * np.cos(turn), 12 * np.sin(turn), 2 * turn])  # one node a voxel, as axes have
+    np.testing.assert_allclose(_calm(arc), arc, atol=0.15)
+    bump = np.zeros((60, 3))
+    bump[:, 0] = 1.5 * np.exp(-0.5 * ((np.arange(60) - 20) / 2.0) ** 2)
+    assert np.abs(_calm(bump)[:, 0]).max() < 0.8
+
+
+def test_of_vessels_that_seem_to_be_missing_near_each_other_only_the_highest_is_taken_at_once():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [1.9, 0, 0], [9, 0, 0]])
+    height = np.array([2.0, 3.0, 1.5, 1.2])
+    reach = np.full(4, 1.5)
+    assert _highest([0, 1, 2, 3], points, height, reach) == [1, 3]
+    assert _highest([0, 2, 3], points, height, reach) == [0, 2, 3]
 
 
 def test_every_outlet_that_is_not_reached_is_named_at_once(stub):

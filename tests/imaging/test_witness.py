@@ -5,16 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from made_phantom import NETWORK, phantom
+from made_tree import forked_tree
 
 from vasowave.imaging.axes import vessels
-from vasowave.imaging.axes.junctions import with_earlier_junctions, without_short_vessels
+from vasowave.imaging.axes.junctions import with_earlier_junctions, with_later_junctions, without_short_vessels
 from vasowave.imaging.axes.vessels import begun_elsewhere, in_another_lumen
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.measurement import measured_alone
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.crossings import crossing_doubts
-from vasowave.imaging.witness.skeleton import skeleton_branches
+from vasowave.imaging.witness.skeleton import Branches, skeleton_branches
 from vasowave.imaging.witness.topology import topology_doubts
 from vasowave.imaging.witness.witness import _cut, _shattered, _unsettled
 
@@ -122,7 +123,7 @@ def test_where_one_of_two_junctions_stays_the_vessel_between_them_reaches_from_t
     moved = with_earlier_junctions(tree)
     monkeypatch.setattr(vessels, "fitted", lambda begun, *rest: begun)
     monkeypatch.setattr(vessels, "_refitted", lambda begun, *rest: begun)
-    monkeypatch.setattr(vessels, "_fits_worse", lambda again, old, row, *rest: row == 0)
+    monkeypatch.setattr(vessels, "_fits", lambda again, *rest: np.where(np.arange(len(again)) == 0, 2.0, 0.5))
     again = begun_elsewhere(tree, lumen, surface_points(lumen))
     (inner,) = [row for row in range(1, len(tree)) if row not in tree.terminals]
     for kept, row in ((tree, 0), (moved, inner)):
@@ -132,6 +133,37 @@ def test_where_one_of_two_junctions_stays_the_vessel_between_them_reaches_from_t
     assert again.lines[inner].length == pytest.approx(
         np.linalg.norm(moved.lines[inner].points[-1] - tree.lines[inner].points[0]), rel=0.05
     )
+
+
+def test_later_junctions_lie_on_the_widest_daughter_and_all_begin_there():
+    tree = forked_tree()
+    later = with_later_junctions(tree)
+    for row, widest, ahead in ((0, 1, 0.15), (1, 3, 0.12)):  # 1.5 radii
+        begins = [later.lines[daughter].points[0] for daughter in tree.daughters(row)]
+        np.testing.assert_allclose(begins, [later.lines[row].points[-1]] * 2)
+        along = tree.lines[widest]
+        off = np.linalg.norm(later.lines[row].points[-1] - along.points[0])
+        assert off == pytest.approx(ahead, abs=along.run[1])
+        assert np.linalg.norm(along.points - begins[0], axis=1).min() < 1e-9
+    for row in tree.terminals:
+        np.testing.assert_array_equal(later.lines[row].points[-1], tree.lines[row].points[-1])
+
+
+def test_a_short_vessel_between_two_junctions_is_doubted_as_far_as_its_length_is_uncertain():
+    tree = forked_tree()
+    skeleton = Branches(
+        np.array([line.points[0] for line in tree.lines]),
+        np.array([line.points[-1] for line in tree.lines]),
+        tree.parent,
+        np.array([line.length for line in tree.lines]),
+        np.array([line.typical_radius for line in tree.lines]),
+    )
+    least = np.array([line.length for line in tree.lines])
+    assert topology_doubts(tree, skeleton, 0.01, True, least) == []
+    least[1] = 0.11  # of 1.41 cm, radius 0.08
+    (doubt,) = topology_doubts(tree, skeleton, 0.01, True, least)
+    assert doubt.vessels == ("2",)
+    assert "perhaps shorter than 1.5 radii" in doubt.text
 
 
 def comb(count):

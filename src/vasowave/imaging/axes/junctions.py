@@ -8,8 +8,9 @@ from vasowave.imaging.tree import Line, Tree
 
 REACH = 2.5
 """An axis is fitted over so many junction radii: farther out, a vessel's curvature misleads."""
-EARLIER, MOST = 1.5, 0.4
-"""`with_earlier_junctions` ends a vessel so many of its radii before its end, at most this share of its length."""
+ELSEWHERE, MOST = 1.5, 0.4
+"""`with_earlier_junctions` ends a vessel so many of its radii before its end, at most this share of its length;
+`with_later_junctions` so many beyond, at most this share of its shortest daughter's length."""
 
 
 def with_met_axes(tree: Tree) -> Tree:
@@ -44,13 +45,31 @@ def with_earlier_junctions(tree: Tree) -> Tree:
         daughters = tree.daughters(row)
         if len(daughters) == 0:
             continue
-        back = min(EARLIER * line.typical_radius, MOST * line.length)
+        back = min(ELSEWHERE * line.typical_radius, MOST * line.length)
         # A vessel's first point may have moved already: its end, at which all is measured, has not.
         point = int(np.searchsorted(lines[row].run, lines[row].length - back))
         shared = lines[row][point:-1]
         lines[row] = lines[row][: point + 1]
         for daughter in daughters:
             lines[daughter] = shared.then(lines[daughter])
+    return tree.with_lines(lines)
+
+
+def with_later_junctions(tree: Tree) -> Tree:
+    """Return `tree` with every junction 1.5 radii farther from the root, on the axis of its widest daughter."""
+    lines = list(tree.lines)
+    for row, line in enumerate(tree.lines):
+        daughters = tree.daughters(row).tolist()
+        if not daughters:
+            continue
+        widest = max(daughters, key=lambda one: tree.lines[one].typical_radius)
+        ahead = min(ELSEWHERE * line.typical_radius, *(MOST * tree.lines[one].length for one in daughters))
+        point = int(np.searchsorted(lines[widest].run, ahead))
+        shared, lines[widest] = lines[widest][: point + 1], lines[widest][point:]
+        lines[row] = lines[row][:-1].then(shared)
+        for daughter in daughters:
+            if daughter != widest:
+                lines[daughter] = _rerouted(lines[daughter], shared.points[-1], ahead)
     return tree.with_lines(lines)
 
 

@@ -2,6 +2,8 @@
 
 import numpy as np
 from scipy import ndimage
+from scipy.sparse import diags_array, eye_array
+from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
 from vasowave.imaging.axes.paths import MinimalPaths, end_around
@@ -16,15 +18,23 @@ HEIGHT, MISFIT = (1.1, 1.2), (0.35, 0.25)
 number in an image without noise, the second added times its roughness (see `MinimalPaths`)."""
 CORNER = 2.0
 """What rises within so many radii of a vessel's end is a corner of that end: opposite corners are 2 radii apart."""
+BESIDE = 5.0
+"""A vessel that is missing bends its neighbor for some radii of that, which lets the other side of it stick out. Of
+tips that lie within so many radii only the highest is a vessel at once; with it, the others are judged anew."""
+ROUND, STATIONS = 2.0, 10
+"""A round tube is exceeded everywhere by up to so many voxels, times the image's roughness. Where the middle of at
+least so many voxels of a vessel exceeds it by more, the vessel is not round, and heights count from its own outline."""
+STIFF = 1000.0
+"""How much less than a node's place a change of curvature counts: bumps shorter than some 20 voxels are smoothed."""
 
 
 def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
-    """Return the tip (a voxel of `ways`) of each vessel that is missing in `tree`.
+    """Return the tips (voxels of `ways`) of vessels that are missing in `tree`, the highest where several stand close.
 
     A tip that is judged by its distance to one ball of a wide neighbor is easily missed or invented. Here the
     vessels' own radii, carried into their junctions, make tubes; ends go on straight, for a flat end has corners.
     """
-    height, radius = height_outside(tree, ways.points, ways.spacing)
+    height, radius = height_outside(tree, ways.points, ways.spacing, ROUND * ways.roughness)
     out = np.flatnonzero((height > SHELL) & ~end_around(ways, ways.start))
     shape = ways.voxels.max(axis=0) + 2
     image = np.zeros(shape, dtype=bool)
@@ -41,12 +51,26 @@ def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
         is_corner = bool((np.linalg.norm(places - ways.points[tip], axis=1) < corner).any())
         if height[tip] >= max(least, misfit * radius[tip]) and not is_corner:
             tips.append(tip)
-    return tips
+    return _highest(tips, ways.points, height, BESIDE * radius * ways.spacing)
 
 
-def height_outside(tree: Tree, points: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return for each point its distance from the nearest tube (negative inside) and that tube's radius, voxels."""
+def _highest(tips: list[int], points: np.ndarray, height: np.ndarray, reach: np.ndarray) -> list[int]:
+    """Return those of `tips` that have no higher one within their reach."""
+    kept: list[int] = []
+    for tip in sorted(tips, key=lambda one: -height[one]):
+        if all(np.linalg.norm(points[tip] - points[other]) > reach[[tip, other]].max() for other in kept):
+            kept.append(tip)
+    return kept
+
+
+def height_outside(tree: Tree, points: np.ndarray, spacing: float, even: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far each point lies outside the nearest vessel (negative inside), and that vessel's radius, voxels.
+
+    A vessel is its tube and what exceeds this by more than `even` (voxels) along its whole length, as where its
+    sections are flat or irregular.
+    """
     height, wide = np.full(len(points), np.inf), np.zeros(len(points))
+    owner, station = np.zeros(len(points), dtype=int), np.zeros(len(points), dtype=int)
     for row, (line, stretch) in enumerate(zip(tree.lines, free_stretches(tree), strict=True)):
         axis, radius = _calm(line.points), _tube_radius(line, stretch, row in tree.terminals)
         if tree.parent[row] < 0:
@@ -62,7 +86,19 @@ def height_outside(tree: Tree, points: np.ndarray, spacing: float) -> tuple[np.n
         own = np.interp(fine, np.arange(len(axis)), radius)[nearest]
         nearer = distance - own < height[near]
         height[near[nearer]], wide[near[nearer]] = (distance - own)[nearer], own[nearer]
-    return height / spacing, wide / spacing
+        owner[near[nearer]], station[near[nearer]] = row, nearest[nearer]
+    height /= spacing
+    outlines = np.array([_outline(height[owner == row], station[owner == row]) for row in range(len(tree))])
+    return height - np.maximum(outlines - even, 0.0)[owner], wide / spacing
+
+
+def _outline(height: np.ndarray, station: np.ndarray) -> float:
+    """Return how far a vessel's own points exceed its tube at the middle one of its stations, which are half voxels."""
+    if len(np.unique(station)) < 2 * STATIONS:
+        return 0.0
+    ring = np.full(station.max() + 1, -np.inf)
+    np.maximum.at(ring, station, height)
+    return float(np.median(ring[np.isfinite(ring)]))
 
 
 def _tube_radius(line: Line, stretch: tuple[float, float], is_end: bool) -> np.ndarray:
@@ -93,6 +129,8 @@ def _prolonged(axis: np.ndarray, radius: np.ndarray, spacing: float) -> tuple[np
 
 
 def _calm(axis: np.ndarray) -> np.ndarray:
-    """Return `axis` without the bulge that a vessel still missing beside it makes."""
-    straight = np.linspace(axis[0], axis[-1], len(axis))
-    return straight + ndimage.gaussian_filter1d(axis - straight, min(3.0, len(axis) / 6), axis=0, mode="mirror")
+    """Return `axis` without the bulge that a vessel still missing beside it makes; arcs stay as they are."""
+    if len(axis) < 4:
+        return axis
+    bends = diags_array([-1.0, 3.0, -3.0, 1.0], offsets=(0, 1, 2, 3), shape=(len(axis) - 3, len(axis)))
+    return np.asarray(spsolve((eye_array(len(axis)) + STIFF * bends.T @ bends).tocsc(), axis))

@@ -6,7 +6,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from vasowave.imaging.axes.ends import with_ends_at_half_grey, with_ends_at_the_surface
-from vasowave.imaging.axes.junctions import with_earlier_junctions, with_met_axes, without_short_vessels
+from vasowave.imaging.axes.junctions import (
+    with_earlier_junctions,
+    with_later_junctions,
+    with_met_axes,
+    without_short_vessels,
+)
 from vasowave.imaging.axes.paths import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
 from vasowave.imaging.axes.protrusions import tips_outside
 from vasowave.imaging.axes.skeleton import cut_at_junctions
@@ -16,7 +21,7 @@ from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.tree import Line, Tree
 
-ROUNDS = 4
+ROUNDS = 8
 """Automatic mode looks at most so often for vessels that stick out of the tubes of those found."""
 AROUND, AS_WELL = 4.0, 1.3
 """Two fits are as good around a junction, within so many radii, if their misfits differ by at most this factor: two
@@ -47,7 +52,8 @@ def tree_of(lumen: Segmentation, root: np.ndarray, outlets: np.ndarray | None = 
     # A junction that the paths put many voxels too far is not brought back by one fit.
     tree = _refitted(tree, lumen, ways.surface)
     whole = without_short_vessels(tree)
-    return tree if len(whole) == len(tree) else _refitted(whole, lumen, ways.surface)
+    tree = tree if len(whole) == len(tree) else _refitted(whole, lumen, ways.surface)
+    return _with_better_junctions(tree, lumen, ways.surface)
 
 
 def in_another_lumen(tree: Tree, lumen: Segmentation) -> Tree:
@@ -69,14 +75,31 @@ def begun_elsewhere(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tre
     surface : float array, shape (corner, 3)
         Points of the surface of `lumen`, cm.
     """
-    begun = fitted(with_earlier_junctions(tree), surface, lumen.spacing, lumen.roughness)
-    again = _refitted(begun, lumen, surface)
-    worse = {-1: False} | {row: _fits_worse(again, tree, row, surface, lumen.spacing) for row in range(len(tree))}
+    again = _begun(with_earlier_junctions(tree), lumen, surface)
+    return _joined(tree, again, _fits(again, tree, surface, lumen.spacing) <= AS_WELL)
+
+
+def _with_better_junctions(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
+    """Return `tree` with those junctions later that fit the surface clearly better there.
+
+    Where vessels bend within two radii, or run on side by side, a fit that begins too early may stay there.
+    """
+    again = _begun(with_later_junctions(tree), lumen, surface)
+    better = _fits(again, tree, surface, lumen.spacing) < 1 / AS_WELL
+    return _refitted(_joined(tree, again, better), lumen, surface) if better.any() else tree
+
+
+def _begun(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:
+    return _refitted(fitted(tree, surface, lumen.spacing, lumen.roughness), lumen, surface)
+
+
+def _joined(tree: Tree, again: Tree, taken: np.ndarray) -> Tree:
+    """Return `tree` with the vessels of `again` around the junctions at the ends of the vessels in `taken`."""
     lines = []
     for row, (old, new) in enumerate(zip(tree.lines, again.lines, strict=True)):
-        begin = worse[row if row == 0 else int(tree.parent[row])]
-        end = begin if row in tree.terminals else worse[row]
-        lines.append(_halves(old if begin else new, old if end else new))
+        begin = taken[row if row == 0 else int(tree.parent[row])]
+        end = begin if row in tree.terminals else taken[row]
+        lines.append(_halves(new if begin else old, new if end else old))
     return tree.with_lines(lines)
 
 
@@ -89,13 +112,14 @@ def _halves(begin: Line, end: Line) -> Line:
     return begin[: middle + 1].then(end[min(there, len(end) - 1) :])
 
 
-def _fits_worse(again: Tree, tree: Tree, row: int, surface: np.ndarray, spacing: float) -> bool:
-    """Whether `again` fits the surface worse than `tree` around the end of an inner vessel."""
-    if row in tree.terminals:
-        return False
-    line = tree.lines[row]
-    where = spacing, line.points[-1], AROUND * line.typical_radius
-    return misfit_around(again, surface, *where) > AS_WELL * misfit_around(tree, surface, *where)
+def _fits(again: Tree, tree: Tree, surface: np.ndarray, spacing: float) -> np.ndarray:
+    """Return the misfit of `again` over that of `tree` around the end of each vessel; 1 at terminals."""
+    ratio = np.ones(len(tree))
+    for row in np.setdiff1d(np.arange(len(tree)), tree.terminals).tolist():
+        line = tree.lines[row]
+        where = spacing, line.points[-1], AROUND * line.typical_radius
+        ratio[row] = misfit_around(again, surface, *where) / max(misfit_around(tree, surface, *where), 1e-12)
+    return ratio
 
 
 def _refitted(tree: Tree, lumen: Segmentation, surface: np.ndarray) -> Tree:

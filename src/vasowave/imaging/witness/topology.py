@@ -11,10 +11,13 @@ from vasowave.imaging.witness.skeleton import Branches
 NEAR = 2.0, 4.0
 """Two ends are one if they lie within so many radii + voxels."""
 LONG = 1.5
-"""An inner vessel shorter than so many radii may be no vessel but one junction, and is one for the witness."""
+"""An inner vessel shorter than so many radii, within its uncertainty, may be no vessel but one junction; one that is
+shorter for sure is one for the witness."""
 
 
-def topology_doubts(tree: Tree, skeleton: Branches, spacing: float, all_ends: bool) -> list[Doubt]:
+def topology_doubts(
+    tree: Tree, skeleton: Branches, spacing: float, all_ends: bool, least: np.ndarray | None = None
+) -> list[Doubt]:
     """Return where the tree's ends and junctions differ from those of the skeleton.
 
     Parameters
@@ -25,6 +28,8 @@ def topology_doubts(tree: Tree, skeleton: Branches, spacing: float, all_ends: bo
         Voxel size, cm.
     all_ends : bool
         Whether the tree should have every end of the lumen; not so where the user chose outlets or edited.
+    least : float array, shape (vessel,), optional
+        How short each vessel may be, cm; else it is as long as its line.
     """
     tips = np.setdiff1d(np.arange(len(skeleton.parent)), skeleton.parent)
     pairs = _paired(tree, skeleton, tips, spacing)
@@ -43,7 +48,8 @@ def topology_doubts(tree: Tree, skeleton: Branches, spacing: float, all_ends: bo
             f"{'; '.join(map(written, places))}: a vessel may be missing there; look, and give outlets or edits"
         )
         doubts.append(Doubt("topology", text, _names(_nearest(tree, places)), places))
-    return doubts + _junction_doubts(tree, skeleton, pairs) + _short_doubts(tree)
+    lengths = np.array([line.length for line in tree.lines]) if least is None else least
+    return doubts + _junction_doubts(tree, skeleton, pairs) + _short_doubts(tree, lengths)
 
 
 def _paired(tree: Tree, skeleton: Branches, tips: np.ndarray, spacing: float) -> dict[int, int]:
@@ -71,15 +77,15 @@ def _junction_doubts(tree: Tree, skeleton: Branches, pairs: dict[int, int]) -> l
     return [Doubt("topology", text, _names(other), np.array([tree.lines[row].points[-1] for row in other]))]
 
 
-def _short_doubts(tree: Tree) -> list[Doubt]:
+def _short_doubts(tree: Tree, lengths: np.ndarray) -> list[Doubt]:
     """Return a doubt about inner vessels so short that their two junctions may be one, whatever the witness sees."""
     inner = [row for row in range(len(tree)) if row not in tree.terminals and row != tree.root]
-    short = [row for row in inner if _is_short(tree, row)]
+    short = [row for row in inner if lengths[row] <= LONG * tree.lines[row].typical_radius]
     if not short:
         return []
     text = (
-        f"vessel(s) {', '.join(str(row + 1) for row in short)}: shorter than {LONG:g} radii between two junctions, "
-        "which may be one that more than two vessels leave: look, and merge what is no vessel"
+        f"vessel(s) {', '.join(str(row + 1) for row in short)}: perhaps shorter than {LONG:g} radii between two "
+        "junctions, which may be one that more than two vessels leave: look, and merge what is no vessel"
     )
     return [Doubt("topology", text, _names(short), np.array([tree.lines[row].points[-1] for row in short]))]
 

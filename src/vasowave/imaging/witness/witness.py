@@ -42,7 +42,8 @@ def doubts_about(
     all_ends : bool
         Whether the tree should have every end of the lumen, see `topology_doubts`.
     """
-    doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends)
+    least = measured.network.length - SURE * measured.length_sd
+    doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends, least)
     doubts += crossing_doubts(measured.tree) + (_shattered(measured) if all_ends else [])
     return (*doubts, *_cut(measured, lumen), *_unsettled(measured), *_uneven(measured, misfit))
 
