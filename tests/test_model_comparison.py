@@ -7,6 +7,7 @@ from scipy.stats import multivariate_normal
 from approval import approve, tree
 from vasowave import noise, selection
 from vasowave.errors import InputError
+from vasowave.selection.table import preferred
 
 T, N = 0.11, 64
 TIME = np.arange(N) * T / N
@@ -159,3 +160,12 @@ def test_residuals_that_cannot_be_compared_are_refused(residuals, words):
 def test_an_unknown_noise_model_is_named_with_the_known_ones():
     with pytest.raises(InputError, match=r"Matern 7/2.*circulant"):
         compared(two_series(), covariances=("Matern 7/2",))
+
+
+def test_preferred_is_the_first_noise_of_the_joint_likelihood_that_is_not_discarded():
+    def block(covariance, sharing, discarded):
+        return [{"covariance": covariance, "sharing": sharing, "discarded": discarded}]
+
+    others = [block("ARMA", "joint", True), block("periodic", "mean", False), block("periodic", "mean", True)]
+    assert preferred([*others, block("circulant", "joint", False), block("Matern 3/2", "joint", False)]) == "circulant"
+    assert preferred(others) == ""

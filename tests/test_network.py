@@ -132,3 +132,12 @@ def test_an_impossible_taper_is_named_by_its_line(tmp_path, row, message):
     header = "name,parent,length [cm],radius [cm],taper [cm/cm],taper_sd [cm/cm]\n"
     with pytest.raises(InputError, match=message):
         read_network(table(tmp_path, f"a,,0.4,0.04,,\n{row}\n", header))
+
+
+def test_the_pressure_of_a_table_is_that_of_all_its_rows_or_refused_with_the_row_that_differs(tmp_path):
+    head = "name,parent,length [cm],radius [cm],pressure [mmHg]\n"
+    (tmp_path / "one.csv").write_text(head + "a,,0.4,0.04,6.3\n")
+    assert read_network(tmp_path / "one.csv").pressure == 6.3
+    (tmp_path / "two.csv").write_text(head + "a,,0.4,0.04,6.3\nb,a,0.4,0.03,6.3\nc,a,0.4,0.03,6.4\n")
+    with pytest.raises(InputError, match=r"line 4.*: pressure 6\.4 mmHg, but 6\.3 mmHg in the first row"):
+        read_network(tmp_path / "two.csv")

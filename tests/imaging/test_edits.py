@@ -7,7 +7,7 @@ from made_tree import forked_tree, straight
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.measure.taper import taper
-from vasowave.imaging.revise.edits import edited, read_edits, root_of
+from vasowave.imaging.revise.edits import _cut, edited, read_edits, root_of
 from vasowave.imaging.revise.parts import first_generations, largest_vessels, wider_than
 from vasowave.imaging.tree import Tree
 from vasowave.network import Network
@@ -134,3 +134,10 @@ def test_the_standard_error_of_the_taper_is_that_of_repeated_measurements():
         slopes.append(found.slope[0])
         errors.append(found.slope_se[0])
     assert np.mean(errors) == pytest.approx(np.std(slopes), rel=0.25)
+
+
+def test_a_vessel_may_be_cut_as_soon_as_something_of_it_is_left():
+    tree = forked_tree()  # 41 points a vessel
+    assert len(_cut(tree, 4, 1 / 40, "line 1").lines[4]) == 2
+    with pytest.raises(InputError, match="line 1: the place is where the vessel begins"):
+        _cut(tree, 4, 0.4 / 40, "line 1")
