@@ -53,6 +53,11 @@ def statement(file: Path, line: int) -> tuple[int, bool]:
     return max((node.lineno for node in around), default=line), not inside  # a decorator stands in no statement
 
 
+def is_compiled(file: Path) -> bool:
+    """Whether the functions of a file are compiled, so that no line of them can report."""
+    return file.name in COMPILED or "\nfrom numba import" in file.read_text(encoding="utf-8")
+
+
 @cache
 def record() -> dict[str, dict]:
     """Return, as recorded, the tests of lines of files (`lines`) and how long they take (`seconds`)."""
@@ -98,7 +103,7 @@ def _reporting(places: Iterable[Place], copy: Path) -> set[tuple[str, str]]:
     asked: set[tuple[str, str]] = set()
     for file, begins in of_file.items():
         text = file.read_text(encoding="utf-8")
-        if file.name in COMPILED or "\nfrom numba import" in text:
+        if is_compiled(file):
             continue
         name = str(file.relative_to(ROOT))
         tree = _Reporting(name, begins).visit(ast.parse(text))

@@ -14,8 +14,9 @@ ones, and at last what holds in every module. A line that runs on import meets t
 functions of the module; one that nothing records (compiled kernels), the three files of tests nearest that import
 the module, or else what imports it. With --whole all default tests run. The tests run in a fork of this process,
 which has loaded the libraries. Outcomes are kept in build/, one file a mutant: several of these commands share the
-work, and one that was stopped goes on. Those that would take more than a minute of a processor are not all run, so
-that the share that is noticed is a lower bound. Exit code 1: one survived.
+work, and one that was stopped goes on. Those that would take more than a minute of a processor (of
+compiled kernels four) are not all run, so that the share that is noticed is a lower bound; one that takes far longer
+than it does is noticed. Exit code 1: one survived.
 """
 
 import argparse
@@ -37,12 +38,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
-from lines_of_tests import RECORD, ROOT, SOURCE, TESTS, record, record_lines, statement
+from lines_of_tests import RECORD, ROOT, SOURCE, TESTS, is_compiled, record, record_lines, statement
 from robustness_page import put
 
 LONGEST = 900  # s; a mutant that makes the tests hang is noticed
 FEW = 3  # files of tests that import a module, those with its own name first
-PATIENCE = 60  # s of a processor that the tests of one mutant may take
+PATIENCE, COMPILING = 60, 240  # s of a processor that the tests of one mutant may take, also where it is compiled
 LONGER = 10  # times its usual time (and 5 s) is a test that does not end
 OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
 EVERYWHERE = "tests/test_conventions.py"  # what holds in every module
@@ -192,14 +193,15 @@ def noticed_by(mutant: Mutant, whole: bool = False) -> str:
         folder = Path(name).resolve()
         shutil.copytree(SOURCE, folder / "vasowave", ignore=shutil.ignore_patterns("kernels-*"))
         (folder / "vasowave" / mutant.file.relative_to(SOURCE)).write_text(mutant.source(), encoding="utf-8")
-        tested = multiprocessing.get_context("fork").Process(target=_test, args=(folder, chosen, whole))
+        limit = 0 if whole else COMPILING if is_compiled(mutant.file) else PATIENCE
+        tested = multiprocessing.get_context("fork").Process(target=_test, args=(folder, chosen, limit))
         tested.start()
         tested.join(LONGEST)
         if tested.is_alive():
             os.killpg(tested.pid, signal.SIGKILL)
             return "the tests do not end"
         said = (folder / "said").read_text(encoding="utf-8", errors="replace")
-        hanging = _hanging(folder / "begun") if tested.exitcode in OUT_OF_TIME else ""
+        hanging = _hanging(folder / "begun", limit) if tested.exitcode in OUT_OF_TIME else ""
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
     if tested.exitcode in (0, 5, *OUT_OF_TIME):
         return hanging and f"{hanging} does not end"
@@ -216,20 +218,23 @@ class _Begun:
         self._file.write_text(f"{time.process_time()} {nodeid}", encoding="utf-8")
 
 
-def _hanging(file: Path) -> str:
+def _hanging(file: Path, limit: float) -> str:
     """Return the test that took the rest of the time though it usually takes a small part of that."""
     if not file.exists():
         return ""
     since, _, test = file.read_text(encoding="utf-8").partition(" ")
-    usual = record()["seconds"].get(test, PATIENCE)
-    return test if PATIENCE - float(since) > LONGER * usual + 5 else ""
+    usual = record()["seconds"].get(test, limit)
+    return test if limit - float(since) > LONGER * usual + 5 else ""
 
 
-def _test(folder: Path, chosen: list[str], whole: bool) -> None:
-    """Run tests on the package in a folder, in a process and a group of its own, and end with pytest's status."""
+def _test(folder: Path, chosen: list[str], limit: int) -> None:
+    """Run tests on the package in a folder, in a process and a group of its own, and end with pytest's status.
+
+    They may take `limit` seconds of a processor; 0 is no limit.
+    """
     os.setpgrp()  # no new session: it would have a share of the machine of its own
-    if not whole:
-        resource.setrlimit(resource.RLIMIT_CPU, (PATIENCE, PATIENCE))
+    if limit:
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
     with (folder / "said").open("w") as said:
         os.dup2(said.fileno(), 1)
         os.dup2(said.fileno(), 2)
