@@ -9,14 +9,20 @@ from typing import get_args, get_origin
 
 import numpy as np
 import pandas as pd
+import pytest
 import xarray as xr
 from scipy.sparse import csr_array
 
 import constants
 import vasowave
 from approval import approve
+from vasowave.datasets import control_network
+from vasowave.imaging import Volume
 from vasowave.laws import LAWS
+from vasowave.per_vessel import one_per_vessel
+from vasowave.recording import RawRecording, Recording
 from vasowave.settings import settings_of
+from vasowave.walls import LinearWall
 
 UNEVEN = [  # where panels may outnumber what is drawn, or laws their parameters
     "exchange/paraview.py",
@@ -68,6 +74,26 @@ def _types(annotation):
     if get_origin(annotation) is Callable:
         return set()
     return {annotation}.union(*map(_types, get_args(annotation))) if get_args(annotation) else {annotation}
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        Recording(
+            np.full(64, 14.0) + np.arange(64), np.ones(64), 0.11, pressure_error=np.ones(3), flow_error=np.ones(3)
+        ),
+        RawRecording(np.arange(600.0), np.ones(600), sampling_rate=500.0, ecg=np.ones(600)),
+        Volume(np.arange(27.0).reshape(3, 3, 3), np.ones(3), np.zeros(3)),
+        control_network(),
+        one_per_vessel(LinearWall(57.0), ("a", "b"), "wall"),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_the_arrays_of_a_value_cannot_be_changed(value):
+    names = getattr(value, "_fields", ()) or [field.name for field in dataclasses.fields(value)]
+    arrays = [one for one in (getattr(value, name) for name in names) if isinstance(one, np.ndarray)]
+    assert arrays
+    assert not any(array.flags.writeable for array in arrays)
 
 
 def test_approved_what_is_said_of_the_parameters_of_every_wall_law():
