@@ -93,7 +93,7 @@ def test_beats_whose_whole_neighbourhood_is_recorded_make_the_mean_beat(peaks, u
 def test_a_weak_peak_is_a_beat_where_one_is_missed_and_none_between_two_that_follow_each_other():
     strength = np.zeros(4000)
     strength[50::100] = 1.0
-    strength[1050] = strength[3100] = 0.25  # a weak beat, and a weak peak between two strong beats
+    strength[1050] = strength[2550] = strength[3100] = 0.25  # weak beats, and a weak peak between two strong beats
     strength[2050] = 0.05  # too weak to be one
     found = _peaks(strength, 100.0)
     expected = [at for at in range(50, 4000, 100) if at != 2050]

@@ -7,7 +7,7 @@ from phantom import embed, render
 from unlike import KINDS, make
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.axes.junctions import with_met_axes
+from vasowave.imaging.axes.junctions import _rerouted, with_met_axes
 from vasowave.imaging.axes.protrusions import _calm, _highest
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.axes.vessels import tree_of
@@ -210,6 +210,17 @@ def test_a_path_that_lingers_in_its_wide_sister_does_not_carry_the_junction_alon
     tree = Tree(lines, np.array([-1, 0, 0]))
     met = with_met_axes(with_met_axes(tree)).lines
     np.testing.assert_allclose(met[0].points[-1], [0, 0, 0.3], atol=0.045)  # 0.13 off where the sister is not seen
+
+
+@pytest.mark.parametrize(("within", "kept"), [(0.1, 37), (0.9, 21)])
+def test_a_vessel_that_begins_elsewhere_keeps_at_least_half_of_its_way(within, kept):
+    """41 points on 1 cm; the junction moves by 0.1 cm to the side."""
+    way = np.zeros((41, 3))
+    way[:, 0] = np.linspace(0, 1, 41)
+    moved = _rerouted(Line(way, np.full(41, 0.05)), np.array([0.0, 0.1, 0.0]), within)
+    np.testing.assert_array_equal(moved.points[0], [0, 0.1, 0])
+    np.testing.assert_array_equal(moved.points[-kept:], way[-kept:])
+    assert (moved.points[:-kept, 1] > 0).all()
 
 
 @pytest.fixture(scope="module")

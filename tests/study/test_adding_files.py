@@ -1,6 +1,8 @@
 """From the files a lab has to a study that runs: `new`, `add`, and nothing left to mend."""
 
 import csv
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from vasowave.datasets import control_network, virtual_mouse
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual_files import labchart_text
 from vasowave.recording import Recording
-from vasowave.study.adding import _within, add_files
+from vasowave.study.adding import _told_network, _within, add_files
 from vasowave.study.checking import check_study
 from vasowave.vessel_table import write_network
 
@@ -203,3 +205,10 @@ def test_a_letter_that_unicode_writes_in_two_ways_is_one_name(tmp_path):
 )
 def test_a_name_stands_in_a_file_s_name_in_one_piece_or_not_at_all(few, many, stands):
     assert _within(few, many) == stands
+
+
+def test_a_network_is_told_by_the_animals_name_or_else_by_its_group():
+    networks = [Path("lab/CTL/a.csv"), Path("lab/HPH/b.csv")]
+    for group, expected in (("CTL", networks[0]), ("HPH", networks[1]), ("", None)):
+        assert _told_network(SimpleNamespace(name="mouse 9"), group, ("CTL", "HPH"), networks) == expected
+    assert _told_network(SimpleNamespace(name="b"), "CTL", ("CTL", "HPH"), networks) == networks[1]
