@@ -61,6 +61,8 @@ def test_the_supplement_says_which_values_come_from_posteriors(results):
     assert "From posteriors" in table.note
     (plain,) = primary_tables(primary_comparison(gathered(made_results({"CTL": 4, "HPH": 3}, walls=("linear",)))), {})
     assert "osterior" not in plain.note
+    for cells, row in zip(plain.rows, plain.data.to_dict("records"), strict=True):
+        assert [float(cell) for cell in cells[5:7]] == [float(f"{row[name]:.2g}") for name in ("p", "smallest p")]
 
 
 def test_an_image_that_both_groups_share_alike_cancels(results):

@@ -1,6 +1,7 @@
 """Centerlines as VMTK, SimVascular, 3D Slicer and neuron tracers write them."""
 
 import json
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +87,22 @@ def test_the_curves_of_slicer_become_vessels_and_need_radii(tmp_path):
     file.write_text('{"markups": [{"type": "Curve"}]}')
     with pytest.raises(InputError, match="not a markups file"):
         read_centerlines(file, unit=1)
+
+
+@pytest.mark.parametrize(("gap", "joined"), [(0.5, True), (0.75, False)])
+def test_a_curve_of_slicer_joins_another_that_begins_within_its_radius(tmp_path, gap, joined):
+    def curve(*positions):
+        values = [{"name": "Radius", "controlPointValues": [0.5] * len(positions)}]
+        return {"type": "Curve", "controlPoints": [{"position": one} for one in positions], "measurements": values}
+
+    main = curve(*([x, 0.0, 0.0] for x in range(5)))
+    branch = curve(*([2.0, y + gap, 0.0] for y in range(4)))
+    (tmp_path / "lines.mrk.json").write_text(json.dumps({"markups": [main, branch]}))
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always", VasowaveWarning)
+        found = read_centerlines(tmp_path / "lines.mrk.json", unit=1)
+    assert len(found) == (3 if joined else 1)
+    assert any("2 separate trees" in str(one.message) for one in said) != joined
 
 
 def test_an_lz4_block_unpacks_by_the_rules_of_its_format():
