@@ -11,12 +11,12 @@ A mutant is one change in one line: a comparison turned or moved by one, an oper
 `and` for `or`, a condition negated. Lines are drawn evenly from all of src. A mutant meets the tests that run its
 line, by the record in build/, those with the module's own name first, then approved descriptions, then the quick
 ones, and at last what holds in every module. A line that runs on import meets that first, then all tests that run
-functions of the module; one that nothing records (compiled kernels), the three files of tests nearest that import
-the module, or else what imports it. With --whole all default tests run. The tests run in a fork of this process,
-which has loaded the libraries. Outcomes are kept in build/, one file a mutant: several of these commands share the
-work, and one that was stopped goes on. Those that would take more than a minute of a processor (of
-compiled kernels four) are not all run, so that the share that is noticed is a lower bound; one that takes far longer
-than it does is noticed. Exit code 1: one survived.
+functions of the module; one that nothing records (compiled kernels), the four files of tests that are nearest: those
+that import the module, then what imports it. With --whole all default tests run. The tests run in a fork of this
+process, which has loaded the libraries. Outcomes are kept in build/, one file a mutant: several of these commands
+share the work, and one that was stopped goes on. Tests that would take more than a minute of a processor (of compiled
+kernels four) are not all run, so that the share that is noticed is a lower bound; a test that takes far longer than
+it does has noticed. Exit code 1: one survived.
 """
 
 import argparse
@@ -42,7 +42,7 @@ from lines_of_tests import RECORD, ROOT, SOURCE, TESTS, is_compiled, record, rec
 from robustness_page import put
 
 LONGEST = 900  # s; a mutant that makes the tests hang is noticed
-FEW = 3  # files of tests that import a module, those with its own name first
+FEW = 4  # files of tests that import a module or what imports it, those with its own name first
 PATIENCE, COMPILING = 60, 240  # s of a processor that the tests of one mutant may take, also where it is compiled
 LONGER = 10  # times its usual time (and 5 s) is a test that does not end
 OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
@@ -154,17 +154,16 @@ def tests_of(mutant: Mutant) -> list[str]:
 
 
 def nearest_tests(file: Path) -> list[Path]:
-    """Return the files of tests that import a module, or else what imports it, and so on; its namesakes first."""
+    """Return the first files of tests that import a module, then what imports it, and so on; its namesakes first."""
     tests, modules = sorted(TESTS.rglob("test_*.py")), [_name(file)]
     near: list[Path] = []
     known = set(modules)
-    while modules and not near:
-        near = [test for test in tests if any(_imports(test, module) for module in modules)]
+    while modules and len(near) < FEW:
+        near += [test for test in tests if test not in near and any(_imports(test, module) for module in modules)]
         above = [_name(one) for one in SOURCE.rglob("*.py") if any(_imports(one, module) for module in modules)]
         modules = [module for module in dict.fromkeys(above) if module not in known]
         known.update(modules)
-    near.sort(key=lambda test: file.stem not in test.stem)
-    return near[:FEW] or [TESTS / "test_package.py"]
+    return sorted(near[:FEW], key=lambda test: file.stem not in test.stem) or [TESTS / "test_package.py"]
 
 
 def _name(file: Path) -> str:
