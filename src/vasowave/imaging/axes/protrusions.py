@@ -55,7 +55,7 @@ def tips_outside(tree: Tree, ways: MinimalPaths) -> list[int]:
 
 
 def _highest(tips: list[int], points: np.ndarray, height: np.ndarray, reach: np.ndarray) -> list[int]:
-    """Return those of `tips` that have no higher one within their reach."""
+    """Return the highest of `tips`, and those of the others that lie beyond the reach of all that are returned."""
     kept: list[int] = []
     for tip in sorted(tips, key=lambda one: -height[one]):
         if all(np.linalg.norm(points[tip] - points[other]) > reach[[tip, other]].max() for other in kept):
@@ -70,7 +70,7 @@ def height_outside(tree: Tree, points: np.ndarray, spacing: float, even: float) 
     sections are flat or irregular.
     """
     height, wide = np.full(len(points), np.inf), np.zeros(len(points))
-    owner, station = np.zeros(len(points), dtype=int), np.zeros(len(points), dtype=int)
+    station, begins = np.zeros(len(points), dtype=int), [0]
     for row, (line, stretch) in enumerate(zip(tree.lines, free_stretches(tree), strict=True)):
         axis, radius = _calm(line.points), _tube_radius(line, stretch, row in tree.terminals)
         if tree.parent[row] < 0:
@@ -86,19 +86,20 @@ def height_outside(tree: Tree, points: np.ndarray, spacing: float, even: float) 
         own = np.interp(fine, np.arange(len(axis)), radius)[nearest]
         nearer = distance - own < height[near]
         height[near[nearer]], wide[near[nearer]] = (distance - own)[nearer], own[nearer]
-        owner[near[nearer]], station[near[nearer]] = row, nearest[nearer]
+        station[near[nearer]] = begins[-1] + nearest[nearer]
+        begins.append(begins[-1] + len(fine))
     height /= spacing
-    outlines = np.array([_outline(height[owner == row], station[owner == row]) for row in range(len(tree))])
+    rings = np.full(begins[-1], -np.inf)
+    np.maximum.at(rings, station, height)
+    outlines = np.array([_outline(ring) for ring in np.split(rings, begins[1:-1])])
+    owner = np.searchsorted(begins, station, side="right") - 1
     return height - np.maximum(outlines - even, 0.0)[owner], wide / spacing
 
 
-def _outline(height: np.ndarray, station: np.ndarray) -> float:
-    """Return how far a vessel's own points exceed its tube at the middle one of its stations, which are half voxels."""
-    if len(np.unique(station)) < 2 * STATIONS:
-        return 0.0
-    ring = np.full(station.max() + 1, -np.inf)
-    np.maximum.at(ring, station, height)
-    return float(np.median(ring[np.isfinite(ring)]))
+def _outline(ring: np.ndarray) -> float:
+    """Return the middle of what exceeds a vessel's tube at its stations, each half a voxel; 0 if they are too few."""
+    seen = ring[np.isfinite(ring)]
+    return float(np.median(seen)) if len(seen) >= 2 * STATIONS else 0.0
 
 
 def _tube_radius(line: Line, stretch: tuple[float, float], is_end: bool) -> np.ndarray:
