@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -107,7 +108,8 @@ def test_a_run_that_is_killed_after_its_third_search_keeps_three_and_ends_with_t
     assert status.state == "begun"
     assert 3 <= kept <= 8
     shown = CliRunner().invoke(app, ["status", str(folder)])
-    assert f"a: linear {kept} of 8 searches" in shown.output
+    told = re.search(r"a: linear (\d) of 8 searches", shown.output)
+    assert kept <= int(told[1]) <= 8  # a worker that outlives the run by a moment may still end its search
     told = CliRunner().invoke(app, ["run", str(folder), "--no-report", "--json", "--workers", "1"])
     events = [json.loads(line) for line in told.stdout.splitlines() if line.startswith("{")]
     assert [one["what"] for one in events if one["event"] == "animal"] == ["computed"]
