@@ -115,6 +115,13 @@ def test_a_run_killed_at_three_random_moments_goes_on_to_the_same_results(undist
     finish_as(undisturbed[0], folder)
 
 
+def test_what_a_run_left_unfinished_that_was_killed_while_it_wrote_its_results_is_removed(undisturbed, tmp_path):
+    folder = copied(undisturbed, tmp_path / "killed")
+    for place in ("", "animals", "cache"):
+        (folder / RESULTS / place / ".vasowave-part-x").write_text("half an index")
+    finish_as(undisturbed[0], folder)
+
+
 @pytest.mark.validation
 def test_runs_killed_at_twenty_random_moments_go_on_to_the_same_results(undisturbed, tmp_path):
     moment, lasts = random.Random(2), warm_duration(undisturbed[0], tmp_path / "warm")

@@ -11,14 +11,14 @@ from typing import Any
 from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress as FitProgress
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.files import made_inside
+from vasowave.files import made_inside, remove_parts
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
 from vasowave.study.journal import FOLDER, remove_journals
 from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
 from vasowave.study.lock import locked
 from vasowave.study.plan import RESULTS, Study
-from vasowave.study.results import read_results, write_results
+from vasowave.study.results import ANIMALS, read_results, write_results
 from vasowave.study.settings import animal_settings
 from vasowave.study.store import Store
 from vasowave.threads import cores
@@ -108,6 +108,8 @@ def run_study(
     say = progress or (lambda step: None)
     with locked(made_inside(study.folder, RESULTS) / LOCK):
         _tell_lost(study)
+        for place in (study.results, study.results / ANIMALS):
+            remove_parts(place)  # of a run that was killed while it wrote its results
         store = Store(study.results)
         pieces, jobs, failures = _plan(study, store)
         kept = tuple(pieces)
