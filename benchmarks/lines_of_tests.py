@@ -102,11 +102,10 @@ def _reporting(places: Iterable[Place], copy: Path) -> set[tuple[str, str]]:
         of_file.setdefault(file, {})[begin] = on_import
     asked: set[tuple[str, str]] = set()
     for file, begins in of_file.items():
-        text = file.read_text(encoding="utf-8")
         if is_compiled(file):
             continue
         name = str(file.relative_to(ROOT))
-        tree = _Reporting(name, begins).visit(ast.parse(text))
+        tree = _Reporting(name, begins).visit(ast.parse(file.read_text(encoding="utf-8")))
         first = next((n for n, one in enumerate(tree.body) if not _begins_a_file(one)), len(tree.body))
         tree.body.insert(first, ast.parse("from reporter import ran as _ran").body[0])
         (copy / file.relative_to(SOURCE.parent)).write_text(ast.unparse(ast.fix_missing_locations(tree)), "utf-8")
