@@ -1,5 +1,6 @@
-"""The way to the mode of a posterior, by damped Gauss-Newton steps, and the normal distribution around it."""
+"""The way to a mode of a posterior, by damped Gauss-Newton steps, and the normal distribution around it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,45 +9,91 @@ from vasowave.errors import NumericalError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.simulations import Simulate
 
-_MOST = 4  # steps: the rounds that follow need the mode only roughly
+_MOST = 15  # steps
 _STEP = 0.1  # of the differences, in SD of the prior
 _NEAR = 0.1  # squared length of a step, in SD of the posterior, after which none follows
-_SHARES = (1.0, 0.5, 0.2)  # of a step that are tried
+_GAIN = 0.05  # nats gained by a step, after which none follows
+_SHARES = (1.0, 0.5, 0.2, 0.05)  # of a step that are tried
+_LAST = 2  # steps whose points the emulator learns from: those before are far away
+_BEND = 3.0  # nats by which a point in the bowl of a mode may lie lower than the normal distribution says
 
 
 @dataclass(frozen=True, eq=False)
 class Climbed:
-    """All points simulated on the way, and mean and Cholesky factor of the covariance at its end (Laplace)."""
+    """Where a climb ended, and the normal distribution there (Laplace).
+
+    Attributes
+    ----------
+    points, outputs : array, shape (point, unknown), (point, output)
+        Simulated in the last steps.
+    middle : array, shape (unknown,)
+    output : array, shape (output,)
+        Simulated there.
+    root : array, shape (unknown, unknown)
+        Cholesky factor of the covariance.
+    height : float
+        Log-likelihood and log prior at the middle, up to a constant.
+    halves : frozenset of int
+        Which halves of the starts, 0 and 1, led here.
+    """
 
     points: np.ndarray
     outputs: np.ndarray
     middle: np.ndarray
+    output: np.ndarray
     root: np.ndarray
+    height: float
+    halves: frozenset[int] = frozenset((0, 1))
+
+    def holds(self, point: np.ndarray, height: float) -> bool:
+        """Whether a point of some height lies in the bowl of this mode."""
+        square = float(np.sum(np.linalg.solve(self.root, point - self.middle) ** 2))
+        return square < 2 * len(point) and height > self.height - 0.5 * square - _BEND
+
+    def log_evidence(self, noise: Discrepancy, measured: np.ndarray) -> float:
+        """Return the logarithm of the integral of likelihood and prior around the mode, as of a normal density."""
+        return _height(noise, measured, self.middle, self.output) + float(np.log(np.diag(self.root)).sum())
 
 
-def climb(simulate: Simulate, measured: np.ndarray, noise: Discrepancy, start: np.ndarray) -> Climbed:
-    """Climb from a point, shape (unknown,), with the prior N(0, 1); raises `NumericalError` where it cannot start."""
+def climb(
+    simulate: Simulate,
+    measured: np.ndarray,
+    noise: Discrepancy,
+    start: np.ndarray,
+    known: Sequence[Climbed] = (),
+    step: float = _STEP,
+) -> Climbed:
+    """Climb from a point, shape (unknown,), with the prior N(0, 1), to the mode or into the bowl of a known one.
+
+    Raises
+    ------
+    NumericalError
+        The start cannot be simulated.
+    """
     here, y = start, simulate(start[np.newaxis])[0]
     if not np.isfinite(y).all():
         raise NumericalError("the start cannot be simulated; give a fit to start from, or other priors")
-    points, outputs = [here], [y]
+    height, seen = _height(noise, measured, here, y), [(start[np.newaxis], y[np.newaxis])]
     for _ in range(_MOST):
-        near = here + _STEP * np.eye(len(here))
+        near = here + step * np.eye(len(here))
         simulated = simulate(near)
-        points += list(near)
-        outputs += list(simulated)
-        mean, root = _normal(noise, measured, here, y, np.nan_to_num((simulated - y) / _STEP).T)
-        better = _better(simulate, measured, noise, here, y, mean)
+        mean, root = _normal(noise, measured, here, y, np.nan_to_num((simulated - y) / step).T)
+        better = _better(simulate, measured, noise, here, height, mean)
+        seen.append((near, simulated))
         if better is None:
             break
-        step = np.sum(np.linalg.solve(root, better[0] - here) ** 2)
-        here, y = better
-        points.append(here)
-        outputs.append(y)
-        if step < _NEAR:
+        gain, square = better[2] - height, np.sum(np.linalg.solve(root, better[0] - here) ** 2)
+        here, y, height = better
+        seen.append((here[np.newaxis], y[np.newaxis]))
+        if square < _NEAR or gain < _GAIN or any(one.holds(here, height) for one in known):
             break
+    points, outputs = (np.concatenate(parts) for parts in zip(*seen[-2 * _LAST :], strict=True))
     good = np.isfinite(outputs).all(axis=1)
-    return Climbed(np.array(points)[good], np.array(outputs)[good], here, root)
+    return Climbed(points[good], outputs[good], here, y, root, height)
+
+
+def _height(noise: Discrepancy, measured: np.ndarray, point: np.ndarray, output: np.ndarray) -> float:
+    return float(noise.log_likelihood(measured - output)) - 0.5 * float(point @ point)
 
 
 def _normal(
@@ -61,16 +108,14 @@ def _normal(
 
 
 def _better(
-    simulate: Simulate, measured: np.ndarray, noise: Discrepancy, here: np.ndarray, y: np.ndarray, aim: np.ndarray
-) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the first better point, with its outputs, on the way back from `aim`; None if none is better."""
-
-    def height(point: np.ndarray, output: np.ndarray) -> float:
-        return float(noise.log_likelihood(measured - output)) - 0.5 * float(point @ point)
-
+    simulate: Simulate, measured: np.ndarray, noise: Discrepancy, here: np.ndarray, height: float, aim: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float] | None:
+    """Return the first better point on the way back from `aim`, its outputs and height; None if none is better."""
     for share in _SHARES:
         point = here + share * (aim - here)
         output = simulate(point[np.newaxis])[0]
-        if np.isfinite(output).all() and height(point, output) > height(here, y):
-            return point, output
+        if np.isfinite(output).all():
+            there = _height(noise, measured, point, output)
+            if there > height:
+                return point, output, there
     return None

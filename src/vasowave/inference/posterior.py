@@ -10,13 +10,14 @@ from vasowave.calibration import Fit, Search
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
 from vasowave.errors import InputError
-from vasowave.inference.mode import climb
+from vasowave.inference.mixture import explore
 from vasowave.inference.priors import Priors
 from vasowave.inference.problem import Problem
 from vasowave.inference.reporting import reported
 from vasowave.inference.result import Posterior
-from vasowave.inference.rounds import Target, explore
+from vasowave.inference.rounds import Target
 from vasowave.inference.simulations import Simulations
+from vasowave.inference.starts import find_modes
 from vasowave.inference.unknowns import Unknowns
 from vasowave.network import Network
 from vasowave.nominal import estimate_nominal
@@ -91,13 +92,14 @@ def posterior(
     if draws < FEWEST_DRAWS:
         raise InputError(f"{draws} draws are too few for a 95 % interval; at least {FEWEST_DRAWS}")
     problem = _problem(network, recording, wall, priors, blood, search, numerics, workers)
-    start = _start(problem.unknowns, fit)
+    given = [] if fit is None else [_start(problem.unknowns, fit)]
     place = None if path is None else Path(path)
     simulations = Simulations(problem.simulate, place, problem.key, progress)
-    climbed = climb(simulations, problem.measured, problem.discrepancy(), start)
-    noise = problem.discrepancy(problem.vessels(climbed.middle))
+    size = len(problem.unknowns.all)
+    modes = find_modes(simulations, problem.linear, problem.measured, problem.discrepancy(), given, size, seed)
+    noise = problem.discrepancy(problem.vessels(modes[0].middle))
     target = Target(simulations, problem.measured, noise, problem.seen)
-    explored = explore(target, climbed, np.random.default_rng(seed), draws)
+    explored = explore(target, modes, np.random.default_rng(seed), draws)
     return reported(problem, noise, explored, simulations.asked, np.random.default_rng([seed, 1]))
 
 
@@ -120,10 +122,8 @@ def _problem(
     )
 
 
-def _start(unknowns: Unknowns, fit: Fit | None) -> np.ndarray:
+def _start(unknowns: Unknowns, fit: Fit) -> np.ndarray:
     """Return the scores of the fit's optimum, at most two SD from the medians: what a fit leaves open runs away."""
-    if fit is None:
-        return np.zeros(len(unknowns.all))
     if type(fit.model.wall) is not unknowns.space.law:
         raise InputError(f"the fit is one of the {fit.wall} wall, not of {unknowns.space.law.law().name}")
     values = {str(name): float(value) for name, value in fit.parameters["value"].items()}

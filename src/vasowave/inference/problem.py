@@ -13,6 +13,7 @@ from vasowave.calibration.compared import Compared
 from vasowave.errors import NumericalError, VasowaveError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.unknowns import Unknowns
+from vasowave.linear import linear_solution
 from vasowave.model import Model
 from vasowave.noise.spectrum import fourier, harmonics
 from vasowave.recording import Recording, resample
@@ -124,6 +125,17 @@ class Problem:
     def simulate(self, points: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
         """Return the coefficients at points, shape (point, coefficient); NaN where a point cannot be simulated."""
         return self._simulated([self._model(point) for point in points])
+
+    def linear(self, points: np.ndarray) -> np.ndarray:
+        """Return the coefficients at points as the network in the frequency domain has them; NaN where it has none."""
+        pressures = np.full((len(points), self.samples), np.nan)
+        for i, model in enumerate(map(self._model, points)):
+            if model is not None:
+                with np.errstate(all="ignore"):  # what is infinite is no start
+                    solved = linear_solution(model, self.recording.inflow, self.samples // 2)
+                    pressure = solved.over_cycle(solved.pressure[:, model.network.root], self.samples)
+                pressures[i] = fourier(pressure)
+        return pressures
 
     def _simulated(self, models: Sequence[Model | None]) -> np.ndarray:
         """Return the coefficients of models.

@@ -7,9 +7,9 @@ import xarray as xr
 from vasowave.inference.derived import QUANTITIES, derived
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.left_out import left_out
+from vasowave.inference.mixture import Explored
 from vasowave.inference.problem import Problem
 from vasowave.inference.result import Diagnostics, Posterior
-from vasowave.inference.rounds import Explored
 from vasowave.inference.shares import variance_shares
 from vasowave.inference.wording import sentences, zero_unseen
 

@@ -1,9 +1,9 @@
-"""From simulations to draws of the posterior: rounds of an emulator that learns where it is used, then exact weights.
+"""Rounds of an emulator that learns where it is used: around one mode of a posterior.
 
 Points are scores, in which the prior is the standard normal distribution.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,18 +11,16 @@ from vasowave.errors import NumericalError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.emulator import Coordinates, Emulator, fit_emulator
 from vasowave.inference.ensemble import Ensemble, LogDensity, sample
-from vasowave.inference.evidence import log_integral
 from vasowave.inference.mode import Climbed
-from vasowave.inference.reweighting import Weights, smoothed
 from vasowave.inference.simulations import Simulate
 
 _ROUNDS = 7  # of simulations, at most
 _GOOD = 0.5  # SD of the emulator's error of the log-likelihood at new draws, below which no round follows
 _WIDER = 0.6  # power of the posterior that rounds learn: an emulator that saw the bulk alone ends the posterior there
-_DRAWN = 0.8  # power of the posterior that is drawn from in the end: weights stay small where the emulator errs
-_WALKERS, _STEPS, _LAST_STEPS = 200, 300, 400
+DRAWN = 0.8  # power of the posterior that is drawn from in the end: weights stay small where the emulator errs
+_WALKERS, _STEPS = 200, 300
 _FARTHER = 1.3  # the emulator is used up to this times the farthest point it was fitted to
-_TRIES = 3  # draws that cannot be trusted teach the emulator, and others are drawn
+_FORETOLD = 2.0  # nats by which the emulator may miss the height of a mode that it covers
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +68,7 @@ class Surrogate:
 
     def log_drawn(self, points: np.ndarray) -> np.ndarray:
         """Return the logarithm of the wider density that is drawn from in the end."""
-        return _DRAWN * self.log_posterior(points)
+        return DRAWN * self.log_posterior(points)
 
     def log_posterior(self, points: np.ndarray) -> np.ndarray:
         """Return the log posterior density; -inf too far from all points that were simulated."""
@@ -83,65 +81,69 @@ class Surrogate:
 
 
 @dataclass(frozen=True, eq=False)
-class Explored:
-    """Draws of the emulator's posterior, simulated, with the weights that make them draws of the posterior.
+class Component:
+    """What was learned around one mode.
 
     Attributes
     ----------
-    points : array, shape (draw, unknown)
-    residuals : array, shape (draw, output)
-        Measured minus simulated.
-    weights : Weights
-    missed : array, shape (draw, output)
-        Simulated minus emulated.
-    log_error : float
-        SD of the emulator's error of the log-likelihood.
-    log_evidence, log_evidence_error : float
-    emulator : Emulator
+    surrogate : Surrogate
+    points, outputs : array, shape (point, unknown), (point, output)
+        Simulations it was learned from.
+    walkers : array, shape (walker, unknown)
+        Where the walkers stand that draw from it.
+    halves : frozenset of int
+        Which halves of the starts found the mode.
     rounds : int
     """
 
+    surrogate: Surrogate
     points: np.ndarray
-    residuals: np.ndarray
-    weights: Weights
-    missed: np.ndarray
-    log_error: float
-    log_evidence: float
-    log_evidence_error: float
-    emulator: Emulator
+    outputs: np.ndarray
+    walkers: np.ndarray
+    halves: frozenset[int]
     rounds: int
 
+    def covers(self, mode: Climbed, target: Target) -> bool:
+        """Whether another mode lies among the walkers, and the emulator foretells its height."""
+        away = mode.middle - self.walkers.mean(axis=0)
+        if away @ np.linalg.solve(np.cov(self.walkers.T), away) > 2 * len(away):
+            return False
+        true = target.log_likelihood(mode.output[np.newaxis]) + log_prior(mode.middle[np.newaxis])
+        return bool(abs(self.surrogate.log_posterior(mode.middle[np.newaxis]) - true)[0] < _FORETOLD)
 
-def explore(target: Target, climbed: Climbed, rng: np.random.Generator, draws: int = 400) -> Explored:
-    """Return draws of the posterior of points with prior N(0, 1), from the mode that was climbed.
+    def found_by(self, halves: frozenset[int]) -> "Component":
+        """Return the component as one that these halves of the starts found too."""
+        return replace(self, halves=self.halves | halves)
+
+
+def learn(target: Target, mode: Climbed, rng: np.random.Generator) -> Component:
+    """Return what rounds of simulations teach about the posterior around a mode.
 
     Raises
     ------
     NumericalError
         Most points near the mode cannot be simulated.
     """
-    points, outputs, size = climbed.points, climbed.outputs, len(climbed.middle)
-    walkers = climbed.middle + rng.standard_normal((_WALKERS, size)) @ climbed.root.T / np.sqrt(_WIDER)
-    surrogate, log_error, rounds = None, np.inf, 0
-    while rounds < _ROUNDS and log_error > _GOOD:
+    points, outputs, size = mode.points, mode.outputs, len(mode.middle)
+    walkers = mode.middle + rng.standard_normal((_WALKERS, size)) @ mode.root.T / np.sqrt(_WIDER)
+    surrogate, error, rounds = None, np.inf, 0
+    while surrogate is None or (rounds < _ROUNDS and error > _GOOD):
         rounds += 1
         fresh = walkers[rng.choice(len(walkers), 20 + 6 * size + 10 * rounds, replace=False)]
-        simulated = _simulated(target, fresh)
+        simulated = simulated_at(target, fresh)
         if surrogate is not None:
-            log_error = _log_error(target, surrogate, fresh, simulated, _WIDER)
+            error = log_error(target, surrogate.log_likelihood(fresh), fresh, simulated, _WIDER)
         points, outputs = _joined(points, outputs, fresh, simulated)
         surrogate = _learned(target, points, outputs, walkers, surrogate)
-        walkers = _moved(surrogate.log_learned, walkers, _STEPS, rng).points[-1]
-    for _ in range(_TRIES):
-        assert surrogate is not None
-        ensemble = _moved(surrogate.log_drawn, walkers, _LAST_STEPS, rng)
-        result = _weighted(target, surrogate, ensemble, rng, draws, rounds)
-        if result.weights.trusted:
-            break
-        points, outputs = _joined(points, outputs, result.points, target.measured - result.residuals)
-        surrogate, rounds = _learned(target, points, outputs, result.points, surrogate), rounds + 1
-        walkers = ensemble.points[-1]
-    return result
+        walkers = moved(surrogate.log_learned, walkers, _STEPS, rng).points[-1]
+    return Component(surrogate, points, outputs, walkers, mode.halves, rounds)
+
+
+def taught(target: Target, component: Component, fresh: np.ndarray, outputs: np.ndarray) -> Component:
+    """Return a component that knows further simulations, which lie where it is to be used."""
+    points, outputs = _joined(component.points, component.outputs, fresh, outputs)
+    surrogate = _learned(target, points, outputs, fresh, component.surrogate)
+    return replace(component, surrogate=surrogate, points=points, outputs=outputs, rounds=component.rounds + 1)
 
 
 def log_prior(points: np.ndarray) -> np.ndarray:
@@ -149,7 +151,8 @@ def log_prior(points: np.ndarray) -> np.ndarray:
     return -0.5 * ((points**2).sum(axis=1) + points.shape[1] * np.log(2 * np.pi))
 
 
-def _simulated(target: Target, points: np.ndarray) -> np.ndarray:
+def simulated_at(target: Target, points: np.ndarray) -> np.ndarray:
+    """Return the simulated outputs; raises `NumericalError` where most points cannot be simulated."""
     outputs = target.simulate(points)
     if np.mean(np.isfinite(outputs).all(axis=1)) < 0.5:
         raise NumericalError("most models near the mode cannot be simulated; give narrower priors, or other numerics")
@@ -173,7 +176,7 @@ def _learned(
     return Surrogate(emulator, target.measured, target.noise.narrowed(near))
 
 
-def _moved(log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.random.Generator) -> Ensemble:
+def moved(log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.random.Generator) -> Ensemble:
     """Let the walkers move; those that the emulator cannot answer start from places of others."""
     lost = ~np.isfinite(log_density(walkers))
     begin = walkers.copy()
@@ -181,29 +184,10 @@ def _moved(log_density: LogDensity, walkers: np.ndarray, steps: int, rng: np.ran
     return sample(log_density, begin, steps, rng)
 
 
-def _log_error(target: Target, surrogate: Surrogate, points: np.ndarray, outputs: np.ndarray, power: float) -> float:
-    """Return the SD of the error of the log-likelihood in the posterior, from draws of a power of it."""
+def log_error(target: Target, foretold: np.ndarray, points: np.ndarray, outputs: np.ndarray, power: float) -> float:
+    """Return the SD of the error of the foretold log-likelihood in the posterior, from draws of a power of it."""
     good = np.isfinite(outputs).all(axis=1)
     true = target.log_likelihood(outputs[good])
-    missed, height = true - surrogate.log_likelihood(points[good]), true + log_prior(points[good])
+    missed, height = true - foretold[good], true + log_prior(points[good])
     weight = np.exp((1 - power) * (height - height.max()))
     return float(np.sqrt(np.average((missed - np.average(missed, weights=weight)) ** 2, weights=weight)))
-
-
-def _weighted(
-    target: Target, surrogate: Surrogate, ensemble: Ensemble, rng: np.random.Generator, draws: int, rounds: int
-) -> Explored:
-    """Simulate draws of the surrogate's posterior and weigh them by what it missed."""
-    late = slice(len(ensemble.points) // 2, None)
-    cloud, values = ensemble.points[late].reshape(-1, ensemble.points.shape[2]), ensemble.log_density[late].ravel()
-    chosen = rng.choice(len(cloud), min(draws, len(cloud)), replace=False)
-    points, outputs = cloud[chosen], _simulated(target, cloud[chosen])
-    ratio = target.log_likelihood(outputs) + log_prior(points) - surrogate.log_drawn(points)
-    integral, error = log_integral(surrogate.log_drawn, cloud, values, rng)
-    shift = float(ratio.max() + np.log(np.mean(np.exp(ratio - ratio.max()))))
-    spread = float(np.std(np.exp(ratio - shift)) / np.sqrt(len(ratio)))
-    return Explored(
-        points, target.measured - outputs, smoothed(ratio), outputs - surrogate.emulator(points),
-        _log_error(target, surrogate, points, outputs, _DRAWN), integral + shift, float(np.hypot(error, spread)),
-        surrogate.emulator, rounds,
-    )  # fmt: skip
