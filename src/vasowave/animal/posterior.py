@@ -17,8 +17,9 @@ def posterior_datasets(wall: str, drawn: Posterior) -> dict[str, xr.Dataset]:
 
     ``WALL/inference`` holds the table by ``quantity`` (``median, interval_low, interval_high, prior_low, prior_high,
     contraction`` and the shares of the variance, ``share_recording, share_image, share_model, share_prior``), how well
-    each ``block`` of harmonics is foretold by the others (``left_out``, ``left_out_k_hat``), and the diagnostics; the
-    groups in it are those that ArviZ reads (``posterior``, ``sample_stats``, …).
+    each ``block`` of harmonics is foretold by the others (``left_out``, ``left_out_k_hat``), and the diagnostics (among them
+    ``halves_apart``, …). Its attributes say whether it is ``trusted``, the ``warnings``, and the ``findings``
+    with their numbers (both JSON). The groups in it are those that ArviZ reads (``posterior``, ``sample_stats``, …).
     """
     summary = drawn.summary.rename(columns={name: f"share_{name}" for name in SHARES})
     table = table_dataset(summary.rename_axis("quantity").reset_index(), "quantity")
@@ -31,6 +32,7 @@ def posterior_datasets(wall: str, drawn: Posterior) -> dict[str, xr.Dataset]:
     table.attrs = {
         "trusted": int(drawn.diagnostics.trusted),
         "warnings": json.dumps(drawn.warnings, ensure_ascii=False),
+        "findings": json.dumps([one._asdict() for one in drawn.findings]),
     }
     parts = {name: node.to_dataset() for name, node in drawn.data.children.items()}
     return {f"{wall}/inference": table} | {f"{wall}/inference/{name}": _plain(part) for name, part in parts.items()}

@@ -50,6 +50,8 @@ class Explored:
         Probability of each mode.
     apart : float
         Largest distance between the means of two independent halves, or of one from the whole, in posterior SD.
+    best_log_likelihood : float
+        Of all draws.
     """
 
     points: np.ndarray
@@ -63,6 +65,7 @@ class Explored:
     rounds: int
     shares: np.ndarray
     apart: float
+    best_log_likelihood: float
 
 
 def explore(target: Target, modes: Sequence[Climbed], rng: np.random.Generator, draws: int = 400) -> Explored:
@@ -206,6 +209,7 @@ def _explored(
         evidence, float(np.hypot(np.linalg.norm(errors), spread)),
         components[int(np.argmax(shares))].surrogate.emulator, sum(one.rounds for one in components),
         shares, _apart(components, modes, drawn, posterior),
+        float(np.max(drawn.log_true - log_prior(drawn.points))),
     )  # fmt: skip
 
 

@@ -10,6 +10,8 @@ from vasowave.calibration import Fit, Search
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
 from vasowave.errors import InputError
+from vasowave.inference.derived import derived
+from vasowave.inference.findings import Optimum
 from vasowave.inference.mixture import explore
 from vasowave.inference.priors import Priors
 from vasowave.inference.problem import Problem
@@ -25,6 +27,7 @@ from vasowave.recording import Recording
 from vasowave.solver.simulate import Numerics
 from vasowave.threads import threads
 
+_OPEN = 2.0  # SD of the prior at which a search begins where a fit ended farther away: what a fit leaves open runs away
 FEWEST_DRAWS = 40  # with fewer no draw lies in the 2.5 % at either end
 
 
@@ -47,7 +50,9 @@ def posterior(
     """Draw what is compatible with a recording: parameters, geometry and structure together.
 
     Polynomials stand for the simulations; they are learned in rounds where the posterior lies. The draws are then
-    simulated and weighted by what the polynomials missed, so that they are draws of the posterior itself.
+    simulated and weighted by what the polynomials missed, so that they are draws of the posterior itself. Two halves of
+    the search, which know nothing of each other, begin where the network in the frequency domain sees a chance; every
+    mode that either finds is drawn from as often as it is likely, and how far the halves are apart is a diagnostic.
 
     Parameters
     ----------
@@ -59,7 +64,7 @@ def posterior(
     priors : Priors, optional
         What is assumed before.
     fit : Fit, optional
-        Of the same animal and law: where to start. Without one the search starts at the medians of the priors.
+        Of the same animal and law: one more start. If the posterior lies elsewhere, that is one of the findings.
     blood : Blood, optional
     search : Search, optional
         Its ``fixed`` parameters are held, its ``pressure_harmonics`` are compared; the rest does not matter here.
@@ -81,7 +86,7 @@ def posterior(
         Wrong wall, priors of parameters that there are none, a fit of another law, too few draws, a file of another
         problem; a recording without nominal parameters.
     NumericalError
-        The start, or nearly all points near it, cannot be simulated.
+        No start, or nearly no point near them, can be simulated.
 
     Examples
     --------
@@ -92,7 +97,7 @@ def posterior(
     if draws < FEWEST_DRAWS:
         raise InputError(f"{draws} draws are too few for a 95 % interval; at least {FEWEST_DRAWS}")
     problem = _problem(network, recording, wall, priors, blood, search, numerics, workers)
-    given = [] if fit is None else [_start(problem.unknowns, fit)]
+    given = [] if fit is None else [np.clip(_scores(problem.unknowns, fit), -_OPEN, _OPEN)]
     place = None if path is None else Path(path)
     simulations = Simulations(problem.simulate, place, problem.key, progress)
     size = len(problem.unknowns.all)
@@ -100,7 +105,8 @@ def posterior(
     noise = problem.discrepancy(problem.vessels(modes[0].middle))
     target = Target(simulations, problem.measured, noise, problem.seen)
     explored = explore(target, modes, np.random.default_rng(seed), draws)
-    return reported(problem, noise, explored, simulations.asked, np.random.default_rng([seed, 1]))
+    optimum = None if fit is None else _optimum(target, problem, fit)
+    return reported(problem, noise, explored, simulations.asked, np.random.default_rng([seed, 1]), optimum)
 
 
 def _problem(
@@ -122,9 +128,14 @@ def _problem(
     )
 
 
-def _start(unknowns: Unknowns, fit: Fit) -> np.ndarray:
-    """Return the scores of the fit's optimum, at most two SD from the medians: what a fit leaves open runs away."""
+def _scores(unknowns: Unknowns, fit: Fit) -> np.ndarray:
+    """Return the scores of the fit's optimum."""
     if type(fit.model.wall) is not unknowns.space.law:
         raise InputError(f"the fit is one of the {fit.wall} wall, not of {unknowns.space.law.law().name}")
-    values = {str(name): float(value) for name, value in fit.parameters["value"].items()}
-    return np.clip(unknowns.scores(values), -2.0, 2.0)
+    return unknowns.scores({str(name): float(value) for name, value in fit.parameters["value"].items()})
+
+
+def _optimum(target: Target, problem: Problem, fit: Fit) -> Optimum:
+    """Return what the likelihood of the posterior says of the fit's optimum."""
+    outputs = target.simulate(_scores(problem.unknowns, fit)[np.newaxis])
+    return Optimum(float(target.log_likelihood(outputs)[0]), derived(fit.model, problem.recording.mean_pressure))

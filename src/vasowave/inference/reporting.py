@@ -6,6 +6,7 @@ import xarray as xr
 
 from vasowave.inference.derived import QUANTITIES, derived
 from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.findings import Optimum, findings
 from vasowave.inference.left_out import left_out
 from vasowave.inference.mixture import Explored
 from vasowave.inference.problem import Problem
@@ -20,9 +21,14 @@ _TAILS = (0.025, 0.5, 0.975)  # median and ends of a 95 % interval
 
 
 def reported(
-    problem: Problem, noise: Discrepancy, explored: Explored, simulations: int, rng: np.random.Generator
+    problem: Problem,
+    noise: Discrepancy,
+    explored: Explored,
+    simulations: int,
+    rng: np.random.Generator,
+    optimum: Optimum | None = None,
 ) -> Posterior:
-    """Return the posterior that explored points are."""
+    """Return the posterior that explored points are; `optimum` is that of a fit, if there is one."""
     rows = _resampled(explored.weights.log_weight, rng)
     values = _values(problem, explored.points[rows])
     values["discrepancy"] = noise.draw_deviation(explored.residuals[rows], rng)
@@ -33,16 +39,20 @@ def reported(
         explored.weights.k_hat, explored.weights.effective,
         float(np.sqrt(np.nanmean(explored.missed**2))), explored.log_error, explored.log_evidence,
         explored.log_evidence_error, simulations, explored.rounds, problem.samples // 2, len(explored.points),
+        len(explored.shares), explored.apart,
     )  # fmt: skip
+    found = tuple(findings(
+        explored.apart, explored.weights.effective, explored.shares, optimum, explored.best_log_likelihood, values
+    ))  # fmt: skip
     units = _units(problem)
     summary = _summary(values, before, units).join(_shares(problem, noise, explored, rows))
     scores = pd.Series(np.median(explored.points[rows], axis=0), index=list(problem.unknowns.all))
     zero = zero_unseen(problem.recording, problem.unknowns.priors.zero)
-    said = sentences(summary, scores, problem.unknowns.all, diagnostics, zero)
+    said = sentences(summary, scores, problem.unknowns.all, diagnostics, found, zero)
     wall = problem.unknowns.space.law.law().name
     tree = _tree(problem, explored, rows, values, before, units)
     blocks = left_out(noise, explored.residuals, explored.weights.log_weight)
-    return Posterior(wall, tree, summary, diagnostics, blocks, said)
+    return Posterior(wall, tree, summary, diagnostics, blocks, said, found)
 
 
 def _resampled(log_weight: np.ndarray, rng: np.random.Generator) -> np.ndarray:

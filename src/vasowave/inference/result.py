@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.files import write_file
+from vasowave.inference.findings import Finding, halves_limit
 from vasowave.inference.reweighting import trusted
 from vasowave.notebook import card
 
@@ -37,6 +38,11 @@ class Diagnostics(NamedTuple):
         Harmonics of the pressure that were compared.
     draws : int
         Draws that were weighted.
+    modes : int
+        Separate modes that the draws come from.
+    halves_apart : float
+        Largest distance between the means of two halves that were searched and drawn without knowing of each other, or
+        of one of them from the whole, in posterior SD.
     """
 
     k_hat: float
@@ -49,11 +55,18 @@ class Diagnostics(NamedTuple):
     rounds: int
     harmonics: int
     draws: int
+    modes: int = 1
+    halves_apart: float = 0.0
+
+    @property
+    def agree(self) -> bool:
+        """Whether two independent halves say the same, as far as so many draws can tell."""
+        return self.halves_apart <= halves_limit(self.effective)
 
     @property
     def trusted(self) -> bool:
-        """Whether the numbers may be believed: Pareto k is at most 0.7, or weights hardly differ."""
-        return trusted(self.k_hat, self.effective / self.draws)
+        """Whether the numbers may be believed: Pareto k is at most 0.7, or weights hardly differ, and halves agree."""
+        return trusted(self.k_hat, self.effective / self.draws) and self.agree
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +91,8 @@ class Posterior:
         (Pareto k; above 0.7 the block decides by itself where the posterior lies, and the number is rough).
     warnings : tuple of str
         What a reader must know.
+    findings : tuple of Finding
+        What speaks against the posterior or the fit beside it, each a ``code`` with ``numbers``.
 
     Examples
     --------
@@ -94,6 +109,7 @@ class Posterior:
     diagnostics: Diagnostics
     left_out: pd.DataFrame
     warnings: tuple[str, ...]
+    findings: tuple[Finding, ...] = ()
 
     def __repr__(self) -> str:
         rows = (f"{name} {row['median']:.4g} [{row['interval_low']:.3g}, {row['interval_high']:.3g}]"
