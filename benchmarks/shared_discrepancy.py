@@ -21,10 +21,11 @@ from vasowave.cohort import pooled_ratio
 from vasowave.inference import Priors
 from vasowave.inference.derived import derived
 from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.mixture import explore
 from vasowave.inference.mode import climb
 from vasowave.inference.posterior import _problem
 from vasowave.inference.reweighting import UNTRUSTED, smoothed
-from vasowave.inference.rounds import Target, explore
+from vasowave.inference.rounds import Target
 from vasowave.noise.spectrum import harmonics
 
 QUANTITIES = ("wave_speed", "R_T", "a", "C_p")
@@ -108,7 +109,7 @@ def drawn(kind, number):
     climbed = climb(problem.simulate, problem.measured, problem.discrepancy(), np.zeros(len(problem.unknowns.all)))
     noise = problem.discrepancy(problem.vessels(climbed.middle))
     found = explore(
-        Target(problem.simulate, problem.measured, noise, problem.seen), climbed, np.random.default_rng(0), DRAWS
+        Target(problem.simulate, problem.measured, noise, problem.seen), [climbed], np.random.default_rng(0), DRAWS
     )
     good = np.isfinite(found.residuals).all(axis=1)
     mean, points = recording.mean_pressure, found.points[good]

@@ -185,3 +185,21 @@ def test_everything_that_enters_a_simulation_enters_its_key(whole):
     keys.add(narrowing(np.full(21, 0.2)).key)
     assert len(keys) == 6
     assert problem().key == whole.key
+
+
+@pytest.mark.parametrize("wall", ["linear", "tangent"])
+def test_the_linear_model_has_the_pressure_of_the_simulation_the_closer_the_stiffer_the_wall(wall):
+    one = problem(wall=wall)
+    points = np.zeros((2, len(one.unknowns.all)))
+    points[:, 0] = np.log([20.0, 100.0])  # the first unknown is the stiffness, and the SD of its logarithm is 1
+    simulated = one.simulate(points)
+    missed = np.linalg.norm(one.linear(points) - simulated, axis=1) / np.linalg.norm(simulated, axis=1)
+    assert missed[1] < 0.01
+    assert missed[1] < missed[0] / 3  # what is left out is of second order: a fifth, and the grid's error
+
+
+def test_the_linear_model_of_a_point_that_is_no_model_is_not_a_number():
+    one = problem()
+    point = np.zeros((1, len(one.unknowns.all)))
+    point[0, 0] = 1e4  # the stiffness is infinite
+    assert np.isnan(one.linear(point)).all()

@@ -7,8 +7,9 @@ from scipy.stats import ks_2samp, multivariate_normal, norm
 
 from vasowave.errors import NumericalError
 from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.mixture import explore
 from vasowave.inference.mode import climb
-from vasowave.inference.rounds import Target, explore, log_prior
+from vasowave.inference.rounds import Target, log_prior
 
 SAMPLES, UNKNOWNS = 9, 3
 J = np.random.default_rng(7).normal(0, 1, (SAMPLES, UNKNOWNS))
@@ -36,7 +37,7 @@ def bent(points):
 
 def explored_by(target, seed, draws=400):
     climbed = climb(target.simulate, target.measured, target.noise, np.zeros(UNKNOWNS))
-    return explore(target, climbed, np.random.default_rng(seed), draws)
+    return explore(target, [climbed], np.random.default_rng(seed), draws)
 
 
 def steep(points):
@@ -152,7 +153,7 @@ def test_a_posterior_that_reaches_far_beyond_its_normal_approximation_is_not_cut
     for seed in (3, 4):
         climbed = climb(flattening, data, noise, np.zeros(UNKNOWNS))
         explored = explore(
-            Target(flattening, data, noise, lambda points: points), climbed, np.random.default_rng(seed), 1000
+            Target(flattening, data, noise, lambda points: points), [climbed], np.random.default_rng(seed), 1000
         )
         found.append(weighted(explored) @ explored.points[:, 0])
     assert np.mean(found) == pytest.approx(exact, abs=0.045)  # 1.06; five standard errors of 2000 draws

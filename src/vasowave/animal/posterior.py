@@ -17,8 +17,8 @@ def posterior_datasets(wall: str, drawn: Posterior) -> dict[str, xr.Dataset]:
 
     ``WALL/inference`` holds the table by ``quantity`` (``median, interval_low, interval_high, prior_low, prior_high,
     contraction`` and the shares of the variance, ``share_recording, share_image, share_model, share_prior``), how well
-    each ``block`` of harmonics is foretold by the others (``left_out``, ``left_out_k_hat``), and the diagnostics (among them
-    ``halves_apart``, …). Its attributes say whether it is ``trusted``, the ``warnings``, and the ``findings``
+    each ``block`` of harmonics is foretold by the others (``left_out``, ``left_out_k_hat``), and the diagnostics.
+    Its attributes say whether it is ``trusted``, the ``warnings``, and the ``findings``
     with their numbers (both JSON). The groups in it are those that ArviZ reads (``posterior``, ``sample_stats``, …).
     """
     summary = drawn.summary.rename(columns={name: f"share_{name}" for name in SHARES})

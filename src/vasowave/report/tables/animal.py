@@ -72,8 +72,8 @@ def posterior(result: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
     trusted = "may be believed" if data.attrs["trusted"] else "must not be believed"
     note = (
         "Parameters, geometry and the model's own error are unknown together; the shares say where the variance comes "
-        f"from. Pareto k {float(data['k_hat']):.2f}, {float(data['effective']):.0f} effective draws: the numbers "
-        f"{trusted}."
+        f"from. Pareto k {float(data['k_hat']):.2f}, {float(data['effective']):.0f} effective draws, two halves "
+        f"{float(data['halves_apart']):.1f} SD apart: the numbers {trusted}."
     )
     return Table("", f"{wall.capitalize()} wall: posterior", header, rows, note)
 

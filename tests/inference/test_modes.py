@@ -1,0 +1,134 @@
+"""Starts, modes and halves, on a problem of two modes whose posterior the prior's draws give, and on an animal."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from posterior_modes import animal
+from vasowave.errors import NumericalError
+from vasowave.inference import posterior
+from vasowave.inference.derived import derived
+from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.findings import Code, Optimum, findings, halves_limit
+from vasowave.inference.mixture import explore
+from vasowave.inference.mode import climb
+from vasowave.inference.result import Diagnostics
+from vasowave.inference.rounds import Target
+from vasowave.inference.starts import find_modes
+from vasowave.inference.wording import _FOUND
+
+SAMPLES, UNKNOWNS = 9, 3
+J = np.random.default_rng(7).normal(0, 1, (SAMPLES, UNKNOWNS))
+NOISE = Discrepancy(SAMPLES, (1e-6, 0.0), 0.25 * np.eye(SAMPLES), np.zeros((SAMPLES, 1)))
+
+
+def folded(points):
+    """Outputs that a point shares, nearly, with another one on the other side of 0."""
+    moved = points.copy()
+    moved[:, 0] = points[:, 0] ** 2 + 0.15 * points[:, 0]
+    return moved @ J.T
+
+
+DATA = folded(np.array([[1.5, 0.3, -0.2]]))[0]
+TARGET = Target(folded, DATA, NOISE, lambda points: points)
+ONE, OTHER = np.array([1.4, 0.0, 0.0]), np.array([-1.4, 0.0, 0.0])
+
+
+@pytest.fixture(scope="module")
+def exact():
+    """Probability of the side above 0, and log evidence, from 400 000 draws of the prior."""
+    points = np.random.default_rng(1).standard_normal((400_000, UNKNOWNS))
+    log = NOISE.log_likelihood(DATA - folded(points))
+    weight = np.exp(log - log.max())
+    return weight[points[:, 0] > 0].sum() / weight.sum(), float(np.log(weight.mean()) + log.max())
+
+
+def test_two_modes_are_found_and_drawn_from_as_often_as_they_are_likely(exact):
+    share, evidence = exact
+    assert 0.2 < share < 0.8  # both matter
+    modes = find_modes(folded, folded, DATA, NOISE, [], UNKNOWNS, 0)
+    assert sorted(np.sign(mode.middle[0]) for mode in modes) == [-1.0, 1.0]
+    explored = explore(TARGET, modes, np.random.default_rng(2), 1000)
+    found = np.exp(explored.weights.log_weight)[explored.points[:, 0] > 0].sum()
+    assert found == pytest.approx(share, abs=0.05)  # three standard errors of 1000 draws
+    assert explored.log_evidence == pytest.approx(evidence, abs=max(0.08, 5 * explored.log_evidence_error))
+    assert explored.weights.trusted
+    assert explored.apart < halves_limit(explored.weights.effective)
+
+
+def test_halves_that_each_know_one_mode_are_far_apart():
+    one, other = (climb(folded, DATA, NOISE, start) for start in (ONE, OTHER))
+    modes = [replace(one, halves=frozenset({0})), replace(other, halves=frozenset({1}))]
+    explored = explore(TARGET, modes, np.random.default_rng(3), 400)
+    assert explored.apart > 1.5  # the whole has both: SD of about 1.5, means 3 apart
+    assert explored.weights.trusted  # k cannot see it
+    said = list(findings(explored.apart, explored.weights.effective, explored.shares, None, 0.0, {}))
+    assert [finding.code for finding in said] == [Code.HALVES_DIFFER, Code.SEVERAL_MODES]
+
+
+def test_a_half_whose_modes_are_hopeless_is_far_from_the_other():
+    best = replace(climb(folded, DATA, NOISE, ONE), halves=frozenset({0}))
+    beside = np.array([3.5, 2.0, 2.0])
+    stuck = replace(best, middle=beside, output=folded(beside[np.newaxis])[0], halves=frozenset({1}))
+    explored = explore(TARGET, [best, stuck], np.random.default_rng(4), 100)
+    assert explored.apart > 5
+    assert len(explored.shares) == 1
+
+
+def test_a_mode_that_lies_in_anothers_draws_is_not_explored_twice():
+    mode = replace(climb(folded, DATA, NOISE, ONE), halves=frozenset({0}))
+    near = mode.middle + 0.5 * mode.root[:, 0]
+    again = replace(mode, middle=near, output=folded(near[np.newaxis])[0], halves=frozenset({1}))
+    explored = explore(TARGET, [mode, again], np.random.default_rng(5), 200)
+    assert len(explored.shares) == 1
+    assert explored.apart < halves_limit(explored.weights.effective)  # both halves found it
+
+
+def test_a_start_that_cannot_be_simulated_is_a_failed_start_and_not_the_end():
+    def above(points):
+        return np.where(points[:, :1] < -0.5, np.nan, folded(points))
+
+    modes = find_modes(above, folded, DATA, NOISE, [OTHER], UNKNOWNS, 0)
+    assert [np.sign(mode.middle[0]) for mode in modes] == [1.0]
+    with pytest.raises(NumericalError, match="start"):
+        find_modes(lambda points: np.full((len(points), SAMPLES), np.nan), folded, DATA, NOISE, [], UNKNOWNS, 0)
+
+
+def test_a_posterior_whose_halves_differ_is_not_trusted():
+    said = Diagnostics(0.1, 330.0, 0.1, 0.1, 1.0, 0.1, 500, 3, 16, 400, halves_apart=0.4)
+    assert said.trusted
+    assert not said._replace(halves_apart=0.6).trusted
+    assert said._replace(halves_apart=0.6, effective=40.0).trusted  # so few draws do not tell
+    assert not said._replace(k_hat=0.8).trusted
+
+
+def test_a_fit_elsewhere_is_a_finding_with_distance_and_nats():
+    draws = {name: np.exp(np.random.default_rng(1).normal(np.log(mean), 0.1, 1000)) for name, mean in
+             (("wave_speed", 250.0), ("R_T", 76.0))}  # fmt: skip
+
+    def said(speed, log):
+        fit = Optimum(log, {"wave_speed": speed, "R_T": 76.0})
+        return list(findings(0.1, 300.0, np.ones(1), fit, 20.0, draws))
+
+    assert said(270.0, 19.0) == []
+    away = said(250.0 * np.exp(0.5), 17.0)
+    assert [one.code for one in away] == [Code.FIT_ELSEWHERE]
+    assert away[0].numbers["distance"] == pytest.approx(5.0, abs=0.3)
+    assert away[0].numbers["nats"] == pytest.approx(-3.0)
+    likelier = said(250.0, 30.0)
+    assert likelier[0].numbers["nats"] == pytest.approx(10.0)
+    sentences = [_FOUND[one.code](one.numbers) for one in (*away, *likelier)]
+    assert "less likely than the best draw, by 3.0 nats" in sentences[0]
+    assert "likelier than every draw, by 10.0 nats" in sentences[1]
+
+
+def test_a_tangent_animal_far_from_nominal_is_found_from_nominal():
+    """Nominal β is 13 mmHg. Of four steps from there alone came 625 [386, 1079] cm/s, with a Pareto k of 0.09."""
+    network, recording, model = animal("low", 3)
+    found = posterior(network, recording, "tangent", draws=40)
+    truth = derived(model, recording.mean_pressure)["wave_speed"]
+    row = found.summary.loc["wave_speed"]
+    assert truth == pytest.approx(220, abs=1)
+    assert row["interval_low"] < truth < row["interval_high"] < 300
+    assert found.diagnostics.trusted
