@@ -1,7 +1,7 @@
 """Do posteriors of tangent animals lie in the right mode? Trees of seven vessels whose walls are far from nominal.
 
     python benchmarks/posterior_modes.py --out found.csv --kinds spread --animals 20      about 12 s of CPU each
-    python benchmarks/posterior_modes.py --out found.csv --animals 0 --docs      the table of what is there, into the docs
+    python benchmarks/posterior_modes.py --out found.csv --animals 0 --docs      table of what is there, into the docs
 
 Every animal is analyzed from nominal, without a fit. Then a search begins at its truth: its mode is to be no more than
 two nats of the log posterior density above the mode nearest the posterior's best draw. Each animal is a line in the
