@@ -45,7 +45,7 @@ _PARENTS = [-1, 0, 0, 1, 1, 2, 2]
 
 
 class OwnWall(NamedTuple):
-    """A law as a user may write one, p = E (e^(ks) - 1)/k of the strain s, that raises errors where it does not hold."""
+    """A law as a user may write one, p = E (e^(ks) - 1)/k of the strain s, that raises errors out of its range."""
 
     E: float
     k: float

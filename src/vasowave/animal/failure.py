@@ -4,10 +4,12 @@ import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
+from pathlib import Path
 from typing import Any, TypeVar
 
 import xarray as xr
 
+from vasowave.animal.files import root_attribute
 from vasowave.errors import VasowaveError
 from vasowave.memory import is_starved
 
@@ -24,7 +26,6 @@ class Stage(StrEnum):
     """Where something failed."""
 
     READING = "reading"
-    MEASUREMENT = "measurement"
     FIT = "fit"
     ANALYSIS = "analysis"
     POSTERIOR = "posterior"
@@ -42,9 +43,9 @@ class Failure:
     law : str
         The wall law; empty where it is of no single one.
     stage : Stage
-        ``reading`` of its files and ``measurement`` (what follows from a recording without a model) lose the animal, as
-        does ``computing``, where the program that did it ended; ``fit`` and ``analysis`` of it lose a law; without a
-        ``posterior`` or a ``comparison`` of the laws all else is there.
+        ``reading`` of its files and ``computing`` (what follows without a model cannot be, or the program ended) lose
+        the animal; ``fit`` and ``analysis`` of it lose a law; without a ``posterior`` or a ``comparison`` of the laws
+        all else is there.
     reason : str
     mean_pressure : float or None
         Measured mPAP, mmHg, where a recording could be read: the animal is lost, what was measured is not.
@@ -60,7 +61,7 @@ class Failure:
     @property
     def whole(self) -> bool:
         """Whether the animal has no result at all."""
-        return self.stage in (Stage.READING, Stage.MEASUREMENT, Stage.COMPUTING)
+        return self.stage in (Stage.READING, Stage.COMPUTING)
 
     @property
     def lost_law(self) -> bool:
@@ -85,6 +86,14 @@ def as_plain(failures: Iterable[Failure]) -> list[dict[str, Any]]:
 def from_plain(entries: Iterable[Mapping[str, Any]]) -> tuple[Failure, ...]:
     """Return the failures that `as_plain` wrote; raises `ValueError` or `TypeError` for anything else."""
     return tuple(Failure(**{**entry, "stage": Stage(entry["stage"])}) for entry in entries)
+
+
+def failures_in(path: Path) -> tuple[Failure, ...]:
+    """Return what failed of an animal by the file of its result, of which no more is read; none of a damaged file."""
+    try:
+        return from_plain(json.loads(root_attribute(path, ATTRIBUTE)))
+    except (OSError, AttributeError, ValueError, TypeError, KeyError):
+        return ()
 
 
 def failures_of(result: xr.DataTree) -> tuple[Failure, ...]:
