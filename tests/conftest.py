@@ -49,12 +49,14 @@ def cohort_results() -> list:
 def cohort_report(cohort_results, tmp_path_factory) -> Path:
     """Return a folder with their report, one more animal having failed."""
     from made_cohort import FAILURE
+    from vasowave.animal.failure import Failure, Stage
     from vasowave.report.write import write_report
 
     folder = tmp_path_factory.mktemp("cohort") / "study"
     folder.mkdir()
     (folder / "results.nc").write_bytes(b"not ours to touch")
-    write_report(cohort_results, folder, failures={"HPH 9": FAILURE}, each=as_processes_do)
+    lost = [Failure("HPH 9", "HPH", "", Stage.COMPUTING, FAILURE, 61.2)]
+    write_report(cohort_results, folder, lost=lost, each=as_processes_do)
     return folder
 
 

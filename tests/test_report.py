@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from made_cohort import FAILURE, PLANTED, made_results
+from vasowave.animal.failure import Failure, Stage
 from vasowave.cohort import Primary, cohort_table, compare, contrasts, gathered, importance
 from vasowave.errors import InputError
 from vasowave.report.blocks import SUPPLEMENT, Report
@@ -144,7 +145,7 @@ def test_tables_on_disk_keep_full_precision_and_units(results, folder):
 
 def test_failed_animals_stand_on_the_first_page_notes_and_settings_behind_it(page, cohort_answer):
     answer = cohort_answer
-    assert f"HPH 9 failed: {FAILURE}" in answer
+    assert f"HPH 9 failed, computing: {FAILURE}" in answer
     assert "the flow &lt;ends&gt; late &amp; is odd" in page
     assert "Synthetic data." in page
     assert "Synthetic data." in answer
@@ -256,6 +257,6 @@ def test_contents_and_provenance_stand_in_the_pdf_of_the_supplement_alone():
 
 def test_no_animal_and_twins_are_refused(results, tmp_path):
     with pytest.raises(InputError, match="there is no animal to report; a: lost"):
-        write_report([], tmp_path, failures=[("a", "lost")])
+        write_report([], tmp_path, lost=[Failure("a", "CTL", "", Stage.READING, "lost")])
     with pytest.raises(InputError, match="two animals are called 'CTL 1'"):
         write_report([results[0], results[0]], tmp_path)

@@ -151,18 +151,18 @@ def test_the_animal_that_moves_an_effect_most_is_named_and_other_laws_only_where
 
 
 def test_a_law_that_misses_its_data_is_a_problem_and_one_among_equals_is_none(cohort_results):
-    assert problems(gathered(cohort_results), {}) == []
+    assert problems(gathered(cohort_results), "linear") == []
     bad = changed(
         cohort_results[1], "tangent/calibration", RMSE=3.1 * float(cohort_results[1]["linear/calibration"]["RMSE"])
     )
     cohort = gathered([cohort_results[0], bad, *cohort_results[2:]])
     table = misfits(cohort)
     assert table.loc[table["missed"], ["animal", "wall"]].to_numpy().tolist() == [["CTL 2", "tangent"]]
-    (said,) = problems(cohort, {})
+    (said,) = problems(cohort, "linear")
     assert "The tangent wall misses the data of CTL 2" in said
     assert "3.1 times what the best law leaves" in said
-    assert problem_blocks(cohort, {})[0].kind == "notice"
-    assert [block.kind for block in problem_blocks(gathered(cohort_results), {})] == ["remarks"]
+    assert problem_blocks(cohort, "linear")[0].kind == "notice"
+    assert [block.kind for block in problem_blocks(gathered(cohort_results), "linear")] == ["remarks"]
 
 
 def test_a_law_that_leaves_just_twice_what_the_best_leaves_is_not_said_to_miss(cohort_results):

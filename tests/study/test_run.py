@@ -14,11 +14,13 @@ import pytest
 import xarray as xr
 from small_study import make_study_in
 
+from vasowave.animal.failure import Stage
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.study.plan import RESULTS, read_study
 from vasowave.study.reporting import report_study
 from vasowave.study.results import read_results
 from vasowave.study.running import Done, run_study
+from vasowave.study.status import study_status
 
 # A background job inherits a SIGINT that is ignored.
 HEARD = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
@@ -217,8 +219,13 @@ def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_p
     assert "0 animals computed, 2 kept from earlier, 1 failed" in said
     results = read_results(folder)
     assert list(results) == ["mouse 0", "mouse 2"]
-    assert list(results.failures) == ["mouse 1"]
-    assert "line 41" in results.failures["mouse 1"]
+    (lost,) = results.failures
+    assert (lost.animal, lost.group, lost.law, lost.stage) == ("mouse 1", "CTL", "", Stage.READING)
+    assert "line 41" in lost.reason
+    assert lost.mean_pressure is None
+    status = study_status(read_study(folder)).animals[1]
+    assert status.state == "failed"
+    assert "line 41" in str(status)
     assert "1.csv, line 41" in said
 
     # The report needs the stored results and nothing else.

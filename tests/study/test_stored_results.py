@@ -6,6 +6,7 @@ import json
 import pytest
 import xarray as xr
 
+from vasowave.animal.failure import Failure, Stage
 from vasowave.animal.files import KIND, to_bytes
 from vasowave.animal.reading import at_inlets, name_of, root_vessel, simulated
 from vasowave.cohort.cohort import gathered
@@ -17,6 +18,7 @@ from vasowave.study.results import INDEX, read_results, write_results
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import Store
 
+LOST = Failure("CTL 9", "CTL", "", Stage.COMPUTING, "why", 21.5)
 NAMES = ["CTL 1", "Å é", "x" * 300, "A"]
 
 
@@ -29,7 +31,7 @@ def stored(tmp_path):
     for number, name in enumerate(NAMES):
         result = xr.DataTree(xr.Dataset({"x": float(number)}, attrs={"title": KIND, "animal": name}))
         pieces[name, "CTL"] = store.keep(f"key{number}", to_bytes(result))
-    write_results(folder, pieces, {"CTL 9": "why"}, StudyFile())
+    write_results(folder, pieces, [LOST], StudyFile())
     return folder
 
 
@@ -38,7 +40,8 @@ def test_every_animal_comes_back_by_its_name_whatever_the_name(stored):
     assert list(results) == NAMES
     assert [float(results[name]["x"]) for name in NAMES] == [0, 1, 2, 3]
     assert [results[name].attrs["animal"] for name in NAMES] == NAMES
-    assert results.failures == {"CTL 9": "why"}
+    assert results.failures == (LOST,)
+    assert results.lost == (LOST,)
     assert len(list((stored / "animals").iterdir())) == len(NAMES)
 
 

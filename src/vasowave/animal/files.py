@@ -76,6 +76,14 @@ def to_bytes(result: xr.DataTree) -> bytes:
     return bytes(file.close())
 
 
+def root_attribute(path: Path, name: str) -> str:
+    """Return an attribute of a result from its file, of which no more is read; raises `AttributeError` or `OSError`."""
+    import netCDF4
+
+    with netCDF4.Dataset(path, "r") as file:
+        return str(file.getncattr(name))
+
+
 def from_bytes(content: bytes) -> xr.DataTree:
     """Return the result that `to_bytes` made bytes of."""
     import netCDF4

@@ -2,10 +2,9 @@
 
 import json
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from pathlib import Path
-from typing import Protocol
+from functools import partial
 
 import xarray as xr
 
@@ -13,7 +12,9 @@ from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.beats import beats_dataset, recording_with_scatter
 from vasowave.animal.comparison import compared_datasets, stiffening_dataset
 from vasowave.animal.datasets import calibration_dataset, network_dataset, nominal_dataset
+from vasowave.animal.failure import ATTRIBUTE, Failure, Stage, as_plain, attempted
 from vasowave.animal.files import KIND
+from vasowave.animal.fitting import Kept, Progress, fits_of, posteriors_of, teller
 from vasowave.animal.posterior import posterior_datasets
 from vasowave.animal.quantities import measured_quantities, model_quantities
 from vasowave.animal.signals import (
@@ -24,26 +25,11 @@ from vasowave.animal.signals import (
     waves_dataset,
 )
 from vasowave.animal.vessels import vessels_dataset
-from vasowave.calibration import Ends, Fit, calibrate
+from vasowave.calibration import Fit
 from vasowave.errors import VasowaveWarning
-from vasowave.inference import Posterior, Priors, compare_laws, posterior
+from vasowave.inference import Posterior, compare_laws
 from vasowave.nominal import estimate_nominal
 from vasowave.provenance import provenance
-
-Progress = Callable[[str, int, int, float], None]
-"""Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²)."""
-
-
-class Kept(Protocol):
-    """Where the unfinished work on one animal is kept."""
-
-    def of(self, wall: str, starts: int) -> Ends:
-        """Return where the ends of the searches with one wall law are kept."""
-        ...
-
-    def simulations(self, wall: str) -> Path | None:
-        """Return the file that keeps the simulations of the posterior of one wall law, if there can be one."""
-        ...
 
 
 def analyze(
@@ -69,16 +55,16 @@ def analyze(
         waves, impedance, tree, quantities``, ``stiffening`` where the law has a parameter for it, and ``inference``
         where a posterior was asked for. Every variable has its unit; ``quantities``
         holds single numbers, those that were fitted with their 95 % interval in the attributes. Attributes of the root:
-        ``animal, group, synthetic, interrupted, settings, notes`` (what a reader must know, JSON list) and the versions
-        of the programs. The same input gives the same result, unless it was interrupted (Ctrl-C): then it holds the
-        laws and starts that had finished, and says so.
+        ``animal, group, synthetic, interrupted, settings, notes`` (what a reader must know, JSON list), ``failures``
+        (what of the laws failed, and why, see `animal.failure`; JSON list) and the versions of the programs. A law that
+        cannot be fitted has no group, and the others stay; where none can, what was measured stays. The same
+        input gives the same result, unless it was interrupted (Ctrl-C): then it holds the laws and starts that had
+        finished, and says so.
 
     Raises
     ------
     InputError
-        A recording without nominal parameters, or bounds that exclude them.
-    NumericalError
-        No start of a calibration could be simulated.
+        A recording without nominal parameters.
 
     Examples
     --------
@@ -92,10 +78,12 @@ def analyze(
     'mmHg s/ml'
     """
     settings = settings or Settings()
+    failures: list[Failure] = []
+    estimate_nominal(animal.network, animal.recording, settings.blood)  # without them nothing can be said
     with _collected() as warned:
-        fits, interrupted = _fits(animal, settings, progress, kept)
-        drawn = _posteriors(animal, fits, settings, kept) if not interrupted else {}
-    return result_of(animal, fits, settings, warned, interrupted, drawn)
+        fits, interrupted = fits_of(animal, settings, progress, kept, failures)
+        drawn = posteriors_of(animal, fits, settings, kept, failures) if not interrupted else {}
+    return result_of(animal, fits, settings, warned, interrupted, drawn, failures)
 
 
 def result_of(
@@ -105,19 +93,21 @@ def result_of(
     warned: Sequence[str] = (),
     interrupted: bool = False,
     posteriors: Mapping[str, Posterior] | None = None,
+    failures: Sequence[Failure] = (),
 ) -> xr.DataTree:
     """Return the result of `analyze` of an animal that is calibrated already; `warned` becomes part of its notes."""
-    posteriors = posteriors or {}
+    posteriors, failed = dict(posteriors or {}), list(failures)
     with _collected() as more:
         groups = _measured(animal, settings)
         for fit in fits:
-            groups |= _modeled(animal, fit, settings)
+            tell = teller(animal, fit.wall, Stage.ANALYSIS, failed)
+            groups |= attempted(partial(_modeled, animal, fit, settings), tell) or {}
+        fits = [fit for fit in fits if f"{fit.wall}/calibration" in groups]
+        posteriors = {fit.wall: posteriors[fit.wall] for fit in fits if fit.wall in posteriors}
         for wall, drawn in posteriors.items():
-            groups |= posterior_datasets(wall, drawn)
-        if len(posteriors) > 1:
-            groups["laws"] = compare_laws(list(posteriors.values()))
-        if settings.model_selection and len(fits) > 1:
-            groups |= compared_datasets(fits, settings, groups)
+            tell = teller(animal, wall, Stage.POSTERIOR, failed)
+            groups |= attempted(partial(posterior_datasets, wall, drawn), tell) or {}
+        groups |= _compared(animal, fits, settings, list(posteriors.values()), groups, failed)
     doubts = (f"{wall} wall, posterior: {note}" for wall, one in posteriors.items() for note in one.warnings)
     notes = [*animal.recording.notes, *warned, *more, *_said(fits), *doubts]
     result = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
@@ -129,6 +119,7 @@ def result_of(
         "synthetic": int(animal.synthetic),
         "interrupted": int(interrupted),
         "notes": json.dumps(list(dict.fromkeys(notes)), ensure_ascii=False),
+        ATTRIBUTE: json.dumps(as_plain(failed), ensure_ascii=False),
         "settings": settings.as_json(),
         **{program: version for program, version in provenance().items() if program != "created"},
     }
@@ -154,51 +145,23 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, xr.Dataset]:
     return groups
 
 
-def _fits(animal: Animal, settings: Settings, progress: Progress | None, kept: Kept | None) -> tuple[list[Fit], bool]:
-    """Return the fits of all wall laws, or what had finished when it was interrupted, and whether it was."""
-    fits: list[Fit] = []
-    for wall in settings.walls:
-        try:
-            fits.append(_calibrated(animal, settings, wall, progress, kept))
-        except KeyboardInterrupt:
-            if not fits:
-                raise
-            return fits, True
-        if len(fits[-1].starts) < settings.starts:
-            return fits, True
-    return fits, False
-
-
-def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progress | None, kept: Kept | None) -> Fit:
-    def say(done: int, count: int, best: float) -> None:
-        if progress is not None:
-            progress(wall, done, count, best)
-
-    return calibrate(
-        animal.network,
-        animal.recording,
-        wall,
-        blood=settings.blood,
-        search=settings.search(wall),
-        numerics=settings.numerics,
-        progress=say,
-        ends=kept.of(wall, settings.starts) if kept is not None else None,
-    )
-
-
-def _posteriors(animal: Animal, fits: Sequence[Fit], settings: Settings, kept: Kept | None) -> dict[str, Posterior]:
-    """Return the posterior of every fitted wall law, if it is asked for."""
-    if settings.inference != "posterior":
-        return {}
-    return {
-        fit.wall: posterior(
-            animal.network, animal.recording, type(fit.model.wall), fit=fit, blood=settings.blood,
-            search=settings.search(fit.wall), numerics=settings.numerics, seed=settings.seed,
-            priors=Priors(zero=settings.zero_sd),
-            path=kept.simulations(fit.wall) if kept is not None else None,
-        )
-        for fit in fits
-    }  # fmt: skip
+def _compared(
+    animal: Animal,
+    fits: Sequence[Fit],
+    settings: Settings,
+    posteriors: Sequence[Posterior],
+    groups: Mapping[str, xr.Dataset],
+    failures: list[Failure],
+) -> dict[str, xr.Dataset]:
+    """Return the groups that compare the wall laws, by their posteriors and by their fits."""
+    tell = teller(animal, "", Stage.COMPARISON, failures)
+    compared: dict[str, xr.Dataset] = {}
+    if len(posteriors) > 1:
+        laws = attempted(partial(compare_laws, posteriors), tell)
+        compared |= {} if laws is None else {"laws": laws}
+    if settings.model_selection and len(fits) > 1:
+        compared |= attempted(partial(compared_datasets, fits, settings, groups), tell) or {}
+    return compared
 
 
 def _modeled(animal: Animal, fit: Fit, settings: Settings) -> dict[str, xr.Dataset]:

@@ -19,7 +19,7 @@ from vasowave.calibration.result import Fit
 from vasowave.calibration.search import SearchEnd
 from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
-from vasowave.errors import VasowaveWarning
+from vasowave.errors import NumericalError, VasowaveWarning
 from vasowave.network import Network
 from vasowave.network_remarks import unknown_pressure
 from vasowave.nominal import estimate_nominal, oddities
@@ -132,7 +132,7 @@ def calibrate(
     InputError
         Wrong wall, bounds or parameter names; a recording without nominal parameters.
     NumericalError
-        No start could be simulated.
+        No start could be simulated, or no optimum a second time.
 
     Examples
     --------
@@ -181,14 +181,20 @@ def _coarser(numerics: Numerics) -> Numerics:
 def _polish(
     space: Space, compared: Compared, numerics: Numerics, plan: Search, searched: list[SearchEnd]
 ) -> tuple[Objective, SearchEnd]:
-    """Search again from the best end, with the step that suits it, so that no start's detours stay in the result."""
-    best = min(searched, key=lambda one: one.S)
-    objective = Objective(space, compared, numerics, threads(), threading.Event())
-    again = searching.search(objective, best.x, plan.method)
-    if not np.isfinite(again.S):
-        warnings.warn("the optimum could not be simulated a second time", VasowaveWarning, stacklevel=3)
-        return objective, best
-    return objective, again
+    """Search again from the best end, with the step that suits it, so that no start's detours stay in the result.
+
+    Where the best end cannot be simulated with that step, the next one takes its place.
+    """
+    ends = sorted((one for one in searched if np.isfinite(one.S)), key=lambda one: one.S)
+    for place, one in enumerate(ends):
+        objective = Objective(space, compared, numerics, threads(), threading.Event())
+        again = searching.search(objective, one.x, plan.method)
+        if np.isfinite(again.S):
+            if place:
+                said = f"the best {place} of {len(ends)} ends could not be simulated a second time; the next was taken"
+                warnings.warn(said, VasowaveWarning, stacklevel=3)
+            return objective, again
+    raise NumericalError(f"no optimum of the {len(ends)} starts could be simulated a second time; {again.message}")
 
 
 def _starts_table(space: Space, searched: list[SearchEnd], samples: int) -> pd.DataFrame:

@@ -10,6 +10,7 @@ import numpy as np
 
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
+from vasowave.calibration.trial import IMPOSSIBLE, trial
 from vasowave.errors import NumericalError
 from vasowave.recording import Inflow
 from vasowave.solver.direction import Direction, direction_between
@@ -18,7 +19,7 @@ from vasowave.solver.sensitivity import pressure_derivatives
 from vasowave.solver.simulate import Numerics, simulate_run
 
 _APART = 1e-4  # in the logarithm of a parameter: the distance of two models between which a direction is drawn
-_FAILED = 1e3  # mmHg, residual of a parameter set that cannot be simulated: the search turns back
+_FAILED = 1e3  # mmHg; above all that was simulated, the residual of what cannot be: the search turns back
 
 
 class Stopped(Exception):  # noqa: N818  a request, not an error
@@ -27,7 +28,7 @@ class Stopped(Exception):  # noqa: N818  a request, not an error
 
 @dataclass(eq=False)
 class Objective:
-    """Residuals of one search; its state is the last good simulation, from which the next one starts.
+    """Residuals of one search; its state is the last good simulation, from which the next one starts, and the best.
 
     Attributes
     ----------
@@ -41,6 +42,8 @@ class Objective:
         Of the Jacobian, as a share of its values: searches need little.
     stop : Event
         Set from outside to end the search.
+    best : (array, array) or None
+        Logarithms and residuals of the least S so far, of the points inside the bounds.
     """
 
     space: Space
@@ -51,7 +54,9 @@ class Objective:
     exactness: float = 1e-6
     simulations: int = 0
     last: Run | None = None
+    best: tuple[np.ndarray, np.ndarray] | None = None
     _at: np.ndarray | None = field(default=None, repr=False)
+    _largest: float = field(default=0.0, repr=False)
 
     @property
     def inflow(self) -> Inflow:
@@ -59,17 +64,18 @@ class Objective:
         return self.compared.recording.inflow
 
     def run(self, x: np.ndarray) -> Run:
-        """Simulate at the logarithms `x` of the free parameters."""
+        """Simulate at the logarithms `x` of the free parameters; raises `NumericalError` where that cannot be."""
         if self.stop.is_set():
             raise Stopped
         self.simulations += 1
-        model = self.space.model(self.space.values(x))
-        try:
-            return simulate_run(model, self.inflow, self.numerics, self.last)
-        except NumericalError:
-            if self.last is None:
-                raise
-            return simulate_run(model, self.inflow, self.numerics, None)  # the neighbour may mislead
+        with trial():
+            model = self.space.model(self.space.values(x))
+            try:
+                return simulate_run(model, self.inflow, self.numerics, self.last)
+            except IMPOSSIBLE:
+                if self.last is None:
+                    raise
+                return simulate_run(model, self.inflow, self.numerics, None)  # the neighbour may mislead
 
     def at(self, x: np.ndarray) -> Run:
         """Return the simulation at `x`, the last one if it was there; raises `NumericalError`."""
@@ -77,26 +83,48 @@ class Objective:
             self.last, self._at = self.run(x), x.copy()
         return self.last
 
-    def residuals(self, x: np.ndarray) -> np.ndarray:
-        """Measured minus simulated pressure at the inlet, mmHg, shape (N,) (eq. 14)."""
+    def can_be(self, x: np.ndarray) -> bool:
+        """Whether there is a simulation at `x`."""
         try:
-            return self.compared.pressure - self.compared.simulated(self.at(x))
+            self.at(x)
         except NumericalError:
-            return np.full(self.compared.samples, _FAILED)
+            return False
+        return True
 
-    def reached(self, start: np.ndarray) -> np.ndarray:
-        """Return the logarithms that were simulated last, or `start` where none were."""
-        return start if self._at is None else self._at
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """Measured minus simulated pressure at the inlet, mmHg, shape (N,) (eq. 14); of a failed trial, too large."""
+        try:
+            residual = self.compared.pressure - self.compared.simulated(self.at(x))
+        except NumericalError:
+            return np.full(self.compared.samples, _FAILED + self._largest)
+        self._largest = max(self._largest, float(np.max(np.abs(residual))))
+        low, high = self.space.log_bounds
+        inside = np.all((low <= x) & (x <= high))
+        if inside and (self.best is None or residual @ residual < self.best[1] @ self.best[1]):
+            self.best = x.copy(), residual
+        return residual
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
-        """Derivative of the residuals by the logarithms, shape (N, free); counted as one simulation, as it costs."""
+        """Derivative of the residuals by the logarithms, shape (N, free); counted as one simulation, as it costs.
+
+        Raises
+        ------
+        NumericalError
+            It cannot be simulated there or nearby, or its derivatives are not numbers.
+        """
         run = self.at(x)
         if self.stop.is_set():
             raise Stopped
         self.simulations += 1
-        directions = [self._direction(x, unit) for unit in np.eye(len(x))]
-        derivatives = pressure_derivatives(run, self.inflow, directions, self.numerics, self.exactness, self.workers)
-        return -np.stack([self.compared.sampled(column) for column in derivatives], axis=1)
+        with trial():
+            directions = [self._direction(x, unit) for unit in np.eye(len(x))]
+            derivatives = pressure_derivatives(
+                run, self.inflow, directions, self.numerics, self.exactness, self.workers
+            )
+        jacobian = -np.stack([self.compared.sampled(column) for column in derivatives], axis=1)
+        if not np.isfinite(jacobian).all():
+            raise NumericalError("the derivatives of the pressure are not numbers: the wall is at the end of its law")
+        return jacobian
 
     def _direction(self, x: np.ndarray, unit: np.ndarray) -> Direction:
         before, after = (self.space.model(self.space.values(x + side * _APART * unit)) for side in (-0.5, 0.5))

@@ -60,21 +60,18 @@ def search(
         objective.at(start)
     except NumericalError as error:
         return SearchEnd(start, np.inf, objective.simulations, False, f"the start cannot be simulated: {error}")
+    first = objective.residuals(start)
     solve = _least_squares if method == "least-squares" else _sqp
     try:
-        x, S, converged, message = solve(objective, start, tolerance, enough)
+        x, converged, message = solve(objective, start, tolerance, enough)
+        residual = objective.residuals(x)
     except _Hopeless:
-        x = objective.reached(start)
-        S, converged, message = (
-            float(np.sum(objective.residuals(x) ** 2)),
-            False,
-            "far above the best optimum, and on no way to it",
-        )
+        x, residual = objective.best or (start, first)
+        converged, message = False, "far above the best optimum, and on no way to it"
     except NumericalError as error:  # no derivative: the search cannot go on from where it is
-        x = objective.reached(start)
-        S, converged, message = float(np.sum(objective.residuals(x) ** 2)), False, str(error)
-    residual = objective.residuals(x)
-    return SearchEnd(x, S, objective.simulations, converged, message, residual)
+        x, residual = objective.best or (start, first)
+        converged, message = False, str(error)
+    return SearchEnd(x, float(residual @ residual), objective.simulations, converged, message, residual)
 
 
 _ENDS = {
@@ -123,13 +120,38 @@ def _require_promise(r: np.ndarray, J: np.ndarray, enough: float) -> None:
             raise _Hopeless
 
 
-Ended = tuple[np.ndarray, float, bool, str]
+Ended = tuple[np.ndarray, bool, str]
 
 
 def _least_squares(objective: Objective, start: np.ndarray, tolerance: float, enough: float) -> Ended:
     """Search in the coordinates that the data see; where that leads out of the bounds, again inside them."""
-    coordinates = Coordinates(objective.space, objective.compared.recording.mean_pressure)
     low, high = objective.space.log_bounds
+    try:
+        x, optimum = _along_coordinates(objective, start, tolerance, enough)
+    except NumericalError:  # these coordinates end here; the logarithms may lead on
+        x, optimum = start, None
+    if optimum is None or not np.all((low <= x) & (x <= high)):
+        span = 1e-6 * (high - low)
+        begin = np.clip(x, low + span, high - span)
+        if optimum is None or not objective.can_be(begin):
+            begin = np.clip((objective.best or (start,))[0], low + span, high - span)
+        along = _Jacobians(objective.residuals, objective.jacobian, tolerance, enough)
+        optimum = _trust_region(along, begin, (low, high))
+        x = optimum.x
+    return x, bool(optimum.success), _ENDS.get(optimum.status, str(optimum.message))
+
+
+def _along_coordinates(
+    objective: Objective, start: np.ndarray, tolerance: float, enough: float
+) -> tuple[np.ndarray, Any]:
+    """Return where a search in the coordinates that the data see ends, as logarithms, and its end.
+
+    Raises
+    ------
+    NumericalError
+        The start has no place in these coordinates, or they have no derivatives on the way.
+    """
+    coordinates = Coordinates(objective.space, objective.compared.recording.mean_pressure)
     place = coordinates.bounds
     inside = 1e-6 * (place[1] - place[0])
     along = _Jacobians(
@@ -139,14 +161,7 @@ def _least_squares(objective: Objective, start: np.ndarray, tolerance: float, en
         enough,
     )
     optimum = _trust_region(along, np.clip(coordinates.of(start), place[0] + inside, place[1] - inside), place)
-    x = coordinates.logarithms(optimum.x)
-    if not np.all((low <= x) & (x <= high)):
-        span = 1e-6 * (high - low)
-        begin = np.clip(x, low + span, high - span)
-        along = _Jacobians(objective.residuals, objective.jacobian, tolerance, enough)
-        optimum = _trust_region(along, begin, (low, high))
-        x = optimum.x
-    return x, float(2 * optimum.cost), bool(optimum.success), _ENDS.get(optimum.status, str(optimum.message))
+    return coordinates.logarithms(optimum.x), optimum
 
 
 def _trust_region(along: _Jacobians, start: np.ndarray, bounds: Bounds) -> Any:
@@ -182,4 +197,4 @@ def _sqp(objective: Objective, start: np.ndarray, tolerance: float, enough: floa
     low, high = objective.space.log_bounds
     options = {"ftol": tolerance, "maxiter": 200}
     optimum = minimize(scaled, start, jac=gradient, method="SLSQP", bounds=Sides(low, high), options=options)
-    return optimum.x, float(optimum.fun) * first, bool(optimum.success), str(optimum.message)
+    return optimum.x, bool(optimum.success), str(optimum.message)

@@ -153,8 +153,12 @@ def _finished(
 
 def _joined(objective: Objective, searched: dict[int, SearchEnd], best: int) -> dict[int, SearchEnd]:
     """Return the starts that lie in the bowl of the best optimum: its linear model explains their residuals."""
-    optimum, joined = searched[best], {}
-    jacobian = objective.jacobian(optimum.x)
+    joined: dict[int, SearchEnd] = {}
+    optimum = searched[best]
+    try:
+        jacobian = objective.jacobian(optimum.x)
+    except NumericalError:  # no linear model, so that every start is followed on its own
+        return joined
     for number, one in searched.items():
         if number != best and np.isfinite(one.S):
             change = one.residual - optimum.residual

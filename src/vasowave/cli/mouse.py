@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vasowave.cli.app import app
+from vasowave.cli.app import FAILED, app
 
 if TYPE_CHECKING:
     from vasowave.study.plan import Study
@@ -54,3 +54,6 @@ def _fit(study: "Study") -> None:
     for sentence in fit_sentences(result):
         typer.echo(f"  {sentence}")
     typer.echo(f"Report: {report_study(study.folder)}")
+    for one in done.failures:
+        typer.echo(f"failed: {one}", err=True)
+    raise typer.Exit(FAILED if done.failures else 0)

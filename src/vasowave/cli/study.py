@@ -118,9 +118,10 @@ def status(study: Annotated[Path, _STUDY] = Path()) -> None:
     animals, runner = study_status(read_study(study))
     for one in animals:
         typer.echo(f"{one.animal}: {one}")
-    done = sum(one.state == "done" for one in animals)
+    done, lost = (sum(one.state == state for one in animals) for state in ("done", "failed"))
     typer.echo(
         f"{done} of {_counted(len(animals), 'animal')} done; "
+        + (f"{lost} failed; " if lost else "")
         + (f"being run by {runner}" if runner else "not being run")
     )
 
@@ -133,6 +134,7 @@ def _run(
     pdf: bool | None = None,
     as_json: bool = False,
 ) -> None:
+    from vasowave.animal.failure import as_plain
     from vasowave.cli.watching import event, watched
     from vasowave.study.plan import read_study
     from vasowave.study.reporting import report_study
@@ -150,7 +152,7 @@ def _run(
         raise typer.Exit(130) from None
     say(
         f"{_counted(len(done.computed), 'animal')} computed, {len(done.kept)} kept from earlier, "
-        f"{len(done.failures)} failed."
+        f"{len(done.lost)} failed."
     )
     computed = time.monotonic()
     say(f"Results: {done.results} ({computed - begun:.0f} s)")
@@ -158,9 +160,10 @@ def _run(
     if page is not None:
         say(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
     if as_json:
-        event("done", results=str(done.results), report=None if page is None else str(page), failures=done.failures)
-    for name, why in done.failures.items():
-        typer.echo(f"failed: {name}: {why}", err=True)
+        event("done", results=str(done.results), report=None if page is None else str(page),
+              failures=as_plain(done.failures))  # fmt: skip
+    for one in done.failures:
+        typer.echo(f"failed: {one.animal}: {one}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.animal.failure import Failure, failures_of
 from vasowave.animal.reading import StoredLaw, data_of, group_of, law_of, name_of, settings_of, sources, wall_laws
 from vasowave.cohort.table import INDICES, cohort_table, columns, rows_of
 from vasowave.cohort.votes import Ballots, stored
@@ -30,16 +31,24 @@ class Cohort:
         Of each group, the animal whose measured indices are nearest to the group's medians.
     table : DataFrame
         From `cohort_table`: one row per animal and source.
+    lost : tuple of Failure
+        Animals that have no result.
     """
 
     groups: dict[str, list[xr.DataTree]]
     shown: dict[str, xr.DataTree]
     table: pd.DataFrame
+    lost: tuple[Failure, ...] = ()
 
     @cached_property
     def results(self) -> list[xr.DataTree]:
         """All animals, group by group."""
         return [result for results in self.groups.values() for result in results]
+
+    @cached_property
+    def failures(self) -> tuple[Failure, ...]:
+        """Everything that failed: animals that have no result, and parts of those that have one."""
+        return (*self.lost, *(one for result in self.results for one in failures_of(result)))
 
     @property
     def reference(self) -> str:
@@ -137,6 +146,7 @@ def gathered(
     results: Sequence[xr.DataTree],
     reference: str | None = None,
     whole: Callable[[str], xr.DataTree] | None = None,
+    lost: Iterable[Failure] = (),
 ) -> Cohort:
     """Return the animals in their groups.
 
@@ -148,6 +158,8 @@ def gathered(
         Group that the others are compared with; by default CTL, or the first.
     whole : callable, optional
         Returns the result of an animal by its name, where `results` are those `at_inlets`; for the animals shown.
+    lost : iterable of Failure
+        Animals that have no result.
 
     Raises
     ------
@@ -165,8 +177,9 @@ def gathered(
     table = cohort_table([result for members in groups.values() for result in members])
     typical = {label: typical_animal(table, label) for label in groups}
     if whole is None:
-        return Cohort(groups, {label: _named(groups[label], name) for label, name in typical.items()}, table)
-    return Cohort(groups, {label: whole(name) for label, name in typical.items()}, table)
+        return Cohort(groups, {label: _named(groups[label], name) for label, name in typical.items()}, table,
+                      tuple(lost))  # fmt: skip
+    return Cohort(groups, {label: whole(name) for label, name in typical.items()}, table, tuple(lost))
 
 
 def typical_animal(table: pd.DataFrame, group: str) -> str:

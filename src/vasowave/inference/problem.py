@@ -174,8 +174,8 @@ class Problem:
         return digest.hexdigest()
 
     def _model(self, point: np.ndarray) -> Model | None:
-        """Return the model at a point, or nothing where some number of it overflows."""
+        """Return the model at a point, or nothing where some number of it overflows or its law raises an error."""
         try:
             return self.unknowns.tapered(point)
-        except VasowaveError:
+        except (VasowaveError, ArithmeticError, ValueError):
             return None

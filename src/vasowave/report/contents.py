@@ -22,7 +22,7 @@ from vasowave.report.tables.records import records
 _SAID_ELSEWHERE = ("title", "Conventions", "animal", "group", "synthetic", "notes")
 
 
-def report_of(cohort: Cohort, primary: Primary, family: Family, failures: Mapping[str, str], title: str = "") -> Report:
+def report_of(cohort: Cohort, primary: Primary, family: Family, title: str = "") -> Report:
     """Return the document of one result."""
     heading, subtitle = _titles(cohort)
     return Report(
@@ -30,7 +30,7 @@ def report_of(cohort: Cohort, primary: Primary, family: Family, failures: Mappin
         title or heading,
         subtitle,
         synthetic_banner(cohort),
-        answer_sections(cohort, primary, family, failures),
+        answer_sections(cohort, primary, family),
         provenance(),
         glossary=glossary(cohort),
         animals=[name_of(result) for result in cohort.results],
@@ -92,7 +92,8 @@ def _titles(cohort: Cohort) -> tuple[str, str]:
         source = str(data_of(result, "recording").attrs.get("source", ""))
         return f"Hemodynamic assessment of {name_of(result)}", f"Recording: {source}" if source else ""
     groups = f"{len(cohort.groups)} {'group' if len(cohort.groups) == 1 else 'groups'}: {', '.join(cohort.groups)}"
-    return "Hemodynamic assessment of a cohort", f"{len(cohort.results)} animals in {groups}"
+    there, lost = len(cohort.results), len(cohort.lost)
+    return "Hemodynamic assessment of a cohort", f"{f'{there} of ' if lost else ''}{there + lost} animals in {groups}"
 
 
 def origin(cohort: Cohort) -> dict[str, str]:

@@ -1,10 +1,11 @@
 """A report as files: the page of one result and the supplement, their PDF, every figure and table."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import xarray as xr
 
+from vasowave.animal.failure import Failure
 from vasowave.cohort.cohort import Cohort, gathered
 from vasowave.cohort.primary import Family, primary_comparison
 from vasowave.errors import InputError
@@ -21,14 +22,12 @@ PDFS = f"{REPORT}.pdf", f"{SUPPLEMENT}.pdf"
 _OURS = (PAGE, f"{SUPPLEMENT}.html", *PDFS, FIGURES, TABLES)
 _MARK = 'name="generator" content="vasowave'
 
-Failures = Mapping[str, str] | Iterable[tuple[str, str]]
-
 
 def write_report(
     results: Sequence[xr.DataTree],
     folder: Path,
     *,
-    failures: Failures = (),
+    lost: Sequence[Failure] = (),
     pdf: bool = True,
     reference: str | None = None,
     title: str = "",
@@ -43,8 +42,9 @@ def write_report(
         One per animal, from `animal.analyze` or `animal.read_result`; one is enough.
     folder : Path
         Made if missing. An earlier report in it is replaced, other files stay; whole or not at all.
-    failures : mapping of animal to reason, or pairs of them
-        Animals that have no result; the report names them and why.
+    lost : sequence of Failure
+        Animals that have no result, see `animal.failure`; the report names them and why. What failed of an animal that
+        has one stands in its result.
     pdf : bool
         Whether to typeset the PDF too.
     reference : str, optional
@@ -75,19 +75,15 @@ def write_report(
     >>> vw.write_report([vw.analyze(mouse, quick)], "my-report", pdf=False).name
     'report.html'
     """
-    why = dict(failures.items() if isinstance(failures, Mapping) else failures)
     if not results:
-        raise InputError(
-            "; ".join(["there is no animal to report", *(f"{name}: {text}" for name, text in why.items())])
-        )
-    cohort = gathered(results, reference)
-    return write_cohort_report(cohort, folder, why, pdf=pdf, title=title, family=family or Family(), each=each)
+        raise InputError("; ".join(["there is no animal to report", *(f"{one.animal}: {one.reason}" for one in lost)]))
+    cohort = gathered(results, reference, lost=lost)
+    return write_cohort_report(cohort, folder, pdf=pdf, title=title, family=family or Family(), each=each)
 
 
 def write_cohort_report(
     cohort: Cohort,
     folder: Path,
-    failures: Mapping[str, str],
     *,
     pdf: bool,
     title: str,
@@ -100,7 +96,7 @@ def write_cohort_report(
     with style():
         primary = primary_comparison(cohort, family)
         documents = (
-            report_of(cohort, primary, family, failures, title),
+            report_of(cohort, primary, family, title),
             supplement_of(cohort, primary, title),
         )
     _place(documents, folder, pdf, each)

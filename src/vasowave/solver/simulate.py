@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import xarray as xr
 
-from vasowave.errors import InputError, VasowaveError, VasowaveWarning
+from vasowave.errors import InputError, NumericalError, VasowaveError, VasowaveWarning
 from vasowave.model import Model
 from vasowave.recording import Inflow, Recording
 from vasowave.solver.accuracy import run_to_accuracy
@@ -108,6 +108,8 @@ def simulate_runs(
             return simulate_run(model, inflow, numerics, start)
         except VasowaveError as error:
             return error
+        except (ArithmeticError, ValueError) as error:  # of a user's law, which may raise what it likes
+            return NumericalError(f"this model cannot be ({type(error).__name__}: {error})")
 
     outcomes: list[Run | VasowaveError] = []
     with ThreadPoolExecutor(min(len(models), workers or threads())) as pool:

@@ -2,7 +2,6 @@
 
 import os
 import time
-import traceback
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
@@ -10,6 +9,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from vasowave.animal.failure import unforeseen
 from vasowave.errors import InputError, VasowaveError
 from vasowave.files import is_full
 from vasowave.kernels import seconds_compiling
@@ -242,8 +242,6 @@ def _why(error: BaseException) -> str:
         return str(error)
     if is_starved(error):
         return "out of memory; give this program more of it, or close others, and run again"
-    frames = traceback.extract_tb(error.__traceback__)
     remote = str(error.__cause__ or "").strip().splitlines()
     lines = [line.strip() for line in remote if line.strip().startswith("File ")]
-    where = lines[-1] if lines else f'File "{frames[-1].filename}", line {frames[-1].lineno}' if frames else "unknown"
-    return f"unexpected {type(error).__name__}: {error} ({where}); please report it"
+    return unforeseen(error, lines[-1] if lines else "")

@@ -46,9 +46,8 @@ def report_study(study: Path, pdf: bool | None = None, workers: int = 1, animal:
     with side_by_side(workers, len(stored)) as each, seldom_collected():
         results = stored.in_order(each, whole=False)
         return write_cohort_report(
-            gathered(results, group_of(results[0]), whole=stored.__getitem__),
+            gathered(results, group_of(results[0]), whole=stored.__getitem__, lost=stored.lost),
             folder / REPORT_FOLDER,
-            stored.failures,
             pdf=pdf,
             title=stored.settings.title,
             family=Family(asked.law, asked.quantities),

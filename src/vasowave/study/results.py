@@ -15,7 +15,7 @@ import json
 import os
 import re
 import unicodedata
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from vasowave.animal.failure import Failure, as_plain, from_plain
 from vasowave.animal.files import read_result
 from vasowave.animal.reading import at_inlets
 from vasowave.errors import InputError, did_you_mean
@@ -39,7 +40,7 @@ from vasowave.textfile import read_bytes
 
 INDEX = "index.json"
 ANIMALS = "animals"
-FORM = "vasowave study 2"
+FORM = "vasowave study 3"
 """What the index says of itself; the number grows with the stored form."""
 
 _EARLIER = "results.nc"
@@ -76,8 +77,8 @@ class Results:
         The folder of the index.
     animals : tuple of StoredAnimal
         Every animal that was analyzed, in the order of the table.
-    failures : dict of str to str
-        Every animal that failed, and why.
+    failures : tuple of Failure
+        What failed: animals that have no result, and wall laws, posteriors or comparisons of those that have one.
     settings : StudyFile
         The settings it was run with.
     versions : dict of str to str
@@ -86,7 +87,7 @@ class Results:
 
     folder: Path
     animals: tuple[StoredAnimal, ...]
-    failures: dict[str, str]
+    failures: tuple[Failure, ...]
     settings: StudyFile
     versions: dict[str, str]
 
@@ -112,11 +113,17 @@ class Results:
         """
         files = {one.animal: Path(one.file) for one in self.animals}
         if animal not in files:
-            why = f": {self.failures[animal]}" if animal in self.failures else did_you_mean(animal, files)
+            lost = {one.animal: f": {one}" for one in self.lost}
+            why = lost.get(animal) or did_you_mean(animal, files)
             raise InputError(
                 f"{self.folder}: there is no result of '{animal}'{why}; there are: {some_of(list(files), _NAMED)}"
             )
         return files[animal]
+
+    @property
+    def lost(self) -> tuple[Failure, ...]:
+        """The failures of the animals that have no result."""
+        return tuple(one for one in self.failures if one.whole)
 
     def __iter__(self) -> Iterator[str]:
         """Go through the names of the animals."""
@@ -131,7 +138,7 @@ class Results:
         facts: dict[str, object] = {label: f"{len(names)}: {', '.join(names)}" for label, names in members.items()}
         facts["wall laws"] = ", ".join(self.settings.calibration.walls)
         facts["run"] = ", ".join(f"{name} {version}" for name, version in self.versions.items())
-        failed = [f"{name} failed: {why}" for name, why in self.failures.items()]
+        failed = [f"{one.animal} failed, {one}" for one in self.failures]
         return card(f"Study: {self.settings.title}", facts, failed)
 
     def in_order(self, each: "Each" = map, whole: bool = True) -> list[xr.DataTree]:
@@ -153,7 +160,7 @@ def _read_light(folder: Path, stored: StoredAnimal) -> xr.DataTree:
 
 
 def write_results(
-    folder: Path, pieces: Mapping[tuple[str, str], Path], failures: Mapping[str, str], settings: StudyFile
+    folder: Path, pieces: Mapping[tuple[str, str], Path], failures: Sequence[Failure], settings: StudyFile
 ) -> Path:
     """Write the index of a study and put the animals' files beside it; returns the index.
 
@@ -163,7 +170,7 @@ def write_results(
         Must exist.
     pieces : mapping of (animal, group) to Path
         The piece of every animal (see `study.store`). Where the file system can, it is linked and not copied.
-    failures : mapping of str to str
+    failures : sequence of Failure
     settings : StudyFile
 
     Raises
@@ -181,7 +188,7 @@ def write_results(
     content = {
         "form": FORM,
         "animals": [asdict(one) for one in animals],
-        "failures": dict(failures),
+        "failures": as_plain(failures),
         "settings": settings.model_dump(mode="json"),
         "versions": provenance(),
     }
@@ -234,12 +241,13 @@ def read_results(folder: Path) -> Results:
         if content.pop("sha256") != _digest(content):
             raise ValueError("its content does not match its SHA-256")
         animals = tuple(StoredAnimal(**one) for one in content["animals"])
+        failures = from_plain(content["failures"])
         settings = StudyFile.model_validate(content["settings"])
     except InputError:
         raise
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(f"{index}: damaged ({error}); run again, what had finished is kept") from None
-    return Results(where, animals, content["failures"], settings, content["versions"])
+    return Results(where, animals, failures, settings, content["versions"])
 
 
 def _nothing(folder: Path) -> str:

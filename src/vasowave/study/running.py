@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from vasowave.animal.failure import Failure, Stage, failures_in
 from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress as FitProgress
 from vasowave.errors import InputError, VasowaveWarning
@@ -39,14 +40,19 @@ class Done:
         The index of the results.
     computed, kept : tuple of str
         Animals that were computed now, and that were known from earlier runs.
-    failures : dict
-        Animals that failed, and why.
+    failures : tuple of Failure
+        What failed: whole animals, and wall laws of animals that have a result.
     """
 
     results: Path
     computed: tuple[str, ...]
     kept: tuple[str, ...]
-    failures: dict[str, str]
+    failures: tuple[Failure, ...]
+
+    @property
+    def lost(self) -> tuple[Failure, ...]:
+        """The failures of whole animals."""
+        return tuple(one for one in self.failures if one.whole)
 
 
 def run_study(
@@ -77,7 +83,7 @@ def run_study(
     Returns
     -------
     Done
-        Animals that failed stand in it and in the results.
+        What failed stands in it and in the results.
 
     Warns
     -----
@@ -111,7 +117,8 @@ def run_study(
         for place in (study.results, study.results / ANIMALS):
             remove_parts(place)  # of a run that was killed while it wrote its results
         store = Store(study.results)
-        pieces, jobs, failures = _plan(study, store)
+        pressures: dict[str, float] = {}
+        pieces, jobs, why = _plan(study, store, pressures)
         kept = tuple(pieces)
         for number, name in enumerate(kept, 1):
             say(Progress(name, "kept", number, len(study.animals)))
@@ -125,9 +132,9 @@ def run_study(
         if jobs:
             laws = study.settings.calibration.walls
             pools, at_once, threads = _pools(executor, scheduler, workers, len(jobs), laws)
-            failures |= run_jobs(jobs, analyzed_bytes, keep, pools, at_once, threads, shifted)
-        results = _write(study, pieces, failures)
-        if not failures:
+            why |= run_jobs(jobs, analyzed_bytes, keep, pools, at_once, threads, shifted)
+        results, failures = _write(study, pieces, _lost(study, why, pressures))
+        if not why:
             remove_journals(study.results)
     computed = tuple(job.name for job in jobs if job.name in pieces)
     return Done(results, computed, kept, failures)
@@ -150,15 +157,13 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
     ------
     InputError
         Another run is going on in this study; a file of the animal is wrong; the results cannot be written.
-    NumericalError
-        No start of a calibration could be simulated.
     """
     (row,) = study.animals
     with locked(made_inside(study.folder, RESULTS) / LOCK):
         store = Store(study.results)
-        pieces, jobs, failures = _plan(study, store)
-        if failures:
-            raise InputError(failures[row.animal])
+        pieces, jobs, why = _plan(study, store, {})
+        if why:
+            raise InputError(why[row.animal])
         for job in jobs:
             animal, settings, hashes, journal = job.load()
             result = analyze_animal(animal, settings, hashes, journal, progress)
@@ -166,9 +171,9 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
             pieces[row.animal] = store.keep(key, to_bytes(result))
             if not result.attrs["interrupted"]:
                 remove_journals(study.results)
-        results = _write(study, pieces, {})
+        results, failures = _write(study, pieces, ())
     computed = tuple(job.name for job in jobs)
-    return Done(results, computed, () if computed else (row.animal,), {})
+    return Done(results, computed, () if computed else (row.animal,), failures)
 
 
 def _tell_lost(study: Study) -> None:
@@ -186,27 +191,40 @@ def _tell_lost(study: Study) -> None:
         warnings.warn(message, VasowaveWarning, stacklevel=3)
 
 
-def _write(study: Study, pieces: Mapping[str, Path], failures: Mapping[str, str]) -> Path:
-    """Write the results from the pieces, in the order of the table."""
+def _lost(study: Study, why: Mapping[str, str], pressures: Mapping[str, float]) -> list[Failure]:
+    """Return the animals that have no result, in the order of the table; one whose pressure is known was read."""
+    stages = {name: Stage.COMPUTING if name in pressures else Stage.READING for name in why}
+    return [
+        Failure(row.animal, row.group, "", stages[row.animal], why[row.animal], pressures.get(row.animal))
+        for row in study.animals
+        if row.animal in why
+    ]
+
+
+def _write(study: Study, pieces: Mapping[str, Path], lost: Sequence[Failure]) -> tuple[Path, tuple[Failure, ...]]:
+    """Write the results from the pieces, in the order of the table; returns the index and everything that failed."""
     if not pieces:
-        listed = "\n".join(f"  {name}: {why}" for name, why in failures.items())
+        listed = "\n".join(f"  {one.animal}: {one.reason}" for one in lost)
         raise InputError(f"{study.path}: every animal failed\n{listed}")
     stored = {(row.animal, row.group): pieces[row.animal] for row in study.animals if row.animal in pieces}
-    failed = {row.animal: failures[row.animal] for row in study.animals if row.animal in failures}
-    return write_results(study.results, stored, failed, study.settings)
+    failures = (*lost, *(one for piece in stored.values() for one in failures_in(piece)))
+    return write_results(study.results, stored, failures, study.settings), failures
 
 
-def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[str, str]]:
-    """Return the animals that are known already, those to compute, and those whose files cannot be read."""
+def _plan(study: Study, store: Store, pressures: dict[str, float]) -> tuple[dict[str, Path], list[Job], dict[str, str]]:
+    """Return the animals that are known already, those to compute, and those whose files cannot be read, with why.
+
+    Of every animal that is read for its computation, `pressures` gets the measured mean pressure, mmHg.
+    """
     pieces: dict[str, Path] = {}
     jobs: list[Job] = []
-    failures: dict[str, str] = {}
+    why: dict[str, str] = {}
     settings, journals = animal_settings(study.settings), made_inside(study.results, FOLDER)
     for row in study.animals:
         try:
             key = animal_key(row, study.settings, study.folder)
         except InputError as error:
-            failures[row.animal] = str(error)
+            why[row.animal] = str(error)
             continue
         piece = store.find(key)
         if piece is not None:
@@ -217,10 +235,11 @@ def _plan(study: Study, store: Store) -> tuple[dict[str, Path], list[Job], dict[
             animal, hashes = load_animal(row, study.settings, study.folder), file_hashes(row, study.folder)
             if animal_key(row, study.settings, study.folder) != key:
                 raise InputError("its files changed while they were being read; run again")
+            pressures[row.animal] = animal.recording.mean_pressure
             return animal, settings, hashes, str(journals / f"{key}.jsonl")
 
         jobs.append(Job(row.animal, key, load))
-    return pieces, jobs, failures
+    return pieces, jobs, why
 
 
 def _pools(

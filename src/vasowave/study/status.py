@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from vasowave.animal.failure import Failure, failures_in
 from vasowave.calibration.starts import SCOUT
 from vasowave.errors import InputError
 from vasowave.inference.simulations import simulations_in
@@ -11,6 +12,7 @@ from vasowave.study.journal import FOLDER, read_journal
 from vasowave.study.loading import animal_key
 from vasowave.study.lock import holder
 from vasowave.study.plan import Study
+from vasowave.study.results import read_results
 from vasowave.study.running import LOCK
 from vasowave.study.store import CACHE
 
@@ -23,24 +25,29 @@ class AnimalStatus(NamedTuple):
     Attributes
     ----------
     animal : str
-    state : {"done", "begun", "waiting", "unreadable"}
-        Finished and kept; some searches are kept; nothing is; its files cannot be read.
+    state : {"done", "begun", "waiting", "failed", "unreadable"}
+        Finished and kept; some searches are kept; nothing is; the last run, which has ended, lost it; its files cannot
+        be read.
     searches : dict of str to (int, int)
         For every wall law that was begun, searches that have ended and all of them; for its posterior (the law's name
         with `POSTERIOR`) the simulations so far and 0, since their number shows only as they are made.
     message : str
-        Why it is unreadable.
+        Why it is unreadable or lost.
+    failures : tuple of Failure
+        What failed of an animal that is done.
     """
 
     animal: str
     state: str
     searches: dict[str, tuple[int, int]]
     message: str = ""
+    failures: tuple[Failure, ...] = ()
 
     def __str__(self) -> str:
         """Return the state in words."""
         if self.state != "begun":
-            return f"unreadable: {self.message}" if self.message else self.state
+            failed = "".join(f"; failed: {one}" for one in self.failures)
+            return f"{self.state}: {self.message}" if self.message else f"{self.state}{failed}"
         return ", ".join(stage(*one) for one in self.searches.items())
 
 
@@ -62,13 +69,24 @@ def study_status(study: Study) -> StudyStatus:
 
     On a cluster without a common disk, searches are not kept: its animals are done, or waiting.
     """
-    statuses = []
+    statuses, runner = [], holder(study.results / LOCK)
+    lost = _lost(study.results) if runner is None else {}
     for row in study.animals:
         try:
-            statuses.append(_status(row.animal, animal_key(row, study.settings, study.folder), study.results))
+            key = animal_key(row, study.settings, study.folder)
         except InputError as error:
             statuses.append(AnimalStatus(row.animal, "unreadable", {}, str(error)))
-    return StudyStatus(tuple(statuses), holder(study.results / LOCK))
+        else:
+            statuses.append(_status(row.animal, key, study.results, lost))
+    return StudyStatus(tuple(statuses), runner)
+
+
+def _lost(results: Path) -> dict[str, str]:
+    """Return the animals that the last run lost, and why."""
+    try:
+        return {one.animal: str(one) for one in read_results(results).lost}
+    except InputError:
+        return {}
 
 
 def searches_of(results: Path, keys: Mapping[str, str]) -> dict[str, dict[str, tuple[int, int]]]:
@@ -77,10 +95,12 @@ def searches_of(results: Path, keys: Mapping[str, str]) -> dict[str, dict[str, t
     return {animal: searches for animal, searches in by_animal.items() if searches}
 
 
-def _status(animal: str, key: str, results: Path) -> AnimalStatus:
-    if any((results / CACHE).glob(f"{key}-*.nc")):
-        return AnimalStatus(animal, "done", {})
+def _status(animal: str, key: str, results: Path, lost: Mapping[str, str]) -> AnimalStatus:
+    if piece := next((results / CACHE).glob(f"{key}-*.nc"), None):
+        return AnimalStatus(animal, "done", {}, failures=failures_in(piece))
     searches = _searches(results, key)
+    if animal in lost:
+        return AnimalStatus(animal, "failed", searches, lost[animal])
     return AnimalStatus(animal, "begun" if searches else "waiting", searches)
 
 

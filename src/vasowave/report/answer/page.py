@@ -20,7 +20,7 @@ from vasowave.report.glossary import symbol, words
 from vasowave.report.tables.cells import symbols
 
 
-def answer_sections(cohort: Cohort, primary: Primary, family: Family, failures: Mapping[str, str]) -> list[Section]:
+def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Section]:
     """Return the sections of the one result."""
     written = symbols(cohort)
     called = _caller(cohort, written)
@@ -28,7 +28,7 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family, failures: 
     return [
         Section("answer", "The answer", [Columns([Answers(_answers(cohort, primary, family, called))], forest)]),
         Section("animals", "What was measured", [Columns(*_pictures(cohort, primary.law))]),
-        Section("open", "What is not known", _open(cohort, primary, failures, written, called)),
+        Section("open", "What is not known", _open(cohort, primary, written, called)),
     ]
 
 
@@ -99,11 +99,9 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     return waves, [Drawing("Pressures", text, tree_figure(cohort, law))]
 
 
-def _open(
-    cohort: Cohort, primary: Primary, failures: Mapping[str, str], written: Mapping[str, str], called: Called
-) -> list[Block]:
+def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
     known = [*one_geometry(cohort), *model_limits(cohort, primary.law, written)]
     if len(primary.rows):
         known += [*influence(primary, called), *other_laws(primary, called)]
     left: list[Block] = [Bullets(known)] if known else []
-    return [Columns(left, problem_blocks(cohort, failures))]
+    return [Columns(left, problem_blocks(cohort, primary.law))]

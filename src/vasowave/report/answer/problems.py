@@ -1,26 +1,30 @@
 """What is wrong and must be looked at; routine notes are none of it."""
 
-from collections.abc import Mapping
-
+import numpy as np
 import pandas as pd
 
-from vasowave.animal.reading import data_of, name_of, notes_of, wall_laws
+from vasowave.animal.reading import data_of, name_of, notes_of
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.misfit import WORSE_THAN_BEST, misfits
+from vasowave.cohort.missing import Missing, Standing, missing_animals
 from vasowave.figures.style import short
 from vasowave.report.blocks import Block, Notice, Remarks
+from vasowave.report.tables.cells import span
 from vasowave.report.wording import number, some_of
 
 _MOST_NAMED = 4  # animals named in a sentence
+_MOST_FAILURES = 8  # told one by one
 
 
-def problems(cohort: Cohort, failures: Mapping[str, str]) -> list[str]:
-    """Return what is wrong: animals lost, laws that miss their data, searches that found their optimum only once."""
-    sentences = [f"{name} failed: {why}" for name, why in failures.items()]
-    for wall in cohort.walls:
-        lost = [name_of(result) for result in cohort.results if wall not in wall_laws(result)]
-        if lost:
-            sentences.append(f"Not calibrated with the {wall} wall: {_some(lost)}.")
+def problems(cohort: Cohort, law: str) -> list[str]:
+    """Return what is wrong: animals lost and what that may do to the comparison by the primary law, laws that failed or
+    miss their data, searches that found their optimum only once.
+    """
+    sentences = [f"{one.animal} failed, {one}" for one in cohort.failures[:_MOST_FAILURES]]
+    if len(cohort.failures) > _MOST_FAILURES:
+        sentences.append(f"{len(cohort.failures) - _MOST_FAILURES} more failures stand in the table Failures.")
+    if not cohort.single:
+        sentences += [_missing(one, law) for one in missing_animals(cohort, law)]
     interrupted = [name_of(result) for result in cohort.results if int(result.attrs.get("interrupted", 0))]
     if interrupted:
         sentences.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
@@ -29,9 +33,33 @@ def problems(cohort: Cohort, failures: Mapping[str, str]) -> list[str]:
     return [*sentences, *_missed(cohort), *_alone(cohort)]
 
 
-def problem_blocks(cohort: Cohort, failures: Mapping[str, str]) -> list[Block]:
+def _missing(missing: Missing, law: str) -> str:
+    """Say who is missing from the comparison of the groups, and what that may do to it."""
+    many, names = len(missing.animals) > 1, _some(list(missing.animals))
+    what = f"by the {law} wall" if law and not missing.lost else "of the groups"
+    return (
+        f"The comparison {what} misses {len(missing.animals)} of {missing.count} animals of {missing.group} ({names}). "
+        f"{_standing(missing, 'they' if many else 'it')}"
+    )
+
+
+def _standing(missing: Missing, who: str) -> str:
+    if missing.standing is Standing.UNKNOWN:
+        reason = (
+            "no animal of the group is left" if not missing.others else "no pressure is known of all that are missing"
+        )
+        return f"Whether {who} {'was' if who == 'it' else 'were'} sicker than the others cannot be said: {reason}."
+    pressures, others = (span(np.array(values)) for values in (missing.pressures, missing.others))
+    high = missing.standing in (Standing.ABOVE, Standing.HIGHER)
+    return (
+        f"Measured mPAP {pressures} mmHg, {missing.standing} ({others} mmHg): {missing.group} looks "
+        f"{'healthier' if high else 'sicker'} there than it is, if pressure tells how sick an animal is."
+    )
+
+
+def problem_blocks(cohort: Cohort, law: str) -> list[Block]:
     """Return the problems as an alarm, and quietly where routine notes stand."""
-    sentences = problems(cohort, failures)
+    sentences = problems(cohort, law)
     blocks: list[Block] = [Notice("Problems", sentences)] if sentences else []
     count = sum(len(notes_of(result)) for result in cohort.results)
     none = [] if sentences else ["No problem was found: nothing failed, and no law misses its data."]

@@ -7,8 +7,9 @@ from vasowave.report.tables import data as tables
 
 
 def data_section(cohort: Cohort) -> Section:
-    """Measured waveforms and indices, networks, nominal parameters."""
+    """What failed, measured waveforms and indices, networks, nominal parameters."""
     blocks: list[Block] = [
+        *tables.failures(cohort),
         Drawing("hemoData", _hemodynamics(cohort), figures.hemodynamics_figure(cohort)),
         tables.hemodynamics(cohort),
         Drawing("Network", "The network as a directed graph, with each vessel's share of the mean flow (eq. 11); width "

@@ -1,5 +1,6 @@
 """The methods in words, ready to paste, with the settings that were used."""
 
+from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
@@ -33,15 +34,32 @@ def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, 
 
 
 def _data(cohort: Cohort) -> str:
-    groups = listed([f"{len(results)} {group}" for group, results in cohort.groups.items()])
-    whose = "one animal" if cohort.single else f"{groups} animals"
+    whose = "one animal" if cohort.single else f"{_counted(cohort)} animals"
     return (
         f"Pressure and flow in the main pulmonary artery of {whose} were analyzed with vasowave "
-        f"{cohort.results[0].attrs.get('vasowave', '')}. {_averaged(cohort)}. Nominal parameters came from "
-        f"{'the' if cohort.single else 'each'} recording: Z_c by the up-slope method (eq. 8), wall stiffness from Z_c "
-        "(eqs. 9, 10), the time constant from the diastolic decay (eq. 12), resistances and compliances of the beds by "
-        "the flow division of Poiseuille's law (eqs. 11, 13)."
+        f"{cohort.results[0].attrs.get('vasowave', '')}.{_failed(cohort)} {_averaged(cohort)}. Nominal parameters came "
+        f"from {'the' if cohort.single else 'each'} recording: Z_c by the up-slope method (eq. 8), wall stiffness from "
+        "Z_c (eqs. 9, 10), the time constant from the diastolic decay (eq. 12), resistances and compliances of the "
+        "beds by the flow division of Poiseuille's law (eqs. 11, 13)."
     )
+
+
+def _counted(cohort: Cohort) -> str:
+    """Return how many animals of each group were analyzed, and of how many, where some were lost: ``3 of 4 HPH``."""
+    lost = Counter(one.group for one in cohort.lost)
+    there = {group: len(cohort.groups.get(group, [])) for group in (*cohort.groups, *lost)}
+    return listed(
+        [f"{n} of {n + lost[group]} {group}" if lost[group] else f"{n} {group}" for group, n in there.items()]
+    )
+
+
+def _failed(cohort: Cohort) -> str:
+    """Name every animal that was lost, and every law, posterior or comparison that an animal lacks."""
+    parts: dict[str, list[str]] = {}
+    for one in cohort.failures:
+        parts.setdefault(one.what, []).append(one.animal)
+    said = "; ".join(f"{listed(names)} ({what})" for what, names in parts.items())
+    return f" Failed: {said}; reasons stand in the table Failures." if said else ""
 
 
 def _averaged(cohort: Cohort) -> str:

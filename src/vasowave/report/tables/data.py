@@ -3,7 +3,7 @@
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.reading import data_of, network
+from vasowave.animal.reading import data_of, name_of, network
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.description import describe
 from vasowave.cohort.table import INDICES, columns
@@ -27,6 +27,25 @@ def hemodynamics(cohort: Cohort) -> Table:
     note = "; ".join(f"{name}: {known[name]}" for name in INDICES if name in known)
     caption = "Hemodynamic indices" if cohort.single else "Hemodynamic indices, mean ± SD"
     return Table("HemoStats", caption, header, cells, f"{note}.", data)
+
+
+def failures(cohort: Cohort) -> list[Table]:
+    """Everything that failed ("Failures"), if anything did."""
+    if not cohort.failures:
+        return []
+    measured = {name_of(result): float(data_of(result, "measured/quantities")["mPAP"]) for result in cohort.results}
+    data = pd.DataFrame(
+        {
+            "animal": one.animal, "group": one.group, "law": one.law or "–", "stage": str(one.stage),
+            "mPAP [mmHg]": measured.get(one.animal, one.mean_pressure), "reason": one.reason,
+        }
+        for one in cohort.failures
+    ).astype({"mPAP [mmHg]": float})  # fmt: skip
+    note = (
+        "Reading and computing: the animal has no result. Fit, analysis: it has none with this law. Posterior, "
+        "comparison: all else is there. mPAP as measured, whatever failed."
+    )
+    return [Table.of("Failures", "What failed, and why", data, note)]
 
 
 def networks(cohort: Cohort) -> list[Table]:

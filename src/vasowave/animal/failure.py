@@ -1,0 +1,130 @@
+"""What failed of an animal: as a whole, with one wall law, or a part of what was asked of that law."""
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, TypeVar
+
+import xarray as xr
+
+from vasowave.animal.files import root_attribute
+from vasowave.errors import VasowaveError
+from vasowave.memory import is_starved
+
+ATTRIBUTE = "failures"
+"""Attribute of an animal's result that holds its failures, a JSON list."""
+
+
+_LONGEST = 300  # letters of what a foreign error says; a compiler's goes on for pages
+
+T = TypeVar("T")
+
+
+class Stage(StrEnum):
+    """Where something failed."""
+
+    READING = "reading"
+    FIT = "fit"
+    ANALYSIS = "analysis"
+    POSTERIOR = "posterior"
+    COMPARISON = "comparison"
+    COMPUTING = "computing"
+
+
+@dataclass(frozen=True)
+class Failure:
+    """One thing that failed.
+
+    Attributes
+    ----------
+    animal, group : str
+    law : str
+        The wall law; empty where it is of no single one.
+    stage : Stage
+        ``reading`` of its files and ``computing`` (what follows without a model cannot be, or the program ended) lose
+        the animal; ``fit`` and ``analysis`` of it lose a law; without a ``posterior`` or a ``comparison`` of the laws
+        all else is there.
+    reason : str
+    mean_pressure : float or None
+        Measured mPAP, mmHg, where a recording could be read: the animal is lost, what was measured is not.
+    """
+
+    animal: str
+    group: str
+    law: str
+    stage: Stage
+    reason: str
+    mean_pressure: float | None = None
+
+    @property
+    def whole(self) -> bool:
+        """Whether the animal has no result at all."""
+        return self.stage in (Stage.READING, Stage.COMPUTING)
+
+    @property
+    def lost_law(self) -> bool:
+        """Whether the animal has no fit with the law."""
+        return self.stage in (Stage.FIT, Stage.ANALYSIS)
+
+    @property
+    def what(self) -> str:
+        """What failed: ``tangent wall, fit``."""
+        return f"{self.law} wall, {self.stage}" if self.law else str(self.stage)
+
+    def __str__(self) -> str:
+        """Return what failed, and why."""
+        return f"{self.what}: {self.reason}"
+
+
+def as_plain(failures: Iterable[Failure]) -> list[dict[str, Any]]:
+    """Return failures as JSON can hold them."""
+    return [asdict(one) for one in failures]
+
+
+def from_plain(entries: Iterable[Mapping[str, Any]]) -> tuple[Failure, ...]:
+    """Return the failures that `as_plain` wrote; raises `ValueError` or `TypeError` for anything else."""
+    return tuple(Failure(**{**entry, "stage": Stage(entry["stage"])}) for entry in entries)
+
+
+def failures_in(path: Path) -> tuple[Failure, ...]:
+    """Return what failed of an animal by the file of its result, of which no more is read; none of a damaged file."""
+    try:
+        return from_plain(json.loads(root_attribute(path, ATTRIBUTE)))
+    except (OSError, AttributeError, ValueError, TypeError, KeyError):
+        return ()
+
+
+def failures_of(result: xr.DataTree) -> tuple[Failure, ...]:
+    """Return what failed of an animal that has a result."""
+    return from_plain(json.loads(result.attrs.get(ATTRIBUTE, "[]")))
+
+
+def attempted(work: Callable[[], T], failed: Callable[[str], None]) -> T | None:
+    """Return what `work` returns; where it fails, tell `failed` why, and return nothing.
+
+    A disk that is full and a lack of memory are not of the animal, and end the work.
+    """
+    try:
+        return work()
+    except Exception as error:
+        if is_starved(error) or _is_of_a_disk(error):
+            raise
+        failed(str(error) if isinstance(error, VasowaveError) else unforeseen(error))
+        return None
+
+
+def _is_of_a_disk(error: BaseException | None) -> bool:
+    return error is not None and (isinstance(error, OSError) or _is_of_a_disk(error.__cause__ or error.__context__))
+
+
+def unforeseen(error: BaseException, where: str = "") -> str:
+    """Return what is said of an error that nobody foresaw, and where it came from."""
+    frame = error.__traceback__
+    while frame is not None and frame.tb_next is not None:
+        frame = frame.tb_next
+    if not where and frame is not None:
+        where = f'File "{frame.tb_frame.f_code.co_filename}", line {frame.tb_lineno}'
+    said = next(iter(str(error).splitlines()), "")[:_LONGEST]
+    return f"unexpected {type(error).__name__}: {said} ({where or 'unknown'}); please report it"

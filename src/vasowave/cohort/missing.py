@@ -1,0 +1,84 @@
+"""Which animals a comparison of groups misses, and what that may do: animals fall out because of what they are."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+import xarray as xr
+
+from vasowave.animal.reading import data_of, name_of, wall_laws
+from vasowave.cohort.cohort import Cohort
+
+
+class Standing(StrEnum):
+    """Where the measured mean pressures of missing animals lie among those of the others of their group."""
+
+    ABOVE = "above all others"
+    HIGHER = "above the median of the others"
+    LOWER = "not above the median of the others"
+    BELOW = "below all others"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True)
+class Missing:
+    """The animals of one group that a comparison misses.
+
+    Attributes
+    ----------
+    group : str
+    animals : tuple of str
+        All that are missing.
+    lost : tuple of str
+        Those of them that have no result at all, so that comparisons of what was measured miss them too.
+    count : int
+        Animals of the group, with those that are missing.
+    pressures, others : tuple of float
+        Measured mPAP, mmHg: of the missing animals of which it is known, and of the others.
+    """
+
+    group: str
+    animals: tuple[str, ...]
+    lost: tuple[str, ...]
+    count: int
+    pressures: tuple[float, ...]
+    others: tuple[float, ...]
+
+    @property
+    def standing(self) -> Standing:
+        """Where the missing animals' pressures lie; unknown where there are none to compare, or not of all."""
+        if len(self.pressures) < len(self.animals) or not self.others:
+            return Standing.UNKNOWN
+        if min(self.pressures) > max(self.others):
+            return Standing.ABOVE
+        if max(self.pressures) < min(self.others):
+            return Standing.BELOW
+        higher = np.mean(self.pressures) > np.median(self.others)
+        return Standing.HIGHER if higher else Standing.LOWER
+
+
+def missing_animals(cohort: Cohort, law: str) -> list[Missing]:
+    """Return, group by group, who is missing from a comparison by a wall law: without a result, or without that law.
+
+    Where no animal has a law (`law` is empty) only those count that have no result.
+    """
+    groups = [*cohort.groups, *dict.fromkeys(one.group for one in cohort.lost if one.group not in cohort.groups)]
+    found = [_of(cohort, group, law) for group in groups]
+    return [one for one in found if one.animals]
+
+
+def _of(cohort: Cohort, group: str, law: str) -> Missing:
+    lost = [one for one in cohort.lost if one.group == group]
+    members = cohort.groups.get(group, [])
+    without = [result for result in members if law and law not in wall_laws(result)]
+    there = [result for result in members if not law or law in wall_laws(result)]
+    known = tuple(one.mean_pressure for one in lost if one.mean_pressure is not None)
+    names = tuple(one.animal for one in lost)
+    return Missing(
+        group, (*names, *map(name_of, without)), names, len(members) + len(lost),
+        (*known, *map(_pressure, without)), tuple(map(_pressure, there)),
+    )  # fmt: skip
+
+
+def _pressure(result: xr.DataTree) -> float:
+    return float(data_of(result, "measured/quantities")["mPAP"])
