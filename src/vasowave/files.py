@@ -173,6 +173,12 @@ def made_inside(folder: Path, name: str) -> Path:
         It is a link that leads out of `folder`, or cannot be made.
     """
     inner = folder / name
+    try:
+        inner.resolve().stat()
+    except FileNotFoundError:
+        pass
+    except (OSError, RuntimeError) as error:  # of links in a circle, which the systems and versions call by many names
+        raise InputError(f"{inner}: cannot be opened ({error}); is it a link to itself? Remove it") from None
     if not inner.resolve().is_relative_to(folder.resolve()):
         raise InputError(f"{inner} is a link that leads out of {folder}; put a folder in its place, or move the whole")
     try:

@@ -27,7 +27,6 @@ import numba
 import numpy as np
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
-from numba.types import BaseTuple
 
 from vasowave.locks import lock_open_file
 
@@ -191,7 +190,7 @@ def _is_ours(kinds: Any) -> bool:
     of_class: Any = getattr(kinds, "instance_class", None)
     if of_class is not None and of_class.__module__.partition(".")[0] != __package__:
         return False
-    return all(map(_is_ours, kinds)) if isinstance(kinds, (tuple, BaseTuple)) else True
+    return all(map(_is_ours, kinds)) if hasattr(kinds, "__iter__") else True
 
 
 def _loaded(file: Path, target_context: Any) -> tuple[Any, bool]:
