@@ -76,7 +76,7 @@ def _symbols(wall):
 
 SLIPS = {
     "a missing bracket": ("def limits(k, m): return", "def limits(k, m: return", r"line \d+: .*"),
-    "a misspelled name": ("class ExponentialWall(NamedTuple)", "class ExponentialWall(NamedTupel)", r"line \d: NameError"),
+    "a misspelled name": ("class ExponentialWall(NamedTuple)", "class ExponentialWall(Named)", "line 7: NameError"),
     "a file beside it": ("import numpy as np", "import sibling", "line 3: No module named 'sibling'; a law is one"),
     "an end": ("import numpy as np", "raise SystemExit", "line 3: SystemExit"),
     "a null byte": ("import numpy as np", "\0", "null bytes"),
@@ -85,7 +85,7 @@ SLIPS = {
     "another unit": ('Parameter("mmHg"', 'Parameter("kPa"', "write mmHg for a pressure"),
     "no description": ('return Law("exponential"', 'return ("exponential"', r"law\(\) must return"),
     "a name that is taken": ('Law("exponential"', 'Law("network"', "a part of every result has this name"),
-    "an unknown function": ("np.log(np.max", "np.logg(np.max", r"line 17: AttributeError.*logg"),
+    "an unknown function": ("np.log(np.max", "np.logg(np.max", r"line 18: AttributeError.*logg"),
     "too many arguments": ("def slope_at(p, k, m)", "def slope_at(p, k, m, n)", "TypeError.*missing 1 required"),
     "one number": ("return 0.0 * k, 0.0 * k + np.inf", "return 0.0 * k", "not a wall law|limits"),
     "another class": ("class ExponentialWall", "class Exponential", "our_laws.py has no 'ExponentialWall'"),
@@ -111,7 +111,7 @@ def test_an_error_while_a_law_is_used_is_told_with_its_line_and_others_stay_what
         )
     )
     law = find_law(NAME)
-    with pytest.raises(InputError, match=r"our_laws\.py, line 18: AssertionError; correct the law"), in_words():
+    with pytest.raises(InputError, match=r"our_laws\.py, line 19: AssertionError; correct the law"), in_words():
         law.ratio_at(2e6, 1.0, 2.0)
     with pytest.raises(ZeroDivisionError), in_words():
         raise ZeroDivisionError
