@@ -22,11 +22,12 @@ import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
+import foreign
 import vasowave as vw
+from foreign import PROGRAM, Said
 from robustness_page import put
 
 SETTINGS = """\
@@ -36,16 +37,7 @@ model_selection: false
 numerics: {cell_size: 0.3}
 report: {pdf: false}
 """
-PROGRAM = [sys.executable, "-c", "from vasowave.cli import run; run()", "run"]
 LONGEST = 300  # s
-
-
-class Said(NamedTuple):
-    """Status and words of a run."""
-
-    status: int
-    words: str
-
 
 Fault = Callable[[Path], Said | None]
 
@@ -94,7 +86,7 @@ def full_disk(folder: Path) -> Said | None:
     small.mkdir()
     script = (
         f"mount -t tmpfs -o size=400k tmpfs '{small}' || exit 77\ncp '{folder}'/* '{small}' 2>/dev/null\n"
-        f"'{PROGRAM[0]}' -c '{PROGRAM[2]}' run '{small}' --workers 1 --no-report\n"
+        f"'{PROGRAM[0]}' -m vasowave run '{small}' --workers 1 --no-report\n"
         f"status=$?\nmkdir '{folder}/results'\ncp -r '{small}/results/cache' '{folder}/results'\nexit $status\n"
     )
     done = subprocess.run(["unshare", "-rm", "sh", "-c", script], check=False, capture_output=True, text=True)
@@ -124,14 +116,14 @@ def interrupted(folder: Path) -> Said:
     return run(folder, meanwhile=lambda process: os.kill(process, signal.SIGINT), preexec_fn=heard)
 
 
-def worker_killed(folder: Path) -> Said:
+def worker_killed(by: signal.Signals, folder: Path) -> Said:
     def kill_children(process: int) -> None:
         listed = subprocess.run(
             ["ps", "-o", "pid=,args=", "--ppid", str(process)], capture_output=True, text=True, check=True
         )
         for line in listed.stdout.splitlines():
             if "spawn_main" in line:
-                os.kill(int(line.split()[0]), signal.SIGKILL)
+                os.kill(int(line.split()[0]), by)
 
     return run(folder, meanwhile=kill_children)
 
@@ -209,7 +201,8 @@ FAULTS: dict[str, Fault] = {
     "folder read-only": read_only_folder,
     "program killed": killed,
     "program interrupted (Ctrl-C)": interrupted,
-    "worker killed": worker_killed,
+    "worker killed": partial(worker_killed, signal.SIGKILL),
+    "worker crashes": partial(worker_killed, signal.SIGSEGV),
     "memory limited to 0.9 GB": partial(memory_limit, 0.9),
     "memory limited to 0.78 GB": partial(memory_limit, 0.78),
     "memory limited to 0.7 GB": partial(memory_limit, 0.7),
@@ -219,6 +212,15 @@ FAULTS: dict[str, Fault] = {
     "folder in place of a piece": folder_in_place_of_a_piece,
     "pipe as recording": pipe_as_recording,
     "scheduler killed": scheduler_killed,
+    "modules planted": foreign.modules_planted,
+    "pieces swapped": foreign.pieces_swapped,
+    "100 flips of a kernel": partial(foreign.kernels_flipped, 100),
+    "kernels of the solver damaged": foreign.solvers_kernels_damaged,
+    "little room left": partial(foreign.room_left, [0, 4096, 65536], False),
+    "0 to 64 kB left, animals kept": partial(foreign.room_left, range(0, 65537, 4096), False),
+    "0 to 64 kB left, animals computed": partial(foreign.room_left, range(0, 65537, 16384), True),
+    "files of at most 0 to 64 kB": partial(foreign.files_limited, [0, 1, 17, 500, 4095, 9999, 33333, 65536]),
+    "300 mutants of a law": partial(foreign.laws_mutated, 300, 43),
 }
 
 
@@ -233,7 +235,7 @@ def tried(name: str, sound: Path, folder: Path) -> tuple[str, str, bool]:
     said = FAULTS[name](write_study(folder / "study"))
     if said is None:
         return "skipped: this machine cannot make it", "", True
-    foreign = "Traceback" in said.words or "please report it" in said.words
+    held = said.held and "Traceback" not in said.words and "please report it" not in said.words
     lines = [line.strip() for line in said.words.splitlines() if line.strip()]
     last = next((line for line in reversed(lines) if "Error" in line or "failed" in line), lines[-1] if lines else "")
     words = f"status {said.status}: {last.replace(str(folder), '')[:160]}"
@@ -242,7 +244,7 @@ def tried(name: str, sound: Path, folder: Path) -> tuple[str, str, bool]:
     return (
         words,
         "results identical" if whole else f"status {after.status}: {after.words[-200:]}",
-        whole and not foreign,
+        whole and held,
     )
 
 

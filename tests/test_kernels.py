@@ -1,11 +1,14 @@
-"""Compiled kernels: made once for all processes, in a place that can be written, never met by another source."""
+"""Compiled kernels: made once for all processes of a user, in a private place, never met by another source."""
 
+import hashlib
 import os
 import shutil
+import stat
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -103,11 +106,81 @@ def test_where_nothing_at_all_can_be_written_every_process_compiles(sealed, tmp_
 
 
 @pytest.mark.validation
-def test_a_writable_installation_keeps_its_kernels_beside_itself(tmp_path):
-    folder = installed(tmp_path / "here")
-    home = tmp_path / "home"
+def test_kernels_lie_in_a_private_folder_of_the_user_also_where_the_package_could_be_written(tmp_path):
+    folder, home = installed(tmp_path / "here"), tmp_path / "home"
     home.mkdir()
-    assert (folder / "vasowave") in told(started(folder, home))[2].parents
+    place = told(started(folder, home))[2]
+    assert home in place.parents
+    assert stat.S_IMODE(place.stat().st_mode) == 0o700
+    assert {stat.S_IMODE(one.stat().st_mode) for one in place.glob("*.kernel")} == {0o600}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no modes")
+@pytest.mark.parametrize("fault", ["open to a group", "a link", "a file"])
+def test_a_folder_that_others_may_write_to_is_not_used(tmp_path, monkeypatch, fault):
+    from vasowave import kernels
+
+    monkeypatch.setattr(kernels.numba.config, "CACHE_DIR", str(tmp_path / "one"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "other"))
+    place = kernels._folder("source")
+    assert place.parent == tmp_path / "one"
+    if fault == "open to a group":
+        place.chmod(0o770)
+    else:
+        place.rmdir()
+        (tmp_path / "elsewhere").mkdir(mode=0o700)
+        place.symlink_to(tmp_path / "elsewhere") if fault == "a link" else place.write_text("")
+    assert kernels._folder("source").parent == tmp_path / "other" / "vasowave"
+
+
+@pytest.fixture
+def thrice(tmp_path, monkeypatch):
+    """A kernel that was compiled and kept: what compiles or loads it anew, and its file."""
+    from numba import njit
+
+    from vasowave import kernels
+
+    monkeypatch.setattr(kernels.numba.config, "CACHE_DIR", str(tmp_path))
+
+    def tripled(x):
+        return 3.0 * x
+
+    def again():
+        taken = kernels.kept(njit(tripled))
+        assert taken(2.0) == 6.0
+        return sum(taken.stats.cache_hits.values())
+
+    assert [again(), again()] == [0, 1]
+    (file,) = tmp_path.rglob("*.kernel")
+    return again, file
+
+
+DAMAGES = {
+    "a byte flipped": lambda content: content[:5000] + bytes([content[5000] ^ 1]) + content[5001:],
+    "a byte of the check sum flipped": lambda content: bytes([content[0] ^ 128]) + content[1:],
+    "cut": lambda content: content[:-1],
+    "empty": lambda content: b"",
+    "longer": lambda content: content + b"\0",
+    "nothing that can be unpickled": lambda content: hashlib.sha256(b"no").digest() + b"no",
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_kernel_is_said_once_and_compiled_anew(thrice, damage, caplog):
+    again, file = thrice
+    file.write_bytes(DAMAGES[damage](file.read_bytes()))
+    assert [again(), again()] == [0, 1]
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{file}: a compiled function was damaged; it is compiled anew."
+    ]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no modes")
+def test_a_kernel_that_others_may_write_to_is_not_read(thrice, monkeypatch):
+    again, file = thrice
+    file.chmod(0o620)
+    monkeypatch.setattr("vasowave.kernels.pickle.loads", lambda packed: pytest.fail("what others wrote was unpickled"))
+    assert again() == 0
 
 
 def test_a_compilation_that_fails_keeps_nobody_waiting(tmp_path, monkeypatch):
@@ -117,7 +190,7 @@ def test_a_compilation_that_fails_keeps_nobody_waiting(tmp_path, monkeypatch):
 
     from vasowave import kernels
 
-    monkeypatch.setattr(kernels.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(kernels.numba.config, "CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(kernels, "_PATIENCE", 20.0)
 
     def first(x):
@@ -132,12 +205,33 @@ def test_a_compilation_that_fails_keeps_nobody_waiting(tmp_path, monkeypatch):
     assert time.monotonic() - began < 20.0
 
 
+def test_a_kernel_for_a_class_from_elsewhere_is_compiled_in_every_process(thrice):
+    """Its source is not in the folder's name: a changed class of the same name would meet the kernel of the old one."""
+    from numba import njit
+
+    from vasowave import kernels
+
+    def first(pair):
+        return pair[0]
+
+    class Pair(NamedTuple):
+        one: float
+        other: float
+
+    _, file = thrice
+    for pair in (Pair(1.0, 2.0), (0, Pair(1.0, 2.0))):
+        kernels.kept(njit(first))(pair)
+    assert [one.name for one in file.parents[1].rglob("*.kernel")] == [file.name]
+    kernels.kept(njit(first))((1.0, 2.0))
+    assert len(list(file.parents[1].rglob("*.kernel"))) == 2
+
+
 def test_compiling_is_timed_and_what_is_compiled_within_counts_once(tmp_path, monkeypatch):
     from numba import njit
 
     from vasowave import kernels
 
-    monkeypatch.setattr(kernels.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(kernels.numba.config, "CACHE_DIR", str(tmp_path))
 
     def inner(x):
         return x + 1.0

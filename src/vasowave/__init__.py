@@ -1,5 +1,11 @@
 """vasowave: from one animal's vessels and one catheter recording to a calibrated, explained pulse-wave model."""
 
+import sys
+
+# `python -m vasowave` puts the current folder first, where no file is to be taken for a module (see __main__).
+if sys.argv[:1] == ["-m"] and not sys.flags.safe_path and {"vasowave", "-mvasowave"} & set(sys.orig_argv):
+    del sys.path[0]
+
 import ast
 from importlib import import_module
 from pathlib import Path

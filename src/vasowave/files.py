@@ -10,14 +10,16 @@ import shutil
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from vasowave.errors import InputError
+from vasowave.locks import lock_open_file
 
 PART = ".vasowave-part-"
 """Beginning of the hidden names; what a killed program left under such a name may be removed."""
 
+_HELD = "held"  # a file in an unfinished folder, locked by the program that fills it
 _FORGOTTEN = 3600.0  # s; an unfinished piece that is older belongs to no program that still runs
 _FULL = {errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)}
 _REASONS = {
@@ -85,7 +87,7 @@ def write_folder(folder: Path) -> Iterator[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         remove_parts(folder, _FORGOTTEN)
-        with tempfile.TemporaryDirectory(prefix=PART, dir=folder) as name:
+        with tempfile.TemporaryDirectory(prefix=PART, dir=folder) as name, _held(Path(name)):
             fresh, aside = Path(name) / "new", Path(name) / "old"
             fresh.mkdir()
             aside.mkdir()
@@ -119,10 +121,29 @@ def _move(fresh: Path, folder: Path, aside: Path) -> None:
         raise
 
 
+@contextmanager
+def _held(part: Path) -> Iterator[None]:
+    """Show others, as long as this program lives, that an unfinished folder is being filled."""
+    with (part / _HELD).open("ab") as file:
+        with suppress(OSError):  # a file system without locks
+            lock_open_file(file.fileno())
+        yield
+
+
+def _is_left(part: Path) -> bool:
+    """Whether an unfinished folder belonged to a program that has ended."""
+    try:
+        with (part / _HELD).open("rb+") as file:
+            lock_open_file(file.fileno())
+    except OSError:
+        return False
+    return True
+
+
 def remove_parts(folder: Path, age: float = 0.0) -> None:
-    """Remove what a killed program left unfinished in `folder`, if it is older than `age` (s)."""
+    """Remove what a killed program left unfinished in `folder`, if that is known or it is older than `age` (s)."""
     for rest in folder.glob(f"{PART}*"):
-        if time.time() - rest.lstat().st_mtime < age:
+        if time.time() - rest.lstat().st_mtime < age and not _is_left(rest):
             continue
         if rest.is_dir() and not rest.is_symlink():
             shutil.rmtree(rest, ignore_errors=True)
@@ -173,6 +194,12 @@ def made_inside(folder: Path, name: str) -> Path:
         It is a link that leads out of `folder`, or cannot be made.
     """
     inner = folder / name
+    try:
+        inner.resolve().stat()
+    except FileNotFoundError:
+        pass
+    except (OSError, RuntimeError) as error:  # of links in a circle, which the systems and versions call by many names
+        raise InputError(f"{inner}: cannot be opened ({error}); is it a link to itself? Remove it") from None
     if not inner.resolve().is_relative_to(folder.resolve()):
         raise InputError(f"{inner} is a link that leads out of {folder}; put a folder in its place, or move the whole")
     try:

@@ -1,18 +1,20 @@
 """Finding a wall law by its name: one of `walls`, one that a package offers, or a class in a file of one's own.
 
-``linear`` · ``my_laws:ExponentialWall`` (module and class) · a name in the entry points ``vasowave.walls``.
+``linear`` · ``our_laws:ExponentialWall`` (file and class, see `law_files`) · a name in the entry points
+``vasowave.walls``.
 """
 
-import sys
 from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vasowave.errors import InputError, did_you_mean
+from vasowave.errors import InputError, VasowaveError, did_you_mean
+from vasowave.law_description import check_description
+from vasowave.law_files import in_words, module_of, named, plain
 from vasowave.walls import BUILT_IN
 
 ENTRY_POINTS = "vasowave.walls"
@@ -22,7 +24,6 @@ LAWS: dict[str, Any] = {law.law().name: law for law in BUILT_IN}
 """The laws of `walls` by name."""
 
 _NEEDED = ("law", "pressure_at", "ratio_at", "slope_at", "limits")
-_MOST_PARAMETERS = 4  # that the kernels can hand over
 _PRESSURES = np.array([0.05, 0.3, 1.0, 2.0])  # at which a foreign law is tried, in units of 20 mmHg
 _TOLERANCE = 1e-5  # relative, of identities between the equations of a law
 
@@ -33,8 +34,9 @@ def find_law(wall: str | type) -> Any:
     Parameters
     ----------
     wall : str or class
-        ``linear``, ``tangent``, … (`LAWS`); the name of an entry point; ``module:Class`` of an importable module; or a
-        law's class.
+        ``linear``, ``tangent``, … (`LAWS`); the name of an entry point; ``our_laws:Class`` for the class in
+        ``our_laws.py`` in the folder of the study or, without a study, in the one you are in; ``package.module:Class``
+        of an installed module; or a law's class.
 
     Raises
     ------
@@ -71,50 +73,53 @@ def law_parameters(walls: Sequence[str | type]) -> dict[str, str]:
     }
 
 
-def look_in(folder: Path) -> None:
-    """Let laws named ``module:Class`` be found in `folder` from now on, after everything that is installed."""
-    place = str(Path(folder).resolve())
-    if place not in sys.path:
-        sys.path.append(place)
-
-
-def law_file(wall: str) -> Path | None:
-    """Return the file of a law named ``module:Class``, None for the others: what it says enters a result."""
-    source = getattr(sys.modules.get(find_law(wall).__module__), "__file__", None) if ":" in wall else None
-    return Path(source) if source else None
-
-
 def _imported(name: str) -> Any:
-    look_in(Path.cwd())
-    module, _, attribute = name.partition(":")
-    try:
-        return getattr(import_module(module), attribute)
-    except ImportError as error:
-        places = "the folder of the study or the one you are in"
-        raise InputError(f"wall law '{name}': {error}; the module must lie in {places}, or be installed") from None
-    except AttributeError:
-        where = getattr(sys.modules.get(module), "__file__", module)
-        raise InputError(f"wall law '{name}': {where} has no '{attribute}'") from None
+    """Return the class of a name, from the file that the name says or else from an installed module."""
+    wall = named(name)
+    module, _, attribute = wall.partition(":")
+    if "@" in module:
+        found: Any = module_of(module, wall)
+    else:
+        try:
+            found = import_module(module)
+        except Exception as error:
+            why = "no such module is installed" if isinstance(error, ModuleNotFoundError) else repr(error)
+            raise InputError(
+                f"wall law '{name}': {why}, and there is no {module}.py in the folder of the study (or, without a "
+                "study, in the one you are in)"
+            ) from None
+    law = getattr(found, attribute, None) if attribute else None
+    if law is None:
+        raise InputError(f"wall law '{plain(name)}': {getattr(found, '__file__', module)} has no '{attribute}'")
+    return law
 
 
 def _checked(law: Any) -> Any:
     """Return a foreign law whose description and equations agree; see `walls` for what they are."""
+    if not isinstance(law, type):
+        raise InputError(f"{law!r} is not a wall law: give the name of one, or a class")
+    return _checked_class(law)
+
+
+@cache
+def _checked_class(law: Any) -> Any:
     missing = [part for part in _NEEDED if not callable(getattr(law, part, None))]
-    if not isinstance(law, type) or not hasattr(law, "_fields") or missing:
+    if not isinstance(getattr(law, "_fields", None), tuple) or missing:
         raise InputError(
             f"{law!r} is not a wall law: a NamedTuple class with the static methods {', '.join(_NEEDED)} is needed"
             + (f" (missing: {', '.join(missing)})" if missing else "")
         )
-    kind: Any = law
-    said = kind.law()
-    if not 0 < len(kind._fields) == len(said.parameters) <= _MOST_PARAMETERS:
-        raise InputError(
-            f"wall law '{said.name}' has the fields {', '.join(kind._fields)} and describes {len(said.parameters)} "
-            f"parameters; describe each field once, at most {_MOST_PARAMETERS}"
-        )
-    if LAWS.get(said.name, law) is not law or not said.name.isidentifier():
-        raise InputError(f"wall law '{said.name}': take another name, one word that no other law has")
-    _check_equations(law, [one.nominal * one.scale(50.0) for one in said.parameters])
+    try:
+        with np.errstate(all="ignore"), in_words():
+            said = law.law()
+            check_description(law, said)
+            if LAWS.get(said.name, law) is not law:
+                raise InputError(f"wall law '{said.name}': take another name, one word that no other law has")
+            _check_equations(law, [one.nominal * one.scale(50.0) for one in said.parameters])
+    except VasowaveError:
+        raise
+    except Exception as error:
+        raise InputError(f"{law!r} is not a wall law: {type(error).__name__}: {error}; correct it") from None
     return law
 
 
@@ -122,6 +127,11 @@ def _check_equations(law: Any, parameters: list[float]) -> None:
     """Try the identities between pressure, area and slope at nominal parameters of a mouse (β0 = 50 mmHg)."""
     p, name = 20.0 * _PRESSURES, law.law().name
     ratio, slope = law.ratio_at(p, *parameters), law.slope_at(p, *parameters)
+    for what, one in (("ratio_at", ratio), ("slope_at", slope), ("pressure_at", law.pressure_at(ratio, *parameters))):
+        if np.shape(one) != p.shape or np.asarray(one).dtype.kind != "f":
+            raise InputError(f"wall law '{name}': {what} does not return one real number for each of its arguments")
+    if len(law.limits(*parameters)) != 2 or not np.all(np.greater(*law.limits(*parameters)[::-1])):
+        raise InputError(f"wall law '{name}': limits must return two area ratios, the smaller first")
     h = 1e-4 * p
     numerical = (law.ratio_at(p + h, *parameters) - law.ratio_at(p - h, *parameters)) / (2 * h)
     for what, one, other in (

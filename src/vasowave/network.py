@@ -9,6 +9,10 @@ import numpy as np
 from vasowave.errors import InputError, did_you_mean
 from vasowave.notebook import card
 
+POSSIBLE = {"radius": (1e-5, 15.0), "length": (1e-5, 3000.0)}
+"""Sizes outside are no animal's, cm: from a tenth of a micrometer, far below a capillary's radius (3 µm), to what
+exceeds a blue whale, the largest animal, whose aorta measures 23 cm across and which is 30 m long."""
+
 HIGHEST = 100.0
 """Highest pressure at which lungs are filled for an image, mmHg."""
 
@@ -42,9 +46,9 @@ class Network:
     Raises
     ------
     InputError
-        No or two roots, a cycle, an unknown parent, a duplicate name, a size that is not a
-        positive number; the row is named. A pressure below 0 or above 100 mmHg. A standard deviation that is not a
-        positive number, a taper that closes the vessel.
+        No or two roots, a cycle, an unknown parent, a duplicate name, a size that is not a positive number, or that no
+        animal has (`POSSIBLE`); the row is named. A pressure below 0 or above 100 mmHg. A standard deviation that is
+        not a positive number, a taper that closes the vessel.
 
     Examples
     --------
@@ -201,6 +205,12 @@ def _check_tree(network: Network, where: Callable[[int], str]) -> None:
             value = getattr(network, field)[row]
             if not (np.isfinite(value) and value > 0):
                 raise InputError(f"{where(row)} (vessel '{name}'): {field} {value:g} cm is not a positive number")
+            if not POSSIBLE[field][0] <= value <= POSSIBLE[field][1]:
+                low, high = POSSIBLE[field]
+                raise InputError(
+                    f"{where(row)} (vessel '{name}'): {field} {value:g} cm is no animal's (possible are {low:g} to "
+                    f"{high:g} cm); is its unit right?"
+                )
         if not -1 <= network.parent[row] < count:
             raise InputError(f"{where(row)} (vessel '{name}'): parent row {network.parent[row]} does not exist")
     roots = np.flatnonzero(network.parent < 0)

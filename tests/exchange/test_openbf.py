@@ -233,7 +233,7 @@ def test_what_is_no_configuration_of_openbf_is_one_of_our_errors(tmp_path, text,
 @pytest.mark.parametrize(
     ("table", "words"),
     [
-        ("0 1\n1 two\n", "line 2: '1 two' is not a time and a flow"),
+        ("0 1\n1 two\n", "line 2: not a time and a flow"),
         ("0 1 2\n", "line 1"),
         ("0.1 1e-5\n0.2 1e-5\n", "begin at 0"),
         ("0 1e4\n0.5 1.3e4\n1 1e4\n", "is no flow"),

@@ -83,7 +83,7 @@ def test_the_simulations_of_a_posterior_are_told_as_they_are_made(tmp_path, caps
 
 def begun(folder, least, patience=120.0):
     """Start the run of a study as a process; return it when so many searches are kept."""
-    command = [sys.executable, "-m", "vasowave.cli", "run", str(folder), "--no-report", "--workers", "1"]
+    command = [sys.executable, "-m", "vasowave", "run", str(folder), "--no-report", "--workers", "1"]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     until = time.monotonic() + patience
     while time.monotonic() < until and process.poll() is None:

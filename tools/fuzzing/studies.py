@@ -1,5 +1,6 @@
 """The files of a study: its settings, its table of animals, its results."""
 
+import re
 import warnings
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,10 @@ from fuzzing.recordings import cycle_table
 from fuzzing.vessels import network_table
 from vasowave.animal.files import KIND, to_bytes
 from vasowave.errors import VasowaveWarning
+from vasowave.laws import find_law
+from vasowave.study.checking import check_study
 from vasowave.study.plan import Study, inspect_study
+from vasowave.study.problems import refuse
 from vasowave.study.results import Results, read_results, write_results
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import Store
@@ -31,14 +35,35 @@ def study(folder: Path) -> None:
 
 def read(folder: Path) -> Study:
     """Return the study; what is odd is a warning, what is wrong an error."""
-    from vasowave.study.problems import refuse
-
     found, problems = inspect_study(folder)
     refuse(problems)
     for problem in problems:
         warnings.warn(str(problem), VasowaveWarning, stacklevel=1)
     assert found is not None
     return found
+
+
+LAW = re.search(  # the example of the documentation
+    r"```python\n(.*?)```", (Path(__file__).parents[2] / "docs" / "walls.md").read_text(encoding="utf-8"), re.DOTALL
+)[1]  # type: ignore[index]
+
+
+def study_with_a_law(folder: Path) -> None:
+    """Write a study of one animal that names a law of its own."""
+    study(folder)
+    rows = (folder / "animals.csv").read_text().splitlines()
+    (folder / "animals.csv").write_text("\n".join(rows[:2]) + "\n")
+    text = "groups: [CTL]\nmodel_selection: false\ncalibration: {walls: ['our_laws:ExponentialWall'], starts: 1}\n"
+    (folder / "study.yaml").write_text(text)
+    (folder / "our_laws.py").write_text(LAW)
+
+
+def checked_law(folder: Path) -> Any:
+    """Return the law of a study that `check` finds nothing wrong with."""
+    found = check_study(folder)
+    refuse([problem for problem in found.problems if problem.error])
+    assert found.settings is not None
+    return find_law(found.settings.calibration.walls[0])
 
 
 def _rows(found: Study) -> list[Any]:
@@ -77,6 +102,10 @@ FORMS = {
     "study.yaml": Form(
         study, ".", "study.yaml", mutate_text, read, lambda found: len(found.animals), lambda found: [found.settings],
         text=True,
+    ),
+    "law file": Form(  # a program: what it says is not to be doubted, as long as its equations agree
+        study_with_a_law, ".", "our_laws.py", mutate_text, checked_law,
+        lambda law: law._fields, lambda law: [law.law(), law.ratio_at(np.linspace(0, 30, 7), 10.0, 2.0)],
     ),
     "animals.csv": Form(  # like a list of edits it cannot know that a row is missing; `check` tells what it read
         study, ".", "animals.csv", mutate_text, read,

@@ -15,6 +15,7 @@ from vasowave.calibration.calibrate import NUMERICS
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.errors import InputError, did_you_mean
 from vasowave.inference.priors import Priors
+from vasowave.law_files import is_unread, named
 from vasowave.laws import ENTRY_POINTS, LAWS, find_law
 from vasowave.network import Network
 from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
@@ -75,7 +76,9 @@ class Animal:
 
 
 def _wall(name: str) -> str:
-    find_law(name)
+    name = named(name)
+    if not is_unread(name):
+        find_law(name)
     return name
 
 
@@ -143,6 +146,7 @@ class Settings(Search):
         """Check the values."""
         for name in ("walls", "selection_optima"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
+        object.__setattr__(self, "walls", tuple(map(named, self.walls)))
         super().__post_init__()
         known = known_parameters(self.walls)
         for name in (*self.bounds, *self.fixed):

@@ -20,6 +20,7 @@ from vasowave.calibration.search import SearchEnd
 from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
 from vasowave.errors import NumericalError, VasowaveWarning
+from vasowave.law_files import in_words
 from vasowave.network import Network
 from vasowave.network_remarks import unknown_pressure
 from vasowave.nominal import estimate_nominal, oddities
@@ -91,6 +92,7 @@ class Search:
         check_settings(self)
 
 
+@in_words()
 def calibrate(
     network: Network,
     recording: Recording,

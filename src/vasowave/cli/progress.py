@@ -17,6 +17,7 @@ def show_read(read: "Sequence[AnimalRead]", settings: "StudyFile") -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from vasowave.law_files import plain
     from vasowave.study.overview import HEADER, expected_seconds
     from vasowave.threads import cores
 
@@ -29,7 +30,7 @@ def show_read(read: "Sequence[AnimalRead]", settings: "StudyFile") -> None:
     minutes = expected_seconds(read, settings, cores()) / 60
     walls, starts = settings.calibration.walls, settings.calibration.starts
     print(
-        f"Animals {len(read)}; wall laws {', '.join(walls)}; {starts} starts of each fit: roughly "
+        f"Animals {len(read)}; wall laws {', '.join(map(plain, walls))}; {starts} starts of each fit: roughly "
         f"{max(1, round(minutes))} min to compute here ({cores()} cores), less where results are kept."
     )
 

@@ -41,7 +41,7 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     ------
     InputError
         A file that is none of openBF's, a key that is missing or no number, a network that is no tree, an outlet
-        without a Windkessel, an inlet file that is no table of time and flow.
+        without a Windkessel, an inlet file that is no table of time and flow, or lies outside the folder of the first.
 
     Warns
     -----
@@ -212,7 +212,10 @@ def _profile(network: Network, vessels: list[_Vessel]) -> float:
 
 def _inflow(path: Path, config: Mapping[str, Any]) -> Inflow:
     project = _word(str(path), "project_name", config.get("project_name", ""))
-    file = path.parent / _word(str(path), "inlet_file", config.get("inlet_file") or f"{project}_inlet.dat")
+    name = _word(str(path), "inlet_file", config.get("inlet_file") or f"{project}_inlet.dat")
+    if Path(name).is_absolute() or ".." in Path(name).parts:
+        raise InputError(f"{path}: names an inlet outside its own folder ({name}); put that file beside it")
+    file = path.parent / name
     table = _two_columns(file)
     time, flow = table[:, 0], 1e6 * table[:, 1]
     if len(time) < 2 or time[0] != 0 or np.any(np.diff(time) <= 0):
@@ -243,7 +246,7 @@ def _two_columns(file: Path) -> np.ndarray:
             except ValueError:
                 row = []
             if len(row) != 2 or not np.all(np.isfinite(row)):
-                raise InputError(f"{file}, line {number}: '{text.strip()[:60]}' is not a time and a flow")
+                raise InputError(f"{file}, line {number}: not a time and a flow; two numbers are needed in every line")
             rows.append(row)
     if not rows:
         raise InputError(f"{file}: the file is empty")

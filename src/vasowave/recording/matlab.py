@@ -66,7 +66,8 @@ def _try_in_another_process(path: Path, form: str = "") -> None:
     """
     size = path.stat().st_size
     seconds = int(_SECONDS + size / 2e7)
-    command = [sys.executable, "-W", "ignore", "-c", _TRIAL, str(path), str(_MEMORY + 4 * size), str(seconds), form]
+    limits = [str(_MEMORY + 4 * size), str(seconds)]
+    command = [sys.executable, "-P", "-W", "ignore", "-c", _TRIAL, str(path), *limits, form]
     alone = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     try:
         trial = subprocess.run(command, capture_output=True, timeout=8 * seconds, check=False, env=os.environ | alone)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from vasowave.blood import Blood
+from vasowave.law_files import in_words
 from vasowave.laws import find_law
 from vasowave.model import Model
 from vasowave.network import Network
@@ -16,6 +17,7 @@ from vasowave.solver.sensitivity import pressure_derivatives
 _STIFFNESS = 50.0  # mmHg
 
 
+@in_words()
 def compile_kernels(wall: str | type) -> None:
     """Compile the kernels of a wall law, or load them where another process has compiled them.
 
@@ -27,7 +29,7 @@ def compile_kernels(wall: str | type) -> None:
     Raises
     ------
     InputError
-        There is no such law.
+        There is no such law, or its equations cannot be compiled.
     """
     law = find_law(wall)
     tube = Network(("1",), np.array([-1]), np.array([1.0]), np.array([0.05]))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import VasowaveError
+from vasowave.law_files import files_of, plain
 from vasowave.nominal import Nominal, estimate_nominal, oddities
 from vasowave.recording import INDEX_UNITS
 from vasowave.study.document import Document, read_document
@@ -68,7 +69,7 @@ def check_study(path: Path) -> Checked:
     if study is None:
         return Checked(one_per_cause(problems), [], None)
     document, read = read_document(study.path), []
-    problems += _settings(study, document)
+    problems += [*_programs(study, document), *_settings(study, document)]
     for row in study.animals:
         place = f"{study.table}, line {row.line} ('{row.animal}')"
         try:
@@ -86,6 +87,15 @@ def _unreadable(place: str, row: AnimalRow, message: str) -> Problem:
     return Problem(place, message.removeprefix(f"{file}: ") if file else message, file=file)
 
 
+def _programs(study: Study, document: Document) -> list[Problem]:
+    """Say which files beside the study are run as programs."""
+    place = document.place(("calibration", "walls"))
+    return [
+        Problem(place, f"a wall law runs the program {file.path}; read it, if it is not yours", False)
+        for file in files_of(study.settings.calibration.walls)
+    ]
+
+
 def _settings(study: Study, document: Document) -> list[Problem]:
     """Return what is odd about the settings by themselves."""
     calibration, problems = study.settings.calibration, []
@@ -96,7 +106,7 @@ def _settings(study: Study, document: Document) -> list[Problem]:
     names = {name for wall in calibration.walls for name in fitted_parameters(wall)}
     for section, given in (("bounds", calibration.bounds), ("fixed", calibration.fixed)):
         for name in sorted(set(given) - names):
-            say(f"no parameter of the {' and '.join(calibration.walls)} wall", "calibration", section, name)
+            say(f"no parameter of the {' and '.join(map(plain, calibration.walls))} wall", "calibration", section, name)
     for name in sorted(set(calibration.bounds) & set(calibration.fixed)):
         say("is fixed, so these bounds have no meaning", "calibration", "bounds", name)
     if calibration.paper_bounds:

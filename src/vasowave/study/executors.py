@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import WeakSet
 
 from vasowave.errors import InputError
+from vasowave.law_files import LawFile, files_of, learn
 from vasowave.memory import is_starved
 from vasowave.threads import limit_threads
 
@@ -45,18 +46,21 @@ def process_pool(
     Each loads the modules `loaded` when it starts. The kernels of the wall laws are compiled first, each law by
     another process, where they are not there already.
     """
-    before = set(active_children())
+    before, safe = set(active_children()), os.environ.get("PYTHONSAFEPATH")
+    os.environ["PYTHONSAFEPATH"] = "1"  # a process that starts looks for no module in the folder it starts in
     pool = _Pool(workers, get_context("spawn"), _start_worker, (threads, loaded))
     try:
         with pool.watched():
             for law in laws:
-                pool.submit(_compile_kernels, law)
+                pool.submit(_compile_kernels, law, files_of(laws))
             yield pool
         pool.shutdown()
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)
         raise
     finally:
+        if safe is None:
+            os.environ.pop("PYTHONSAFEPATH", None)
         # After an error nobody waits for the results any more, and a task may have minutes to go.
         for process in set(active_children()) - before:
             process.terminate()
@@ -149,9 +153,10 @@ def _quiet(library: str) -> Iterator[None]:
             printer.setLevel(level)
 
 
-def _compile_kernels(law: str) -> None:
+def _compile_kernels(law: str, files: Sequence[LawFile]) -> None:
     from vasowave.solver.ready import compile_kernels
 
+    learn(files)
     compile_kernels(law)
 
 

@@ -1,7 +1,7 @@
 """From one row of the table and the settings to an animal that can be analyzed."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress, analyze
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.laws import law_file
+from vasowave.law_files import LawFile, in_words, learn
 from vasowave.network import Network
 from vasowave.provenance import sha256
 from vasowave.recording import (
@@ -52,8 +52,6 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
         One of its files cannot be read.
     """
     files = {f"{i} {inside(file, folder)}": file for i, file in enumerate(row.files)}
-    laws = {f"law {wall}": law_file(wall) for wall in study.calibration.walls}
-    files |= {name: file for name, file in laws.items() if file is not None}
     ignored = {"network", "recordings", "line", "R_T", "C_T", "tau"}
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
     what["settings"], what["image pressure"] = animal_settings(study).as_json(), study.image_pressure
@@ -132,21 +130,29 @@ def _says_synthetic(row: AnimalRow) -> bool:
     return False
 
 
+@in_words()
 def analyze_animal(
-    animal: Animal, settings: Settings, hashes: Mapping[str, str], journal: str, progress: Progress | None = None
+    animal: Animal,
+    settings: Settings,
+    hashes: Mapping[str, str],
+    journal: str,
+    key: str,
+    laws: Sequence[LawFile],
+    progress: Progress | None = None,
 ) -> xr.DataTree:
     """Analyze one animal; searches that its journal (a file) knows are not made again.
 
-    The SHA-256 of its files stands among the attributes of the result.
+    The SHA-256 of its files and the key of the piece (see `study.store`) stand among the attributes of the result.
     """
+    learn(laws)
     result = analyze(animal, settings, progress, Journal(Path(journal)))
-    result.attrs |= {f"sha256 of {role}": digest for role, digest in hashes.items()}
+    result.attrs |= {f"sha256 of {role}": digest for role, digest in hashes.items()} | {"key": key}
     return result
 
 
-def analyzed_bytes(animal: Animal, settings: Settings, hashes: Mapping[str, str], journal: str) -> bytes:
+def analyzed_bytes(*arguments: Any) -> bytes:
     """Return the result of `analyze_animal` as the bytes of a netCDF-4 file. Runs in a worker."""
-    return to_bytes(analyze_animal(animal, settings, hashes, journal))
+    return to_bytes(analyze_animal(*arguments))
 
 
 def _units(row: AnimalRow) -> dict[str, str | None]:

@@ -4,7 +4,7 @@ import os
 import platform
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -37,35 +37,34 @@ def locked(path: Path) -> Iterator[None]:
         handle = os.open(path, _OPEN, 0o644)  # a link in its place is refused
     except OSError as error:
         raise not_written(path, error) from None
-    with os.fdopen(handle, "a+", encoding="utf-8") as file:
+    with os.fdopen(handle, "rb+", buffering=0) as file:  # without a buffer, which on a full disk closing writes again
         try:
-            lock_open_file(file.fileno())
+            lock_open_file(handle)
         except BlockingIOError:
-            file.seek(0)
-            holder = file.read().strip() or "another program"
             raise InputError(
-                f"{path.parent}: the study is being run by {holder}; wait for it, or stop it first"
+                f"{path.parent}: the study is being run by {_said(file.read())}; wait for it, or stop it first"
             ) from None
         except OSError as error:
             message = f"{path}: this file system knows no locks ({error.strerror}); do not start a second run"
             warnings.warn(message, VasowaveWarning, stacklevel=3)
-        try:
+        with suppress(OSError):  # on a full disk nobody learns who holds the lock; it holds all the same
             file.truncate(0)
-            file.write(f"process {os.getpid()} on {platform.node()} since {datetime.now():%Y-%m-%d %H:%M:%S}")
-            file.flush()
-        except OSError:  # on a full disk nobody learns who holds the lock; it holds all the same
-            pass
+            file.write(f"process {os.getpid()} on {platform.node()} since {datetime.now():%Y-%m-%d %H:%M:%S}".encode())
         yield
 
 
 def holder(path: Path) -> str | None:
     """Return who holds the lock file `path`, as it wrote itself there; None if nobody does."""
     try:
-        with path.open("r+", encoding="utf-8") as file:
+        with path.open("rb+") as file:
             try:
                 lock_open_file(file.fileno())
             except BlockingIOError:
-                return file.read().strip() or "another program"
+                return _said(file.read())
     except OSError:
         pass
     return None
+
+
+def _said(content: bytes) -> str:
+    return content.decode(errors="replace").strip() or "another program"

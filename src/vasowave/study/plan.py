@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from vasowave.laws import look_in
 from vasowave.study.animals import read_animals
 from vasowave.study.problems import Problem, refuse
 from vasowave.study.reading import read_settings, study_path
@@ -57,7 +56,6 @@ def inspect_study(path: Path) -> tuple[Study | None, list[Problem]]:
         There is no study file.
     """
     path = study_path(Path(path))
-    look_in(path.parent)
     settings, document = read_settings(path)
     groups = settings.groups if settings else None
     name = settings.animals if settings else document.values.get("animals") or StudyFile.model_fields["animals"].default

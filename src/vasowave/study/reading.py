@@ -8,6 +8,7 @@ from pydantic import BaseModel, ValidationError
 
 from vasowave.animal.animal import known_parameters
 from vasowave.errors import InputError, did_you_mean
+from vasowave.law_files import looking_in
 from vasowave.laws import find_law
 from vasowave.study.document import Document, parse_document, read_document
 from vasowave.study.problems import Problem
@@ -46,7 +47,8 @@ def study_path(study: Path) -> Path:
 def read_settings(path: Path) -> tuple[StudyFile | None, Document]:
     """Return the settings (None if there are errors) and the document, whose `problems` hold what is wrong."""
     document = read_document(path)
-    return validated(document), document
+    with looking_in(path.parent):
+        return validated(document), document
 
 
 def parse_settings(raw: bytes, name: str = STUDY_FILE) -> tuple[StudyFile | None, list[Problem]]:

@@ -28,6 +28,7 @@ from vasowave.animal.files import read_result
 from vasowave.animal.reading import at_inlets
 from vasowave.errors import InputError, did_you_mean
 from vasowave.files import made_inside, write_file
+from vasowave.law_files import looking_in, plain
 from vasowave.notebook import card
 from vasowave.provenance import provenance
 from vasowave.report.wording import some_of
@@ -136,7 +137,7 @@ class Results:
     def _repr_html_(self) -> str:
         members = {label: [one.animal for one in self.animals if one.group == label] for label in self.settings.groups}
         facts: dict[str, object] = {label: f"{len(names)}: {', '.join(names)}" for label, names in members.items()}
-        facts["wall laws"] = ", ".join(self.settings.calibration.walls)
+        facts["wall laws"] = ", ".join(map(plain, self.settings.calibration.walls))
         facts["run"] = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         failed = [f"{one.animal} failed, {one}" for one in self.failures]
         return card(f"Study: {self.settings.title}", facts, failed)
@@ -152,7 +153,11 @@ class Results:
 
 
 def _read(folder: Path, stored: StoredAnimal) -> xr.DataTree:
-    return read_result(folder / stored.file, stored.sha256)
+    result = read_result(folder / stored.file, stored.sha256)
+    found = result.attrs.get("animal")
+    if found != stored.animal:
+        raise InputError(f"{folder / stored.file}: holds the result of '{found}', not of '{stored.animal}'; run again")
+    return result
 
 
 def _read_light(folder: Path, stored: StoredAnimal) -> xr.DataTree:
@@ -242,10 +247,11 @@ def read_results(folder: Path) -> Results:
             raise ValueError("its content does not match its SHA-256")
         animals = tuple(StoredAnimal(**one) for one in content["animals"])
         failures = from_plain(content["failures"])
-        settings = StudyFile.model_validate(content["settings"])
+        with looking_in(None):
+            settings = StudyFile.model_validate(content["settings"])
     except InputError:
         raise
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{index}: damaged ({error}); run again, what had finished is kept") from None
     return Results(where, animals, failures, settings, content["versions"])
 

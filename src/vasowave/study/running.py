@@ -13,6 +13,7 @@ from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress as FitProgress
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.files import made_inside, remove_parts
+from vasowave.law_files import files_of
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
 from vasowave.study.journal import FOLDER, remove_journals
@@ -165,10 +166,10 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
         if why:
             raise InputError(why[row.animal])
         for job in jobs:
-            animal, settings, hashes, journal = job.load()
-            result = analyze_animal(animal, settings, hashes, journal, progress)
-            key = f"interrupted-{job.key}" if result.attrs["interrupted"] else job.key
-            pieces[row.animal] = store.keep(key, to_bytes(result))
+            animal, settings, hashes, journal, key, laws = job.load()
+            result = analyze_animal(animal, settings, hashes, journal, key, laws, progress)
+            name = f"interrupted-{key}" if result.attrs["interrupted"] else key
+            pieces[row.animal] = store.keep(name, to_bytes(result))
             if not result.attrs["interrupted"]:
                 remove_journals(study.results)
         results, failures = _write(study, pieces, ())
@@ -236,7 +237,7 @@ def _plan(study: Study, store: Store, pressures: dict[str, float]) -> tuple[dict
             if animal_key(row, study.settings, study.folder) != key:
                 raise InputError("its files changed while they were being read; run again")
             pressures[row.animal] = animal.recording.mean_pressure
-            return animal, settings, hashes, str(journals / f"{key}.jsonl")
+            return animal, settings, hashes, str(journals / f"{key}.jsonl"), key, files_of(settings.walls)
 
         jobs.append(Job(row.animal, key, load))
     return pieces, jobs, why

@@ -1,8 +1,9 @@
 """Finished pieces of a study, found again by what went into them.
 
-A piece is one file ``KEY-DIGEST.nc``: KEY stands for everything that entered its computation, DIGEST is the SHA-256 of
-the file itself. It appears by renaming a complete file, and a file that does not match its DIGEST is not a piece. So
-there is no moment at which a killed program or a full disk could leave something that is mistaken for a result.
+A piece is one file ``KEY-DIGEST.nc``: KEY stands for everything that entered its computation, the animal included,
+DIGEST is the SHA-256 of the file itself. It appears by renaming a complete file, and a file that does not match its
+DIGEST, or that does not hold its KEY, is not a piece. So there is no moment at which a killed program or a full disk
+could leave something that is mistaken for a result, and no result of one animal is taken for another's.
 """
 
 import hashlib
@@ -11,7 +12,7 @@ from pathlib import Path
 
 from vasowave.errors import InputError
 from vasowave.files import made_inside, not_written, remove_parts, write_file
-from vasowave.provenance import sha256
+from vasowave.textfile import read_bytes
 
 CACHE = "cache"
 
@@ -40,7 +41,7 @@ class Store:
         """
         there = os.listdir(self.folder) if self.folder.is_dir() else []  # by a pattern, thousands would take seconds
         for path in (self.folder / name for name in sorted(there) if name.startswith(f"{key}-") and name[-3:] == ".nc"):
-            if _is_whole(path):
+            if _is_whole(path, key):
                 return path
             if path.is_dir() and not path.is_symlink():
                 raise InputError(f"{path}: a folder where a finished piece should be; remove it and run again")
@@ -51,7 +52,7 @@ class Store:
         return None
 
     def keep(self, key: str, content: bytes) -> Path:
-        """Store a piece and return its file.
+        """Store a piece, in whose content its key stands, and return its file.
 
         Raises
         ------
@@ -68,8 +69,9 @@ def piece_digest(path: Path) -> str:
     return path.stem.rpartition("-")[2]
 
 
-def _is_whole(path: Path) -> bool:
+def _is_whole(path: Path, key: str) -> bool:
     try:
-        return sha256(path) == piece_digest(path)
+        content = read_bytes(path)
     except InputError:  # a folder or a link to nowhere in its place
         return False
+    return hashlib.sha256(content).hexdigest() == piece_digest(path) and key.encode() in content

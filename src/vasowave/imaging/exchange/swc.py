@@ -17,6 +17,7 @@ LEAST = 1e-6
 """Radius, cm, that is written where an axis ends at the surface; readers refuse 0."""
 
 _COUNT = r"^# points: (\d+)\s*$"
+_FARTHEST = 1e5  # cm; no scanner counts from so far away
 _LARGEST = 2.0**53  # above it a number of type double is no count any more
 
 
@@ -72,6 +73,8 @@ def require_radii(path: Path, line: Line) -> None:
     """Raise `InputError` unless places are finite and radii positive."""
     if not (np.isfinite(line.points).all() and np.isfinite(line.radius).all() and (line.radius > 0).all()):
         raise InputError(f"{path}: a point whose position or radius is not finite or not positive; repair the line")
+    if max(np.abs(line.points).max(initial=0.0), line.radius.max(initial=0.0)) > _FARTHEST:
+        raise InputError(f"{path}: a point or a radius beyond {_FARTHEST:g} cm; damaged, or the unit is wrong")
 
 
 def write_swc(tree: Tree, path: str | Path) -> None:

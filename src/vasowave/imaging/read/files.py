@@ -10,7 +10,7 @@ from vasowave.imaging.read.metaimage import require_whole_metaimage
 from vasowave.imaging.read.native import read_image
 from vasowave.imaging.read.nifti import require_whole_nifti
 from vasowave.imaging.read.nrrd import require_whole_nrrd
-from vasowave.imaging.read.volume import Volume
+from vasowave.imaging.read.volume import VOXELS, Volume
 from vasowave.textfile import regular_file
 
 _CHECKS = {
@@ -33,13 +33,15 @@ def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
     ----------
     path : path
     spacing : float, optional
-        Voxel size in cm; needed for TIFF stacks, which carry none that can be trusted; replaces the file's own.
+        Voxel size in cm; needed for TIFF stacks, which carry none that can be trusted, and for headers without one;
+        replaces the file's own.
 
     Raises
     ------
     InputError
         Missing, truncated, damaged or unreadable file, voxels that lie outside the folder of their header, RAW without
-        header, a series with missing, doubled or foreign slices (each named), a `spacing` that is not positive.
+        header, a series with missing, doubled or foreign slices (each named), no voxel size or unit of it, a voxel
+        size that no image of an animal has.
 
     Warns
     -----
@@ -49,8 +51,8 @@ def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
     path = Path(path)
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
-    if spacing is not None and not (np.isfinite(spacing) and spacing > 0):
-        raise InputError(f"voxel size {spacing:g} cm; give a positive number of cm")
+    if spacing is not None and not VOXELS[0] <= spacing <= VOXELS[1]:
+        raise InputError(f"voxel size {spacing:g} cm; give a number of cm between {VOXELS[0]:g} and {VOXELS[1]:g}")
     if not path.is_dir():
         path = _checked(path, spacing)
     image = read_image(path)
@@ -73,7 +75,7 @@ def _checked(path: Path, spacing: float | None) -> Path:
         name = path.name.lower()
     check = next((check for suffix, check in _CHECKS.items() if name.endswith(suffix)), None)
     if check is not None:
-        check(path)
+        check(path, spacing is None)
     return path
 
 

@@ -5,7 +5,7 @@ from math import prod
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.imaging.read.payload import data_file, require_bytes
+from vasowave.imaging.read.payload import data_file, no_voxel_size, require_bytes
 from vasowave.textfile import read_start
 
 _BYTES = {
@@ -16,8 +16,11 @@ _LONGEST = 1 << 16
 """No header is longer, bytes."""
 
 
-def require_whole_metaimage(path: Path) -> None:
-    """Raise `InputError` unless the voxels that the header announces are there, in its own folder, and no more."""
+def require_whole_metaimage(path: Path, sized: bool = True) -> None:
+    """Raise `InputError` unless the voxels that the header announces are there, in its own folder, and no more.
+
+    Nor, if it must be `sized`, without their size.
+    """
     start = read_start(path, _LONGEST)
     last = re.search(rb"^ElementDataFile *= *([^\r\n]*)\r?(\n|$)", start, re.MULTILINE)
     if last is None:
@@ -29,6 +32,8 @@ def require_whole_metaimage(path: Path) -> None:
     name = last[1].decode("utf-8", errors="replace").strip()
     if name.upper().startswith("LIST") or "%" in name:
         raise InputError(f"{path}: its voxels are spread over several files; save it as one")
+    if sized and not {"ElementSpacing", "ElementSize"} & set(fields):
+        raise no_voxel_size(path, "its header has no ElementSpacing")
     here = name.upper() == "LOCAL"
     _require_voxels(path, fields, path if here else data_file(path, name), last.end() if here else 0)
 

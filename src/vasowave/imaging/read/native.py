@@ -62,7 +62,7 @@ class _Helper:
     def _running(self) -> subprocess.Popen[bytes]:
         if self._process is None or self._process.poll() is not None:
             self.stop()
-            command = [sys.executable, "-W", "ignore", "-m", "vasowave.imaging.read.worker"]
+            command = [sys.executable, "-P", "-W", "ignore", "-m", "vasowave.imaging.read.worker"]
             pipe, nowhere = subprocess.PIPE, subprocess.DEVNULL
             self._process = subprocess.Popen(
                 command, stdin=pipe, stdout=pipe, stderr=nowhere, env=os.environ | _ALONE, bufsize=-1

@@ -5,7 +5,7 @@ from math import prod
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.imaging.read.payload import Packing, data_file, require_bytes
+from vasowave.imaging.read.payload import Packing, data_file, no_voxel_size, require_bytes
 from vasowave.textfile import read_start
 
 _BYTES = {
@@ -25,8 +25,11 @@ _LONGEST = 1 << 16
 """No header is longer, bytes."""
 
 
-def require_whole_nrrd(path: Path) -> None:
-    """Raise `InputError` unless the voxels that the header announces are there, in its own folder, and no more."""
+def require_whole_nrrd(path: Path, sized: bool = True) -> None:
+    """Raise `InputError` unless the voxels that the header announces are there, in its own folder, and no more.
+
+    Nor, if it must be `sized`, without their size.
+    """
     start = read_start(path, _LONGEST)
     if not start.startswith(b"NRRD"):
         raise InputError(f"{path}: not an image that can be read: no NRRD file")
@@ -39,6 +42,9 @@ def require_whole_nrrd(path: Path) -> None:
         raise InputError(f"{path}: its voxels are spread over several files; save it as one")
     if not name and end is None:
         raise InputError(f"{path}: not an image that can be read: its header has no end; truncated?")
+    size = fields.get("spacedirections") or fields.get("spacings") or "none"
+    if sized and any(word in size.lower() for word in ("none", "nan")):
+        raise no_voxel_size(path, "its header has no (or not all) space directions or spacings")
     holder = data_file(path, name) if name else path
     _require_voxels(path, fields, holder, 0 if name or end is None else end.end())
 

@@ -19,6 +19,14 @@ _UNPACKED = 1 << 24  # bytes that are unpacked at a time
 _AGAIN = "copy or export it again"
 
 
+def no_voxel_size(path: Path, what: str) -> InputError:
+    """Return the error that a header does not say how large a voxel is: nothing is assumed."""
+    return InputError(
+        f"{path}: {what}, so that the size of its voxels is not known; give it in cm (--voxel of `vasowave extract`, "
+        "spacing of `read_volume`)"
+    )
+
+
 def data_file(header: Path, name: str) -> Path:
     """Return the file of voxels that `header` names.
 

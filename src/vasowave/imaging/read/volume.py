@@ -7,6 +7,9 @@ import numpy as np
 
 from vasowave.errors import InputError
 
+VOXELS = (1e-6, 5.0)
+"""Sizes of voxels outside are no image's of an animal, cm: from 10 nm to ten times the slices of a clinical scanner."""
+
 
 class Image(NamedTuple):
     """What a file holds: grey levels in their own type, spacing and origin (z, y, x, cm), and what is odd about it."""
@@ -50,6 +53,11 @@ class Volume:
             raise InputError(f"volume: shape {self.grey.shape}; a stack of at least 3 x 3 x 3 voxels is needed")
         if self.spacing.shape != (3,) or not (np.isfinite(self.spacing).all() and (self.spacing > 0).all()):
             raise InputError(f"volume: spacing {self.spacing} cm; give three positive numbers (z, y, x)")
+        if not (self.spacing.min() >= VOXELS[0] and self.spacing.max() <= VOXELS[1]):
+            raise InputError(
+                f"volume: spacing {self.spacing} cm; voxels of an animal measure {VOXELS[0]:g} to {VOXELS[1]:g} cm; is "
+                "the unit right?"
+            )
         if self.origin.shape != (3,) or not np.isfinite(self.origin).all():
             raise InputError(f"volume: origin {self.origin} cm; give three finite numbers (z, y, x)")
         if not np.isfinite(self.grey).all():

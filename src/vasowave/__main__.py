@@ -1,0 +1,33 @@
+"""The command ``vasowave``, also as ``python -m vasowave``.
+
+Studies come from anywhere, so no program that lies in the current folder may run: that folder leaves the path of
+imports before anything else is imported, here and in all processes that are started from here.
+"""
+
+import os
+import sys
+
+_STEERING = ".numba_config.yaml"
+"""A file of the current folder by which Numba would let itself be steered."""
+
+
+def leave_folder() -> None:
+    """Take the current folder off the path of imports, unless this package itself lies there."""
+    here, home = os.getcwd(), os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    if here != home:
+        sys.path[:] = [place for place in sys.path if os.path.abspath(place) != here]
+    os.environ["PYTHONSAFEPATH"] = "1"
+
+
+def main() -> None:
+    """Run the command line."""
+    leave_folder()
+    if os.path.lexists(_STEERING):
+        sys.exit(f"Error: {os.path.abspath(_STEERING)}: would change how the solver is compiled; remove it")
+    from vasowave.cli import run
+
+    run()
+
+
+if __name__ == "__main__":
+    main()
