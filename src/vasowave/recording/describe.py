@@ -10,11 +10,12 @@ from vasowave import units
 from vasowave.errors import InputError
 from vasowave.recording.blocks import KINDS, file_kind, read_blocks
 from vasowave.recording.channels import Block
+from vasowave.recording.choosing import quantity_of
+from vasowave.recording.gaps import Span, gaps_in
 from vasowave.recording.labchart_mat import is_labchart_mat
 from vasowave.recording.matlab import read_mat, text, vector
 from vasowave.recording.number_table import read_number_table
 from vasowave.recording.plausibility import PERIODS
-from vasowave.recording.read_raw import quantity_of
 from vasowave.recording.signal import ALIASES
 from vasowave.textfile import Progress
 
@@ -22,12 +23,14 @@ from vasowave.textfile import Progress
 class ChannelDescription(NamedTuple):
     """One channel: its title, its unit, and what its title says that it holds.
 
-    `quantity` is ``pressure``, ``flow``, ``ecg``, ``time`` or empty; `unit` is empty where the file names none.
+    `quantity` is ``pressure``, ``flow``, ``ecg``, ``time`` or empty; `unit` is empty where the file names none. `gaps`
+    are the stretches without samples, s since the start of the block.
     """
 
     title: str
     unit: str
     quantity: str
+    gaps: tuple[Span, ...] = ()
 
 
 class BlockDescription(NamedTuple):
@@ -116,7 +119,10 @@ def describe_recording(path: str | Path, progress: Progress | None = None) -> Fi
 
 
 def _block(block: Block) -> BlockDescription:
-    channels = tuple(ChannelDescription(c.title, c.unit, quantity_of(c.title)) for c in block.channels)
+    channels = tuple(
+        ChannelDescription(c.title, c.unit, quantity_of(c.title), gaps_in(c.values, c.sampling_rate))
+        for c in block.channels
+    )
     fastest = max(block.channels, key=lambda c: len(c.values))
     rate = fastest.sampling_rate
     return BlockDescription(rate, len(fastest.values) / rate, len(fastest.values), channels, len(block.comments))
