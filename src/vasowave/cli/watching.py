@@ -91,11 +91,13 @@ class Rows:
         self.rows: dict[str, TaskID] = {}
         self.finished: set[str] = set()
         self.stages: dict[str, str] = {}
+        self.idle = "reading files, compiling the solver"
 
     def step(self, step: Progress) -> None:
         """Tell that an animal is done."""
         left = _left(step)
         self.finished.add(step.name)
+        self.idle = "writing the results" if step.done == step.count else self.idle
         if step.name in self.rows:
             self.bars.remove_task(self.rows.pop(step.name))
         self.bars.update(self.bars.task_ids[0], completed=step.done, left=left)
@@ -115,7 +117,7 @@ class Rows:
     def doing(self) -> str:
         """Return what is under way, in words."""
         stages = {name: stage for name, stage in self.stages.items() if name not in self.finished}
-        return "; ".join(f"{name}: {stage}" for name, stage in stages.items()) or "reading files, compiling the solver"
+        return "; ".join(f"{name}: {stage}" for name, stage in stages.items()) or self.idle
 
     def _print(self, text: str) -> None:
         self.console.print(text, markup=False, highlight=False, soft_wrap=True)

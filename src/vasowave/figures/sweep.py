@@ -50,7 +50,7 @@ def _draw_waves(ax: "Axes", found: "xr.Dataset", axes: list[str]) -> None:
             label = f"{axes[0]} {value:.4g}" if ends else None
             ax.plot(1e3 * found["time"].values, pressure, color=shades[i], linestyle=dash, label=label)
     ax.set(xlabel="time [ms]", ylabel="pressure at the root [mmHg]")
-    ax.legend()
+    ax.legend(handlelength=3.5)
 
 
 def _draw_levels(ax: "Axes", found: "xr.Dataset", axes: list[str]) -> None:
@@ -60,11 +60,11 @@ def _draw_levels(ax: "Axes", found: "xr.Dataset", axes: list[str]) -> None:
         for j, dash in enumerate(_DASHES[: found.sizes[axes[1]] if len(axes) == 2 else 1]):
             second = f", {axes[1]} {float(found[axes[1]][j]):.4g}" if len(axes) == 2 else ""
             values = level.isel({axes[1]: j}) if second else level
-            label = f"{name}{second}" if name == "mean" or not second else None
+            label = f"{name}{second}" if name == "mean" else name if j == 0 else None
             ax.plot(found[axes[0]].values, values, color=DATA, linestyle=dash, marker=marker, markersize=3, label=label)
     unit = found[axes[0]].attrs.get("units", "1")
     ax.set(xlabel=axes[0] if unit == "1" else f"{axes[0]} [{unit}]", ylabel="pressure at the root [mmHg]")
-    ax.legend()
+    ax.legend(handlelength=3.5)
 
 
 def _parts(pressure: "xr.DataArray", axes: list[str]) -> list[np.ndarray]:

@@ -109,6 +109,14 @@ def pick_channels(
     return choice.picked, said
 
 
+def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of columns with ``time`` for the only one in a unit of time, where none is called so."""
+    timed = [i for i, unit in enumerate(column_units) if _is_unit(unit, "time")]
+    if "time" in names or len(timed) != 1:
+        return tuple(names)
+    return tuple("time" if i == timed[0] else name for i, name in enumerate(names))
+
+
 def quantity_of(title: str) -> str:
     """Return the quantity that a channel's title says it holds: pressure, flow, ecg, or empty."""
     plain, said = _plain(title), _words(title)
@@ -152,8 +160,12 @@ def _words(title: str) -> set[str]:
 
 
 def _has_unit(channel: Titled, name: str) -> bool:
+    return _is_unit(channel.unit, DIMENSIONS[name])
+
+
+def _is_unit(unit: str, quantity: str) -> bool:
     try:
-        units.factor(channel.unit, DIMENSIONS[name])
+        units.factor(unit, quantity)
     except InputError:
         return False
-    return bool(channel.unit)
+    return bool(unit)

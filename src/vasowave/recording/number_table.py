@@ -8,6 +8,7 @@ from vasowave import units
 from vasowave.columns import is_numeric, is_row, read_headings, separator_of, split_cells, split_titles
 from vasowave.errors import InputError
 from vasowave.recording.channels import Block, Channel
+from vasowave.recording.choosing import with_time
 from vasowave.recording.gaps import leaps_closed, with_gaps
 from vasowave.recording.number_rows import DecimalMark, NumberRows
 from vasowave.recording.signal import ALIASES, even_step, written_to
@@ -68,6 +69,7 @@ class _Table:
 
     def __init__(self, path: str | Path, line: int, header: list[str], separator: str | None) -> None:
         self.names, self.units = read_headings(path, header, ALIASES | {"ekg": "ecg"})
+        self.names = with_time(self.names, self.units)
         if self.names.count("time") > 1:
             raise InputError(f"{path}: two columns are called 'time'; keep one of them")
         self.path, self.header_line, self.separator = path, line, separator
@@ -128,16 +130,24 @@ class _Table:
         if "time" not in self.names:
             if given is None:
                 raise InputError(
-                    f"{self.path}: no time column; give sampling_rate, in samples per second (in a study's table: the "
-                    "column 'sampling rate [1/s]')"
+                    f"{self.path}: no time column; say how many samples a second has (vasowave add and fit: "
+                    "--sampling-rate 1000; a study's table: the column 'sampling rate [1/s]'; in Python: sampling_rate)"
                 )
             return given, None
         column = self.names.index("time")
         unit = self.units[column]
-        if not unit:
-            raise InputError(f"{self.path}: column 'time' has no unit; write it in the header, for example 'time [s]'")
-        scale = units.factor(unit, "time")
-        time = self.rows.take(column) * scale
+        time = self.rows.take(column)
+        if unit:
+            scale = units.factor(unit, "time")
+        elif given is not None and len(time) > 1:
+            scale = 1.0 / (given * float(np.median(np.diff(time))))
+        else:
+            raise InputError(
+                f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or say how many samples "
+                "a second has (vasowave add and fit: --sampling-rate 1000; a study's table: the column "
+                "'sampling rate [1/s]')"
+            )
+        time = time * scale
         if len(time) < 2:
             raise InputError(f"{self.path}: one sample only; a continuous recording is needed")
         gaps = np.flatnonzero(np.isnan(time))
