@@ -10,7 +10,6 @@ from vasowave import walls
 from vasowave.analysis import wave_speeds
 from vasowave.animal.datasets import network_dataset
 from vasowave.animal.reading import network
-from vasowave.animal.stored import stored_network
 from vasowave.blood import Blood
 from vasowave.calibration import Search, calibrate
 from vasowave.datasets import control_network
@@ -146,9 +145,13 @@ def test_a_stored_animal_keeps_the_pressure_of_its_image():
 
 def test_a_stored_animal_keeps_what_was_known_of_its_radii_and_tapers():
     taper = np.linspace(-0.02, 0.02, len(filled()))
-    stored = xr.DataTree.from_dict({"/network": network_dataset(replace(filled(), taper=taper))})
-    assert np.array_equal(stored_network(stored).taper, taper)
-    assert stored_network(stored).radius_sd is None
+    known = {"taper": taper, "taper_sd": np.abs(taper) + 0.01, "radius_sd": 0.1 * filled().radius}
+    stored = network(xr.DataTree.from_dict({"/network": network_dataset(replace(filled(), **known))}))
+    for field, values in known.items():
+        assert np.array_equal(getattr(stored, field), values), field
+    alone = network(xr.DataTree.from_dict({"/network": network_dataset(replace(filled(), taper=taper))}))
+    assert np.array_equal(alone.taper, taper)
+    assert alone.radius_sd is None
 
 
 def study_of_one(folder, setting="", cell="", in_file=False):

@@ -2,6 +2,7 @@
 
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from vasowave import textfile
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.recording import RawRecording, read_raw_recording
+from vasowave.recording.choosing import choose
 from vasowave.units import factor
 
 RATE = 1000.0
@@ -145,21 +147,43 @@ def test_an_export_without_the_time_column_is_read_by_its_interval(tmp_path):
     matches(read_raw_recording(write(tmp_path / "raw.txt", text)))
 
 
-def test_a_gap_is_refused_with_its_line_and_harmless_outside_the_stretch(tmp_path):
+def test_a_gap_is_told_in_seconds_and_harmless_outside_the_stretch(tmp_path):
     lines = labchart_block().split("\r\n")
     cells = lines[9 + 20].split("\t")
     lines[9 + 20] = "\t".join([cells[0], "", *cells[2:]])
     path = write(tmp_path / "raw.txt", "\r\n".join(lines))
-    with pytest.raises(InputError, match=r"channel 'PAP', line 30: a gap"):
+    with pytest.raises(InputError, match=r"block 1, channel 'PAP': no samples from 0\.02 to 0\.021 s"):
         read_raw_recording(path)
     assert read_raw_recording(path, start=0.1).pressure[0] == pytest.approx(PRESSURE[100], abs=1e-5)
 
 
-def test_missing_samples_are_refused_with_the_line_of_the_jump(tmp_path):
-    lines = labchart_block().split("\r\n")
-    del lines[500:520]
-    with pytest.raises(InputError, match=r"line 501: time advances by 0.021 s"):
-        read_raw_recording(write(tmp_path / "raw.txt", "\r\n".join(lines)))
+def longer(text, seconds=4):
+    """Return an export that goes on for so many seconds by repeating its rows, times going on."""
+    lines = text.split("\r\n")
+    head, rows = [one for one in lines if "=" in one], [one.split("\t") for one in lines if one and "=" not in one]
+    body = [[f"{i / 1000:.3f}", *rows[i % len(rows)][1:4]] for i in range(1000 * seconds)]
+    return [*head, *map("\t".join, body)], len(head)
+
+
+def test_rows_that_an_export_left_out_are_a_gap_and_the_longest_whole_stretch_is_proposed_in_seconds(tmp_path):
+    lines, head = longer(labchart_block())
+    del lines[head + 1500 : head + 1520]
+    path = write(tmp_path / "raw.txt", "\n".join(lines) + "\n")
+    with pytest.raises(InputError) as caught:
+        read_raw_recording(path)
+    said = str(caught.value)
+    assert "no samples from 1.5 to 1.52 s; the longest stretch without a gap is 1.52 to 4 s" in said
+    assert "--start 1.52 --end 4" in said
+    assert "1.52 in the column 'start [s]' and 4 in 'end [s]'" in said
+    raw = read_raw_recording(path, start=1.52, end=4.0)
+    assert raw.duration == pytest.approx(2.48)
+    assert raw.pressure[0] == pytest.approx(PRESSURE[1520 % len(PRESSURE)], abs=1e-4)
+
+
+def test_every_tenth_sample_is_no_recording_with_gaps(tmp_path):
+    lines, head = longer(labchart_block())
+    with pytest.raises(InputError, match=r"time advances by 0.01 s, the header's interval is 0.001 s"):
+        read_raw_recording(write(tmp_path / "raw.txt", "\n".join([*lines[:head], *lines[head::10], ""])))
 
 
 def test_an_uncalibrated_pressure_channel_is_refused_until_its_unit_is_given(tmp_path):
@@ -171,11 +195,37 @@ def test_an_uncalibrated_pressure_channel_is_refused_until_its_unit_is_given(tmp
 
 
 def test_two_pressures_must_be_told_apart_by_the_reader(tmp_path):
-    path = write(tmp_path / "raw.txt", labchart_block().replace("PAP\tFlow", "RV pressure\tPA pressure"))
+    path = write(tmp_path / "raw.txt", labchart_block().replace("PAP\tFlow", "Left pressure\tRight pressure"))
     with pytest.raises(InputError, match="2 channels may hold pressure"):
         read_raw_recording(path)
-    with pytest.raises(InputError, match=r"block 1, channel 'PA pressure': 'ml/min' is not a unit of pressure"):
-        read_raw_recording(path, pressure="PA pressure", flow="ECG", flow_unit="ml/s")
+    with pytest.raises(InputError, match=r"block 1, channel 'Right pressure': 'ml/min' is not a unit of pressure"):
+        read_raw_recording(path, pressure="Right pressure", flow="ECG", flow_unit="ml/s")
+
+
+@pytest.mark.parametrize(
+    ("titles", "units", "picked"),
+    [
+        ("Channel 1\tChannel 2\tChannel 3", "mmHg\tml/s\tmV", (0, 1, 2)),
+        ("Pressure 1\tFlow PA\tLead II", "mmHg\tml/s\tmV", (0, 1, 2)),
+        ("Ao pressure\tPressure PA\tTransonic", "mmHg\tmmHg\tml/s", (1, 2, None)),
+        ("Paw\tCh 2\tFlow", "cmH2O\tmmHg\tml/s", (1, 2, None)),
+        ("PAP_1\tQ1\tEKG", "mmHg\tml/s\tmV", (0, 1, 2)),
+    ],
+)
+def test_channels_are_told_by_title_place_or_unit(titles, units, picked):
+    channels = [SimpleNamespace(title=t, unit=u) for t, u in zip(titles.split("\t"), units.split("\t"), strict=True)]
+    choice = choose(channels, dict.fromkeys(("pressure", "flow", "ecg")))
+    assert choice.problems == ()
+    found = [
+        channels.index(choice.picked[name]) if name in choice.picked else None for name in ("pressure", "flow", "ecg")
+    ]
+    assert tuple(found) == picked
+
+
+def test_a_pressure_of_another_place_is_read_only_when_it_is_named():
+    channels = [SimpleNamespace(title=t, unit=u) for t, u in (("LV pressure", "mmHg"), ("Flow", "ml/s"))]
+    assert choose(channels, {"pressure": None}).problems == ("no channel says that it holds pressure, name it",)
+    assert choose(channels, {"pressure": "LV pressure"}).picked["pressure"].title == "LV pressure"
 
 
 def test_both_decimal_marks_in_one_file_are_refused(tmp_path):

@@ -109,7 +109,7 @@ def test_a_compressed_variable_that_inflates_without_end_is_refused(tmp_path):
 
 def test_all_missing_channels_are_named_at_once_in_the_words_of_the_table(tmp_path):
     path = export(tmp_path / "raw.txt")
-    path.write_text(path.read_text().replace("PAP\tFlow", "Ch 1\tCh 2"))
+    path.write_text(path.read_text().replace("PAP\tFlow", "Ch 1\tCh 2").replace("mmHg\tml/s", "V\tV"))
     with pytest.raises(InputError) as caught:
         read_raw_recording(path)
     said = str(caught.value)
@@ -117,7 +117,8 @@ def test_all_missing_channels_are_named_at_once_in_the_words_of_the_table(tmp_pa
     assert "flow" in said.partition("it has")[0]
     assert "'flow channel'" in said
     assert "flow='TITLE'" in said
-    assert "'Ch 2' [ml/s]" in said
+    assert "'Ch 2' [V]" in said
+    assert "--channel pressure=TITLE" in said
 
 
 def test_an_export_is_described_without_being_told_what_it_is(tmp_path):

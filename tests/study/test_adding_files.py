@@ -2,7 +2,6 @@
 
 import csv
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,8 +12,9 @@ from vasowave.datasets import control_network, virtual_mouse
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual_files import labchart_text
 from vasowave.recording import Recording
-from vasowave.study.adding import _told_network, _within, add_files
+from vasowave.study.adding import add_files, told_network
 from vasowave.study.checking import check_study
+from vasowave.study.grouping import within
 from vasowave.vessel_table import write_network
 
 QUIET = Disturbances(pressure_drift=0.0)
@@ -98,7 +98,7 @@ def test_a_recording_that_stands_in_the_table_is_not_added_twice_and_the_table_k
     add_files(study, [folder / "normoxia", folder / "lung.csv"])
     before = (study / "animals.csv").read_text()
     again = add_files(study, [folder / "normoxia" / "M11.txt", folder / "hypoxia" / "M21.txt"])
-    assert any("is in the table already" in one for one in again.said)
+    assert any("1 of these recordings are in the table already" in one for one in again.said)
     after = (study / "animals.csv").read_text()
     assert after.startswith(before.rstrip("\n"))
     rows = list(csv.DictReader(line for line in after.splitlines() if not line.startswith("#")))
@@ -115,7 +115,7 @@ def test_pressure_and_flow_in_files_of_their_own_are_one_animal(tmp_path):
     np.savetxt(place / "q_C6.dat", mouse.flow)
     np.savetxt(place / "p_C7.dat", mouse.pressure)
     write_network(control_network(), study / "networks" / "ctl.csv")
-    added = add_files(study, [place], period=0.11)
+    added = add_files(study, [place], cells={"period [s]": "0.11"})
     assert [(row["animal"], row["group"], row["kind"], row["network"]) for row in added.rows] == [
         ("C6", "CTL", "cycle", "networks/ctl.csv")
     ]
@@ -146,7 +146,9 @@ def test_one_cause_is_one_error_with_all_its_lines(tmp_path):
     write_network(control_network(), study / "networks" / "ctl.csv")
     for i in range(6):
         (study / "recordings" / f"{i}.txt").write_text(
-            exported(i, 15.0).replace("ChannelTitle=\tPAP", "ChannelTitle=\tCh1")
+            exported(i, 15.0)
+            .replace("ChannelTitle=\tPAP", "ChannelTitle=\tCh1")
+            .replace("UnitName=\tmmHg", "UnitName=\t*")
         )
     rows = [f"m{i},CTR,networks/ctl.csv,recordings/{i}.txt" for i in range(6)]
     (study / "animals.csv").write_text("\n".join(["animal,group,network,recording", *rows, ""]))
@@ -204,11 +206,11 @@ def test_a_letter_that_unicode_writes_in_two_ways_is_one_name(tmp_path):
     ],
 )
 def test_a_name_stands_in_a_file_s_name_in_one_piece_or_not_at_all(few, many, stands):
-    assert _within(few, many) == stands
+    assert within(few, many) == stands
 
 
 def test_a_network_is_told_by_the_animals_name_or_else_by_its_group():
-    networks = [Path("lab/CTL/a.csv"), Path("lab/HPH/b.csv")]
+    networks, marks = [Path("lab/CTL/a.csv"), Path("lab/HPH/b.csv")], {"CTL": ["CTL"], "HPH": ["HPH"]}
     for group, expected in (("CTL", networks[0]), ("HPH", networks[1]), ("", None)):
-        assert _told_network(SimpleNamespace(name="mouse 9"), group, ("CTL", "HPH"), networks) == expected
-    assert _told_network(SimpleNamespace(name="b"), "CTL", ("CTL", "HPH"), networks) == networks[1]
+        assert told_network("mouse 9", group, marks, networks, Path("study")) == expected
+    assert told_network("b", "CTL", marks, networks, Path("study")) == networks[1]

@@ -120,10 +120,35 @@ def test_a_slip_in_the_table_is_named_where_it_stands(make_study, header, row, m
     assert any(message in line for line in said(folder)), said(folder)
 
 
-def test_two_animals_with_the_same_recording_are_odd_whatever_the_files_are_called(make_study):
+def test_two_animals_with_the_same_bytes_are_an_error_unless_the_table_says_that_they_are_meant(make_study):
     folder = make_study()
     (folder / "recordings/1.csv").write_bytes((folder / "recordings/0.csv").read_bytes())
-    assert "W animals.csv, line 3, column 'recording': the same recording as 'mouse 0' (line 2)" in said(folder)
+    (doubled,) = [line for line in said(folder) if line.startswith("E")]
+    assert "line 3, column 'recording': the same recording as 'mouse 0' (line 2); remove one of" in doubled
+    assert CliRunner().invoke(app, ["check", str(folder)]).exit_code == 1
+    assert "the same recording as 'mouse 0'" in str(CliRunner().invoke(app, ["run", str(folder)]).exception)
+    rows = (folder / "animals.csv").read_text().splitlines()
+    meant = [f"{row},{'shared recording' if i == 0 else 'yes' if i < 3 else ''}" for i, row in enumerate(rows)]
+    (folder / "animals.csv").write_text("\n".join(meant) + "\n")
+    assert [line for line in said(folder) if line.startswith("E")] == []
+
+
+@pytest.mark.parametrize("rewrite", ["line ends", "fewer digits", "another unit"])
+def test_a_recording_that_was_written_anew_is_still_the_same_animal(make_study, mice, rewrite):
+    folder = make_study()
+    lines = (folder / "recordings/0.csv").read_text().splitlines()
+    if rewrite == "line ends":
+        text = "\r\n".join([*lines, ""])
+    elif rewrite == "fewer digits":
+        rows = ["{:.6f},{:.4f},{:.5f}".format(*map(float, line.split(","))) for line in lines[1:]]
+        text = "\n".join([lines[0], *rows, ""])
+    else:
+        rows = [(float(t), float(p) / 7.50062, float(q) * 60) for t, p, q in (line.split(",") for line in lines[1:])]
+        text = "\n".join(["time [s],pressure [kPa],flow [ml/min]", *(f"{t:.17g},{p},{q}" for t, p, q in rows), ""])
+    (folder / "recordings/1.csv").write_text(text)
+    errors = [line for line in said(folder) if line.startswith("E")]
+    assert len(errors) == 1
+    assert "line 3, column 'recording': its averaged cycle is that of 'mouse 0' (line 2)" in errors[0]
 
 
 def test_a_wrong_recording_and_a_wrong_network_are_both_named_with_file_and_line(make_study):

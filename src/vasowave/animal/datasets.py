@@ -61,6 +61,10 @@ def recording_dataset(recording: Recording) -> xr.Dataset:
         "pressure": _variable("time", recording.pressure, "mmHg", "measured pressure"),
         "flow": _variable("flow_time", recording.flow, "ml/s", "measured flow"),
     }
+    for name, unit in (("pressure", "mmHg"), ("flow", "ml/s")):
+        if (error := getattr(recording, f"{name}_error")) is not None:
+            words = f"standard error of the amplitude of each harmonic of the {name}, the mean first"
+            measured[f"{name}_error"] = _variable(f"{name}_harmonic", error, unit, words)
     indices = {name: _variable((), value, INDEX_UNITS[name], name) for name, value in recording.indices().items()}
     return xr.Dataset(
         measured | indices,

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from vasowave.errors import InputError
-from vasowave.network import Network
+from vasowave.network import MEASURED, Network
 from vasowave.recording.cycle import resample
 
 _LOOP_SAMPLES = 256  # points of a pressure-flow loop, so that it is drawn round
@@ -101,13 +101,14 @@ def period(result: xr.DataTree) -> float:
 
 
 def network(result: xr.DataTree) -> Network:
-    """Return the network of the animal."""
+    """Return the network of the animal, with all that is known of its vessels."""
     data = data_of(result, "network")
-    names = [str(name) for name in data["vessel"].values]
-    parents = [str(name) for name in data["parent"].values]
-    rows = np.array([names.index(name) if name else -1 for name in parents])
+    names = tuple(map(str, data["vessel"].values))
+    rows = {name: row for row, name in enumerate(names)} | {"": -1}
+    parent = np.array([rows[str(name)] for name in data["parent"].values])
+    known = {field: data[field].values for field in MEASURED if field in data}
     pressure = float(data["image_pressure"]) if "image_pressure" in data else 0.0
-    return Network(tuple(names), rows, data["length"].values, data["radius"].values, pressure=pressure)
+    return Network(names, parent, data["length"].values, data["radius"].values, None, pressure, **known)
 
 
 def root_vessel(result: xr.DataTree) -> str:

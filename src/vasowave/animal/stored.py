@@ -1,35 +1,40 @@
 """From stored results back to the model that was fitted: it can be simulated, changed and swept again."""
 
 import json
+from collections.abc import Mapping
+from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from vasowave.animal.reading import data_of, wall_laws
+from vasowave.animal.animal import Settings
+from vasowave.animal.reading import data_of, network, settings_of, wall_laws
 from vasowave.blood import FRICTIONS, Blood
 from vasowave.errors import InputError, did_you_mean
 from vasowave.laws import find_law
 from vasowave.model import Model
-from vasowave.network import MEASURED, Network
 from vasowave.outlets import Windkessel
 from vasowave.recording import Recording
-
-
-def stored_network(result: xr.DataTree) -> Network:
-    """Return the vessels of an animal's stored results."""
-    data = data_of(result, "network")
-    names = tuple(map(str, data["vessel"].values))
-    rows = {name: row for row, name in enumerate(names)} | {"": -1}
-    parent = np.array([rows[str(name)] for name in data["parent"].values])
-    known = {field: data[field].values for field in MEASURED if field in data}
-    pressure = float(data["image_pressure"])
-    return Network(names, parent, data["length"].values, data["radius"].values, None, pressure, **known)
+from vasowave.solver import Numerics
 
 
 def stored_recording(result: xr.DataTree) -> Recording:
-    """Return the averaged cycle of an animal's stored results."""
+    """Return the averaged cycle of an animal's stored results, with its notes and the errors of its harmonics."""
     data = data_of(result, "recording")
-    return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"])
+    errors = {name: data[name].values for name in ("pressure_error", "flow_error") if name in data}
+    return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"],
+                     tuple(json.loads(data.attrs["notes"])), **errors)  # fmt: skip
+
+
+def stored_settings(result: xr.DataTree) -> Settings:
+    """Return the settings that an animal was analyzed with."""
+    data = settings_of(result)
+    return Settings(**data | {"blood": _blood(data["blood"]), "numerics": Numerics(**data["numerics"])})
+
+
+def _blood(data: Mapping[str, Any]) -> Blood:
+    friction = dict(data["friction"])
+    kind = {one.__name__: one for one in FRICTIONS.values()}[friction.pop("law")]
+    return Blood(data["density"], data["viscosity"], kind(**friction))
 
 
 def stored_model(result: xr.DataTree, wall: str = "") -> Model:
@@ -61,8 +66,12 @@ def stored_model(result: xr.DataTree, wall: str = "") -> Model:
         raise InputError(f"no fit with the wall law '{wall}'{did_you_mean(wall, known)}; there are: {', '.join(known)}")
     data = data_of(result, f"{wall}/calibration")
     law = find_law(wall)
-    friction = json.loads(data.attrs["friction"])
-    kind = {one.__name__: one for one in FRICTIONS.values()}[friction.pop("law")]
-    blood = Blood(data.attrs["blood_density_g_per_ml"], data.attrs["blood_viscosity_cm2_per_s"], kind(**friction))
+    blood = _blood(
+        {
+            "density": data.attrs["blood_density_g_per_ml"],
+            "viscosity": data.attrs["blood_viscosity_cm2_per_s"],
+            "friction": json.loads(data.attrs["friction"]),
+        }
+    )
     outlets = Windkessel(*(data[name].values for name in Windkessel._fields))
-    return Model(stored_network(result), law(*(data[name].values for name in law._fields)), outlets, blood)
+    return Model(network(result), law(*(data[name].values for name in law._fields)), outlets, blood)

@@ -1,21 +1,27 @@
 """Where a command takes its model from: network and recording, the folder of a fit, or a file of openBF."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 if TYPE_CHECKING:
+    import xarray as xr
+
+    from vasowave.animal.animal import Animal
     from vasowave.blood import Blood
     from vasowave.model import Model
     from vasowave.recording import Inflow, Recording
     from vasowave.solver import Numerics
+    from vasowave.study.settings import StudyFile
 
 NETWORK = typer.Argument(
     help="Vessel table (CSV or Excel); or, alone, the folder of a fit or a study: its fitted model; or openBF's YAML."
 )
-RECORDING = typer.Argument(help="One averaged cycle; its flow is the inflow. Only with a vessel table.")
+RECORDING = typer.Argument(
+    help="One averaged cycle (one file, or pressure and flow) or a continuous recording. Only with a vessel table."
+)
 PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
 ANIMAL = typer.Option(help="Animal of a study.")
 WALL = typer.Option(help="Wall law: linear, tangent, power, or module:Class; of a fit, the first that was fitted.")
@@ -55,16 +61,8 @@ def numerics_from(cell_size: float | None, accuracy: float | None) -> "Numerics"
 
 def _fitted(folder: Path, animal: str, wall: str) -> "tuple[Model, Recording]":
     from vasowave.animal.stored import stored_model, stored_recording
-    from vasowave.errors import InputError
-    from vasowave.study.results import read_results
 
-    results = read_results(folder)
-    if not animal and len(results) > 1:
-        raise InputError(f"{folder}: name one of its animals with --animal: {', '.join(results)}")
-    name = animal or next(iter(results))
-    if name not in list(results):
-        raise InputError(f"{folder}: no animal '{name}'; there are: {', '.join(results)}")
-    result = results[name]
+    result = stored_animal(folder, animal)
     return stored_model(result, wall), stored_recording(result)
 
 
@@ -79,15 +77,44 @@ def _openbf(file: Path, wall: str) -> "tuple[Model, Inflow]":
 
 def _nominal(network: Path, recording: Sequence[Path], period: float | None, wall: str, blood: "Blood"
              ) -> "tuple[Model, Recording]":  # fmt: skip
-    from vasowave.errors import InputError
     from vasowave.laws import find_law
     from vasowave.model import Model
     from vasowave.nominal import estimate_nominal
-    from vasowave.recording import read_recording
-    from vasowave.vessel_table import read_network
+    from vasowave.study.settings import StudyFile
+
+    cells = {} if period is None else {"period [s]": repr(period)}
+    one = animal_from(network, recording, cells, StudyFile.model_validate({}))
+    nominal = estimate_nominal(one.network, one.recording, blood)
+    return Model(one.network, nominal.wall(find_law(wall or "linear")), nominal.outlets, blood), one.recording
+
+
+def animal_from(
+    network: Path, recording: Sequence[Path], cells: "Mapping[str, str]", settings: "StudyFile"
+) -> "Animal":
+    """Return the animal of a network and a recording of any kind, as a study reads it; say what was noticed."""
+    from vasowave.errors import InputError
+    from vasowave.study.alone import one_row
+    from vasowave.study.loading import load_animal
+    from vasowave.study.names import plain_name
 
     if not recording:
-        raise InputError(f"{network}: a network needs the recording of a cycle too, whose flow enters it")
-    vessels, cycle = read_network(network), read_recording(*recording, period=period)
-    nominal = estimate_nominal(vessels, cycle, blood)
-    return Model(vessels, nominal.wall(find_law(wall or "linear")), nominal.outlets, blood), cycle
+        raise InputError(f"{network}: a network needs a recording too, whose flow enters it")
+    row = one_row(network, recording, plain_name(recording[0].stem), settings.groups[0], cells)
+    one = load_animal(row, settings, Path())
+    for note in one.recording.notes:
+        typer.echo(f"note: {note}", err=True)
+    return one
+
+
+def stored_animal(folder: Path, animal: str) -> "xr.DataTree":
+    """Return the stored result of one animal of a fit or a study."""
+    from vasowave.errors import InputError
+    from vasowave.study.results import read_results
+
+    results = read_results(folder)
+    if not animal and len(results) > 1:
+        raise InputError(f"{folder}: name one of its animals with --animal: {', '.join(results)}")
+    name = animal or next(iter(results))
+    if name not in list(results):
+        raise InputError(f"{folder}: no animal '{name}'; there are: {', '.join(results)}")
+    return results[name]

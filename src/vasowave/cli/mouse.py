@@ -1,16 +1,20 @@
-"""The command on one animal: fit."""
+"""The commands on one animal: fit, posterior."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vasowave.cli import models
 from vasowave.cli.app import FAILED, app
 
 if TYPE_CHECKING:
+    from vasowave.animal.animal import Settings
+    from vasowave.inference import Posterior
+    from vasowave.network import Network
+    from vasowave.recording import Recording
     from vasowave.study.plan import Study
 
-_PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
 _OUTPUT = typer.Option("--output", "-o", help="Folder for results and report.")
 
 
@@ -24,36 +28,128 @@ def fit(
     network: Annotated[Path, typer.Argument(help="Vessel table, CSV.")],
     recording: Annotated[list[Path], typer.Argument(help="One file, or pressure and flow of one averaged cycle.")],
     output: Annotated[Path, _OUTPUT] = Path("vasowave-fit"),
-    period: Annotated[float | None, _PERIOD] = None,
     animal: Annotated[str, typer.Option(help="Name of the animal; by default that of the recording.")] = "",
     group: Annotated[str, typer.Option(help="Its group, as the report writes it.")] = "animal",
     given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Calibrate the model to one animal and write results, figures and report: a study of one."""
+    from vasowave.cli.row_options import row_cells
     from vasowave.cli.study_options import read_settings
     from vasowave.study.alone import animal_alone
+    from vasowave.study.names import plain_name
 
-    name = animal or recording[0].stem
-    settings = read_settings(given or {}, name, group)
-    study = animal_alone(output, settings, network, recording, name, period)
-    _fit(study)
+    name, options = animal or plain_name(recording[0].stem), dict(given or {})
+    cells = row_cells(options)
+    settings = read_settings(options, name, group)
+    _fit(animal_alone(output, settings, network, recording, name, cells))
 
 
 def _fit(study: "Study") -> None:
-    from vasowave.cli.progress import counting
+    from vasowave.cli.progress import alive
+    from vasowave.cli.watching import watched
     from vasowave.study.alone import fit_sentences
     from vasowave.study.reporting import report_study
     from vasowave.study.results import read_results
     from vasowave.study.running import run_alone
 
     typer.echo("The first fit with a wall law compiles the solver, which takes half a minute once.")
-    with counting() as show:
-        done = run_alone(study, show)
+    with watched(study, as_json=False):
+        done = run_alone(study)
     typer.echo(f"Results: {done.results}{'' if done.computed else ' (kept from earlier)'}")
     (result,) = read_results(study.folder).in_order()
     for sentence in fit_sentences(result):
         typer.echo(f"  {sentence}")
-    typer.echo(f"Report: {report_study(study.folder)}")
+    with alive("writing the report"):
+        page = report_study(study.folder)
+    typer.echo(f"Report: {page}")
     for one in done.failures:
-        typer.echo(f"failed: {one}", err=True)
+        tell(f"failed: {one}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)
+
+
+_DRAWS = typer.Option("--output", "-o", help="netCDF file of the draws, which arviz.from_netcdf reads.")
+
+
+@app.command(
+    epilog="Example: vasowave posterior my-mouse --wall linear -o draws.nc; "
+    "vasowave posterior network.csv recording.txt. The folder of a fit brings its settings along."
+)
+def posterior(
+    network: Annotated[Path, typer.Argument(help="Vessel table; or, alone, the folder of a fit or a study.")],
+    recording: Annotated[list[Path] | None, models.RECORDING] = None,
+    output: Annotated[Path, _DRAWS] = Path("posterior.nc"),
+    wall: Annotated[str, models.WALL] = "",
+    animal: Annotated[str, models.ANIMAL] = "",
+    draws: Annotated[int, typer.Option(help="Draws that are simulated and weighted.")] = 400,
+    given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
+) -> None:
+    """Say which parameters are compatible with one animal's recording when image and model are uncertain, too."""
+    from vasowave.cli.progress import alive
+    from vasowave.files import check_file
+    from vasowave.inference import Priors
+    from vasowave.inference import posterior as posterior_of
+
+    check_file(output)
+    vessels, cycle, settings = _known(network, recording or [], animal, dict(given or {}))
+    law, made = wall or settings.walls[0], [0]
+    typer.echo(f"Posterior under the {law} wall: some hundred simulations; the first compiles the solver.")
+
+    def count(simulations: int) -> None:
+        made[0] = simulations
+
+    with alive(lambda: f"posterior, {law} wall: {made[0]} simulations"):
+        found = posterior_of(
+            vessels, cycle, law, priors=Priors(zero=settings.zero_sd), blood=settings.blood,
+            search=settings.search(law), numerics=settings.numerics, draws=draws, seed=settings.seed, progress=count,
+        )  # fmt: skip
+    found.write(output)
+    _say(found)
+    typer.echo(f"Draws: {output}")
+    raise typer.Exit(0 if found.diagnostics.trusted else FAILED)
+
+
+def _known(network: Path, recording: list[Path], animal: str, options: dict[str, Any]
+           ) -> "tuple[Network, Recording, Settings]":  # fmt: skip
+    """Return vessels, cycle and settings: of files and options, or all of the folder of a fit."""
+    from vasowave.animal import reading, stored
+    from vasowave.cli.options import flag
+    from vasowave.cli.row_options import row_cells
+    from vasowave.cli.study_options import read_settings
+    from vasowave.errors import InputError
+    from vasowave.study.settings import animal_settings
+
+    if network.is_dir():
+        if recording or options:
+            surplus = ", ".join([*map(str, recording), *map(flag, options)])
+            raise InputError(f"{network} brings recording and settings along; leave out {surplus}")
+        result = models.stored_animal(network, animal)
+        return reading.network(result), stored.stored_recording(result), stored.stored_settings(result)
+    cells = row_cells(options)
+    settings = read_settings(options, "posterior", "animal")
+    one = models.animal_from(network, recording, cells, settings)
+    return one.network, one.recording, animal_settings(settings)
+
+
+def _say(found: "Posterior") -> None:
+    """Print the table of a posterior, its diagnostics, and what a reader must know."""
+    from vasowave.cli.progress import tell
+
+    rows = [("", "median", "95 % interval", "prior 95 %", "unit")]
+    rows += [
+        (str(name), f"{row['median']:.4g}", f"[{row['interval_low']:.3g}, {row['interval_high']:.3g}]",
+         f"[{row['prior_low']:.3g}, {row['prior_high']:.3g}]", str(row["unit"]).replace("1", "", row["unit"] == "1"))
+        for name, row in found.summary.iterrows()
+    ]  # fmt: skip
+    sizes = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for cells in rows:
+        texts = [cell.rjust(size) if i else cell.ljust(size) for i, (cell, size) in enumerate(zip(cells, sizes))]
+        typer.echo("  ".join([*texts[:-1], cells[-1]]).rstrip())
+    one = found.diagnostics
+    trusted = "may be believed" if one.trusted else "must not be believed"
+    tell(
+        f"The numbers {trusted}: Pareto k {one.k_hat:.2f}, {one.effective:.0f} of {one.draws} draws effective, "
+        f"{one.simulations} simulations, {one.harmonics} harmonics compared, "
+        f"ln evidence {one.log_evidence:.2f} ± {one.log_evidence_error:.2f}"
+    )
+    for note in found.warnings:
+        tell(f"note: {note}")

@@ -6,6 +6,10 @@ from typing import Any
 import typer
 from typer.main import get_command
 
+_OF_FITS = ("walls", "starts", "method", "paper_bounds", "bounds", "model_selection", "selection_optima", "waves_at",
+            "inference", "pdf", "law", "quantities")  # fmt: skip
+"""Settings of a fit and its report that a posterior does not know."""
+
 
 def with_settings(name: str, command: Any) -> Any:
     """Return a command with an option for every setting; its function is called with them as one mapping, `given`."""
@@ -33,9 +37,13 @@ def _options_of(name: str) -> dict[str, Any]:
         from vasowave.cli.image_options import image_options
 
         return image_options()
+    from vasowave.cli.row_options import row_options
+
+    if name == "add":
+        return row_options()
     from vasowave.cli.study_options import study_options
 
-    return study_options()
+    return row_options() | study_options(_OF_FITS if name == "posterior" else ())
 
 
 def flag(name: Any) -> str:

@@ -1,58 +1,81 @@
-"""What is shown on the terminal of work that is to be done, and of long work while it is done."""
+"""What is shown of work that is to be done, and of long work while it is done."""
 
+import shutil
+import textwrap
+import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+import typer
+from rich.console import Console
 
 if TYPE_CHECKING:
     from vasowave.study.overview import AnimalRead
     from vasowave.study.settings import StudyFile
 
+SAY = 60.0
+"""Seconds between the lines that long work writes where there is no terminal."""
+
 
 def show_read(read: "Sequence[AnimalRead]", settings: "StudyFile") -> None:
     """Print what was read of every animal, and how much there is to compute."""
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
     from vasowave.law_files import plain
-    from vasowave.study.overview import HEADER, expected_seconds
+    from vasowave.study.overview import expected_seconds, overview_lines
     from vasowave.threads import cores
 
-    table = Table(box=SIMPLE_HEAD)
-    for i, title in enumerate(HEADER):
-        table.add_column(title.replace("[", r"\["), justify="left" if i in (0, 1, 3) else "right", overflow="fold")
-    for one in read:
-        table.add_row(*one.row())
-    Console().print(table)
+    width = terminal_width()
+    for line in overview_lines(read, width):
+        typer.echo(line)
     minutes = expected_seconds(read, settings, cores()) / 60
     walls, starts = settings.calibration.walls, settings.calibration.starts
-    print(
+    tell(
         f"Animals {len(read)}; wall laws {', '.join(map(plain, walls))}; {starts} starts of each fit: roughly "
         f"{max(1, round(minutes))} min to compute here ({cores()} cores), less where results are kept."
     )
 
 
+def terminal_width() -> int:
+    """Return the columns of the terminal, 80 where there is none."""
+    return shutil.get_terminal_size((80, 24)).columns
+
+
+def tell(text: str, err: bool = False) -> None:
+    """Print a sentence in lines that a terminal does not break within words; whole where there is no terminal."""
+    console = Console(stderr=err)
+    lines = textwrap.wrap(text, max(20, terminal_width()), subsequent_indent="  ", break_long_words=False,
+                          break_on_hyphens=False)  # fmt: skip
+    typer.echo("\n".join(lines) if console.is_terminal else text, err=err)
+
+
 @contextmanager
-def counting() -> Iterator[Callable[[str, int, int, float], None]]:
-    """Show a bar for every wall law; gives what takes the law, its finished starts, all its starts, and the best S."""
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(bar_width=20),
-        MofNCompleteColumn(),
-        TextColumn("{task.fields[remark]}"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns) as progress:
-        tasks: dict[str, int] = {}
+def alive(doing: str | Callable[[], str], every: float | None = None) -> Iterator[None]:
+    """Write a line a minute to the standard error while what is inside goes on, if there is no terminal.
 
-        def show(wall: str, done: int, count: int, best: float) -> None:
-            if wall not in tasks:
-                tasks[wall] = progress.add_task(f"{wall} wall, starts", total=count, remark="")
-            progress.update(tasks[wall], completed=done, remark=f"best S {best:.4g} mmHg²")  # type: ignore[arg-type]
+    Logs of clusters show by it that a program lives.
 
-        yield show
+    Parameters
+    ----------
+    doing : str or callable
+        What is being done, or what returns it.
+    every : float, optional
+        s between lines.
+    """
+    if Console(stderr=True).is_terminal:
+        yield
+        return
+    begun, ended = time.monotonic(), threading.Event()
+
+    def say() -> None:
+        while not ended.wait(SAY if every is None else every):
+            what = doing if isinstance(doing, str) else doing()
+            typer.echo(f"{(time.monotonic() - begun) / 60:.0f} min: {what}", err=True)
+
+    teller = threading.Thread(target=say, daemon=True)
+    teller.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        teller.join()

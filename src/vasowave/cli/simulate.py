@@ -1,6 +1,7 @@
 """Commands on one model: simulate, sweep."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+_PICTURES = (".png", ".pdf", ".svg")
 _NAMES = (
     "Names: the wall law's (beta; p1, gamma; beta, m), in mmHg and plain numbers; of the vascular beds R_T "
     "\\[mmHg s/ml], a = R1/R_T, tau \\[s]; radius and length: factors of all vessels."
@@ -55,7 +57,7 @@ def simulate(
 
 @app.command(
     epilog=f"{_NAMES} Example: vasowave sweep network.csv cycle.csv --vary beta=30:90:7 --vary R_T=60,80; "
-    "vasowave sweep my-mouse --vary tau=0.05:0.3:20"
+    "vasowave sweep my-mouse --vary tau=0.05:0.3:20 -o sweep.csv --plot sweep.png"
 )
 def sweep(
     network: Annotated[Path, models.NETWORK],
@@ -63,7 +65,10 @@ def sweep(
     vary: Annotated[
         list[str] | None, typer.Option(metavar="NAME=VALUES", help="from:to:count, or one,other; may be repeated.")
     ] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", help="netCDF file to write.")] = Path("sweep.nc"),
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="File to write: .csv (a row for every combination) or netCDF.")
+    ] = Path("sweep.nc"),
+    plot: Annotated[Path | None, typer.Option(help="Picture to draw: .png, .pdf or .svg.")] = None,
     period: Annotated[float | None, models.PERIOD] = None,
     animal: Annotated[str, models.ANIMAL] = "",
     wall: Annotated[str, models.WALL] = "",
@@ -72,22 +77,80 @@ def sweep(
     accuracy: Annotated[float | None, models.ACCURACY] = None,
 ) -> None:
     """Simulate every combination of parameter values; keeps the root's pressure and what each vessel has of it."""
-    from rich.progress import Progress
-
     from vasowave import solver
+    from vasowave.cli.progress import alive
+
+    _check_places(output, plot)
+    model, cycle = models.model_from(network, recording or [], period, animal, wall, friction)
+    grid = {name: _numbers(name, text) for name, text in _split(vary or [])}
+    numerics, made = models.numerics_from(cell_size, accuracy), [0, 0]
+    with alive(lambda: f"{made[0]} of {made[1]} simulations"), _bar() as show:
+
+        def progress(done: int, count: int) -> None:
+            made[:] = done, count
+            show(done, count)
+
+        result = solver.sweep(model, cycle, grid, numerics, progress=progress)
+    _write_sweep(result, output)
+    if plot is not None:
+        _draw(result, plot)
+    failed = int((result["failure"] != "").sum())
+    typer.echo(f"{result['failure'].size} simulations, {failed} failed ('failure' says why). Sweep: {output}"
+               + (f", {plot}" if plot else ""))  # fmt: skip
+
+
+def _check_places(output: Path, plot: Path | None) -> None:
+    from vasowave.errors import InputError
     from vasowave.files import check_file
 
     check_file(output)
-    model, cycle = models.model_from(network, recording or [], period, animal, wall, friction)
-    grid = {name: _numbers(name, text) for name, text in _split(vary or [])}
-    with Progress(transient=True) as bars:
+    if plot is not None:
+        check_file(plot)
+        if plot.suffix.lower() not in _PICTURES:
+            raise InputError(f"{plot}: a picture ends in {', '.join(_PICTURES)}")
+
+
+@contextmanager
+def _bar() -> "Iterator[Callable[[int, int], None]]":
+    """Show a bar on a terminal; gives what takes the simulations that are done and all."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(transient=True, console=Console(stderr=True)) as bars:
         task = bars.add_task("simulations", total=None)
-        numerics = models.numerics_from(cell_size, accuracy)
-        result = solver.sweep(model, cycle, grid, numerics, progress=lambda done, count: bars.update(
-            task, completed=done, total=count))  # fmt: skip
-    _write(result, output)
-    failed = int((result["failure"] != "").sum())
-    typer.echo(f"{result['failure'].size} simulations, {failed} failed (variable 'failure' says why). Sweep: {output}")
+        yield lambda done, count: bars.update(task, completed=done, total=count)
+
+
+def _write_sweep(result: "xr.Dataset", output: Path) -> None:
+    from vasowave.columns import spreadsheet_cell
+    from vasowave.files import write_file
+    from vasowave.solver.sweep import sweep_table
+
+    if output.suffix.lower() != ".csv":
+        _write(result, output)
+        return
+    table = sweep_table(result)
+    for name in ("failure", "notes"):
+        table[name] = [spreadsheet_cell(" ".join(text.split())) for text in table[name]]
+    write_file(output, table.to_csv(index=False, lineterminator="\n", float_format="%.6g"))
+
+
+def _draw(result: "xr.Dataset", plot: Path) -> None:
+    import io
+
+    from vasowave.figures.rendering import svg
+    from vasowave.figures.style import style
+    from vasowave.figures.sweep import sweep_figure
+    from vasowave.files import write_file
+
+    with style():
+        figure = sweep_figure(result)
+        if plot.suffix.lower() == ".svg":
+            write_file(plot, svg(figure))
+            return
+        content = io.BytesIO()
+        figure.savefig(content, format=plot.suffix.lower()[1:], transparent=False)
+    write_file(plot, content.getvalue())
 
 
 def _split(texts: Sequence[str]) -> list[tuple[str, str]]:

@@ -1,16 +1,20 @@
 """Commands on a study: demo, new, check, run, report."""
 
+import shlex
+import sys
 import time
+from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from vasowave.cli.app import FAILED, app
-from vasowave.cli.progress import show_read
+from vasowave.cli.progress import alive, show_read, tell
 from vasowave.threads import cores
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
+_STATUS = typer.Argument(help="The folder of a study or of a fit, or a study.yaml.")
 _RESULTS = typer.Argument(help="The folder of a study or of a fit.")
 
 
@@ -48,31 +52,69 @@ def new(
 
 @app.command(
     epilog="Example: vasowave add my-study lab/control lab/hypoxia --network lung.csv. Groups and names are told by "
-    "names of files and folders; what nothing tells is said and left empty."
+    "names of files and folders; what nothing tells is said and left empty. In the study's folder its name may be left "
+    "out: vasowave add ../raw. Adding a file again fills what its row lacks."
 )
 def add(
     study: Annotated[Path, _STUDY],
-    paths: Annotated[list[Path], typer.Argument(help="Recordings and networks: files, or folders of them.")],
+    paths: Annotated[list[Path] | None, typer.Argument(help="Recordings and networks: files, or folders.")] = None,
     group: Annotated[str, typer.Option(help="The group of all of them.")] = "",
+    groups: Annotated[str, typer.Option(help="Groups of the study: WT,HOX, or control=WT,hypoxic=HOX.")] = "",
     network: Annotated[Path | None, typer.Option(help="The vessel table of all of them.")] = None,
-    period: Annotated[float | None, typer.Option(help="Period, s, of averaged cycles without a time column.")] = None,
+    given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Put files into a study: a row in its table for every recording, and what was read of it."""
+    from vasowave.cli.row_options import row_cells
     from vasowave.study.adding import add_files
     from vasowave.study.checking import check_study
 
-    added = add_files(study, paths, group=group, network=network, period=period)
+    place, files = _study_here(study, paths or [])
+    added = add_files(place, files, group=group, groups=groups, network=network, cells=row_cells(dict(given or {})),
+                      ask=_ask if _asks() else None)  # fmt: skip
     names = {row["animal"] for row in added.rows}
-    typer.echo(f"{added.table}: {_counted(len(names), 'new row')}")
-    problems, read, settings = check_study(study)
-    new = [one for one in read if one.animal in names]
+    more = f", {_counted(len(added.updated), 'row')} updated" if added.updated else ""
+    tell(f"{added.table}: {_counted(len(names), 'new row')}{more}")
+    problems, read, settings = check_study(place)
+    new = [one for one in read if one.animal in names | set(added.updated)]
     if settings is not None and new:
         show_read(new, settings)
     for said in added.said:
-        typer.echo(f"note: {said}")
-    errors = sum(problem.error for problem in problems)
-    more = f"{_counted(errors, 'error')} in the study" if errors else "The study can run"
-    typer.echo(f"{more}; see vasowave check {study}" if errors else f"{more}: vasowave run {study}")
+        tell(f"note: {said}")
+    errors = [problem for problem in problems if problem.error]
+    for problem in errors:
+        tell(f"error: {problem}")
+    if errors:
+        tell(f"{_counted(len(errors), 'error')} in the study: mend them, and see vasowave check {_typed(place)}")
+    else:
+        tell(f"The study can run: vasowave run {_typed(place)}")
+
+
+def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
+    """Return the study and the files; where the first name is no study but the current folder is, all are files."""
+    from vasowave.errors import InputError
+    from vasowave.study.reading import STUDY_FILE, study_path
+
+    if not study_path(study).is_file() and Path(STUDY_FILE).is_file():
+        return Path(), [study, *paths]
+    if study.is_file() and study.name != STUDY_FILE and study.suffix not in (".yaml", ".yml"):
+        raise InputError(f"{study} is no study; name the study's folder before the files (`vasowave new` makes one)")
+    if not paths:
+        raise InputError(f"{study}: which files? Name recordings and networks, or their folders: vasowave add "
+                         f"{_typed(study)} FILES")  # fmt: skip
+    return study, paths
+
+
+def _typed(path: Path) -> str:
+    """Return a name as a shell takes it."""
+    return shlex.quote(str(path))
+
+
+def _asks() -> bool:
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def _ask(question: str, proposal: str) -> str:
+    return str(typer.prompt(question, default=proposal))
 
 
 @app.command(epilog="Example: vasowave check my-study")
@@ -85,7 +127,7 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
     if settings is not None and read:
         show_read(read, settings)
     for problem in problems:
-        typer.echo(f"{'error' if problem.error else 'warning'}: {problem}")
+        tell(f"{'error' if problem.error else 'warning'}: {problem}")
     count = len(problems) - len(errors)
     said = f"{_counted(len(errors), 'error')}, {_counted(count, 'warning')}"
     typer.echo(said if problems else "Nothing is wrong or odd.")
@@ -110,16 +152,18 @@ def run(
 
 
 @app.command(epilog="Example: vasowave status my-study")
-def status(study: Annotated[Path, _STUDY] = Path()) -> None:
-    """Say how far a study is that is being run, here or elsewhere, or that was interrupted."""
+def status(study: Annotated[Path, _STATUS] = Path()) -> None:
+    """Say how far a study, or the fit of one animal, is: run here, elsewhere, or interrupted."""
     from vasowave.study.plan import read_study
-    from vasowave.study.status import study_status
+    from vasowave.study.reading import study_path
+    from vasowave.study.status import fit_status, study_status
 
-    animals, runner = study_status(read_study(study))
+    alone = fit_status(study) if study.is_dir() and not study_path(study).exists() else None
+    animals, runner = alone or study_status(read_study(study))
     for one in animals:
-        typer.echo(f"{one.animal}: {one}")
+        tell(f"{one.animal}: {one}")
     done, lost = (sum(one.state == state for one in animals) for state in ("done", "failed"))
-    typer.echo(
+    tell(
         f"{done} of {_counted(len(animals), 'animal')} done; "
         + (f"{lost} failed; " if lost else "")
         + (f"being run by {runner}" if runner else "not being run")
@@ -136,11 +180,14 @@ def _run(
 ) -> None:
     from vasowave.animal.failure import as_plain
     from vasowave.cli.watching import event, watched
+    from vasowave.study.checking import doubled_animals
     from vasowave.study.plan import read_study
+    from vasowave.study.problems import refuse
     from vasowave.study.reporting import report_study
     from vasowave.study.running import run_study
 
     plan = read_study(study)
+    refuse(doubled_animals(plan))
     say = (lambda text: None) if as_json else typer.echo
     say(f"{_counted(len(plan.animals), 'animal')}. The first compiles the solver, which takes a minute once.")
     begun = time.monotonic()
@@ -156,7 +203,8 @@ def _run(
     )
     computed = time.monotonic()
     say(f"Results: {done.results} ({computed - begun:.0f} s)")
-    page = report_study(plan.path, pdf, workers or cores()) if report else None
+    with nullcontext() if as_json else alive("writing the report"):
+        page = report_study(plan.path, pdf, workers or cores()) if report else None
     if page is not None:
         say(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
     if as_json:

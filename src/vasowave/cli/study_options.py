@@ -1,6 +1,6 @@
 """Options of `fit`, from the settings of a study."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Annotated, Any, get_origin
 
 import typer
@@ -45,9 +45,9 @@ def read_settings(given: Mapping[str, Any], title: str, group: str) -> StudyFile
     return settings
 
 
-def study_options() -> dict[str, Any]:
-    """Return the annotation of an option for every setting of one animal's study."""
-    return {key: _study_option(section, key, field) for section, key, field in _keys()}
+def study_options(leave: Collection[str] = ()) -> dict[str, Any]:
+    """Return the annotation of an option for every setting of one animal's study but those to `leave` out."""
+    return {key: _study_option(section, key, field) for section, key, field in _keys() if key not in leave}
 
 
 def _keys() -> list[tuple[str, str, Any]]:

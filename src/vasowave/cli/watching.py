@@ -2,9 +2,8 @@
 
 import json
 import threading
-import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -13,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
+from vasowave.cli.progress import alive
 from vasowave.errors import InputError
 from vasowave.study.engine import Progress
 from vasowave.study.loading import animal_key
@@ -20,7 +20,6 @@ from vasowave.study.plan import Study
 from vasowave.study.status import POSTERIOR, searches_of
 
 _LOOK = 1.0  # s between looks into the journals
-_SAY = 60.0  # s between lines where there is no terminal
 _WORDS = {"kept": "kept from earlier", "computed": "computed", "failed": "FAILED"}
 Searches = Mapping[str, Mapping[str, tuple[int, int]]]
 
@@ -42,12 +41,14 @@ def watched(study: Study, as_json: bool) -> Iterator[Show]:
     """Give what takes the steps of a run, and tell meanwhile which searches of its animals end."""
     console = Console(stderr=True)
     with _bars(console, len(study.animals)) as bars:
-        show: Show = JsonLines() if as_json else Rows(console, bars)
+        rows = Rows(console, bars)
+        show: Show = JsonLines() if as_json else rows
         ended = threading.Event()
         watcher = threading.Thread(target=_watch, args=(study, show, ended), daemon=True)
         watcher.start()
         try:
-            yield show
+            with nullcontext() if as_json else alive(rows.doing):
+                yield show
         finally:
             ended.set()
             watcher.join()
@@ -89,12 +90,14 @@ class Rows:
         self.console, self.bars = console, bars
         self.rows: dict[str, TaskID] = {}
         self.finished: set[str] = set()
-        self.said = time.monotonic()
+        self.stages: dict[str, str] = {}
+        self.idle = "reading files, compiling the solver"
 
     def step(self, step: Progress) -> None:
         """Tell that an animal is done."""
         left = _left(step)
         self.finished.add(step.name)
+        self.idle = "writing the results" if step.done == step.count else self.idle
         if step.name in self.rows:
             self.bars.remove_task(self.rows.pop(step.name))
         self.bars.update(self.bars.task_ids[0], completed=step.done, left=left)
@@ -109,9 +112,12 @@ class Rows:
                 self.rows[name] = self.bars.add_task(name, total=None, left="")
             done, count = (sum(one[i] for one in under_way[name].values() if one[1]) for i in (0, 1))
             self.bars.update(self.rows[name], completed=done, total=count, left=stage)
-        if not self.console.is_terminal and stages and time.monotonic() - self.said > _SAY:
-            self.said = time.monotonic()
-            self._print("; ".join(f"{name}: {stage}" for name, stage in stages.items()))
+        self.stages = stages
+
+    def doing(self) -> str:
+        """Return what is under way, in words."""
+        stages = {name: stage for name, stage in self.stages.items() if name not in self.finished}
+        return "; ".join(f"{name}: {stage}" for name, stage in stages.items()) or self.idle
 
     def _print(self, text: str) -> None:
         self.console.print(text, markup=False, highlight=False, soft_wrap=True)

@@ -5,8 +5,9 @@ from pathlib import Path
 from vasowave.errors import InputError
 from vasowave.recording.channels import Block
 from vasowave.recording.edf import is_edf, read_edf
-from vasowave.recording.labchart_mat import read_labchart_mat
+from vasowave.recording.labchart_mat import is_labchart_mat, read_labchart_mat
 from vasowave.recording.labchart_text import is_labchart_text, read_labchart_text
+from vasowave.recording.mat_variables import read_variables
 from vasowave.recording.number_table import read_number_table
 from vasowave.textfile import Progress, read_start
 
@@ -42,7 +43,7 @@ def read_blocks(path: str | Path, sampling_rate: float | None = None, progress: 
     """Return the blocks of a continuous recording of any kind; the arguments are those of `read_raw_recording`."""
     kind = file_kind(path)
     if kind == "mat":
-        blocks = read_labchart_mat(path)
+        blocks = read_labchart_mat(path) if is_labchart_mat(path) else [read_variables(path, sampling_rate)]
     elif kind == "edf":
         blocks = read_edf(path)
     elif kind == "labchart text":

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vasowave.recording.number_rows import NumberRows
-
 
 @dataclass(frozen=True, eq=False)
 class Channel:
@@ -21,8 +19,6 @@ class Channel:
         Samples per second.
     place : str
         What errors call the channel: ``FILE, block 2, channel 'PAP'``.
-    rows : NumberRows, optional
-        Knows the line of every sample, where the file has lines.
     """
 
     title: str
@@ -30,18 +26,11 @@ class Channel:
     values: np.ndarray
     sampling_rate: float
     place: str
-    rows: NumberRows | None = None
 
     @property
     def duration(self) -> float:
         """How long the channel lasts, s."""
         return len(self.values) / self.sampling_rate
-
-    def where(self, sample: int) -> str:
-        """Return the words that lead a reader to one sample."""
-        if self.rows is not None:
-            return f"{self.place}, line {self.rows.line(sample)}"
-        return f"{self.place}, {sample / self.sampling_rate:.4f} s after the start of the block"
 
 
 @dataclass(frozen=True)

@@ -4,30 +4,28 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
-from vasowave import units
-from vasowave.errors import InputError
 from vasowave.recording.blocks import KINDS, file_kind, read_blocks
 from vasowave.recording.channels import Block
+from vasowave.recording.choosing import quantity_of
+from vasowave.recording.gaps import Span, gaps_in
 from vasowave.recording.labchart_mat import is_labchart_mat
-from vasowave.recording.matlab import read_mat, text, vector
+from vasowave.recording.mat_variables import read_variables
 from vasowave.recording.number_table import read_number_table
 from vasowave.recording.plausibility import PERIODS
-from vasowave.recording.read_raw import quantity_of
-from vasowave.recording.signal import ALIASES
 from vasowave.textfile import Progress
 
 
 class ChannelDescription(NamedTuple):
     """One channel: its title, its unit, and what its title says that it holds.
 
-    `quantity` is ``pressure``, ``flow``, ``ecg``, ``time`` or empty; `unit` is empty where the file names none.
+    `quantity` is ``pressure``, ``flow``, ``ecg``, ``time`` or empty; `unit` is empty where the file names none. `gaps`
+    are the stretches without samples, s since the start of the block.
     """
 
     title: str
     unit: str
     quantity: str
+    gaps: tuple[Span, ...] = ()
 
 
 class BlockDescription(NamedTuple):
@@ -103,7 +101,8 @@ def describe_recording(path: str | Path, progress: Progress | None = None) -> Fi
     """
     kind = file_kind(path)
     if kind == "mat" and not is_labchart_mat(path):
-        return _variables(path)
+        variables = _block(read_variables(path))
+        return FileDescription(str(path), "mat", _kind(variables.duration), (variables,))
     if kind == "table":
         blocks = [read_number_table(path, math.nan, progress, titled=False)]
     else:
@@ -116,31 +115,13 @@ def describe_recording(path: str | Path, progress: Progress | None = None) -> Fi
 
 
 def _block(block: Block) -> BlockDescription:
-    channels = tuple(ChannelDescription(c.title, c.unit, quantity_of(c.title)) for c in block.channels)
+    channels = tuple(
+        ChannelDescription(c.title, c.unit, quantity_of(c.title), gaps_in(c.values, c.sampling_rate))
+        for c in block.channels
+    )
     fastest = max(block.channels, key=lambda c: len(c.values))
     rate = fastest.sampling_rate
     return BlockDescription(rate, len(fastest.values) / rate, len(fastest.values), channels, len(block.comments))
-
-
-def _variables(path: str | Path) -> FileDescription:
-    """Describe the variables of a MATLAB file that are vectors."""
-    variables = {ALIASES.get(name.lower(), name.lower()): value for name, value in read_mat(path).items()}
-    vectors = {
-        name: vector(value, f"{path}: variable '{name}'")
-        for name, value in variables.items()
-        if np.asarray(value).dtype.kind in "iufb" and 1 < np.size(value) == max(np.shape(value))
-    }
-    stated = {name: text(variables.get(f"{name}_unit", "")) for name in vectors}
-    channels = tuple(ChannelDescription(name, stated[name], quantity_of(name)) for name in vectors if name != "time")
-    count = max((len(values) for values in vectors.values()), default=0)
-    if not channels:
-        raise InputError(f"{path}: no vectors; it has: {', '.join(variables) or 'nothing'}")
-    rate = math.nan
-    if len(time := vectors.get("time", np.empty(0))) > 1:
-        lasts = float(time[-1] - time[0]) * units.factor(stated["time"] or "s", "time")
-        rate = (len(time) - 1) / lasts if lasts > 0 else math.nan
-    block = BlockDescription(rate, count / rate, count, channels)
-    return FileDescription(str(path), "mat", _kind(block.duration), (block,))
 
 
 def _kind(lasts: float) -> str:

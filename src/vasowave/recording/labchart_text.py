@@ -10,6 +10,7 @@ import numpy as np
 from vasowave import units
 from vasowave.errors import InputError
 from vasowave.recording.channels import Block, Channel, Comment
+from vasowave.recording.gaps import leaps_closed, with_gaps
 from vasowave.recording.number_rows import DecimalMark, NumberRows
 from vasowave.textfile import Lines, Progress, read_lines
 
@@ -128,13 +129,16 @@ class _TextBlock:
         titles, rows = self.titles, self.rows
         interval = _interval(f"{self.place}, line {self.line}", self.header["Interval"])
         timed = len(rows.titles) - len(titles)
-        if timed:
-            _check_times(self.place, rows.take(0), interval, rows)
+        place = _places(self.place, rows.take(0), interval, rows) if timed else None
         channels = []
         for at, (title, unit) in enumerate(zip(titles, _units(self.header, len(titles)), strict=True)):
-            place = f"{self.place}, channel '{title}'"
-            channels.append(Channel(title, unit, rows.take(at + timed), 1.0 / interval, place, rows))
-        comments = [one for row, cells in self._comments for one in _comments(cells, row * interval)]
+            values = rows.take(at + timed)
+            values = values if place is None else with_gaps(values, place)
+            channels.append(Channel(title, unit, values, 1.0 / interval, f"{self.place}, channel '{title}'"))
+        comments = []
+        for row, cells in self._comments:
+            at = row if place is None or not row else int(place[min(row, len(place) - 1)])
+            comments += _comments(cells, at * interval)
         notes = (f"{_CUT}; its last row was left out",) if self._cut else ()
         return Block(tuple(channels), tuple(comments), notes)
 
@@ -179,8 +183,15 @@ def _comments(cells: list[str], time: float) -> list[Comment]:
     return comments
 
 
-def _check_times(place: str, time: np.ndarray, interval: float, rows: NumberRows) -> None:
-    """Refuse times that do not advance by the interval: samples are missing, or every tenth was exported."""
+def _places(place: str, time: np.ndarray, interval: float, rows: NumberRows) -> np.ndarray | None:
+    """Return where samples stand on an even axis if the times leap over gaps, None if they do not.
+
+    Refuses times that advance by another step than the interval: every tenth sample was exported, or rows are missing
+    all over.
+    """
+    leaps = leaps_closed(time)
+    if leaps is not None:
+        time = leaps[0]
     steps = np.diff(time)
     # Times are written with few digits late in a long recording, hence the rounding allowed for.
     wrong = np.flatnonzero(np.abs(steps - interval) > 0.5 * interval + 2e-5)
@@ -198,3 +209,4 @@ def _check_times(place: str, time: np.ndarray, interval: float, rows: NumberRows
             raise InputError(
                 f"{place}: the times cover {lasts:.6g} s, the samples {expected:.6g} s; export at the full rate"
             )
+    return None if leaps is None else leaps[1]

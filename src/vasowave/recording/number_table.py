@@ -8,6 +8,8 @@ from vasowave import units
 from vasowave.columns import is_numeric, is_row, read_headings, separator_of, split_cells, split_titles
 from vasowave.errors import InputError
 from vasowave.recording.channels import Block, Channel
+from vasowave.recording.choosing import with_time
+from vasowave.recording.gaps import leaps_closed, with_gaps
 from vasowave.recording.number_rows import DecimalMark, NumberRows
 from vasowave.recording.signal import ALIASES, even_step, written_to
 from vasowave.textfile import Lines, Progress, read_lines
@@ -67,6 +69,7 @@ class _Table:
 
     def __init__(self, path: str | Path, line: int, header: list[str], separator: str | None) -> None:
         self.names, self.units = read_headings(path, header, ALIASES | {"ekg": "ecg"})
+        self.names = with_time(self.names, self.units)
         if self.names.count("time") > 1:
             raise InputError(f"{path}: two columns are called 'time'; keep one of them")
         self.path, self.header_line, self.separator = path, line, separator
@@ -110,38 +113,51 @@ class _Table:
     def finished(self, sampling_rate: float | None) -> Block:
         if not self.rows.count:
             raise InputError(f"{self.path}: a header and no data")
-        rate = self._rate(sampling_rate)
+        rate, place = self._rate(sampling_rate)
         channels = tuple(
-            Channel(name, unit, self.rows.take(at), rate, f"{self.path}, channel '{name}'", self.rows)
+            Channel(name, unit, self._column(at, place), rate, f"{self.path}, channel '{name}'")
             for at, (name, unit) in enumerate(zip(self.names, self.units, strict=True))
             if name != "time"
         )
         return Block(channels, (), self.suspicions)
 
-    def _rate(self, given: float | None) -> float:
-        """Return the samples per second by the times, checked against what was given."""
+    def _column(self, at: int, place: np.ndarray | None) -> np.ndarray:
+        values = self.rows.take(at)
+        return values if place is None else with_gaps(values, place)
+
+    def _rate(self, given: float | None) -> tuple[float, np.ndarray | None]:
+        """Return the samples per second by the times, checked against what was given, and places if times leap."""
         if "time" not in self.names:
             if given is None:
                 raise InputError(
-                    f"{self.path}: no time column; give sampling_rate, in samples per second (in a study's table: the "
-                    "column 'sampling rate [1/s]')"
+                    f"{self.path}: no time column; say how many samples a second has (vasowave add and fit: "
+                    "--sampling-rate 1000; a study's table: the column 'sampling rate [1/s]'; in Python: sampling_rate)"
                 )
-            return given
+            return given, None
         column = self.names.index("time")
         unit = self.units[column]
-        if not unit:
-            raise InputError(f"{self.path}: column 'time' has no unit; write it in the header, for example 'time [s]'")
-        scale = units.factor(unit, "time")
-        time = self.rows.take(column) * scale
+        time = self.rows.take(column)
+        if unit:
+            scale = units.factor(unit, "time")
+        elif given is not None and len(time) > 1:
+            scale = 1.0 / (given * float(np.median(np.diff(time))))
+        else:
+            raise InputError(
+                f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or say how many samples "
+                "a second has (vasowave add and fit: --sampling-rate 1000; a study's table: the column "
+                "'sampling rate [1/s]')"
+            )
+        time = time * scale
         if len(time) < 2:
             raise InputError(f"{self.path}: one sample only; a continuous recording is needed")
         gaps = np.flatnonzero(np.isnan(time))
         if len(gaps):
             row = int(gaps[0])
             raise InputError(f"{self.path}, line {self.rows.line(row)}, column 'time': the cell is empty or no number")
-        measured = 1.0 / even_step(
-            time, self.quantum * scale, str(self.path), lambda row: f"{self.path}, line {self.rows.line(row)}"
-        )
+        leaps = leaps_closed(time)
+        even = time if leaps is None else leaps[0]
+        places = lambda row: f"{self.path}, line {self.rows.line(row)}"  # noqa: E731
+        measured = 1.0 / even_step(even, self.quantum * scale, str(self.path), places)
         if given is not None and abs(given - measured) > 1e-3 * measured:
             raise InputError(f"{self.path}: the time column has {measured:.6g} samples/s, given are {given:.6g}")
-        return measured
+        return measured, None if leaps is None else leaps[1]

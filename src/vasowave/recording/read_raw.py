@@ -1,29 +1,20 @@
 """Read a continuous recording of pressure, flow and ECG from the files a lab has."""
 
 import warnings
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from vasowave import units
-from vasowave.errors import InputError, VasowaveWarning, did_you_mean
+from vasowave.errors import InputError, VasowaveWarning
 from vasowave.recording.blocks import read_blocks
 from vasowave.recording.channels import Block, Channel, Comment
-from vasowave.recording.raw import RawRecording
+from vasowave.recording.choosing import DIMENSIONS, pick_channels
+from vasowave.recording.gaps import describe_gaps, gaps_in
+from vasowave.recording.raw import SHORTEST, RawRecording
 from vasowave.textfile import Progress
 
-_QUANTITIES = {"pressure": "pressure", "flow": "flow", "ecg": "voltage"}
-_WORDS = {
-    "pressure": ("pressure", "press", "pap", "mpap", "ppa", "p"),
-    "flow": ("flow", "flow rate", "flowrate", "q"),
-    "ecg": ("ecg", "ekg"),
-}
-_HOW_TO_NAME = (
-    "channels are named by their titles in the columns 'pressure channel', 'flow channel' and 'ecg channel' of a "
-    "study's table (in Python: pressure='TITLE', flow='TITLE', ecg='TITLE')"
-)
 _SAME_LENGTH = 0.01  # two channels of a block last equally long within this share and two samples
 
 
@@ -49,7 +40,7 @@ def read_raw_recording(
         A CSV, TSV or blank-separated table whose header names columns and units (``time [s]``, ``pressure [mmHg]``,
         ``flow [ml/s]``, ``ecg [mV]``), LabChart's text or MATLAB export, or EDF/EDF+.
     pressure, flow, ecg : str, optional
-        Titles of the channels; needed where no title, or more than one, says what it holds.
+        Titles of the channels; needed where neither titles nor units leave one answer (a note says what was guessed).
     pressure_unit, flow_unit : str, optional
         Units of channels for which the file names none (in LabChart: for which no units conversion was set).
     block : int, optional
@@ -89,15 +80,16 @@ def read_raw_recording(
     for suspicion in chosen.suspicions:
         warnings.warn(f"{path}: {suspicion}", VasowaveWarning, stacklevel=2)
     notes += chosen.suspicions
-    picked = pick_channels(path, chosen, {"pressure": pressure, "flow": flow, "ecg": ecg})
-    _check_lengths([channel for channel in picked.values() if channel])
-    rate = max(channel.sampling_rate for channel in picked.values() if channel)
+    picked, guessed = pick_channels(path, chosen.channels, {"pressure": pressure, "flow": flow, "ecg": ecg})
+    notes += guessed
+    if "ecg" not in picked:
+        notes.append("no ECG: beats can be found from the pressure only")
+    _check_lengths(list(picked.values()))
+    _check_gaps(list(picked.values()), start, end)
+    rate = max(channel.sampling_rate for channel in picked.values())
     given = {"pressure": pressure_unit, "flow": flow_unit, "ecg": None}
     signals = {}
     for name, channel in picked.items():
-        if channel is None:
-            notes.append("no ECG: beats can be found from the pressure only")
-            continue
         values, words = _canonical(channel, name, given[name])
         signals[name], more = _at_rate(_stretch(channel, values, start, end), channel, rate)
         notes += words + more
@@ -118,6 +110,18 @@ def _check_lengths(channels: list[Channel]) -> None:
         raise InputError(f"{shortest.place}: channels of one block last equally long, but {each}; export it again")
 
 
+def _check_gaps(channels: list[Channel], start: float | None, end: float | None) -> None:
+    """Refuse a stretch in which samples are missing; say in seconds where, and which stretch is whole."""
+    first, last = start or 0.0, min(channel.duration for channel in channels)
+    last = last if end is None else min(end, last)
+    gaps = {channel.place: gaps_in(channel.values, channel.sampling_rate) for channel in channels}
+    of = {place: [gap for gap in found if gap.end > first and gap.start < last] for place, found in gaps.items()}
+    if any(of.values()):
+        every = [gap for found in of.values() for gap in found]
+        place = next(place for place, found in of.items() if found)
+        raise InputError(f"{place}: {describe_gaps(every, first, last, SHORTEST)}")
+
+
 def _comments(block: Block, origin: float, lasts: float) -> tuple[Comment, ...]:
     """Return the remarks in a stretch of a block, s; their times count from its beginning."""
     return tuple(replace(c, time=c.time - origin) for c in block.comments if origin <= c.time <= origin + lasts)
@@ -136,54 +140,9 @@ def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[i
     return longest, [f"block {longest + 1} of {len(blocks)} was read, the longest (blocks last {lengths})"]
 
 
-def pick_channels(path: str | Path, block: Block, titles: Mapping[str, str | None]) -> dict[str, Channel | None]:
-    """Return the channel of each quantity, by its title or, where that is None, by what channels are called.
-
-    Parameters
-    ----------
-    path, block
-        The file, for errors, and its block.
-    titles : mapping
-        From ``pressure``, ``flow``, ``ecg`` to a title or None. A missing ECG is None in the result.
-
-    Raises
-    ------
-    InputError
-        All quantities at once for which no channel or several are found, with the channels there are.
-    """
-    picked, problems = {}, []
-    for name, title in titles.items():
-        hits = _called(block, name, title)
-        picked[name] = hits[0] if hits else None
-        if len(hits) > 1:
-            problems.append(f"{len(hits)} channels may hold {name}, name one of them")
-        elif not hits and title is not None:
-            problems.append(f"no channel '{title}'{did_you_mean(title, [c.title for c in block.channels])}")
-        elif not hits and name != "ecg":
-            problems.append(f"no channel says that it holds {name}, name it")
-    if problems:
-        present = ", ".join(f"'{c.title}' [{c.unit or 'no unit'}]" for c in block.channels) or "none"
-        raise InputError(f"{path}: {'; '.join(problems)}; it has: {present}; {_HOW_TO_NAME}")
-    return picked
-
-
-def quantity_of(title: str) -> str:
-    """Return the quantity that a channel's title says it holds: pressure, flow, ecg, or empty."""
-    words = title.lower().split()
-    return next((name for name, known in _WORDS.items() if {title.strip().lower(), *words} & set(known)), "")
-
-
-def _called(block: Block, name: str, title: str | None) -> list[Channel]:
-    """Return the channels with this title, or those whose own says that they hold the quantity."""
-    if title is not None:
-        return [c for c in block.channels if c.title.strip().lower() == title.strip().lower()]
-    hits = [c for c in block.channels if c.title.strip().lower() in _WORDS[name]]
-    return hits or [c for c in block.channels if quantity_of(c.title) == name]
-
-
 def _canonical(channel: Channel, name: str, given: str | None) -> tuple[np.ndarray, list[str]]:
     """Return the values in the canonical unit, and what was assumed."""
-    quantity = _QUANTITIES[name]
+    quantity = DIMENSIONS[name]
     unit = channel.unit
     if name == "ecg" and not unit:
         return channel.values, ["the ECG has no unit; only its shape is used"]
@@ -192,8 +151,9 @@ def _canonical(channel: Channel, name: str, given: str | None) -> tuple[np.ndarr
         if given is None:
             raise InputError(
                 f"{channel.place}: {name} is in {unit or 'no unit'}; set the units conversion in the recording program "
-                f"and export again, or, if the numbers are {name} already, name their unit (column '{name} unit' of a "
-                f"study's table, {name}_unit in Python)"
+                f"and export again, or, if the numbers are {name} already, name their unit (vasowave add and fit: "
+                f"--unit {name}={units.CANONICAL[quantity]}; a study's table: the column '{name} unit'; in Python: "
+                f"{name}_unit)"
             )
         return channel.values * units.factor(given, quantity), [f"{name} was taken to be in {given}, as given"]
     try:
@@ -206,7 +166,7 @@ def _canonical(channel: Channel, name: str, given: str | None) -> tuple[np.ndarr
 
 
 def _stretch(channel: Channel, values: np.ndarray, start: float | None, end: float | None) -> np.ndarray:
-    """Return the samples from `start` to `end`, none of which may be a gap."""
+    """Return the samples from `start` to `end`."""
     lasts = channel.duration
     first = round((start or 0.0) * channel.sampling_rate)
     last = len(values) if end is None else round(end * channel.sampling_rate)
@@ -214,12 +174,6 @@ def _stretch(channel: Channel, values: np.ndarray, start: float | None, end: flo
         raise InputError(f"{channel.place}: the stretch ends at {end:g} s and starts at {start:g} s; exchange them")
     if not 0 <= first < last <= len(values):
         raise InputError(f"{channel.place}: {start or 0:g} to {end or lasts:g} s does not lie in 0 to {lasts:.5g} s")
-    gaps = np.flatnonzero(~np.isfinite(values[first:last]))
-    if len(gaps):
-        raise InputError(
-            f"{channel.where(first + int(gaps[0]))}: a gap ({len(gaps)} samples without a value in all); "
-            "choose a stretch without gaps with start and end"
-        )
     return values[first:last]
 
 

@@ -6,6 +6,7 @@ from itertools import islice, product
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from vasowave.errors import InputError, VasowaveError, did_you_mean
@@ -92,6 +93,29 @@ def sweep(
         if progress is not None:
             progress(len(kept), count)
     return _labelled(kept, model, flow, axes, samples)
+
+
+def sweep_table(found: xr.Dataset) -> pd.DataFrame:
+    """Return a sweep as a table: a row for every combination, with the pressure at the root, titles with units.
+
+    Columns: the parameters, ``systolic, diastolic, mean, pulse``, ``mach``, ``failure`` and ``notes``.
+    """
+    pressure = found["root_pressure"]
+    said = {
+        "systolic [mmHg]": pressure.max("time", skipna=False),
+        "diastolic [mmHg]": pressure.min("time", skipna=False),
+        "mean [mmHg]": pressure.mean("time", skipna=False),
+        "pulse [mmHg]": pressure.max("time", skipna=False) - pressure.min("time", skipna=False),
+        "mach": found["mach"],
+        "failure": found["failure"],
+        "notes": found["notes"],
+    }
+    axes = [str(name) for name in found["mach"].dims]
+    rows = pd.DataFrame({title: values.values.ravel() for title, values in said.items()})
+    grid = list(product(*(found[name].values.tolist() for name in axes)))
+    units = [found[name].attrs.get("units", "1") for name in axes]
+    titles = [name if unit == "1" else f"{name} [{unit}]" for name, unit in zip(axes, units, strict=True)]
+    return pd.concat([pd.DataFrame(grid, columns=titles), rows], axis=1)
 
 
 def _checked(model: Model, name: str, given: Sequence[float]) -> np.ndarray:

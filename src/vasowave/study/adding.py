@@ -1,19 +1,27 @@
 """Put files into a study: rows of its table, written from what the files and their names tell."""
 
-import csv
-import io
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vasowave.columns import read_columns
-from vasowave.errors import InputError
+from vasowave.errors import InputError, did_you_mean
 from vasowave.files import write_file
-from vasowave.study.names import checked_name
+from vasowave.provenance import sha256
+from vasowave.report.wording import some_of
+from vasowave.study.grouping import Marks, Proposal, parsed_groups, proposed_groups, told_group, within, words
+from vasowave.study.names import plain_name
+from vasowave.study.plan import RESULTS
 from vasowave.study.reading import read_settings, study_path
-from vasowave.study.rows import COLUMNS
-from vasowave.study.sorting import Recorded, files_in, sort_files, words
+from vasowave.study.reporting import ONE_BY_ONE, REPORT_FOLDER
+from vasowave.study.settings import StudyFile
+from vasowave.study.sorting import Recorded, Sorted, files_in, sort_files
+from vasowave.study.table import read_rows, written_rows
+from vasowave.study.template import with_groups
+
+_NAMED = 3  # files, in a sentence
+Ask = Callable[[str, str], str]
+"""Asks a person a question, with the answer that is proposed; returns what was answered."""
 
 
 @dataclass(frozen=True)
@@ -26,22 +34,27 @@ class Added:
         The table of animals.
     rows : tuple of dict
         The new rows, by column; a cell that nothing tells is empty.
+    updated : tuple of str
+        Animals whose rows were there and say more now.
     said : tuple of str
-        What was not used, and what a person has to fill in.
+        What was decided for the user, what was not used, and what a person has to fill in.
     """
 
     table: Path
     rows: tuple[dict[str, str], ...]
+    updated: tuple[str, ...]
     said: tuple[str, ...]
 
 
-def add_files(study: Path, paths: Sequence[Path], *, group: str = "", network: Path | None = None,
-              period: float | None = None) -> Added:  # fmt: skip
+def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: str = "", network: Path | None = None,
+              cells: Mapping[str, str] | None = None, ask: Ask | None = None) -> Added:  # fmt: skip
     """Write a row into the table of a study for every recording among `paths`, files or folders.
 
     A file with a column `parent` is a network, others are recordings. Two files that hold pressure and flow alone, and
     whose names differ in that word only, are one animal. An animal is called like its file. Its group is the one that
-    its file, or a folder above it, is named by; its network the one of its name, of its group, or the only one.
+    its file, or a folder above it, is named by; where no name holds a group of the study, the groups that names speak
+    of are proposed. Its network is the one of its name, of its group, or the only one. A recording that is in the table
+    keeps its row, whose empty cells are filled; one with the bytes of another is left out.
 
     Parameters
     ----------
@@ -50,10 +63,15 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", network: P
     paths : sequence of Path
     group : str, optional
         The group of all of them.
+    groups : str, optional
+        The groups of the study, the reference first: ``WT,HOX``, or ``control=WT,hypoxic=HOX`` where names hold other
+        words.
     network : Path, optional
         The network of all of them.
-    period : float, optional
-        s; of averaged cycles without a time column.
+    cells : mapping of str to str, optional
+        What to write into further columns of all of them; it replaces what stands there.
+    ask : callable, optional
+        Asks a person; without one, proposals are taken and said.
 
     Raises
     ------
@@ -62,48 +80,117 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", network: P
         cannot be read or written; the table is then as it was.
     """
     path = study_path(Path(study))
+    settings = _settings(path)
+    table = path.parent / settings.animals
+    before = read_rows(table)
+    sorted_files = _sorted(path.parent, table, paths, network, cells or {})
+    networks = _networks(path.parent, sorted_files.networks, before.rows, network)
+    known = _Known(path.parent, before.rows)
+    said = list(sorted_files.refused)
+    new, touched = list[_Row](), list[_Row]()
+    for recorded in sorted_files.recordings:
+        found = _Row(recorded, _cells(recorded, path.parent, cells or {}), known.row_of(recorded))
+        twin = "" if found.old is not None else known.twin_of(recorded)
+        if twin:
+            said.append(f"{recorded.files[0]}: holds the same bytes as the recording of {twin}; left out")
+            continue
+        (new if found.old is None else touched).append(found)
+    marks, more = _grouped([*new, *touched], before.rows, path, settings, group, groups, ask)
+    for one in [*new, *touched]:
+        one.cells["network"] = _network_cell(one.recorded, one.cells["group"], marks, networks, path.parent)
+    _name(new, [row["animal"] for row in before.rows])
+    explicit = {*(cells or {}), *(["group"] if group or groups else []), *(["network"] if network else [])}
+    updated = [one for one in touched if _filled(one, explicit)]
+    rows = [one.cells for one in new]
+    all_new = [*rows, *(one.old for one in touched if one.old is not None)]
+    other = with_groups(path, list(marks)) if list(marks) != settings.groups else ""
+    write_file(table, written_rows(before, rows))
+    if other:
+        write_file(path, other)
+        more.append(f"{path.name}: groups are [{', '.join(marks)}] now, the first is the reference")
+    said = [*said, *_once([*new, *updated]), *more, *_missing(all_new, marks, networks)]
+    if len(updated) < len(touched):
+        said.append(f"{len(touched) - len(updated)} of these recordings are in the table already, with all this")
+    return Added(table, tuple(rows), tuple(one.old["animal"] for one in updated if one.old), tuple(dict.fromkeys(said)))
+
+
+def _once(found: Sequence["_Row"]) -> list[str]:
+    """Return what was decided of recordings, each decision once with the files it is about."""
+    of: dict[str, list[str]] = {}
+    for one in found:
+        for what in one.recorded.said:
+            of.setdefault(what, []).append(one.recorded.files[0].name)
+    return [f"{some_of(files, _NAMED)}: {what}" for what, files in of.items()]
+
+
+@dataclass
+class _Row:
+    """A recording, the cells that it tells, and its row in the table if it has one."""
+
+    recorded: Recorded
+    cells: dict[str, str]
+    old: dict[str, str] | None
+
+
+class _Known:
+    """The recordings that the table has, by place, by the name of a file that is gone, and by content."""
+
+    def __init__(self, folder: Path, rows: Sequence[dict[str, str]]) -> None:
+        self.folder = folder
+        files = [(folder / row["recording"], row) for row in rows if row.get("recording")]
+        self.by_place = {file.resolve(): row for file, row in files}
+        self.lost = {file.name: row for file, row in files if not file.exists()}
+        self.by_content = {_digest(file): row["animal"] for file, row in files if file.is_file()}
+
+    def row_of(self, recorded: Recorded) -> dict[str, str] | None:
+        """Return the row of a recording; that of a file that is gone if it had the same name."""
+        file = recorded.files[0]
+        row = self.by_place.get(file.resolve())
+        if row is None and file.name in self.lost:
+            row = self.lost.pop(file.name)
+            row["recording"] = seen_from(self.folder, file)
+            if len(recorded.files) == 2:
+                row["flow"] = seen_from(self.folder, recorded.files[1])
+        return row
+
+    def twin_of(self, recorded: Recorded) -> str:
+        """Return the animal whose recording has the same bytes; else remember this one."""
+        digest = _digest(recorded.files[0])
+        if digest in self.by_content:
+            return self.by_content[digest]
+        self.by_content[digest] = recorded.files[0].name
+        return ""
+
+
+def _digest(file: Path) -> str:
+    try:
+        return sha256(file)
+    except InputError:
+        return str(file)
+
+
+def _settings(path: Path) -> StudyFile:
     settings, document = read_settings(path)
     if settings is None:
         raise InputError(f"{path}: mend the study file first (`vasowave check` says what is wrong): "
                          f"{document.problems[0].message}")  # fmt: skip
-    if group and group not in settings.groups:
-        raise InputError(f"'{group}' is not a group of the study; its groups: {', '.join(settings.groups)}")
-    table = path.parent / settings.animals
-    if table.suffix.lower() == ".xlsx":
-        raise InputError(f"{table}: rows are added to CSV only; save it as CSV and name that under 'animals' in {path}")
-    titles, rows = _table(table)
-    sorted_files = sort_files(files_in([*paths, *([network] if network else [])]))
-    if not sorted_files.recordings:
-        why = "\n".join(f"  {one}" for one in sorted_files.refused)
+    if settings.animals.lower().endswith(".xlsx"):
+        raise InputError(f"{path.parent / settings.animals}: rows are added to CSV only; save it as CSV and name that "
+                         f"under 'animals' in {path}")  # fmt: skip
+    return settings
+
+
+def _sorted(folder: Path, table: Path, paths: Sequence[Path], network: Path | None, cells: Mapping[str, str]
+            ) -> Sorted:  # fmt: skip
+    """Return what the files are; those of the study's own table and results are not among them."""
+    own = {one.resolve() for one in (table, *(folder / name for name in (RESULTS, REPORT_FOLDER, ONE_BY_ONE)))}
+    titles = {title.removesuffix(" channel"): text for title, text in cells.items() if title.endswith(" channel")}
+    files = files_in([*paths, *([network] if network else [])], own)
+    found = sort_files(files, titles, int(cells["block"]) if cells.get("block", "").isdigit() else None)
+    if not found.recordings:
+        why = "\n".join(f"  {one}" for one in found.refused)
         raise InputError("no recording among these files" + (f":\n{why}" if why else ""))
-    networks = _networks(path.parent, sorted_files.networks, rows, network)
-    new: list[dict[str, str]] = []
-    said = list(sorted_files.refused)
-    listed = {os.path.normpath(path.parent / row["recording"]) for row in rows}
-    for recorded in sorted_files.recordings:
-        if os.path.normpath(recorded.files[0].absolute()) in listed:
-            said.append(f"{recorded.files[0]}: is in the table already")
-            continue
-        row = _row(recorded, path.parent, settings.groups, group, networks, period)
-        row["animal"] = _free_name(row["animal"], [one["animal"] for one in [*rows, *new]])
-        new.append(row)
-    said += _missing(new, settings.groups, networks)
-    _write(table, titles, rows, new)
-    return Added(table, tuple(new), tuple(said))
-
-
-def _table(path: Path) -> tuple[list[str], list[dict[str, str]]]:
-    """Return titles and rows of the table as they stand; none if it has no rows yet."""
-    try:
-        table = read_columns(path)
-    except InputError as error:
-        if "and no data" in str(error) or "is empty" in str(error) or not path.exists():
-            return [], []
-        raise
-    titles = [f"{name} [{unit}]" if unit else name for name, unit in zip(table.names, table.units, strict=True)]
-    exact = {title.casefold(): title for title in COLUMNS}
-    titles = [exact.get(title.casefold(), title) for title in titles]
-    return titles, [dict(zip(titles, row, strict=True)) for row in table.cells]
+    return found
 
 
 def _networks(
@@ -123,87 +210,118 @@ def _any(folder: Path) -> bool:
     return folder.is_dir() and any(folder.iterdir())
 
 
-def _row(
-    recorded: Recorded, folder: Path, groups: Sequence[str], group: str, networks: Sequence[Path], period: float | None
-) -> dict[str, str]:
-    label = group or _told_group(recorded.files[0].absolute(), groups)
-    network = _told_network(recorded, label, groups, networks)
-    row = {
-        "animal": _name(recorded.name),
-        "group": label,
-        "network": _seen_from(folder, network) if network else "",
-        "recording": _seen_from(folder, recorded.files[0]),
-        "kind": recorded.kind,
-    }
+def _cells(recorded: Recorded, folder: Path, given: Mapping[str, str]) -> dict[str, str]:
+    """Return the cells that a recording tells, and those that were given."""
+    cells = {"animal": "", "group": "", "network": "", "recording": seen_from(folder, recorded.files[0])}
+    cells |= {"kind": "cycle" if given.get("period [s]") and recorded.kind != "raw" else recorded.kind}
     if len(recorded.files) == 2:
-        row["flow"] = _seen_from(folder, recorded.files[1])
-    if period is not None and recorded.kind != "raw":
-        row |= {"period [s]": repr(period), "kind": "cycle"}
-    return row | {f"{quantity} channel": title for quantity, title in recorded.channels.items()}
+        cells["flow"] = seen_from(folder, recorded.files[1])
+    cells |= {f"{quantity} channel": title for quantity, title in recorded.channels}
+    if recorded.stretch is not None and not (given.get("start [s]") or given.get("end [s]")):
+        cells |= {"start [s]": f"{recorded.stretch.start:g}", "end [s]": f"{recorded.stretch.end:g}"}
+    own = {title: text for title, text in given.items() if not (title == "period [s]" and recorded.kind == "raw")}
+    return cells | own
 
 
-def _told_group(path: Path, groups: Sequence[str]) -> str:
-    """Return the group by which a file is named, or else the innermost folder that is; empty if none or two are."""
-    for part in (path.stem, *(one.name for one in path.parents)):
-        said = words(part)
-        hits = [label for label in groups if _within(words(label), said)]
-        if len(hits) == 1:
-            return hits[0]
-        if hits:
-            return max(hits, key=len) if all(_within(words(one), words(max(hits, key=len))) for one in hits) else ""
-    return ""
+def _grouped(
+    found: Sequence[_Row], before: Sequence[dict[str, str]], path: Path, settings: StudyFile, group: str, groups: str,
+    ask: Ask | None,
+) -> tuple[dict[str, tuple[str, ...]], list[str]]:  # fmt: skip
+    """Fill the column `group` of what was found; return the groups of the study with their marks, and what to say."""
+    used = {row.get("group", "") for row in before} & set(settings.groups)
+    free = not used and settings.groups == StudyFile.model_fields["groups"].default
+    marks: dict[str, tuple[str, ...]] = {label: (label,) for label in settings.groups}
+    if groups:
+        marks = {label: (label,) for label in settings.groups if label in used} | parsed_groups(groups)
+    elif group and group not in marks:
+        if not free and (hint := did_you_mean(group, marks)):
+            raise InputError(f"'{group}' is not a group of the study{hint}; its groups: {', '.join(marks)}")
+        marks = ({} if free else marks) | {group: (group,)}
+
+    def tell() -> list[_Row]:
+        for one in found:
+            one.cells["group"] = group or told_group(one.recorded.files[0], path.parent, marks)
+        return [one for one in found if not (one.cells["group"] or (one.old and one.old.get("group")))]
+
+    lost = tell()
+    proposal = proposed_groups([one.recorded.files[0] for one in lost], path.parent) if lost and not groups else None
+    if proposal is None:
+        return marks, []
+    kept = {label: own for label, own in marks.items() if label in used or len(lost) < len(found)}
+    if ask is not None:
+        marks = kept | _asked(proposal, ask)
+    elif free and not kept:
+        marks = dict(proposal.marks)
+    else:
+        example = ",".join(f"{label}={word}" for label, word in zip(marks, proposal.sizes))
+        return marks, [f"{proposal}, which are no groups of the study ({', '.join(marks)}). Say which is which: "
+                       f"--groups {example}"]  # fmt: skip
+    tell()
+    return marks, [] if ask else [f"groups: {proposal}. If that is not right: --groups ONE,OTHER, the reference first"]
 
 
-def _within(few: Sequence[str], many: Sequence[str]) -> bool:
-    """Whether the words of `few` stand in `many`, in one piece; a label may be written as the beginning of a word."""
-    size = len(few)
-    return size > 0 and any(list(many[i : i + size]) == list(few) for i in range(len(many) - size + 1))
+def _asked(proposal: Proposal, ask: Ask) -> dict[str, tuple[str, ...]]:
+    """Return the groups that a person confirms or gives; a label that was proposed keeps its mark."""
+    answer = ask(f"{str(proposal).capitalize()}. Groups, the reference first", ",".join(proposal.marks))
+    return {label: proposal.marks.get(label, own) for label, own in parsed_groups(answer).items()}
 
 
-def _told_network(recorded: Recorded, group: str, groups: Sequence[str], networks: Sequence[Path]) -> Path | None:
+def _network_cell(recorded: Recorded, group: str, marks: Marks, networks: Sequence[Path], folder: Path) -> str:
+    network = told_network(recorded.name, group, marks, networks, folder)
+    return seen_from(folder, network) if network else ""
+
+
+def told_network(name: str, group: str, marks: Marks, networks: Sequence[Path], beside: Path) -> Path | None:
     """Return the network that carries an animal's name, stands beside it alone, carries its group, or is the only."""
-    own = [one for one in networks if _within(words(recorded.name), words(one.stem))]
-    of_group = [one for one in networks if group and _told_group(one.absolute(), groups) == group]
+    own = [one for one in networks if within(words(name), words(one.stem))]
+    of_group = [one for one in networks if group and told_group(one, beside, marks) == group]
     return next((few[0] for few in (own, of_group, list(networks)) if len(few) == 1), None)
 
 
-def _name(stem: str) -> str:
-    """Return a file's stem as an animal's name: signs that a name cannot have become blanks."""
-    plain = "".join(sign if sign.isalnum() or sign in " .,_+-()" else " " for sign in stem).strip(" .,_+-()")
-    return checked_name(plain[:60] or "animal")
+def _name(new: Sequence[_Row], taken: Sequence[str]) -> None:
+    """Call the animals like their files; those whose files are called alike get their folder's name before it."""
+    stems = [one.recorded.name.casefold() for one in new]
+    names = {name.casefold() for name in taken}
+    for one in new:
+        stem, folder = one.recorded.name, one.recorded.files[0].absolute().parent.name
+        alike = stems.count(stem.casefold()) > 1 or plain_name(stem).casefold() in names
+        name = plain_name(f"{folder} {stem}" if alike else stem)
+        numbered = (name if n == 1 else f"{name} ({n})" for n in range(1, len(names) + 2))
+        one.cells["animal"] = next(each for each in numbered if each.casefold() not in names)
+        names.add(one.cells["animal"].casefold())
 
 
-def _free_name(name: str, taken: Sequence[str]) -> str:
-    used = {one.casefold() for one in taken}
-    return next(
-        one for n in range(1, len(used) + 2) if (one := name if n == 1 else f"{name} ({n})").casefold() not in used
-    )
+def _filled(one: _Row, explicit: set[str]) -> bool:
+    """Fill the empty cells of a row that was there, and those that were given; return whether anything changed."""
+    assert one.old is not None
+    kept = dict(one.old)
+    if one.old.get("start [s]") or one.old.get("end [s]") or one.old.get("block"):
+        one.cells = {title: text for title, text in one.cells.items() if title in explicit or title not in
+                     ("start [s]", "end [s]")}  # fmt: skip
+    for title, text in one.cells.items():
+        if title not in ("animal", "recording") and text and (title in explicit or not one.old.get(title)):
+            one.old[title] = text
+    return one.old != kept
 
 
-def _seen_from(folder: Path, file: Path) -> str:
-    return Path(os.path.relpath(file.absolute(), folder.absolute())).as_posix()
+def seen_from(folder: Path, file: Path) -> str:
+    """Return the name of a file as the table writes it, whatever links lead to the folder or the file."""
+    ways, real = [], folder.resolve()
+    for place, start in ((file.absolute(), folder.absolute()), (file.absolute(), real), (file.resolve(), real)):
+        try:
+            ways.append(Path(os.path.relpath(place, start)))
+        except ValueError:  # another drive
+            continue
+    right = (one for one in ways if (folder / one).exists() and (folder / one).samefile(file))
+    return next(right, file.resolve()).as_posix()
 
 
-def _missing(rows: Sequence[dict[str, str]], groups: Sequence[str], networks: Sequence[Path]) -> list[str]:
+def _missing(rows: Sequence[dict[str, str]], groups: Marks, networks: Sequence[Path]) -> list[str]:
     said = []
-    if lost := [row["animal"] for row in rows if not row["group"]]:
+    if lost := [row["animal"] for row in rows if not row.get("group")]:
         said.append(f"no group is told by name or folder of {', '.join(lost)}; the study has {', '.join(groups)}: "
-                    "give --group, or write it into the column 'group'")  # fmt: skip
-    if lost := [row["animal"] for row in rows if not row["network"]]:
+                    "give --group or --groups, or write it into the column 'group'")  # fmt: skip
+    if lost := [row["animal"] for row in rows if not row.get("network")]:
         why = f"none of {len(networks)} networks carries their name or group" if networks else "there is no network"
         said.append(f"{why}: {', '.join(lost)}; give --network, or write it into the column 'network'")
     return said
-
-
-def _write(table: Path, titles: Sequence[str], rows: Sequence[dict[str, str]], new: Sequence[dict[str, str]]) -> None:
-    """Write the table with the new rows below the old ones, comments at its head kept."""
-    head = (
-        [line for line in table.read_text("utf-8-sig").splitlines() if line.startswith("#")] if table.exists() else []
-    )
-    needed = [title for title in COLUMNS if title in titles or any(row.get(title) for row in new)]
-    header = [*titles, *(title for title in needed if title not in titles)]
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows([row.get(title, "") for title in header] for row in [*rows, *new])
-    write_file(table, "\n".join([*head, text.getvalue()]))

@@ -1,7 +1,7 @@
 """One animal without a study file: its files and settings become a study of one."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +10,10 @@ import xarray as xr
 from vasowave.animal.reading import data_of, wall_laws
 from vasowave.errors import InputError
 from vasowave.files import check_writable
+from vasowave.study.animals import read_row
 from vasowave.study.names import checked_name
 from vasowave.study.plan import RESULTS, Study
+from vasowave.study.problems import refuse
 from vasowave.study.reading import STUDY_FILE
 from vasowave.study.results import INDEX
 from vasowave.study.rows import AnimalRow
@@ -24,7 +26,7 @@ def animal_alone(
     network: Path,
     recordings: Sequence[Path],
     animal: str,
-    period: float | None = None,
+    cells: Mapping[str, str] | None = None,
 ) -> Study:
     """Return the study of one animal whose results will stand in `folder`.
 
@@ -39,8 +41,8 @@ def animal_alone(
         One file, or pressure and flow of one averaged cycle.
     animal : str
         Its name.
-    period : float, optional
-        s; of an averaged cycle without a time column.
+    cells : mapping of str to str, optional
+        What else a table of animals would say of it, by the titles of its columns.
 
     Raises
     ------
@@ -49,14 +51,36 @@ def animal_alone(
     """
     folder = Path(folder)
     _check_place(folder)
+    row = one_row(network, recordings, animal, settings.groups[0], cells or {})
+    return Study(folder / STUDY_FILE, settings, (row,))
+
+
+def one_row(network: Path, recordings: Sequence[Path], animal: str, group: str, cells: Mapping[str, str]) -> AnimalRow:
+    """Return what a table of animals would say of one animal, whose further cells were given as options.
+
+    Raises
+    ------
+    InputError
+        Everything that is wrong with them, with the option.
+    """
     if len(recordings) > 2:
         raise InputError(f"{len(recordings)} files given; a recording is one file, or one of pressure and one of flow")
     for file in (network, *recordings):
         if not file.is_file():
             raise InputError(f"{file}: {'is a folder' if file.is_dir() else 'there is no such file'}")
-    kind = "cycle" if len(recordings) == 2 or period is not None else ""
-    row = AnimalRow(checked_name(animal), settings.groups[0], network, tuple(recordings), 0, kind, period)  # type: ignore[arg-type]
-    return Study(folder / STUDY_FILE, settings, (row,))
+    files = dict(zip(("recording", "flow"), map(str, recordings), strict=False))
+    cell = {"animal": checked_name(animal), "group": group, "network": str(network), **files, **cells}
+    row, problems = read_row(cell, Path(), [group], option_of)
+    refuse(problems)
+    assert row is not None
+    return row
+
+
+def option_of(title: str) -> str:
+    """Return the option that stands for a column of the table of animals."""
+    plain = title.partition(" [")[0]
+    name, _, what = plain.rpartition(" ")
+    return f"--{what} {name}" if what in ("channel", "unit") else f"--{plain.replace(' ', '-')}"
 
 
 def _check_place(folder: Path) -> None:

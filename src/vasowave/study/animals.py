@@ -96,15 +96,38 @@ def _row(
 ) -> tuple[AnimalRow | None, list[Problem]]:
     line = table.lines[number]
     cell = dict.fromkeys(COLUMNS, "") | {title: table.cells[number][i].strip() for title, i in where.items()}
+    place = f"{table.source}, line {line}, column '{{}}'".format
+    return read_row(cell, Path(table.source).parent, groups, place, line)
+
+
+def read_row(
+    given: Mapping[str, str], folder: Path, groups: Sequence[str] | None, place: Callable[[str], str], line: int = 0
+) -> tuple[AnimalRow | None, list[Problem]]:
+    """Return one animal from the text of its cells, None if they hold an error, and everything wrong or odd.
+
+    Parameters
+    ----------
+    given : mapping of str to str
+        Cells by the titles of `COLUMNS`.
+    folder : Path
+        Where the names of files begin.
+    groups : sequence of str or None
+        The labels that are known; None if they are not.
+    place : callable
+        Returns the words that lead to the cell of a column.
+    line : int
+        Of the table.
+    """
+    cell = dict.fromkeys(COLUMNS, "") | dict(given)
     cell |= {title: unicodedata.normalize("NFC", cell[title]) for title in ("animal", "group")}
     wrong: list[Problem] = []
 
     def say(title: str, message: str, error: bool = True) -> None:
-        wrong.append(Problem(f"{table.source}, line {line}, column '{title}'", message, error))
+        wrong.append(Problem(place(title), message, error))
 
     kind = cell["kind"].lower() or _implied_kind(cell)
     _check_words(cell, kind, groups, say)
-    files = _files(cell, kind, Path(table.source).parent, say)
+    files = _files(cell, kind, folder, say)
     numbers: dict[str, Any] = {field: _number(cell[title], title, say) for title, field in _NUMBERS.items()}
     if any(problem.error for problem in wrong):
         return None, wrong
@@ -112,7 +135,8 @@ def _row(
     block = numbers.pop("block")
     row = AnimalRow(
         cell["animal"], cell["group"], files[0], tuple(files[1:]), line, cast(Literal["", "cycle", "raw"], kind),
-        synthetic=cell["synthetic"].lower() == "yes", block=None if block is None else int(block), **texts, **numbers,
+        synthetic=cell["synthetic"].lower() == "yes", shared_recording=cell["shared recording"].lower() == "yes",
+        block=None if block is None else int(block), **texts, **numbers,
     )  # fmt: skip
     return row, wrong
 
@@ -137,8 +161,9 @@ def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | Non
         say("group", f"'{cell['group']}' is not a group of the study{hint}; its groups: {', '.join(groups)}")
     if kind not in ("", "cycle", "raw"):
         say("kind", f"'{cell['kind']}'{did_you_mean(kind, ('cycle', 'raw'))}; write cycle or raw")
-    if cell["synthetic"].lower() not in ("", "no", "yes"):
-        say("synthetic", f"'{cell['synthetic']}'; write yes or no")
+    for title in ("synthetic", "shared recording"):
+        if cell[title].lower() not in ("", "no", "yes"):
+            say(title, f"'{cell[title]}'; write yes or no")
     for title in {"raw": _CYCLE_ONLY, "cycle": _RAW_ONLY}.get(kind, ()):
         if cell[title]:
             say(title, f"has no meaning for an animal of kind '{kind}' and is ignored", False)

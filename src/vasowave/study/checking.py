@@ -1,16 +1,18 @@
 """Say everything that is wrong or odd about a study before it is run. Nothing is simulated and nothing is fitted."""
 
-import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
-from vasowave.errors import VasowaveError
+from vasowave.errors import InputError, VasowaveError
 from vasowave.law_files import files_of, plain
 from vasowave.nominal import Nominal, estimate_nominal, oddities
-from vasowave.recording import INDEX_UNITS
+from vasowave.provenance import sha256
+from vasowave.recording import INDEX_UNITS, Recording
 from vasowave.study.document import Document, read_document
 from vasowave.study.loading import load_animal
 from vasowave.study.overview import AnimalRead, read_of
@@ -43,6 +45,7 @@ BLOOD = {"density": (0.95, 1.3, "g/ml", 1.057), "viscosity": (0.005, 0.3, "cm²/
 """What blood and the liquids used in its place have, unit, and the default."""
 
 _TAU = (0.02, 0.6)  # s, between which the time constant of a mouse or a rat is not odd
+_ALIKE = 1e-3  # of their range: two heartbeats never agree as well, one written with fewer digits does
 _SLIP = 3.0  # a known value that differs by more than this factor is no other method, but another number
 
 
@@ -68,7 +71,7 @@ def check_study(path: Path) -> Checked:
     study, problems = inspect_study(path)
     if study is None:
         return Checked(one_per_cause(problems), [], None)
-    document, read = read_document(study.path), []
+    document, read, cycles = read_document(study.path), [], []
     problems += [*_programs(study, document), *_settings(study, document)]
     for row in study.animals:
         place = f"{study.table}, line {row.line} ('{row.animal}')"
@@ -76,9 +79,11 @@ def check_study(path: Path) -> Checked:
             animal = load_animal(row, study.settings, study.folder)
             problems += _animal(study, row, animal, document, place)
             read.append(read_of(animal))
+            cycles.append((row, animal.recording))
         except VasowaveError as error:
             problems.append(_unreadable(place, row, str(error)))
-    return Checked(one_per_cause(problems + _same_files(study)), read, study.settings)
+    doubled = doubled_animals(study)
+    return Checked(one_per_cause(problems + doubled + _alike(study, cycles, doubled)), read, study.settings)
 
 
 def _unreadable(place: str, row: AnimalRow, message: str) -> Problem:
@@ -220,21 +225,55 @@ def _bounds(animal: Animal, nominal: Nominal, settings: Settings) -> dict[str, s
     return problems
 
 
-def _same_files(study: Study) -> list[Problem]:
-    """Return a warning for every recording that two animals share, by its content."""
-    problems, first = [], dict[tuple[str, ...], AnimalRow]()
+def doubled_animals(study: Study) -> list[Problem]:
+    """Return an error for every recording that holds the bytes of another animal's, unless the table says it is meant.
+
+    Any stretch of it counts: an animal that is analyzed twice is one, and doubles what a study rests on.
+    """
+    problems, first = [], dict[str, AnimalRow]()
     for row in study.animals:
-        content = _contents(row.recordings)
-        other = first.setdefault(content, row) if content else row
-        stretch = (row.block, row.start, row.end) == (other.block, other.start, other.end)
-        if other is not row and stretch:
-            place = f"{study.table}, line {row.line}, column 'recording'"
-            problems.append(Problem(place, f"the same recording as '{other.animal}' (line {other.line})", False))
+        for content in _contents(row.recordings):
+            other = first.setdefault(content, row)
+            if other is not row and not (row.shared_recording and other.shared_recording):
+                problems.append(_doubled(study, row, other, "the same recording as"))
+                break
     return problems
 
 
-def _contents(paths: Sequence[Path]) -> tuple[str, ...]:
+def _alike(study: Study, cycles: Sequence[tuple[AnimalRow, Recording]], known: Sequence[Problem]) -> list[Problem]:
+    """Return an error for every animal whose averaged cycle is another's, whatever bytes their files are written in."""
+    said, problems = {problem.place for problem in known}, []
+    ordered = sorted(cycles, key=lambda one: one[1].mean_pressure)
+    for i, (row, cycle) in enumerate(ordered):
+        for other, earlier in reversed(ordered[:i]):
+            if cycle.mean_pressure - earlier.mean_pressure > _ALIKE * np.ptp(cycle.pressure):
+                break
+            early, late = sorted((row, other), key=lambda one: one.line)
+            if _same_cycle(cycle, earlier) and not (row.shared_recording and other.shared_recording):
+                problem = _doubled(study, late, early, "its averaged cycle is that of")
+                problems += [problem] if problem.place not in said else []
+                said.add(problem.place)
+    return problems
+
+
+def _same_cycle(one: Recording, other: Recording) -> bool:
+    signals = ((one.pressure, other.pressure), (one.flow, other.flow))
+    return abs(one.period - other.period) <= _ALIKE * one.period and all(
+        len(a) == len(b) and float(np.abs(a - b).max()) <= _ALIKE * float(np.ptp(a)) for a, b in signals
+    )
+
+
+def _doubled(study: Study, row: AnimalRow, other: AnimalRow, what: str) -> Problem:
+    place = f"{study.table}, line {row.line}, column 'recording'"
+    return Problem(
+        place,
+        f"{what} '{other.animal}' (line {other.line}); remove one of the two rows, or, if two animals are meant to "
+        "share it, write yes into the column 'shared recording' of both",
+    )
+
+
+def _contents(paths: Sequence[Path]) -> list[str]:
     try:
-        return tuple(hashlib.sha256(path.read_bytes()).hexdigest() for path in paths)
-    except OSError:
-        return ()
+        return [sha256(path) for path in paths]
+    except InputError:
+        return []

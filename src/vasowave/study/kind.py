@@ -6,8 +6,10 @@ from typing import Literal
 
 from vasowave.columns import read_columns
 from vasowave.errors import InputError
+from vasowave.recording.choosing import with_time
 from vasowave.recording.edf import is_edf
 from vasowave.recording.labchart_text import is_labchart_text
+from vasowave.recording.mat_variables import is_continuous
 from vasowave.recording.matlab import read_mat
 from vasowave.recording.plausibility import PERIODS
 
@@ -34,7 +36,7 @@ def kind_of(recordings: Sequence[Path]) -> Kind:
         if path.suffix.lower() in _CONTINUOUS or is_edf(head) or is_labchart_text(head):
             return "raw"
         if path.suffix.lower() == ".mat":
-            return "raw" if "datastart" in read_mat(path) else "cycle"
+            return "raw" if "datastart" in (found := read_mat(path)) or is_continuous(path, found) else "cycle"
         return _kind_of_table(path)
     except (OSError, InputError):
         return "cycle"
@@ -46,6 +48,7 @@ def _kind_of_table(path: Path) -> Kind:
     table = read_columns(path)
     if table.find("ecg", ("ekg",)) is not None:
         return "raw"
-    column = table.find("time", ("t",))
+    named = with_time(table.names, table.units)
+    column = named.index("time") if "time" in named else table.find("time", ("t",))
     time = table.numbers(column, "time") if column is not None else None
     return "raw" if time is not None and len(time) and time[-1] - time[0] > PERIODS[1] else "cycle"

@@ -9,6 +9,14 @@ LONGEST = 60  # letters that fit beside a figure
 _NAME = re.compile(r"\w[\w .,+()-]*")
 
 
+def plain_name(stem: str) -> str:
+    """Return a file's stem as a name: signs that a name cannot have become blanks."""
+    plain = "".join(
+        sign if sign.isalnum() or sign in " .,_+-()" else " " for sign in unicodedata.normalize("NFC", stem)
+    )
+    return checked_name(plain.strip(" .,_+-()")[:LONGEST].strip() or "animal")
+
+
 def checked_name(text: str) -> str:
     """Return a name in the form in which its letters have one code each (Unicode's NFC).
 

@@ -1,5 +1,6 @@
 """What was read of every animal, and how much work a study is: the table that a person looks at before it runs."""
 
+import textwrap
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -46,9 +47,13 @@ class AnimalRead(NamedTuple):
 
 
 HEADER = (
-    "animal", "group", "vessels", "kind", "length [s]", "beats", "HR [1/min]", "mPAP [mmHg]", "CO [ml/s]",
-    "drift [mmHg]",
+    ("animal", ""), ("group", ""), ("vessels", ""), ("kind", ""), ("length", "s"), ("beats", "used"), ("HR", "1/min"),
+    ("mPAP", "mmHg"), ("CO", "ml/s"), ("drift", "mmHg"),
 )  # fmt: skip
+"""Titles of the columns, and below them units."""
+
+_LEFT = (0, 1, 3)  # columns of words
+_APART = "  "
 
 
 def read_of(animal: Animal) -> AnimalRead:
@@ -59,6 +64,34 @@ def read_of(animal: Animal) -> AnimalRead:
         animal.name, animal.group, len(animal.network), "raw" if raw else "cycle", raw.duration if raw else 0.0, used,
         indices["HR"], indices["mPAP"], indices["CO"], beats.baseline.size if beats and beats.baseline.sure else 0.0,
     )  # fmt: skip
+
+
+def overview_lines(read: Sequence[AnimalRead], width: int) -> list[str]:
+    """Return a table of what was read in lines of at most `width` characters.
+
+    Where a table does not fit, every animal has a paragraph.
+    """
+    rows = [one.row() for one in read]
+    columns = list(zip(*([title for title, _ in HEADER], [unit for _, unit in HEADER], *rows), strict=True))
+    sizes = [max(map(len, column)) for column in columns]
+    if sum(sizes) + len(_APART) * (len(sizes) - 1) <= width:
+        lines = [
+            _APART.join(cell.ljust(size) if i in _LEFT else cell.rjust(size)
+                        for i, (cell, size) in enumerate(zip(row, sizes, strict=True))).rstrip()
+            for row in zip(*columns, strict=True)
+        ]  # fmt: skip
+        return [*lines[:2], "-" * len(max(lines, key=len)), *lines[2:], ""]
+    return [line for row in rows for line in _paragraph(row, width)] + [""]
+
+
+def _paragraph(row: Sequence[str], width: int) -> list[str]:
+    animal, group, *rest = row
+    facts = [f"{title} {cell}{f' {unit}' if unit not in ('', 'used') else ''}"
+             for (title, unit), cell in zip(HEADER[2:], rest, strict=True) if cell]  # fmt: skip
+    facts = [fact.replace(" ", "\N{NO-BREAK SPACE}") for fact in facts]
+    lines = textwrap.wrap(f"{animal} ({group}): {', '.join(facts)}", width, subsequent_indent="  ",
+                          break_long_words=False, break_on_hyphens=False)  # fmt: skip
+    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
 
 
 def expected_seconds(read: Sequence[AnimalRead], settings: StudyFile, cores: int) -> float:

@@ -23,6 +23,7 @@ COLUMNS = {
     "end [s]": "raw: end of the stretch to use.",
     "sampling rate [1/s]": "raw: samples per second of a table without a time column.",
     "synthetic": "yes if the recording was made and not measured; the report then says so.",
+    "shared recording": "yes if another animal has the same recording on purpose; else that is an error.",
     "R_T [mmHg s/ml]": "Total resistance known from elsewhere (a published table): `check` compares, `run` ignores it.",
     "C_T [ml/mmHg]": "Total compliance known from elsewhere, likewise.",
     "tau [s]": "Time constant known from elsewhere, likewise.",
@@ -57,6 +58,7 @@ class AnimalRow:
     sampling_rate: float | None = None
     image_pressure: float | None = None
     synthetic: bool = False
+    shared_recording: bool = False
     R_T: float | None = None
     C_T: float | None = None
     tau: float | None = None

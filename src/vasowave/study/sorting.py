@@ -1,29 +1,47 @@
 """What the files of a lab are, told from their content and their names: networks, recordings, halves of a cycle."""
 
+import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from vasowave import units
 from vasowave.columns import read_columns
 from vasowave.errors import InputError
 from vasowave.recording import describe_recording
-from vasowave.recording.describe import BlockDescription
+from vasowave.recording.choosing import DIMENSIONS, Choice, choose
+from vasowave.recording.describe import BlockDescription, ChannelDescription, FileDescription
+from vasowave.recording.gaps import Span, longest_between
+from vasowave.recording.raw import SHORTEST
 
 _TABLES = (".csv", ".tsv", ".txt", ".dat", ".xlsx")
-_SUFFIXES = (*_TABLES, ".mat", ".edf", ".rec")
+_SUFFIXES = (*_TABLES, ".mat", ".edf", ".rec", ".adicht")
 _HALVES = {"pressure": ("pressure", "press", "pap", "p"), "flow": ("flow", "q")}
-_WORD = re.compile(r"[^\W\d_]+|\d+")
 
 
 class Recorded(NamedTuple):
-    """The recording of one animal: its name, one file or pressure and flow, and channels that only units tell."""
+    """The recording of one animal.
+
+    Attributes
+    ----------
+    name : str
+    files : tuple of Path
+        One file, or pressure and flow.
+    kind : str
+    channels : tuple of (str, str)
+        Quantity and title of channels that neither the user nor their titles alone decided.
+    stretch : Span, optional
+        The longest stretch without a gap, s, where there are gaps.
+    said : tuple of str
+        What was decided for the user.
+    """
 
     name: str
     files: tuple[Path, ...]
     kind: str
-    channels: dict[str, str]
+    channels: tuple[tuple[str, str], ...] = ()
+    stretch: Span | None = None
+    said: tuple[str, ...] = ()
 
 
 class Sorted(NamedTuple):
@@ -34,32 +52,61 @@ class Sorted(NamedTuple):
     refused: tuple[str, ...]
 
 
-def files_in(paths: Sequence[Path]) -> list[Path]:
+def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
     """Return the files that are meant: those named, and all in the folders named, whose type can be a table or record.
+
+    Hidden files and folders inside a folder that is named are left alone, and so are those in `leave` (resolved). Links
+    are followed; a file that is reached twice is one.
 
     Raises
     ------
     InputError
         A name that is no file and no folder, or nothing at all.
     """
-    files: list[Path] = []
+    files: dict[Path, Path] = {}
     for path in paths:
         if path.is_dir():
-            inside = sorted(one for one in path.rglob("*") if one.is_file() and one.suffix.lower() in _SUFFIXES)
-            files += [one for one in inside if not any(part.startswith(".") for part in one.parts)]
+            inside = sorted(_walked(path, leave))
+            found = [one for one in inside if one.is_file() and one.suffix.lower() in _SUFFIXES]
         elif path.is_file():
-            files.append(path)
+            found = [path]
         else:
             raise InputError(f"{path}: there is no such file or folder")
+        for one in found:
+            files.setdefault(one.resolve(), one)
     if not files:
         raise InputError(f"{', '.join(map(str, paths))}: no file there ends in {', '.join(_SUFFIXES)}")
-    return list(dict.fromkeys(files))
+    return list(files.values())
 
 
-def sort_files(files: Iterable[Path]) -> Sorted:
-    """Tell networks from recordings, and join the pressure and the flow of one averaged cycle."""
+def _walked(folder: Path, leave: Collection[Path]) -> Iterator[Path]:
+    """Go through the files in a folder and its folders, each folder once, whatever links there are."""
+    seen: set[Path] = set()
+    for place, folders, names in os.walk(folder, followlinks=True):
+        real = Path(place).resolve()
+        kept = [name for name in folders if not name.startswith(".") and Path(place, name).resolve() not in leave]
+        folders[:] = sorted(kept) if real not in seen else []
+        if real not in seen:
+            files = (Path(place, name) for name in names if not name.startswith("."))
+            yield from (one for one in files if one.resolve() not in leave)
+        seen.add(real)
+
+
+def sort_files(
+    files: Iterable[Path], titles: Mapping[str, str | None] | None = None, block: int | None = None
+) -> Sorted:
+    """Tell networks from recordings, and join the pressure and the flow of one averaged cycle.
+
+    Parameters
+    ----------
+    files : iterable of Path
+    titles : mapping, optional
+        Titles of channels that the user named, by quantity.
+    block : int, optional
+        The block that the user named, counted from 1.
+    """
     networks, recordings, refused = [], [], []
-    halves: dict[str, dict[str, Path]] = {}
+    halves: list[tuple[str, str, Path]] = []
     for file in files:
         if _is_network(file):
             networks.append(file)
@@ -69,25 +116,64 @@ def sort_files(files: Iterable[Path]) -> Sorted:
         except InputError as error:
             refused.append(str(error))
             continue
-        block = max(described.blocks, key=lambda one: one.samples)
-        half, stem = _half(file, block)
+        half, stem = _half(file, _used(described, None))
         if half:
-            halves.setdefault(stem, {})[half] = file
+            halves.append((stem, half, file))
         else:
-            recordings.append(Recorded(file.stem, (file,), described.kind, _told_by_unit(block)))
-    for stem, pair in halves.items():
-        if len(pair) == 2:
-            recordings.append(Recorded(stem, (pair["pressure"], pair["flow"]), "cycle", {}))
-        else:
-            ((half, file),) = pair.items()
-            missing = "flow" if half == "pressure" else "pressure"
-            refused.append(f"{file}: holds the {half} of a cycle alone; the file of its {missing} is not among these")
+            recordings.append(_recorded(file, described, titles or {}, block))
+    joined, alone = _joined(halves)
+    for half, file in alone:
+        missing = "flow" if half == "pressure" else "pressure"
+        refused.append(f"{file}: holds the {half} of a cycle alone; the file of its {missing} is not among these")
+    recordings += joined
     return Sorted(tuple(networks), tuple(recordings), tuple(refused))
 
 
-def words(name: str) -> list[str]:
-    """Return the words and numbers of a name, in lower case: ``p_C6`` is p, c, 6."""
-    return [word.casefold() for word in _WORD.findall(name)]
+def _joined(halves: Sequence[tuple[str, str, Path]]) -> tuple[list[Recorded], list[tuple[str, Path]]]:
+    """Return pressures with their flows, of one folder or else of one name anywhere, and what stays alone."""
+    joined, rest = [], list(halves)
+    for same_folder in (True, False):
+        for one in [one for one in rest if one[1] == "pressure"]:
+            fits = [q for q in rest if q[1] == "flow" and q[0] == one[0]]
+            fits = [q for q in fits if q[2].parent == one[2].parent] if same_folder else fits
+            rivals = [p for p in rest if p[1] == "pressure" and p[0] == one[0]]
+            if len(fits) == 1 and (same_folder or len(rivals) == 1):
+                joined.append(Recorded(one[0], (one[2], fits[0][2]), "cycle"))
+                rest = [left for left in rest if left not in (one, fits[0])]
+    return joined, [(half, file) for _, half, file in rest]
+
+
+def _recorded(file: Path, described: FileDescription, titles: Mapping[str, str | None], number: int | None) -> Recorded:
+    """Return what is told of a recording in one file, with what was decided about its channels and gaps."""
+    if described.kind == "cycle":
+        return Recorded(file.stem, (file,), described.kind)
+    block = _used(described, number)
+    choice = choose(block.channels, {name: titles.get(name) for name in DIMENSIONS})
+    said = [f"'{choice.picked[name].title}' was taken for {name}: {why}" for name, why in choice.guessed.items()]
+    stretch = _whole(block, choice)
+    if stretch is not None:
+        said.append(
+            f"samples are missing; the longest stretch without a gap is read, {stretch.start:g} to {stretch.end:g} s"
+        )
+    channels = tuple((name, choice.picked[name].title) for name in choice.guessed)
+    return Recorded(file.stem, (file,), described.kind, channels, stretch, tuple(said))
+
+
+def _used(described: FileDescription, number: int | None) -> BlockDescription:
+    """Return the block that is read: the one named, or the longest."""
+    blocks = described.blocks
+    if number is not None and 1 <= number <= len(blocks):
+        return blocks[number - 1]
+    return max(blocks, key=lambda one: one.samples)
+
+
+def _whole(block: BlockDescription, choice: Choice[ChannelDescription]) -> Span | None:
+    """Return the longest stretch without a gap in the channels that are read, None if all is or too little is."""
+    gaps = [gap for channel in choice.picked.values() for gap in channel.gaps]
+    if not gaps:
+        return None
+    stretch = longest_between(gaps, 0.0, block.duration)
+    return stretch if stretch.end - stretch.start >= SHORTEST else None
 
 
 def _is_network(file: Path) -> bool:
@@ -104,31 +190,10 @@ def _half(file: Path, block: BlockDescription) -> tuple[str, str]:
     signals = [one for one in block.channels if one.quantity != "time"]
     if len(signals) != 1:
         return "", ""
-    parts = re.split(r"([^\W_]+)", file.stem)
+    parts, folder = re.split(r"([^\W_]+)", file.stem), file.parent.name.casefold()
     for half, known in _HALVES.items():
         said = [i for i, part in enumerate(parts) if part.casefold() in known]
-        if said or signals[0].quantity == half:
+        if said or signals[0].quantity == half or folder in known[:-1]:
             rest = "".join(part for i, part in enumerate(parts) if i not in said).strip(" _-.")
             return half, re.sub(r"[ _-]{2,}", "_", rest) or file.parent.name
     return "", ""
-
-
-def _told_by_unit(block: BlockDescription) -> dict[str, str]:
-    """Return the channels whose titles do not say what they hold, but whose units leave one answer."""
-    known = {one.quantity for one in block.channels}
-    told = {}
-    for quantity, dimension in (("pressure", "pressure"), ("flow", "flow"), ("ecg", "voltage")):
-        if quantity in known:
-            continue
-        fit = [one.title for one in block.channels if not one.quantity and _has_unit(one.unit, dimension)]
-        if len(fit) == 1 and fit[0]:
-            told[quantity] = fit[0]
-    return told
-
-
-def _has_unit(unit: str, quantity: str) -> bool:
-    try:
-        units.factor(unit, quantity)
-    except InputError:
-        return False
-    return bool(unit)

@@ -11,8 +11,8 @@ from vasowave.inference.simulations import simulations_in
 from vasowave.study.journal import FOLDER, read_journal
 from vasowave.study.loading import animal_key
 from vasowave.study.lock import holder
-from vasowave.study.plan import Study
-from vasowave.study.results import read_results
+from vasowave.study.plan import RESULTS, Study
+from vasowave.study.results import INDEX, read_results
 from vasowave.study.running import LOCK
 from vasowave.study.store import CACHE
 
@@ -87,6 +87,25 @@ def _lost(results: Path) -> dict[str, str]:
         return {one.animal: str(one) for one in read_results(results).lost}
     except InputError:
         return {}
+
+
+def fit_status(folder: Path) -> StudyStatus | None:
+    """Return how far the fit of one animal is whose results stand in a folder; None if it holds no fit.
+
+    What a fit was started with is not written down before it ends, so its searches are those of all journals there.
+    """
+    results = folder / RESULTS
+    if not results.is_dir():
+        return None
+    statuses = {}
+    if (results / INDEX).is_file():
+        statuses = {name: AnimalStatus(name, "done", {}) for name in read_results(folder)}
+    runner = holder(results / LOCK)
+    keys = sorted({path.stem for path in (results / FOLDER).glob("*.jsonl")})
+    begun = [one for one in (_searches(results, key) for key in keys) if one]
+    if begun and (runner or not statuses):
+        statuses = {"animal": AnimalStatus(next(iter(statuses), "the animal"), "begun", begun[-1])}
+    return StudyStatus(tuple(statuses.values()), runner)
 
 
 def searches_of(results: Path, keys: Mapping[str, str]) -> dict[str, dict[str, tuple[int, int]]]:

@@ -1,6 +1,7 @@
 """A new study: a commented study file, its schema for editors, an empty table of animals, folders for the files."""
 
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import wrap
@@ -14,6 +15,7 @@ from vasowave.study.problems import refuse
 from vasowave.study.reading import STUDY_FILE, parse_settings
 from vasowave.study.rows import COLUMNS, NEEDED
 from vasowave.study.settings import StudyFile
+from vasowave.textfile import read_bytes
 
 SCHEMA_FILE = "study.schema.json"
 FOLDERS = ("networks", "recordings")
@@ -61,6 +63,29 @@ def study_text(groups: Sequence[str] = ("CTL", "HPH")) -> str:
             value = list(groups) if name == "groups" else _standard(field)
             lines += [*_comment(field.description or "", ""), *_key(name, field, "", value)]
     return "\n".join(lines) + "\n"
+
+
+def with_groups(path: Path, groups: Sequence[str]) -> str:
+    """Return the text of a study file with other groups; everything else stays as it is.
+
+    Raises
+    ------
+    InputError
+        Its groups do not stand on one line.
+    """
+    text = read_bytes(path).decode("utf-8-sig")
+    line = f"groups: {written(list(groups))}"
+    changed, count = re.subn(r"^groups:[ \t]*(\[[^\]\n]*\])?[ \t\r]*(#.*)?$", line, text, count=1, flags=re.MULTILINE)
+    if count and changed != text and _groups_of(changed) == list(groups):
+        return changed
+    if not re.search(r"^groups:", text, re.MULTILINE):
+        return f"{text.rstrip()}\n{line}\n"
+    raise InputError(f"{path}: its groups are written over several lines; write there: {line}")
+
+
+def _groups_of(text: str) -> list[str]:
+    settings, _ = parse_settings(text.encode())
+    return settings.groups if settings is not None else []
 
 
 def schema_text() -> str:

@@ -1,0 +1,72 @@
+"""What one or two parameters do to the pressure at the root: waves, and systolic, mean and diastolic pressure."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.figures.style import DATA, SCALE, new_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_WIDTH, _HEIGHT = 17.0, 7.0  # cm
+_DASHES = ("solid", (0, (5, 2)), "dashdot", (0, (1, 1.2)), (0, (7, 2, 1, 2)))
+"""Lines of the values of a second parameter."""
+
+
+def sweep_figure(found: "xr.Dataset") -> "Figure":
+    """Draw a sweep: pressure at the root over one cycle, and its systole, mean and diastole over the first parameter.
+
+    Color is the first parameter, the kind of line the second.
+
+    Raises
+    ------
+    InputError
+        More than two parameters, or more values of the second than there are kinds of lines.
+    """
+    axes = [str(name) for name in found["mach"].dims]
+    if len(axes) > 2 or (len(axes) == 2 and found.sizes[axes[1]] > len(_DASHES)):
+        raise InputError(
+            f"a plot shows one parameter, and a second of at most {len(_DASHES)} values; draw the CSV or netCDF instead"
+        )
+    figure = new_figure(_WIDTH, _HEIGHT)
+    waves, levels = figure.subplots(1, 2)
+    _draw_waves(waves, found, axes)
+    _draw_levels(levels, found, axes)
+    return figure
+
+
+def _draw_waves(ax: "Axes", found: "xr.Dataset", axes: list[str]) -> None:
+    from matplotlib import colormaps
+
+    values = found[axes[0]].values
+    shades = colormaps[SCALE](np.linspace(0.0, 0.9, len(values)))
+    for i, value in enumerate(values):
+        for dash, pressure in zip(_DASHES, _parts(found.isel({axes[0]: i})["root_pressure"], axes), strict=False):
+            ends = i in (0, len(values) - 1) and dash == _DASHES[0]
+            label = f"{axes[0]} {value:.4g}" if ends else None
+            ax.plot(1e3 * found["time"].values, pressure, color=shades[i], linestyle=dash, label=label)
+    ax.set(xlabel="time [ms]", ylabel="pressure at the root [mmHg]")
+    ax.legend(handlelength=3.5)
+
+
+def _draw_levels(ax: "Axes", found: "xr.Dataset", axes: list[str]) -> None:
+    pressure = found["root_pressure"].transpose(axes[0], ..., "time")
+    said = {"systolic": pressure.max("time"), "mean": pressure.mean("time"), "diastolic": pressure.min("time")}
+    for (name, level), marker in zip(said.items(), ("^", "o", "v"), strict=True):
+        for j, dash in enumerate(_DASHES[: found.sizes[axes[1]] if len(axes) == 2 else 1]):
+            second = f", {axes[1]} {float(found[axes[1]][j]):.4g}" if len(axes) == 2 else ""
+            values = level.isel({axes[1]: j}) if second else level
+            label = f"{name}{second}" if name == "mean" else name if j == 0 else None
+            ax.plot(found[axes[0]].values, values, color=DATA, linestyle=dash, marker=marker, markersize=3, label=label)
+    unit = found[axes[0]].attrs.get("units", "1")
+    ax.set(xlabel=axes[0] if unit == "1" else f"{axes[0]} [{unit}]", ylabel="pressure at the root [mmHg]")
+    ax.legend(handlelength=3.5)
+
+
+def _parts(pressure: "xr.DataArray", axes: list[str]) -> list[np.ndarray]:
+    """Return the waves of one value of the first parameter, one for every value of the second."""
+    return list(pressure.transpose(axes[1], "time").values) if len(axes) == 2 else [pressure.values]

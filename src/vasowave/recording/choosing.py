@@ -1,0 +1,171 @@
+"""Which channel holds pressure, which flow, which the ECG: by title, or by unit where that leaves one answer."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Generic, NamedTuple, Protocol, TypeVar
+
+from vasowave import units
+from vasowave.errors import InputError, did_you_mean
+
+DIMENSIONS = {"pressure": "pressure", "flow": "flow", "ecg": "voltage"}
+"""What is looked for, and the kind of unit that it has."""
+
+_WORDS = {
+    "pressure": ("pressure", "press", "pap", "mpap", "ppa", "p"),
+    "flow": ("flow", "flow rate", "flowrate", "q"),
+    "ecg": ("ecg", "ekg"),
+}
+_HERE = ("pa", "mpa", "pap", "mpap", "ppa", "pulm", "pulmonary", "pulmonal")
+_ELSEWHERE = ("lv", "lvp", "rv", "rvp", "ra", "la", "ao", "aop", "aorta", "aortic", "abp", "cvp", "carotid", "femoral",
+              "systemic", "airway", "paw", "ventilator", "trachea", "tracheal")  # fmt: skip
+"""Words of titles that speak of another place than the pulmonary artery; such a channel is read only if it is named."""
+
+_LETTERS = re.compile(r"[^\W\d_]+")
+_HOW_TO_NAME = (
+    "name channels by their titles (vasowave add and fit: --channel pressure=TITLE; a study's table: the columns "
+    "'pressure channel', 'flow channel' and 'ecg channel'; in Python: pressure='TITLE', flow='TITLE', ecg='TITLE')"
+)
+
+
+class Titled(Protocol):
+    """Anything with a title and a unit."""
+
+    @property
+    def title(self) -> str:
+        """As written in the file."""
+        ...
+
+    @property
+    def unit(self) -> str:
+        """As written in the file, empty where none is stated."""
+        ...
+
+
+T = TypeVar("T", bound=Titled)
+
+
+class Choice(NamedTuple, Generic[T]):
+    """Which channels were chosen.
+
+    Attributes
+    ----------
+    picked : dict of str to channel
+        By quantity.
+    guessed : dict of str to str
+        Why, for every quantity that neither the caller nor one title alone decided.
+    problems : tuple of str
+        Quantities for which nothing or too much was found.
+    """
+
+    picked: dict[str, T]
+    guessed: dict[str, str]
+    problems: tuple[str, ...]
+
+
+def choose(channels: Sequence[T], titles: Mapping[str, str | None]) -> Choice[T]:
+    """Return the channel of each quantity: the one named, else the one that says so, else the only one with its unit.
+
+    Of several that say so, the one whose title speaks of the pulmonary artery is taken. A missing ECG is no problem.
+
+    Parameters
+    ----------
+    channels : sequence
+    titles : mapping
+        From ``pressure``, ``flow``, ``ecg`` to a title or None.
+    """
+    picked: dict[str, T] = {}
+    guessed: dict[str, str] = {}
+    problems = []
+    for name, title in titles.items():
+        hits, why = _found(channels, name, title, list(picked.values()), titles)
+        if len(hits) == 1:
+            picked[name] = hits[0]
+            guessed |= {name: why} if why else {}
+        elif hits:
+            problems.append(f"{len(hits)} channels may hold {name}, name one of them")
+        elif title is not None:
+            problems.append(f"no channel '{title}'{did_you_mean(title, [c.title for c in channels])}")
+        elif name != "ecg":
+            problems.append(f"no channel says that it holds {name}, name it")
+    return Choice(picked, guessed, tuple(problems))
+
+
+def pick_channels(
+    path: str | Path, channels: Sequence[T], titles: Mapping[str, str | None]
+) -> tuple[dict[str, T], list[str]]:
+    """Return what `choose` chooses, and a sentence for each channel that neither the caller nor its title named.
+
+    Raises
+    ------
+    InputError
+        All quantities at once for which no channel or several are found, with the channels there are.
+    """
+    choice = choose(channels, titles)
+    if choice.problems:
+        present = ", ".join(f"'{c.title}' [{c.unit or 'no unit'}]" for c in channels) or "none"
+        raise InputError(f"{path}: {'; '.join(choice.problems)}; it has: {present}; {_HOW_TO_NAME}")
+    said = [f"'{choice.picked[name].title}' was taken for {name}: {why}" for name, why in choice.guessed.items()]
+    return choice.picked, said
+
+
+def with_time(names: Sequence[str], column_units: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of columns with ``time`` for the only one in a unit of time, where none is called so."""
+    timed = [i for i, unit in enumerate(column_units) if _is_unit(unit, "time")]
+    if "time" in names or len(timed) != 1:
+        return tuple(names)
+    return tuple("time" if i == timed[0] else name for i, name in enumerate(names))
+
+
+def quantity_of(title: str) -> str:
+    """Return the quantity that a channel's title says it holds: pressure, flow, ecg, or empty."""
+    plain, said = _plain(title), _words(title)
+    if said & set(_ELSEWHERE):
+        return ""
+    return next((name for name, known in _WORDS.items() if plain in known or said & set(known)), "")
+
+
+def _found(
+    channels: Sequence[T], name: str, title: str | None, taken: Sequence[T], titles: Mapping[str, str | None]
+) -> tuple[list[T], str]:
+    """Return the channels that may hold a quantity, and why, where a title alone did not decide."""
+    if title is not None:
+        return [c for c in channels if c.title.strip().lower() == title.strip().lower()], ""
+    named = [one.strip().lower() for one in titles.values() if one is not None]
+    free = [c for c in channels if c not in taken and c.title.strip().lower() not in named]
+    exact = [c for c in free if c.title.strip().lower() in _WORDS[name]]
+    hits = exact or [c for c in free if quantity_of(c.title) == name]
+    if len(hits) > 1:
+        here = [c for c in hits if _words(c.title) & set(_HERE)]
+        return (
+            (here, f"of {len(hits)} channels its title speaks of the pulmonary artery")
+            if len(here) == 1
+            else (hits, "")
+        )
+    if hits:
+        return hits, ""
+    by_unit = [c for c in free if not quantity_of(c.title) and _has_unit(c, name) and c.title.strip()]
+    by_unit = [c for c in by_unit if not _words(c.title) & set(_ELSEWHERE)]
+    return (by_unit, "no other has such a unit") if len(by_unit) == 1 else ([], "")
+
+
+def _plain(title: str) -> str:
+    """Return a title in lower case without the numbers that count channels: ``P 1`` is p."""
+    return re.sub(r"[\W\d_]+", " ", title).strip().casefold()
+
+
+def _words(title: str) -> set[str]:
+    """Return the words of a title; single letters say too little to be among them."""
+    return {word for word in _LETTERS.findall(title.casefold()) if len(word) > 1}
+
+
+def _has_unit(channel: Titled, name: str) -> bool:
+    return _is_unit(channel.unit, DIMENSIONS[name])
+
+
+def _is_unit(unit: str, quantity: str) -> bool:
+    try:
+        units.factor(unit, quantity)
+    except InputError:
+        return False
+    return bool(unit)

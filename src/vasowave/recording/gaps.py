@@ -1,0 +1,102 @@
+"""Where samples are missing, in seconds, and the longest stretch where none is."""
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+_MOST = 20
+"""Times may leap over this many times the samples there are; beyond that a clock is wrong."""
+
+_SELDOM = 0.01
+"""A larger share of leaping steps is another sampling rate, or a thinned-out export, and no recording with gaps."""
+
+_WRITTEN = 1000  # a stretch is proposed in whole milliseconds
+
+
+class Span(NamedTuple):
+    """A stretch of time: start and end, s since the start of the block."""
+
+    start: float
+    end: float
+
+
+def gaps_in(values: np.ndarray, rate: float) -> tuple[Span, ...]:
+    """Return the stretches in which samples are not finite."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], ~np.isfinite(values), [False]]).astype(np.int8)))
+    return tuple(Span(first / rate, last / rate) for first, last in zip(edges[::2].tolist(), edges[1::2].tolist()))
+
+
+def longest_between(gaps: Iterable[Span], start: float, end: float) -> Span:
+    """Return the longest stretch from `start` to `end` that touches no gap, in whole milliseconds."""
+    longest, free = Span(start, start), start
+    for gap in [*sorted(gaps), Span(end, end)]:
+        last = min(gap.start, end)
+        if last - free > longest.end - longest.start:
+            longest = Span(free, last)
+        free = max(free, gap.end)
+    first, last = np.ceil(longest.start * _WRITTEN - 1e-6), np.floor(longest.end * _WRITTEN + 1e-6)
+    return Span(float(first) / _WRITTEN, float(max(first, last)) / _WRITTEN)
+
+
+def describe_gaps(gaps: Sequence[Span], start: float, end: float, shortest: float) -> str:
+    """Say where the gaps from `start` to `end` are, and what to read instead of all; `shortest` is of use, s."""
+    here = _joined(gap for gap in gaps if gap.end > start and gap.start < end)
+    where = ", ".join(f"{gap.start:.5g} to {gap.end:.5g} s" for gap in here[:3])
+    more = f" and {len(here) - 3} more" if len(here) > 3 else ""
+    said = f"no samples from {where}{more}"
+    longest = longest_between(here, start, end)
+    if longest.end - longest.start < shortest:
+        return f"{said}; no {shortest:g} s are without a gap"
+    return (
+        f"{said}; the longest stretch without a gap is {longest.start:g} to {longest.end:g} s. Take it: vasowave add "
+        f"and fit: --start {longest.start:g} --end {longest.end:g}; a study's table: {longest.start:g} in the column "
+        f"'start [s]' and {longest.end:g} in 'end [s]'"
+    )
+
+
+def _joined(gaps: Iterable[Span]) -> list[Span]:
+    """Return gaps in order, those that touch as one."""
+    joined: list[Span] = []
+    for gap in sorted(gaps):
+        if joined and gap.start <= joined[-1].end:
+            gap = Span(joined[-1].start, max(joined.pop().end, gap.end))
+        joined.append(gap)
+    return joined
+
+
+def leaps_closed(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return times without their leaps, and the place of every sample on an even axis that keeps the leaps.
+
+    A pause or samples that an export left out make the times leap. None if they do not, or too often or too far for a
+    recording with gaps.
+
+    Parameters
+    ----------
+    time : float array, shape (sample,)
+        s.
+
+    Returns
+    -------
+    closed : float array, shape (sample,)
+        s.
+    place : int array, shape (sample,)
+    """
+    steps = np.diff(time)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    if not usual > 0:
+        return None
+    leaping = steps > 1.5 * usual
+    counts = np.where(leaping, np.round(steps / usual), 1.0)
+    if not 0 < leaping.sum() <= _SELDOM * len(steps) or not counts.sum() <= _MOST * len(time):
+        return None
+    closed = time.astype(float).copy()
+    closed[1:] -= np.cumsum(np.where(leaping, steps - usual, 0.0))
+    return closed, np.concatenate([[0], np.cumsum(counts).astype(np.int64)])
+
+
+def with_gaps(values: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Return samples at their places, NaN between."""
+    spread = np.full(int(place[-1]) + 1, np.nan)
+    spread[place] = values
+    return spread

@@ -1,0 +1,149 @@
+"""To which group of a study a recording belongs, told from the names of files and folders, or proposed from them."""
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from vasowave.errors import InputError
+from vasowave.study.names import checked_name
+
+_WORD = re.compile(r"[^\W\d_]+|\d+")
+_REFERENCE = ("ctl", "ctrl", "control", "controls", "con", "wt", "wildtype", "wild", "sham", "normoxia", "normoxic",
+              "nox", "nx", "veh", "vehicle", "saline", "healthy", "naive", "baseline", "untreated")  # fmt: skip
+"""What groups are called that others are compared with."""
+
+_NO_GROUP = ("m", "f", "male", "female", "mouse", "mice", "rat", "animal", "rec", "recording", "recordings", "data",
+             "raw", "day", "week", "left", "right", "copy", "export", "labchart")  # fmt: skip
+_MOST = 6  # groups that are proposed
+
+Marks = Mapping[str, Sequence[str]]
+"""Labels of groups, and what names that belong to them hold."""
+
+
+class Proposal(NamedTuple):
+    """Groups that names speak of, the reference first.
+
+    Attributes
+    ----------
+    marks : dict of str to tuple of str
+        Label, and the word that names hold.
+    sizes : dict of str to int
+        How many files each would have.
+    where : str
+        What the words are: ``names begin with``, ``folders are called`` …
+    """
+
+    marks: dict[str, tuple[str, ...]]
+    sizes: dict[str, int]
+    where: str
+
+    def __str__(self) -> str:
+        """Return the groups and their sizes in words."""
+        return f"{self.where} " + " and ".join(f"{label} ({size} of them)" for label, size in self.sizes.items())
+
+
+def words(name: str) -> list[str]:
+    """Return the words and numbers of a name, in lower case: ``p_C6`` is p, c, 6."""
+    return [word.casefold() for word in _WORD.findall(name)]
+
+
+def within(few: Sequence[str], many: Sequence[str]) -> bool:
+    """Whether the words of `few` stand in `many`, in one piece; a label may be written as the beginning of a word."""
+    size = len(few)
+    return size > 0 and any(list(many[i : i + size]) == list(few) for i in range(len(many) - size + 1))
+
+
+def told_group(file: Path, beside: Path, marks: Marks) -> str:
+    """Return the group by which a file is named, or else the innermost folder that is; empty if none or two are.
+
+    Folders that hold the study (`beside`) too say nothing: they hold all groups.
+    """
+    for part in _names(file, beside):
+        said = words(part)
+        hits = {label: max(map(len, fit)) for label, own in marks.items() if (fit := _fitting(own, said))}
+        longest = max(hits.values(), default=0)
+        best = [label for label, size in hits.items() if size == longest]
+        if len(hits) == 1 or (hits and len(best) == 1 and _nested(best[0], hits, marks, said)):
+            return best[0]
+        if hits:
+            return ""
+    return ""
+
+
+def proposed_groups(files: Sequence[Path], beside: Path) -> Proposal | None:
+    """Return the groups that the names of files, or of their folders, speak of; None if they do not.
+
+    Some, two or more, words of the same place in every name share the files among them, each in the mean two or more.
+    """
+    stems = [_letters(file.stem) for file in files]
+    folders = [_names(file, beside)[1:] for file in files]
+    shortest, depth = min(map(len, stems), default=0), min(map(len, folders), default=0)
+    sources = [("names begin with" if i == 0 else "names hold", [one[i] for one in stems]) for i in range(shortest)]
+    sources += [("folders are called", [one[i] for one in folders]) for i in range(depth)]
+    sources += [("names end with", [one[-1] for one in stems])] if shortest else []
+    good = [(where, said) for where, said in sources if _shares(said)]
+    good.sort(key=lambda one: not any(_is_reference(word) for word in one[1]))
+    return _proposal(*good[0]) if good else None
+
+
+def parsed_groups(text: str) -> dict[str, tuple[str, ...]]:
+    """Return labels and marks of ``WT,HOX`` or ``control=WT,hypoxic=HOX+SUHX``.
+
+    Raises
+    ------
+    InputError
+        A label that cannot be one, or one that stands twice.
+    """
+    marks: dict[str, tuple[str, ...]] = {}
+    for part in text.split(","):
+        label, given, said = part.partition("=")
+        name = checked_name(label.strip())
+        if name in marks:
+            raise InputError(f"group '{name}' stands twice in '{text}'; keep one")
+        marks[name] = tuple(one.strip() for one in said.split("+")) if given else (name,)
+    return marks
+
+
+def _names(file: Path, beside: Path) -> list[str]:
+    """Return the stem of a file and the names of its folders, from within, up to those that hold the study too."""
+    place, other = Path(os.path.abspath(file)), Path(os.path.abspath(beside))
+    shared = {other, *other.parents}
+    return [place.stem, *(one.name for one in place.parents if one not in shared)]
+
+
+def _fitting(own: Sequence[str], said: Sequence[str]) -> list[list[str]]:
+    return [words(mark) for mark in own if within(words(mark), said)]
+
+
+def _nested(best: str, hits: Mapping[str, int], marks: Marks, said: Sequence[str]) -> bool:
+    """Whether all that fits is a part of what fits best: ``HOX`` in ``HOX Su``."""
+    longest = max(_fitting(marks[best], said), key=len)
+    return all(within(few, longest) for label in hits for few in _fitting(marks[label], said))
+
+
+def _letters(stem: str) -> list[str]:
+    return [word for word in _WORD.findall(stem) if not word.isdigit()]
+
+
+def _shares(said: Sequence[str]) -> bool:
+    """Whether words share the files among them as groups do."""
+    kinds = {word.casefold() for word in said}
+    if not all(_letters(word) for word in said) or any(set(words(word)) & set(_NO_GROUP) for word in said):
+        return False
+    return 2 <= len(kinds) <= min(_MOST, (len(said) + 1) // 2)
+
+
+def _is_reference(word: str) -> bool:
+    return bool(set(words(word)) & set(_REFERENCE))
+
+
+def _proposal(where: str, said: Sequence[str]) -> Proposal:
+    first = {word.casefold(): word for word in reversed(said)}
+    sizes = {
+        first[kind]: sum(word.casefold() == kind for word in said) for kind in dict.fromkeys(map(str.casefold, said))
+    }
+    order = sorted(sizes, key=lambda label: not _is_reference(label))
+    labels = {label: checked_name(" ".join(re.sub(r"[^\w .,+()-]", " ", label).split())) for label in order}
+    return Proposal({labels[one]: (one,) for one in order}, {labels[one]: sizes[one] for one in order}, where)
