@@ -45,7 +45,7 @@ def fit(
 
 
 def _fit(study: "Study") -> None:
-    from vasowave.cli.progress import alive
+    from vasowave.cli.progress import alive, tell
     from vasowave.cli.watching import watched
     from vasowave.study.alone import fit_sentences
     from vasowave.study.reporting import report_study
