@@ -75,23 +75,34 @@ def _by_residuals(cohort: Cohort, law: str, answered: set[str]) -> list[str]:
     table = differences(cohort.ballots, law)
     if not len(table):
         return ["No noise model of the residuals could be kept, so they prefer no law."]
-    return [_residuals(row, law, cohort.single) for _, row in table.iterrows() if row["wall"] not in answered]
+    table = table[~table["wall"].isin(answered)]
+    return _residuals(table, law, cohort.single) if len(table) else []
 
 
-def _residuals(row: pd.Series, law: str, single: bool) -> str:
-    """Say whether the residuals decide; take apart what they say from what the number of parameters costs."""
-    wall, mean, price, better = str(row["wall"]), float(row["mean"]), float(row["price"]), str(row["speaks for"])
-    verdict = (
-        f"The residuals speak for the {better} wall against the {wall if better == law else law} wall"
-        if better
-        else f"The residuals do not decide between the {law} and the {wall} wall"
-    )
-    pooled = "" if single else f" per animal (n = {row['n']})"
-    own = _signed(*(float(row[name]) for name in ("residuals", "residuals low", "residuals high")))
-    parts = f": {own} by what the residuals say, {_signed(price)} by the fixed price of its parameters" if price else ""
-    sense = "higher" if mean > 0 else "lower"
-    whole = f"{number(abs(mean), 2)} {sense} than that of the {law} wall"
-    return f"{verdict}. AICc of the {wall} wall is {whole}{pooled}{parts}."
+def _residuals(table: pd.DataFrame, law: str, single: bool) -> list[str]:
+    """Say between which laws the residuals decide; take apart what they say from what parameters cost."""
+    decided, undecided = table[table["speaks for"] != ""], table[table["speaks for"] == ""]
+    said = [
+        f"The residuals speak for the {row['speaks for']} wall against the "
+        f"{row['wall'] if row['speaks for'] == law else law} wall."
+        for _, row in decided.iterrows()
+    ]
+    if len(undecided):
+        walls = listed([f"the {wall}" for wall in (law, *undecided["wall"])])
+        said.append(f"The residuals do not decide between {walls} wall.")
+    each = "" if single else f", per animal (n = {', '.join(map(str, table['n'].unique()))})"
+    return [*said, f"AICc against that of the {law} wall{each}: {'; '.join(_parts(table))}."]
+
+
+def _parts(table: pd.DataFrame) -> list[str]:
+    """Return the difference of each law: of it what the residuals say, and what the number of parameters costs."""
+    parts = []
+    for place, (_, row) in enumerate(table.iterrows()):
+        own = _signed(*(float(row[name]) for name in ("residuals", "residuals low", "residuals high")))
+        whole = f"{row['wall']} {number(abs(row['mean']), 2)} {'higher' if row['mean'] > 0 else 'lower'}"
+        words = (" by what the residuals say", " by the fixed price of its parameters") if place == 0 else ("", "")
+        parts.append(f"{whole}, {own}{words[0]} and {_signed(float(row['price']))}{words[1]}")
+    return parts
 
 
 def _signed(value: float, low: float = np.nan, high: float = np.nan) -> str:
@@ -103,12 +114,15 @@ def _exponent(wall: str, one: Exponent) -> str:
     """Say how the wall stiffens where a law has a parameter for it."""
     verdict = {1: "The wall stiffens more than a linear one", -1: "The wall stiffens less than a linear one",
                0: "It is open whether the wall stiffens more or less than a linear one"}[one.side]  # fmt: skip
-    bounds = [f"{count} beyond the {end} bound of the search"
-              for end, count in (("lower", one.below), ("upper", one.above)) if count]  # fmt: skip
-    pooled = [f"{one.animals} animals pooled" + (f", of them {listed(bounds)}" if bounds else "")]
+    ends = [(end, count) for end, count in (("lower", one.below), ("upper", one.above)) if count]
     source = f"{wall} law{', posteriors' if one.drawn else ''}"
-    about = "; ".join([source, f"{one.linear:g} is linear", *(pooled if one.animals > 1 else bounds)])
-    return f"{verdict}: {_range(one)} ({about})."
+    about = [source, f"{one.linear:g} is linear"]
+    if one.animals > 1:
+        bounds = [f"{count} beyond the {end} bound of the search" for end, count in ends]
+        about.append(f"{one.animals} animals pooled" + (f", of them {listed(bounds)}" if bounds else ""))
+    else:
+        about += [f"the search stopped at its {end} bound" for end, _ in ends]
+    return f"{verdict}: {_range(one)} ({'; '.join(about)})."
 
 
 def _range(one: Exponent) -> str:
