@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from made_cohort import made_results, voting
 from vasowave.animal.reading import data_of
@@ -13,6 +14,7 @@ from vasowave.cohort.votes import ballots, differences, stored, vote
 from vasowave.report.answer.groups import group_answers, influence, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
 from vasowave.report.answer.problems import problem_blocks, problems
+from vasowave.report.contents import report_of
 from vasowave.report.glossary import explained
 from vasowave.report.tables.selection import selection_table
 from vasowave.report.wording import with_error, with_interval
@@ -127,7 +129,7 @@ def test_a_held_parameter_and_one_at_its_bound_are_called_so(cohort_results):
     held = changed(cohort_results[1], "tangent/calibration", free=~gamma, value=np.where(gamma, 2.0, fit["value"]))
     said = " ".join(model_limits(gathered([cohort_results[0], held]), "linear", {"gamma": "γ"}))
     assert "Held, not fitted (tangent wall): γ = 2.00" in said
-    assert "Stopped at its bound (tangent wall): p1 in 1 of 2" in said
+    assert "Stopped at a bound of the search: p1 in 1 of 2 (tangent wall); there" in said
     assert "do not determine r1 in 2 of 2" in said
 
 
@@ -167,3 +169,30 @@ def test_a_symbol_carries_its_meaning_and_a_word_stays_a_word():
     assert "abbr" not in mark("a mouse")
     assert mark("a [1]").startswith('<abbr tabindex="0" title="resistance ratio">a</abbr>')
     assert mark("R_T1 & <b>") == "R_T1 &amp; &lt;b&gt;"
+
+
+@pytest.mark.parametrize("sizes", [{"WT": 3, "HOX": 2}, {"CTL": 6, "HPH": 5}])
+def test_the_page_says_no_sentence_twice(sizes):
+    results = made_results(sizes, walls=("linear", "tangent", "power"))
+    for wall in ("tangent", "power"):
+        table = data_of(results[0], f"{wall}/calibration")
+        results[0] = changed(results[0], f"{wall}/calibration", at_bound=table["parameter"].values == "c1")
+    cohort = gathered(results, reference=next(iter(sizes)))
+    document = report_of(cohort, primary_comparison(cohort), Family(), {})
+    sentences = [
+        sentence.strip(" .")
+        for section in document.sections
+        for text in texts(section.blocks)
+        for sentence in re.split(r"(?<=[.;])\s+", text)
+        if len(sentence.split()) >= 5
+    ]
+    assert len(sentences) > 15
+    assert [one for one in sentences if sentences.count(one) > 1] == []
+
+
+def texts(blocks):
+    """Return the sentences, captions and answers of blocks."""
+    for block in blocks:
+        for inner in (getattr(block, "text", ""), getattr(block, "caption", ""), *getattr(block, "items", ())):
+            yield inner[1] if isinstance(inner, tuple) else inner
+        yield from texts(getattr(block, "blocks", ()))
