@@ -4,6 +4,7 @@ import json
 import warnings
 
 import numpy as np
+import xarray as xr
 
 import made_fit
 from vasowave.animal.animal import Animal, Settings
@@ -12,6 +13,7 @@ from vasowave.datasets import control_network, hypertensive_network
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import VasowaveWarning
 from vasowave.recording import Recording
+from vasowave.selection.criteria import verdicts
 
 FAILURE = "no diastolic decay of positive pressure after ejection; check the cycle"
 PLANTED = 98.765432
@@ -66,3 +68,19 @@ def made_result(name, group, factor, rng, raw, walls, selection):
         animal = Animal(name, group, network, cycle, synthetic=True)
     fits = [made_fit.made_fit(wall, recording=animal.recording, network=network, factor=factor) for wall in walls]
     return result_of(animal, fits, Settings(starts=4, model_selection=selection))
+
+
+def voting(result, scores, likeliest):
+    """Return a result with a stored comparison: score of every law by noise model, the third place says discarded."""
+    columns = {name: [] for name in ("covariance", "wall", "AICc", "BIC", "AICc_verdict", "BIC_verdict", "lambda",
+                                     "D", "N", "discarded")}  # fmt: skip
+    for covariance, (by_law, discarded) in scores.items():
+        says = {law: verdict for law, _, verdict in verdicts(by_law)}
+        for place, (law, score) in enumerate(by_law.items()):
+            row = (covariance, law, score, score, says[law], says[law], 0.01, 4.0 + place, 512.0, discarded)
+            for name, value in zip(columns, row, strict=True):
+                columns[name].append(value)
+    selection = xr.Dataset({name: ("candidate", np.array(values)) for name, values in columns.items()})
+    voter = result.copy()
+    voter["selection"] = xr.DataTree(selection.assign_attrs(preferred_covariance=likeliest))
+    return voter

@@ -158,6 +158,17 @@ def test_the_primary_rows_carry_the_effects_of_the_declared_law_and_the_others_s
     assert primary_comparison(cohort, Family("tangent")).law == "tangent"
 
 
+def test_the_means_of_the_groups_stand_in_the_unit_of_the_table_and_make_the_ratio(cohort):
+    rows = primary_comparison(cohort).rows
+    np.testing.assert_allclose(rows["mean other"] / rows["mean reference"], rows["ratio"])
+    row = rows.set_index("quantity").loc["mPAP"]
+    values = {group: [float(data_of(result, "measured/quantities")["mPAP"]) for result in results]
+              for group, results in cohort.groups.items()}  # fmt: skip
+    assert row["mean reference"] == pytest.approx(stats.gmean(values["CTL"]))
+    assert row["mean other"] == pytest.approx(stats.gmean(values["HPH"]))
+    assert set(rows["quantity"] + " [" + rows["unit"] + "]") <= set(cohort.table.columns)
+
+
 def test_a_family_that_nothing_has_is_refused_with_the_nearest_name(cohort):
     with pytest.raises(InputError, match=r"'stifness' \(did you mean 'stiffness'\?\)"):
         primary_comparison(cohort, Family(quantities=("stifness",)))

@@ -1,9 +1,15 @@
 """The pages in headless Chromium, without network: no error, nothing missing, no text out of its box."""
 
+import numpy as np
 import pytest
+from matplotlib import colormaps
 
 from chromium import browser, measured, run
 from made_cohort import made_results
+from vasowave.figures.style import SCALE, new_figure, style
+from vasowave.provenance import provenance
+from vasowave.report.blocks import Drawing, Report, Section
+from vasowave.report.html import page
 from vasowave.report.write import write_report
 
 WIDTHS = (400, 1200, 1920)
@@ -55,3 +61,38 @@ def test_the_page_prints(cohort_report, tmp_path):
     target = tmp_path / "printed.pdf"
     run([f"--print-to-pdf={target}", (cohort_report / "report.html").as_uri()], tmp_path)
     assert target.read_bytes().startswith(b"%PDF")
+
+
+def test_colors_mean_the_same_on_a_dark_page(tmp_path):
+    """Both ends of the color scale are painted as often, and in the same order, in the dark as in the light."""
+    from matplotlib.image import imread
+
+    bar = Drawing("Bar", "low to high", bar_figure())
+    browser()
+    page_of_bar = page(Report("report", "Bar", "", "", [Section("bar", "Bar", [bar])], provenance()), {})
+    path = tmp_path / "bar.html"
+    path.write_text(page_of_bar, encoding="utf-8")
+    places, papers = {}, {}
+    for scheme, setting in {"dark": 0, "light": 1}.items():
+        shot = tmp_path / f"{scheme}.png"
+        look = f"--blink-settings=preferredColorScheme={setting}"
+        run([look, f"--screenshot={shot}", "--window-size=800,600", path.as_uri()], tmp_path)
+        pixels = imread(shot)[:, :, :3]
+        papers[scheme] = pixels[-1, -1].mean()
+        ends = [np.abs(pixels - np.array(colormaps[SCALE](end)[:3])).max(axis=2) < 0.02 for end in (0.0, 1.0)]
+        places[scheme] = [(int(one.sum()), float(np.nonzero(one)[1].mean())) for one in ends]
+    assert papers["dark"] < 0.2 < 0.8 < papers["light"]
+    for (dark, at_dark), (light, at_light) in zip(places["dark"], places["light"], strict=True):
+        assert light > 100
+        assert dark == pytest.approx(light, rel=0.1)
+        assert at_dark == pytest.approx(at_light, abs=20)
+
+
+def bar_figure():
+    """Return a figure of the color scale from its low end, left, to its high one."""
+    with style():
+        figure = new_figure(10, 3)
+        ax = figure.subplots()
+        for k in range(10):
+            ax.barh(0, 1, left=k, color=colormaps[SCALE](k / 9))
+    return figure

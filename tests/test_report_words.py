@@ -5,10 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import xarray as xr
-from scipy import stats
 
-from made_cohort import made_results
+from made_cohort import made_results, voting
 from vasowave.animal.reading import data_of
 from vasowave.cohort import Family, gathered, primary_comparison
 from vasowave.cohort.misfit import misfits
@@ -16,27 +14,10 @@ from vasowave.cohort.votes import ballots, differences, stored, vote
 from vasowave.report.answer.groups import group_answers, influence, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
 from vasowave.report.answer.problems import problem_blocks, problems
-from vasowave.report.answer.walls import _pooled_exponent, wall_answer
+from vasowave.report.contents import report_of
 from vasowave.report.glossary import explained
 from vasowave.report.tables.selection import selection_table
 from vasowave.report.wording import with_error, with_interval
-from vasowave.selection.criteria import verdicts
-
-
-def voting(result, scores, likeliest):
-    """Return a result with a stored comparison: score of every law by noise model, the third place says discarded."""
-    columns = {name: [] for name in ("covariance", "wall", "AICc", "BIC", "AICc_verdict", "BIC_verdict", "lambda",
-                                     "D", "N", "discarded")}  # fmt: skip
-    for covariance, (by_law, discarded) in scores.items():
-        says = {law: verdict for law, _, verdict in verdicts(by_law)}
-        for place, (law, score) in enumerate(by_law.items()):
-            row = (covariance, law, score, score, says[law], says[law], 0.01, 4.0 + place, 512.0, discarded)
-            for name, value in zip(columns, row, strict=True):
-                columns[name].append(value)
-    selection = xr.Dataset({name: ("candidate", np.array(values)) for name, values in columns.items()})
-    voter = result.copy()
-    voter["selection"] = xr.DataTree(selection.assign_attrs(preferred_covariance=likeliest))
-    return voter
 
 
 def changed(result, group, **values):
@@ -57,38 +38,6 @@ def test_the_best_law_is_compared_with_the_runner_up_not_with_the_worst(cohort_r
     results = [voting(result, {"ARMA": (close, 0), "periodic": (far, 0)}, "ARMA") for result in cohort_results[:2]]
     assert vote(results[0]) == "undecided"
     assert selection_table(gathered(results)).data["AICc prefers"].tolist() == ["undecided", "tangent"] * 2
-
-
-def test_wall_laws_are_compared_by_the_mean_over_animals_and_its_scatter(cohort_results):
-    gaps = [1.0, 4.0, 2.5]
-    results = [voting(result, {"ARMA": ({"linear": 100.0, "tangent": 100.0 + gap}, 0)}, "ARMA")
-             for result, gap in zip(cohort_results, gaps, strict=False)]  # fmt: skip
-    (row,) = differences([stored(result) for result in results], "linear").to_dict("records")
-    test = stats.ttest_1samp(gaps, 0).confidence_interval(0.95)
-    assert (row["mean"], row["low"], row["high"], row["sum"]) == pytest.approx((2.5, test.low, test.high, 7.5))
-    _, said = wall_answer(gathered(results), "linear")
-    assert said.startswith("Open between linear and tangent: AICc of the tangent wall is 2.5 [-1.2, 6.2] higher")
-    assert "can look like curvature" in said
-    clear = [voting(result, {"ARMA": ({"linear": 100.0, "tangent": 90.0 - gap}, 0)}, "ARMA")
-             for result, gap in zip(cohort_results, gaps, strict=False)]  # fmt: skip
-    _, said = wall_answer(gathered(clear), "linear")
-    assert re.match(r"The residuals speak for the tangent wall: .* 12\.5 \[8\.8, 16\.2\] lower per animal", said)
-
-
-def test_how_the_wall_stiffens_is_told_by_the_exponent_pooled_over_animals():
-    results = made_results({"CTL": 3}, walls=("power",))
-    one = results[0]["power/stiffening"].to_dataset()["exponent"]
-    assert (float(one), float(one.attrs["interval_low"])) == pytest.approx((1.7, 0.85))
-    alone = wall_answer(gathered(results), "power")[1]
-    assert "power law; 0.5 is linear" in alone
-    assert "Only the power wall was fitted; nothing is known of others." in alone
-    two = made_results({"CTL": 3}, walls=("linear", "power"))
-    said = wall_answer(gathered(two), "linear")[1]
-    # Alike and equally known: the errors of the logarithm, ln(4)/(2·1.96), decide, over √3, two degrees of freedom.
-    reach = stats.t.ppf(0.975, 2) * np.log(4) / (2 * stats.norm.ppf(0.975)) / np.sqrt(3)
-    size = with_interval(1.7, 1.7 * np.exp(-reach), 1.7 * np.exp(reach))
-    assert f"m = {size} (power law; 0.5 is linear; 3 animals pooled)" in said
-    assert "can look like curvature" in said
 
 
 def test_discarded_noise_models_stand_last_and_decide_nothing(cohort_results):
@@ -117,12 +66,12 @@ def test_three_and_three_animals_far_apart_are_told_their_effect_and_that_no_tes
         for result in results
     ]
     primary = primary_comparison(gathered(results), Family(quantities=("PVR",)))
-    ((question, said),) = group_answers(primary, plain)
+    (question, said), (_, said_once) = group_answers(primary, plain)
     assert question == "Pressure and flow"
     row = primary.rows.iloc[0]
     low, high = (f"{row[end]:.2f}" for end in ("low", "high"))
-    assert f"HPH against CTL: PVR 2.88 [{low}, {high}] times (the groups do not overlap in PVR)" in said
-    assert "with 3 + 3 animals no rank or permutation test can fall below p = 0.10" in said
+    assert said == f"HPH against CTL: PVR 90.0 → 259 mmHg s/ml (2.88 times [{low}, {high}]); the groups do not overlap."
+    assert said_once == "No rank or permutation test can fall below p = 0.10 with 3 + 3 animals."
     assert float(low) > 1
 
 
@@ -133,7 +82,9 @@ def test_what_is_shown_stands_apart_from_what_is_not_and_every_effect_has_interv
     clear = set(primary.rows.loc[primary.rows["p"] < 0.05, "quantity"])
     assert shown.startswith("Higher in HPH than in CTL: ")
     assert {name for name in ("mPAP", "CO", "PVR") if name in shown} == clear
-    assert len(re.findall(r"[\d.]+ \[[\d.]+, [\d.]+\] times \(p [=<] [\d.]+\)", said)) == len(primary.rows)
+    assert len(
+        re.findall(r"[\d.]+ → [\d.]+ (mmHg|ml/s|mmHg s/ml) \([\d.]+ times \[[\d.]+, [\d.]+\], p [=<] [\d.]+\)", said)
+    ) == len(primary.rows)
     assert rest.startswith("CO ")
 
 
@@ -178,7 +129,7 @@ def test_a_held_parameter_and_one_at_its_bound_are_called_so(cohort_results):
     held = changed(cohort_results[1], "tangent/calibration", free=~gamma, value=np.where(gamma, 2.0, fit["value"]))
     said = " ".join(model_limits(gathered([cohort_results[0], held]), "linear", {"gamma": "γ"}))
     assert "Held, not fitted (tangent wall): γ = 2.00" in said
-    assert "Stopped at its bound (tangent wall): p1 in 1 of 2" in said
+    assert "Stopped at a bound of the search: p1 in 1 of 2 (tangent wall); there" in said
     assert "do not determine r1 in 2 of 2" in said
 
 
@@ -206,6 +157,7 @@ def test_errors_have_two_digits_and_values_end_where_they_do():
     ]  # fmt: skip
     assert with_interval(57.8, 26.2, 126.4) == "58 [26, 126]"
     assert with_interval(2.733, 1.742, 4.289) == "2.73 [1.74, 4.29]"
+    assert with_interval(0.22, 0.0032, 15.2) == "0.22 [0.0032, 15]"
     assert with_interval(1.7e-5, 1.1e-5, 2.4e-5) == "1.70 [1.10, 2.40]·10⁻⁵"
     assert with_error(2.0, float("nan")) == "2.00"
     assert with_error(1 / 3, 4e-16) == with_interval(1 / 3, 1 / 3 - 6e-17, 1 / 3 + 6e-17) == "0.333"
@@ -219,9 +171,28 @@ def test_a_symbol_carries_its_meaning_and_a_word_stays_a_word():
     assert mark("R_T1 & <b>") == "R_T1 &amp; &lt;b&gt;"
 
 
-def test_the_exponent_of_one_animal_has_its_own_interval_and_that_of_alike_ones_a_narrower():
-    one = xr.DataArray(1.4, attrs={"interval_low": 1.0, "interval_high": 2.0})
-    assert _pooled_exponent([one]) == pytest.approx((1.4, 1.0, 2.0))
-    value, low, high = _pooled_exponent([one, one, one, one])
-    assert value == pytest.approx(1.4)
-    assert 1.0 < low < 1.4 < high < 2.0
+@pytest.mark.parametrize("sizes", [{"WT": 3, "HOX": 2}, {"CTL": 6, "HPH": 5}])
+def test_the_page_says_no_sentence_twice(sizes):
+    results = made_results(sizes, walls=("linear", "tangent", "power"))
+    for wall in ("tangent", "power"):
+        table = data_of(results[0], f"{wall}/calibration")
+        results[0] = changed(results[0], f"{wall}/calibration", at_bound=table["parameter"].values == "c1")
+    cohort = gathered(results, reference=next(iter(sizes)))
+    document = report_of(cohort, primary_comparison(cohort), Family(), {})
+    sentences = [
+        sentence.strip(" .")
+        for section in document.sections
+        for text in texts(section.blocks)
+        for sentence in re.split(r"(?<=[.;])\s+", text)
+        if len(sentence.split()) >= 5
+    ]
+    assert len(sentences) > 15
+    assert [one for one in sentences if sentences.count(one) > 1] == []
+
+
+def texts(blocks):
+    """Return the sentences, captions and answers of blocks."""
+    for block in blocks:
+        for inner in (getattr(block, "text", ""), getattr(block, "caption", ""), *getattr(block, "items", ())):
+            yield inner[1] if isinstance(inner, tuple) else inner
+        yield from texts(getattr(block, "blocks", ()))

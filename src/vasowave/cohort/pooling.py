@@ -57,12 +57,23 @@ def pooled_mean(values: np.ndarray, errors: np.ndarray) -> Mean:
 
 
 class Ratio(NamedTuple):
-    """A ratio of two groups with its interval, from logarithms; `error` is the standard error of its logarithm."""
+    """A ratio of two groups with its interval, from logarithms.
+
+    Attributes
+    ----------
+    value, low, high : float
+    error : float
+        Standard error of its logarithm.
+    reference, other : float
+        The pooled geometric means of the groups, whose ratio it is; in the unit of the animals' values.
+    """
 
     value: float
     low: float
     high: float
     error: float
+    reference: float
+    other: float
 
 
 def pooled_ratio(
@@ -98,7 +109,7 @@ def pooled_ratio(
     difference, error = second.value - first.value, float(np.sqrt(variance))
     reach = float(stdtrit(freedom, 0.5 + 0.5 * level)) * error
     value, low, high = np.exp([difference, difference - reach, difference + reach]).tolist()
-    return Ratio(value, low, high, error)
+    return Ratio(value, low, high, error, float(np.exp(first.value)), float(np.exp(second.value)))
 
 
 def _between(values: np.ndarray, variances: np.ndarray) -> float:

@@ -15,6 +15,7 @@ from vasowave.cohort.estimates import Estimates, estimates_of, shared_error
 from vasowave.cohort.permutation import MOST_RELABELINGS, family_p, smallest_family_p
 from vasowave.cohort.pooling import Ratio, pooled_ratio
 from vasowave.cohort.table import INDICES, column, rows_of
+from vasowave.columns import split_unit
 from vasowave.errors import InputError, did_you_mean
 
 QUESTIONS = {
@@ -49,7 +50,7 @@ class Compared(NamedTuple):
 
     Attributes
     ----------
-    name, source : str
+    name, source, unit : str
     results : list of DataTree
         Animals of both groups that have it.
     known : Estimates
@@ -58,6 +59,7 @@ class Compared(NamedTuple):
 
     name: str
     source: str
+    unit: str
     results: list[xr.DataTree]
     known: Estimates
     other: np.ndarray
@@ -79,11 +81,12 @@ class Primary:
         The law whose quantities are primary; empty if no animal was calibrated.
     rows : DataFrame
         One per pair of groups and quantity: ``reference, other, question, quantity, source, n reference, n other``,
-        ``ratio, low, high, p, smallest p, apart, without, ratio without, estimates``. `p` is family-wise over all
-        quantities and pairs. `apart`: no animal of one group lies among the other. `without` is the animal that moves
-        the ratio most when it is left out (empty for fewer than three), and the ratio is then `ratio without`.
-        `estimates` says what the animals' values and errors are of: their ``posterior`` where all have one that can be
-        trusted, their ``fit``, or ``plain`` values without errors.
+        ``mean reference, mean other, unit, ratio, low, high, p, smallest p, apart, without, ratio without``,
+        ``estimates``. The means are the groups' pooled geometric means, in the unit of the cohort's table; their ratio
+        is `ratio`. `p` is family-wise over all quantities and pairs. `apart`: no animal of one group lies among the
+        other. `without` is the animal that moves the ratio most when it is left out (empty for fewer than three), and
+        the ratio is then `ratio without`. `estimates` says what the animals' values and errors are of: their
+        ``posterior`` where all have one that can be trusted, their ``fit``, or ``plain`` values without errors.
     others : DataFrame
         The same effects by the other laws, without a test: ``reference, other, quantity, source, ratio, low, high``.
     left_out : dict of str to str
@@ -188,7 +191,7 @@ def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | 
         and np.isfinite(values[name_of(result)])
     ]
     of_other = np.array([group_of(result) == other for result in results])
-    return Compared(name, source, results, estimates_of(results, source, name), of_other)
+    return Compared(name, source, split_unit(label)[1], results, estimates_of(results, source, name), of_other)
 
 
 def _refusal(one: Compared) -> str:
@@ -211,7 +214,8 @@ def _rows(usable: Sequence[Compared], reference: str, other: str, pairs: int) ->
         ratio = one.ratio()
         row = {
             "reference": reference, "other": other, "question": question_of(one.name), "quantity": one.name,
-            "source": one.source, "n reference": sizes[0], "n other": sizes[1], "ratio": ratio.value,
+            "source": one.source, "n reference": sizes[0], "n other": sizes[1],
+            "mean reference": ratio.reference, "mean other": ratio.other, "unit": one.unit, "ratio": ratio.value,
             "low": ratio.low, "high": ratio.high, "p": min(1.0, pairs * value), "smallest p": smallest_p(sizes, pairs),
             "apart": _apart(one), "estimates": one.known.origin,
         }  # fmt: skip

@@ -13,6 +13,8 @@ UNDECIDED, DISCARDED = "undecided", "discarded"
 NOISE = ("covariance", "sharing", "optimum")
 """Columns that tell one noise model, and the optimum at which it was asked, from another."""
 CRITERIA = ("AICc", "BIC")
+DECISIVE = 5.0
+"""Difference of AICc, over all animals together, below which nothing is decided; the verdicts on one animal use it."""
 
 
 def ballots(result: xr.DataTree) -> pd.DataFrame:
@@ -68,20 +70,47 @@ def differences(animals: Sequence[Ballots], reference: str, covariance: str = ""
     Returns
     -------
     DataFrame
-        One row per law: ``wall, n, mean, low, high, sum``. ``mean`` is the criterion of the law minus that of the
-        reference, by animal; ``low, high`` are the ends of its 95 % interval (Student) from the scatter of the animals.
-        Positive numbers speak for the reference.
+        One row per law: ``wall, n, mean, low, high, sum, price, residuals, residuals low, residuals high, residuals
+        SD, speaks for``. ``mean`` is the criterion of the law minus that of the reference, by animal; ``low, high`` are
+        the ends of its 95 % interval (Student) from the scatter of the animals. It is the sum of ``price``, what the
+        number of parameters costs whatever the data say, and of ``residuals``, minus twice the difference of the
+        log-likelihoods. Positive numbers speak for the reference. ``speaks for`` is the law that both the whole and the
+        residuals' own part prefer: over all animals by `DECISIVE` at least and, of several animals, beyond their
+        scatter; empty where there is none.
     """
-    by_wall: dict[str, list[float]] = {}
+    by_wall: dict[str, list[tuple[float, float]]] = {}
     for animal in animals:
         scores = _under(animal, covariance or animal.likeliest)
         labels = [label for label in scores.index if label.startswith("AICc ") and label != "AICc prefers"]
         by_law = {label.removeprefix("AICc "): float(scores[label]) for label in labels}
         if reference in by_law and scores["AICc prefers"] != DISCARDED:
-            for wall in by_law.keys() - {reference}:
-                by_wall.setdefault(wall, []).append(by_law[wall] - by_law[reference])
-    rows = [(wall, len(values), *_mean_and_interval(np.array(values)), sum(values)) for wall, values in by_wall.items()]
-    return pd.DataFrame(rows, columns=["wall", "n", "mean", "low", "high", "sum"])
+            prices = {wall: _price(int(scores[f"D {wall}"]), int(scores["N"])) for wall in by_law}
+            for wall in (one for one in by_law if one != reference):
+                whole = by_law[wall] - by_law[reference]
+                by_wall.setdefault(wall, []).append((whole, prices[wall] - prices[reference]))
+    return pd.DataFrame([_difference(wall, reference, *np.transpose(both)) for wall, both in by_wall.items()])
+
+
+def _difference(wall: str, reference: str, whole: np.ndarray, price: np.ndarray) -> dict[str, object]:
+    own, side = whole - price, _side(whole)
+    columns = ("mean", "low", "high"), ("residuals", "residuals low", "residuals high")
+    intervals = {label: end for names, values in zip(columns, (whole, own), strict=True)
+                 for label, end in zip(names, _mean_and_interval(values), strict=True)}  # fmt: skip
+    return {"wall": wall, "n": len(whole), "sum": float(whole.sum()), "price": float(price.mean())} | intervals | {
+        "residuals SD": float(own.std(ddof=1)) if len(own) > 1 else np.nan,
+        "speaks for": (reference if side > 0 else wall) if side and side == _side(own) else "",
+    }  # fmt: skip
+
+
+def _side(values: np.ndarray) -> int:
+    """Return the sign of what animals say together, 0 where it is small or within their scatter."""
+    mean, low, high = _mean_and_interval(values)
+    return 0 if abs(values.sum()) < DECISIVE or low <= 0 <= high else int(np.sign(mean))
+
+
+def _price(parameters: int, samples: int) -> float:
+    """Return what AICc adds for its parameters (eq. 21)."""
+    return 2 * parameters + 2 * parameters * (parameters + 1) / (samples - parameters - 1)
 
 
 def _mean_and_interval(values: np.ndarray) -> tuple[float, float, float]:

@@ -12,8 +12,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_ROW = 0.62  # cm
-_BELOW = 0.26  # of a row: from one source to the next
+_LANE = 0.17  # cm: what is drawn of one quantity stands in lanes below each other, and covers nothing
+_LEAST, _GAP = 3.6, 1.8  # lanes of a row for its letters, and between what is drawn of two rows
+_CLEARANCE = 0.5  # lanes that a diamond is larger than what stands below it
+_DOT = 4.0  # points
+_AXIS = 4.7  # cm: a little less than the middle panel is wide
+_MOST_LANES = 12
+"""Lanes of one group's animals in a row; with more animals than these hold, points overlap."""
 
 
 class Point(NamedTuple):
@@ -51,6 +56,7 @@ class Row(NamedTuple):
     beside : sequence of Point
         The same by other sources, drawn small below it.
     dots : sequence of Dot
+        Drawn below these, each group in lanes of its own.
     """
 
     heading: str
@@ -70,30 +76,57 @@ def forest_figure(
     columns: tuple[str, str],
 ) -> "Figure":
     """Draw rows on one logarithmic axis called `axis`; `columns` name the numbers at the right."""
-    places = _places(rows)
-    height = 2.0 + _ROW * (1 - min(places))
-    figure = new_figure(17, height)
+    limits = _limits(rows)
+    lanes = [_lanes(row, limits) for row in rows]
+    places = _places(rows, lanes)
+    bottom = places[-1] - max(_LEAST, lanes[-1].height + _CLEARANCE) if rows else 0.0
+    figure = new_figure(17, 2.6 - _LANE * bottom)
     widths = [4.5, 6.7, 5.0] if columns[1] else [4.5, 5.5, 6.2]  # values with their units are long
     left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=widths)
     for ax in (left, right):
         ax.set_axis_off()
-    for y, row in zip(places, rows, strict=True):
-        _draw(middle, y, row, groups, sources)
+    for y, row, own in zip(places, rows, lanes, strict=True):
+        _draw(middle, y, row, own, groups, sources)
         _write(left, 1.0, y, row.label, ha="right")
         _write(right, 0.0, y, row.effect)
         _write(right, 1.0, y, row.aside, ha="right")
     for y, heading in _headings(rows, places):
         _write(left, 0.0, y, heading, fontweight="bold")
-    _write(right, 0.0, 0.9, columns[0], color="0.35")
-    _write(right, 1.0, 0.9, columns[1], color="0.35", ha="right")
-    middle.set_ylim(min(places) - 0.8, 1.3)
+    _write(right, 0.0, 2.6, columns[0], color="0.35")
+    _write(right, 1.0, 2.6, columns[1], color="0.35", ha="right")
+    middle.set_ylim(bottom - 0.5, 4.5)
     for ax in (left, right):
         ax.set_xlim(0, 1)
     _legend(figure, rows, groups, sources)
-    _scale(middle, rows)
+    _scale(middle, limits)
     label_axes(middle, axis, "").tick_params(axis="y", length=0, labelleft=False)
     middle.spines["left"].set_visible(False)
     return figure
+
+
+class _Lanes(NamedTuple):
+    """In which lane below the interval every animal stands, and how many lanes a row has."""
+
+    dots: list[int]
+    height: int
+
+
+def _lanes(row: Row, limits: tuple[float, float]) -> _Lanes:
+    """Return lanes in which no point covers another: first the other sources', then those of each group."""
+    length = _AXIS / 2.54 * 72 / float(np.log(limits[1] / limits[0]))  # points of a factor of e
+    lanes, first = [0] * len(row.dots), 1 + len(row.beside)
+    for group in dict.fromkeys(dot.group for dot in row.dots):
+        own = sorted((dot.value, place) for place, dot in enumerate(row.dots) if dot.group == group)
+        ends: list[float] = []  # where each lane's last point ends
+        for value, place in own:
+            x = length * float(np.log(value))
+            free = next((lane for lane, end in enumerate(ends) if x >= end), len(ends))
+            if free == len(ends) < _MOST_LANES:
+                ends.append(x)
+            lane = min(free, _MOST_LANES - 1)
+            ends[lane], lanes[place] = x + _DOT, first + lane
+        first += len(ends)
+    return _Lanes(lanes, first)
 
 
 def _write(ax: "Axes", x: float, y: float, text: str, **look: Any) -> None:
@@ -101,31 +134,34 @@ def _write(ax: "Axes", x: float, y: float, text: str, **look: Any) -> None:
     ax.text(x, y, text, va="center", fontsize=8.5, **look).set_in_layout(False)
 
 
-def _places(rows: Sequence[Row]) -> list[float]:
-    """Return the height of every row, with room above the first of each heading."""
+def _places(rows: Sequence[Row], lanes: Sequence[_Lanes]) -> list[float]:
+    """Return the height of every row's interval, in lanes, with room above the first of each heading."""
     places, y, heading = [], 0.0, ""
-    for row in rows:
-        y -= 1.9 if row.heading != heading else 1.0
+    for row, own in zip(rows, lanes, strict=True):
+        y -= 0.0 if row.heading == heading or not places else 3.2
         heading = row.heading
         places.append(y)
-    return [place + 1.0 for place in places]
+        y -= max(_LEAST, own.height + _CLEARANCE + _GAP)
+    return places
 
 
 def _headings(rows: Sequence[Row], places: Sequence[float]) -> list[tuple[float, str]]:
     first: dict[str, float] = {}
     for y, row in zip(places, rows, strict=True):
-        first.setdefault(row.heading, y + 0.9)
+        first.setdefault(row.heading, y + 3.2)
     return [(y, heading) for heading, y in first.items()]
 
 
-def _draw(ax: "Axes", y: float, row: Row, groups: Mapping[str, GroupLook], sources: Mapping[str, SourceLook]) -> None:
-    for dot in row.dots:
+def _draw(
+    ax: "Axes", y: float, row: Row, lanes: _Lanes, groups: Mapping[str, GroupLook], sources: Mapping[str, SourceLook]
+) -> None:
+    for dot, lane in zip(row.dots, lanes.dots, strict=True):
         look = groups[dot.group]
-        (drawn,) = ax.plot([dot.value], [y], look.marker, color=look.color, ms=4.5, alpha=0.55, mec="none")
+        (drawn,) = ax.plot([dot.value], [y - _CLEARANCE - lane], look.marker, color=look.color, ms=_DOT, mec="none")
         mark(drawn, dot.tip, dot.animal)
     _point(ax, y, row.point, DATA, "D", 6, 1.6)
     for place, point in enumerate(row.beside, start=1):
-        _point(ax, y - _BELOW * place, point, "0.45", sources[point.source].marker, 3.5, 0.9)
+        _point(ax, y - _CLEARANCE - place, point, "0.45", sources[point.source].marker, 3.5, 0.9)
 
 
 def _point(ax: "Axes", y: float, point: Point, color: str, marker: str, size: float, width: float) -> None:
@@ -135,14 +171,18 @@ def _point(ax: "Axes", y: float, point: Point, color: str, marker: str, size: fl
     mark(drawn, point.tip)
 
 
-def _scale(ax: "Axes", rows: Sequence[Row]) -> None:
-    """Show every interval and every animal, unless one is so wide that the others could not be read."""
+def _limits(rows: Sequence[Row]) -> tuple[float, float]:
+    """Return an axis with every interval and every animal, unless one is so wide that the others could not be read."""
     points = [point for row in rows for point in (row.point, *row.beside)]
     ends = np.array(
         [end for one in points for end in (one.low, one.high)] + [d.value for row in rows for d in row.dots]
     )
     ends = ends[(ends > 0) & np.isfinite(ends)]
-    low, high = max(0.02, min(1.0, ends.min()) / 1.1), min(50.0, max(1.0, ends.max()) * 1.1)
+    return max(0.02, min(1.0, ends.min()) / 1.1), min(50.0, max(1.0, ends.max()) * 1.1)
+
+
+def _scale(ax: "Axes", limits: tuple[float, float]) -> None:
+    low, high = limits
     ax.set_xscale("log")
     ax.set_xlim(low, high)
     ticks = [tick for tick in ratio_ticks(low, high) if low <= tick <= high]
@@ -159,9 +199,7 @@ def _legend(
     entries = []
     for group in dict.fromkeys(dot.group for row in rows for dot in row.dots):
         look = groups[group]
-        entries.append(
-            Line2D([], [], color=look.color, marker=look.marker, ls="", ms=4.5, alpha=0.55, label=short(group))
-        )
+        entries.append(Line2D([], [], color=look.color, marker=look.marker, ls="", ms=_DOT, label=short(group)))
     for source in dict.fromkeys(point.source for row in rows for point in row.beside):
         marker = sources[source].marker
         name = source if source == "data" else f"{source} wall"

@@ -107,7 +107,7 @@ class _Scale:
 
 
 def _height(whole: Network) -> float:
-    return min(14.0, max(2.4, 0.42 * len(whole.terminals)))
+    return min(14.0, max(2.4, 0.5 * len(whole.terminals)))
 
 
 def _tips(result: xr.DataTree, wall: str, whole: Network, mean: np.ndarray) -> list[str]:

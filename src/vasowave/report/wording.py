@@ -49,11 +49,14 @@ def with_error(value: float, error: float) -> str:
 def with_interval(value: float, low: float, high: float) -> str:
     """Return ``value [low, high]`` to two leading digits of the nearer end's distance: ``2.86 [1.76, 3.93]``.
 
-    Ends that differ by rounding alone are no interval.
+    Ends that differ by rounding alone are no interval. Where they differ by more than a factor of ten, each number has
+    two digits of its own: ``0.22 [0.0032, 15]``.
     """
     near = max(min(value - low, high - value), (high - low) / 10)  # at a bound one end is the value
     if not (math.isfinite(high - low) and near > ROUNDING * abs(value)):
         return number(value)
+    if 0 < 10 * low < high:
+        return f"{number(value, 2)} [{number(low, 2)}, {number(high, 2)}]"
     if not 1e-4 <= abs(value) < 1e5:
         power = math.floor(math.log10(abs(value)))
         scaled = (one / 10.0**power for one in (value, low, high))

@@ -7,7 +7,7 @@ import pandas as pd
 
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
-from vasowave.report.wording import listed, number, probability, with_interval
+from vasowave.report.wording import listed, number, probability, unit, with_interval
 
 CLEAR = 0.05
 """Family-wise p below which a difference is said to be shown."""
@@ -18,57 +18,73 @@ Called = Callable[[str], str]
 
 
 def group_answers(primary: Primary, called: Called) -> list[tuple[str, str]]:
-    """Return question and answer; the answer goes through the groups, each against the first."""
+    """Return question and answer; the answer goes through the groups, each against the first.
+
+    What holds for several questions, that too few animals can be tested, stands once, as the last answer.
+    """
     answers: dict[str, list[str]] = {}
     pairs = primary.rows["other"].nunique() if len(primary.rows) else 0
     for (question, _), rows in primary.rows.groupby(["question", "other"], sort=False) if pairs else ():
-        answers.setdefault(str(question), []).append(_answer(rows, called, pairs))
-    return [(question, " ".join(texts)) for question, texts in answers.items()]
+        answers.setdefault(str(question), []).append(_answer(rows, called))
+    said = [(question, " ".join(texts)) for question, texts in answers.items()]
+    return [*said, *_untested(primary.rows, pairs)] if pairs else said
 
 
-def _answer(rows: pd.DataFrame, called: Called, pairs: int) -> str:
-    untestable = rows["smallest p"] >= CLEAR
-    if untestable.all():
-        return _too_few(rows, called, pairs)
+def _answer(rows: pd.DataFrame, called: Called) -> str:
+    reference, other = (short(rows.iloc[0][which], _LONGEST) for which in ("reference", "other"))
+    if (rows["smallest p"] >= CLEAR).all():
+        effects = listed([effect(row, called, p=False) for _, row in rows.iterrows()])
+        return f"{other} against {reference}: {effects}{_separated(rows, called)}."
     clear = rows["p"] < CLEAR
     higher, lower = rows[clear & (rows["ratio"] > 1)], rows[clear & (rows["ratio"] < 1)]
-    reference, other = (short(rows.iloc[0][which], _LONGEST) for which in ("reference", "other"))
     parts = [
-        f"{way} in {other} than in {reference}: {listed([_effect(row, called) for _, row in some.iterrows()])}"
+        f"{way} in {other} than in {reference}: {listed([effect(row, called) for _, row in some.iterrows()])}"
         for way, some in (("higher", higher), ("lower", lower))
         if len(some)
     ]
     if (~clear).any():
         where = "" if parts else f" between {other} and {reference}"
-        parts.append(f"not shown{where}: {listed([_effect(row, called) for _, row in rows[~clear].iterrows()])}")
+        parts.append(f"not shown{where}: {listed([effect(row, called) for _, row in rows[~clear].iterrows()])}")
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}."
 
 
-def _effect(row: pd.Series, called: Called, p: bool = True) -> str:
-    size = with_interval(row["ratio"], row["low"], row["high"])
-    return f"{called(row['quantity'])} {size} times{f' ({probability(row.p)})' if p else ''}"
+def effect(row: pd.Series, called: Called, p: bool = True) -> str:
+    """Return an effect as one writes it: ``mPAP 13.5 → 21.5 mmHg (1.6 times [1.3, 2.0], p = 0.010)``."""
+    value, _, interval = with_interval(row["ratio"], row["low"], row["high"]).partition(" ")
+    tested = f", {probability(row['p'])}" if p and np.isfinite(row["p"]) else ""
+    times = f"{value} times {interval}".rstrip()
+    return f"{called(row['quantity'])} {change(row)} ({times}{tested})"
 
 
-def _too_few(rows: pd.DataFrame, called: Called, pairs: int) -> str:
-    """Give the effects, and say in the same sentence that no test could confirm them."""
-    row = rows.iloc[0]
-    n, m = int(row["n reference"]), int(row["n other"])
-    effects = listed([_effect(one, called, p=False) for _, one in rows.iterrows()])
+def change(row: pd.Series) -> str:
+    """Return the means of the two groups with their unit, ``13.5 → 21.5 mmHg``."""
+    units = unit(str(row["unit"]))
+    return f"{number(float(row['mean reference']))} → {number(float(row['mean other']))} {units}".rstrip()
+
+
+def _untested(rows: pd.DataFrame, pairs: int) -> list[tuple[str, str]]:
+    """Say once which groups have too few animals for any test to confirm an effect."""
+    few = rows[rows["smallest p"] >= CLEAR].drop_duplicates(["n reference", "n other", "smallest p"])
+    if not len(few):
+        return []
     counted = f" that counts for {pairs} pairs of groups" if pairs > 1 else ""
-    return (
-        f"{short(row['other'], _LONGEST)} against {short(row['reference'], _LONGEST)}: {effects}"
-        f"{_separated(rows, called)}; with {n} + {m} animals no rank or permutation test{counted} can fall below p = "
-        f"{number(float(row['smallest p']), 2)}."
-    )
+    limits = listed([
+        f"{number(float(row['smallest p']), 2)} with {row['n reference']} + {row['n other']} animals"
+        for _, row in few.iterrows()
+    ])  # fmt: skip
+    said = f"No rank or permutation test{counted} can fall below p = {limits}."
+    return [("Can a test confirm this?", said)]
 
 
 def _separated(rows: pd.DataFrame, called: Called) -> str:
+    """Name the quantities in which no animal of one group lies among the other."""
     apart = rows[rows["apart"]]
     if not len(apart):
         return ""
-    which = "all" if len(apart) == len(rows) > 1 else listed([called(name) for name in apart["quantity"]])
-    return f" (the groups do not overlap in {which})"
+    if len(apart) == len(rows):
+        return "; the groups do not overlap" if len(rows) == 1 else "; the groups overlap in none of these"
+    return f"; the groups do not overlap in {listed([called(name) for name in apart['quantity']])}"
 
 
 def influence(primary: Primary, called: Called) -> list[str]:

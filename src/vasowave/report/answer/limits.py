@@ -96,7 +96,7 @@ def _open(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[str]:
 
 def _held(cohort: Cohort, written: Mapping[str, str]) -> list[str]:
     """Name what was not fitted: a value that somebody chose, or the bound at which a search stopped."""
-    said = []
+    said, stopped = [], []
     for wall in cohort.walls:
         fits = cohort.calibrations(wall)
         fixed = {
@@ -110,5 +110,7 @@ def _held(cohort: Cohort, written: Mapping[str, str]) -> list[str]:
         bound = Counter(str(n) for fit in fits for n in fit["parameter"].values[fit["at_bound"].values.astype(bool)])
         if bound:
             names = [written.get(n, n) + ("" if cohort.single else f" in {k} of {len(fits)}") for n, k in bound.items()]
-            said.append(f"Stopped at its bound ({wall} wall): {listed(names)}; there the number is the bound's.")
+            stopped.append(f"{listed(names)} ({wall} wall)")
+    if stopped:
+        said.append(f"Stopped at a bound of the search: {listed(stopped)}; there the number is the bound's.")
     return said

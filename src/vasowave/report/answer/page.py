@@ -79,11 +79,12 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
     row, reference = primary.rows.iloc[0], short(cohort.reference, 40)
     count = relabelings((int(row["n reference"]), int(row["n other"])))
     which = "random" if count == MOST_RELABELINGS else "all" if len(cohort.groups) > 2 else f"all {count}"
-    model = f"; model: {primary.law} wall (other walls small)" if primary.law else ""
+    model = f"; of the model by the {primary.law} wall" if primary.law else ""
+    walls = "the other walls (grey) and " if len(cohort.walls) > 1 else ""
     return (
-        f"Ratio to {reference} with 95 % interval, animals weighted by how well each is known{model}. p holds "
-        f"for all {len(primary.rows)} rows together ({which} relabelings). Faint: every animal over the mean of "
-        f"{reference}."
+        f"Ratio to {reference} with 95 % interval (diamonds{model}), animals weighted by how well each is known. p "
+        f"holds for all {len(primary.rows)} rows together ({which} relabelings). Below stand {walls}every animal over "
+        f"the mean of {reference}."
     )
 
 

@@ -1,89 +1,133 @@
-"""Which wall law: what the residuals prefer, pooled over animals, and what can look like it."""
-
-from collections.abc import Sequence
+"""Which wall law: what the posteriors say, where there are any, else what the residuals say, pooled over animals."""
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from vasowave.animal.reading import data_of
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.pooling import pooled_mean
+from vasowave.cohort.evidence import CLEAR, Evidence, evidences
+from vasowave.cohort.exponents import Exponent, exponent_of
 from vasowave.cohort.votes import differences
-from vasowave.report.wording import number, with_interval
+from vasowave.report.wording import listed, number, with_interval
 
 _LOOKS_LIKE = "Errors of the geometry, a taper or a stiffness that changes along the tree can look like curvature."
-DECISIVE = 2.0
-"""Difference of AICc below which one animal does not tell two laws apart."""
+_STILL_LOOKS_LIKE = "Image and structure count as unknown in this; a taper can still look like another wall."
+_MOST_RATIOS = 4
+"""Animals up to which the ratio of each is written."""
 
 
 def wall_answer(cohort: Cohort, law: str) -> tuple[str, str]:
     """Return question and answer."""
-    question, exponents = "Which wall?", _exponents(cohort)
-    caveat = [_LOOKS_LIKE] if exponents else []
+    weighed = [one for one in evidences(cohort, law) if one.ratios]
+    said = [_evidence(one, law, cohort) for one in weighed]
+    by_residuals = _by_residuals(cohort, law, {one.wall for one in weighed})
+    exponents = [(wall, one) for wall in cohort.walls if (one := exponent_of(cohort, wall)) is not None]
+    of_fits = bool(by_residuals) or any(not one.drawn for _, one in exponents)
+    caveat = [_LOOKS_LIKE] if of_fits else [_STILL_LOOKS_LIKE] if said or exponents else []
     if len(cohort.walls) < 2:
-        return question, " ".join([*exponents, f"Only the {law} wall was fitted; nothing is known of others.", *caveat])
+        said.append(f"Only the {law} wall was fitted; nothing is known of others.")
+    return "Which wall?", " ".join([*said, *by_residuals, *(_exponent(*one) for one in exponents), *caveat])
+
+
+def _evidence(one: Evidence, law: str, cohort: Cohort) -> str:
+    """Say what the evidences of one pair of laws come to, and how many animals are clear."""
+    side, (favorable, contrary) = one.side, one.clear
+    better, worse = (one.wall, law) if side < 0 else (law, one.wall)
+    n = len(one.ratios)
+    if side:
+        verdict = f"The posteriors speak for the {better} wall against the {worse} wall"
+    elif favorable and contrary:
+        verdict = f"The animals differ between the {law} and the {one.wall} wall"
+    else:
+        verdict = f"The posteriors do not decide between the {law} and the {one.wall} wall"
+    ratios = np.array(list(one.ratios.values())) ** (-1.0 if side < 0 else 1.0)
+    clear = "" if cohort.single else f"; {_clear(favorable, contrary, n, law, one.wall)}"
+    said = f"{verdict}: the recording is {_times(ratios)} as likely under the {better} law as under the other{clear}."
+    if not one.untrusted:
+        return said
+    untrusted = f"{len(one.untrusted)} of {len(cohort.results)} animals"
+    return f"{said} Not counted are {untrusted} with a posterior that cannot be trusted."
+
+
+def _times(ratios: np.ndarray) -> str:
+    """Return how many times, of each animal or, of many, the median and the range."""
+    if len(ratios) <= _MOST_RATIOS:
+        return f"{listed([_ratio(one) for one in ratios])} times"
+    ends = f"{_ratio(ratios.min())} to {_ratio(ratios.max())}"
+    return f"{_ratio(float(np.median(ratios)))} times (median; {ends})"
+
+
+def _ratio(value: float) -> str:
+    return "over 1000" if value > 1000 else number(float(value), 2) if value >= 1e-3 else "under 0.001"
+
+
+def _clear(favorable: int, contrary: int, n: int, law: str, wall: str) -> str:
+    counts = [f"for the {name} law in {count} of {n} animals"
+              for name, count in ((law, favorable), (wall, contrary)) if count]  # fmt: skip
+    return f"{CLEAR:g} times or more {listed(counts) if counts else f'in none of {n} animals'}"
+
+
+def _by_residuals(cohort: Cohort, law: str, answered: set[str]) -> list[str]:
+    """Say what AICc says of the laws of which no posterior does."""
+    if len(cohort.walls) < 2 or answered >= {wall for wall in cohort.walls if wall != law}:
+        return []
     if not cohort.compared:
-        return question, " ".join([*exponents, "The laws were not compared by their residuals.", *caveat])
+        return [] if answered else ["The laws were not compared by their residuals."]
     table = differences(cohort.ballots, law)
     if not len(table):
-        lost = "No noise model of the residuals could be kept, so they prefer no law."
-        return question, " ".join([*exponents, lost])
-    said = [_one(row, law) if cohort.single else _pooled(row, law) for _, row in table.iterrows()]
-    return question, " ".join([*exponents, *said, _LOOKS_LIKE])
+        return ["No noise model of the residuals could be kept, so they prefer no law."]
+    table = table[~table["wall"].isin(answered)]
+    return _residuals(table, law, cohort.single) if len(table) else []
 
 
-def _exponents(cohort: Cohort) -> list[str]:
-    """Say how the wall stiffens where a law has a parameter for it, pooled over animals."""
-    said = []
-    for wall in cohort.walls:
-        results = [result for result in cohort.calibrated(wall) if "stiffening" in result[wall].children]
-        exponents = [data_of(result, f"{wall}/stiffening")["exponent"] for result in results]
-        inside = [one for one in exponents if not int(one.attrs["at_bound"])]
-        if inside:
-            said.append(_exponent(wall, inside, len(exponents)))
-    return said
+def _residuals(table: pd.DataFrame, law: str, single: bool) -> list[str]:
+    """Say between which laws the residuals decide; take apart what they say from what parameters cost."""
+    decided, undecided = table[table["speaks for"] != ""], table[table["speaks for"] == ""]
+    said = [
+        f"The residuals speak for the {row['speaks for']} wall against the "
+        f"{row['wall'] if row['speaks for'] == law else law} wall."
+        for _, row in decided.iterrows()
+    ]
+    if len(undecided):
+        walls = listed([f"the {wall}" for wall in (law, *undecided["wall"])])
+        said.append(f"The residuals do not decide between {walls} wall.")
+    each = "" if single else f", per animal (n = {', '.join(map(str, table['n'].unique()))})"
+    return [*said, f"AICc against that of the {law} wall{each}: {'; '.join(_parts(table))}."]
 
 
-def _exponent(wall: str, exponents: Sequence[xr.DataArray], count: int) -> str:
-    name, linear = exponents[0].attrs["parameter"], float(exponents[0].attrs["linear_at"])
-    value, low, high = _pooled_exponent(exponents)
-    verdict = "stiffens more than" if low > linear else "stiffens less than" if high < linear else ""
-    start = f"The wall {verdict}" if verdict else "Open is whether the wall stiffens more or less than"
-    animals = "" if count == 1 else f"; {len(exponents)} animals pooled"
-    others = f", {count - len(exponents)} at a bound left out" if len(exponents) < count else ""
-    size = with_interval(value, low, high)
-    return f"{start} a linear one: {name} = {size} ({wall} law; {linear:g} is linear{animals}{others})."
+def _parts(table: pd.DataFrame) -> list[str]:
+    """Return the difference of each law: of it what the residuals say, and what the number of parameters costs."""
+    parts = []
+    for place, (_, row) in enumerate(table.iterrows()):
+        own = _signed(*(float(row[name]) for name in ("residuals", "residuals low", "residuals high")))
+        whole = f"{row['wall']} {number(abs(row['mean']), 2)} {'higher' if row['mean'] > 0 else 'lower'}"
+        words = (" by what the residuals say", " by the fixed price of its parameters") if place == 0 else ("", "")
+        parts.append(f"{whole}, {own}{words[0]} and {_signed(float(row['price']))}{words[1]}")
+    return parts
 
 
-def _pooled_exponent(exponents: Sequence[xr.DataArray]) -> tuple[float, float, float]:
-    """Return the exponent with the ends of its 95 % interval; of several animals, pooled on logarithms."""
-    from scipy.special import stdtrit
-
-    ends = np.log([(float(one.attrs["interval_low"]), float(one.attrs["interval_high"])) for one in exponents])
-    logs = np.log([float(one) for one in exponents])
-    if len(exponents) == 1:
-        return float(exponents[0]), float(np.exp(ends[0, 0])), float(np.exp(ends[0, 1]))
-    mean = pooled_mean(logs, np.diff(ends)[:, 0] / (2 * stdtrit(np.inf, 0.975)))
-    reach = float(stdtrit(mean.freedom, 0.975)) * mean.error
-    low, high = np.exp([mean.value - reach, mean.value + reach]).tolist()
-    return float(np.exp(mean.value)), low, high
+def _signed(value: float, low: float = np.nan, high: float = np.nan) -> str:
+    text = with_interval(value, low, high) if np.isfinite(low) else number(value, 2)
+    return f"+{text}" if value > 0 else text
 
 
-def _pooled(row: pd.Series, law: str) -> str:
-    mean, low, high = float(row["mean"]), float(row["low"]), float(row["high"])
-    sense = "higher" if mean > 0 else "lower"
-    size = with_interval(abs(mean), *sorted((np.sign(mean) * low, np.sign(mean) * high)))
-    numbers = (
-        f"AICc of the {row['wall']} wall is {size} {sense} per animal than that of the {law} wall (n = {row['n']})"
-    )
-    if not np.isfinite(low) or low <= 0 <= high:
-        return f"Open between {law} and {row['wall']}: {numbers}."
-    return f"The residuals speak for the {law if mean > 0 else row['wall']} wall: {numbers}."
+def _exponent(wall: str, one: Exponent) -> str:
+    """Say how the wall stiffens where a law has a parameter for it."""
+    verdict = {1: "The wall stiffens more than a linear one", -1: "The wall stiffens less than a linear one",
+               0: "It is open whether the wall stiffens more or less than a linear one"}[one.side]  # fmt: skip
+    ends = [(end, count) for end, count in (("lower", one.below), ("upper", one.above)) if count]
+    source = f"{wall} law{', posteriors' if one.drawn else ''}"
+    about = [source, f"{one.linear:g} is linear"]
+    if one.animals > 1:
+        bounds = [f"{count} beyond the {end} bound of the search" for end, count in ends]
+        about.append(f"{one.animals} animals pooled" + (f", of them {listed(bounds)}" if bounds else ""))
+    else:
+        about += [f"the search stopped at its {end} bound" for end, _ in ends]
+    return f"{verdict}: {_range(one)} ({'; '.join(about)})."
 
 
-def _one(row: pd.Series, law: str) -> str:
-    mean = float(row["mean"])
-    better, worse = (law, row["wall"]) if mean > 0 else (row["wall"], law)
-    verdict = "speak for" if abs(mean) > DECISIVE else "hardly decide for"
-    return f"The residuals {verdict} the {better} wall: its AICc is {number(abs(mean), 2)} below the {worse} wall's."
+def _range(one: Exponent) -> str:
+    if np.isfinite(one.high) and one.low > 0:
+        return f"{one.name} = {with_interval(one.value, one.low, one.high)}"
+    if np.isfinite(one.high):
+        return f"{one.name} is at most {number(one.high, 2)} (95 %)"
+    return f"{one.name} is at least {number(one.low, 2)} (95 %)" if one.low > 0 else f"{one.name} is not determined"

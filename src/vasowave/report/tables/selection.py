@@ -5,7 +5,7 @@ import pandas as pd
 from vasowave.animal.reading import data_of
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.misfit import WORSE_THAN_BEST, WORST_SHARE, misfits
-from vasowave.cohort.votes import differences
+from vasowave.cohort.votes import DECISIVE, differences
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import who
 from vasowave.report.wording import number, with_interval
@@ -33,16 +33,24 @@ def preference_table(cohort: Cohort, law: str) -> Table:
     for covariance in dict.fromkeys(name for one in cohort.ballots for name in one.table["covariance"]):
         parts.append(differences(cohort.ballots, law, covariance=str(covariance)).assign(noise=str(covariance)))
     data = pd.concat([part for part in parts if len(part)] or parts[:1], ignore_index=True)
+
+    def size(row: pd.Series, name: str, low: str, high: str) -> str:
+        return with_interval(float(row[name]), float(row[low]), float(row[high]))
+
     cells = [
-        (str(row["wall"]), str(row["noise"]), str(row["n"]),
-         with_interval(float(row["mean"]), float(row["low"]), float(row["high"])), number(float(row["sum"])))
+        (str(row["wall"]), str(row["noise"]), str(row["n"]), size(row, "mean", "low", "high"), number(row["price"], 2),
+         size(row, "residuals", "residuals low", "residuals high"), number(row["residuals SD"], 2),
+         str(row["speaks for"]) or "open")
         for _, row in data.iterrows()
     ]  # fmt: skip
-    header = ("wall", "noise model", "animals", f"AICc minus that of the {law} wall, per animal [95 %]", "sum")
+    header = ("wall", "noise model", "animals", f"AICc minus that of the {law} wall, per animal [95 %]",
+              "fixed price of parameters", "residuals' own part [95 %]", "SD over animals", "speaks for")  # fmt: skip
     note = (
-        f"Positive numbers speak for the {law} wall. The interval is Student's, from the scatter between animals; "
-        "joint "
-        "covariance, least-squares optimum. What the noise model changes, the data have not decided."
+        f"Positive numbers speak for the {law} wall. AICc is the price of a law's parameters, whatever the data say, "
+        "and the residuals' own part, minus twice the log-likelihood. Intervals are Student's, from the scatter of the "
+        "animals; joint covariance, least-squares optimum. A law is named where the whole and the residuals' own part "
+        f"both speak for it, beyond that scatter and by {DECISIVE:g} over all animals. What the noise model changes, "
+        "the data have not decided."
     )
     return Table("Preference", "Wall laws compared over all animals", header, cells, note, data)
 

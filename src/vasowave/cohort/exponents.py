@@ -1,0 +1,101 @@
+"""How the wall stiffens, where a law has a parameter for it: the exponent of every animal, pooled."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from vasowave.animal.reading import data_of
+from vasowave.cohort.censored import Pooled, pooled_censored
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.estimates import Estimates, estimates_of
+from vasowave.cohort.pooling import pooled_mean
+
+_NORMAL = 1.959964  # half width of a 95 % interval, in standard errors
+
+
+class Exponent(NamedTuple):
+    """A law's exponent with its 95 % interval, over the animals that were fitted with it.
+
+    Attributes
+    ----------
+    name : str
+        Of the parameter.
+    linear : float
+        At which the law is the linear one.
+    value, low, high : float
+        NaN, 0 and infinite where the animals do not tell.
+    animals, below, above : int
+        Those fitted, and of them those whose search stopped at the lower and at the upper bound.
+    drawn : bool
+        Whether it comes from posteriors.
+    """
+
+    name: str
+    linear: float
+    value: float
+    low: float
+    high: float
+    animals: int
+    below: int
+    above: int
+    drawn: bool
+
+    @property
+    def side(self) -> int:
+        """1 where the wall stiffens more than a linear one, -1 where less, 0 where that is open."""
+        return int(self.low > self.linear) - int(self.high < self.linear)
+
+
+def exponent_of(cohort: Cohort, wall: str) -> Exponent | None:
+    """Return the exponent of a law; None if it has none.
+
+    Of several animals it is pooled on logarithms: from their posteriors, where all have one that can be trusted, else
+    from their fits (`pooled_censored`). An animal whose search stopped at a bound counts as one that lies beyond it.
+    """
+    results = [result for result in cohort.calibrated(wall) if "stiffening" in result[wall].children]
+    if not results:
+        return None
+    each = [data_of(result, f"{wall}/stiffening")["exponent"] for result in results]
+    name, linear = str(each[0].attrs["parameter"]), float(each[0].attrs["linear_at"])
+    drawn = estimates_of(results, wall, name)
+    beyond = np.array([_beyond(result, wall, one) for result, one in zip(results, each, strict=True)])
+    if drawn.origin == "posterior":
+        pooled, beyond = _of_posteriors(drawn), np.zeros(len(each), dtype=int)
+    else:
+        pooled = _of_fits(each, beyond)
+    counts = len(each), int((beyond < 0).sum()), int((beyond > 0).sum())
+    return Exponent(name, linear, *np.exp(pooled).tolist(), *counts, drawn.origin == "posterior")
+
+
+def _of_fits(each: list[xr.DataArray], beyond: np.ndarray) -> Pooled:
+    logs = np.log([float(one) for one in each])
+    ends = np.log([(float(one.attrs["interval_low"]), float(one.attrs["interval_high"])) for one in each])
+    if len(each) > 1:
+        return pooled_censored(logs, np.diff(ends)[:, 0] / (2 * _NORMAL), beyond)
+    return Pooled(np.nan, -np.inf, np.inf) if beyond[0] else Pooled(logs[0], ends[0, 0], ends[0, 1])
+
+
+def _of_posteriors(drawn: Estimates) -> Pooled:
+    """Pool the draws' means; what animals share by one image does not become less with their number."""
+    from scipy.special import stdtrit
+
+    if len(drawn.logs) == 1:
+        reach = _NORMAL * float(np.hypot(drawn.errors[0], drawn.shared[0]))
+        return Pooled(drawn.logs[0], drawn.logs[0] - reach, drawn.logs[0] + reach)
+    mean = pooled_mean(drawn.logs, drawn.errors)
+    of_images = sum(
+        float(np.mean(own) ** 2 * np.mean(drawn.shared[own] ** 2))
+        for own in (drawn.image == number for number in np.unique(drawn.image))
+    )
+    reach = float(stdtrit(mean.freedom, 0.975)) * float(np.sqrt(mean.error**2 + of_images))
+    return Pooled(mean.value, mean.value - reach, mean.value + reach)
+
+
+def _beyond(result: xr.DataTree, wall: str, exponent: xr.DataArray) -> int:
+    """Return -1 or 1 for a search that stopped at its lower or upper bound, else 0."""
+    if not int(exponent.attrs["at_bound"]):
+        return 0
+    bounds = data_of(result, f"{wall}/calibration").sel(parameter=exponent.attrs["parameter"])
+    lower, upper = float(bounds["lower"]), float(bounds["upper"])
+    return -1 if float(exponent) ** 2 < lower * upper else 1
