@@ -82,9 +82,9 @@ def _nominal(network: Path, recording: Sequence[Path], period: float | None, wal
     from vasowave.errors import InputError
     from vasowave.laws import find_law
     from vasowave.model import Model
+    from vasowave.network_formats import read_network
     from vasowave.nominal import estimate_nominal
     from vasowave.recording import read_recording
-    from vasowave.vessel_table import read_network
 
     if not recording:
         raise InputError(f"{network}: a network needs the recording of a cycle too, whose flow enters it")
