@@ -22,6 +22,7 @@ from vasowave.imaging.tree import Line, Tree
 from vasowave.linear import linear_solution
 from vasowave.model import Model
 from vasowave.network import Network
+from vasowave.network_formats import read_network
 from vasowave.network_remarks import unknown_pressure
 from vasowave.nominal import estimate_nominal, stiffness, windkessels
 from vasowave.recording import Recording, read_recording
@@ -29,7 +30,7 @@ from vasowave.selection.choices import answers_by_image_pressure
 from vasowave.solver import Numerics, simulate
 from vasowave.study.loading import animal_key, load_animal
 from vasowave.study.plan import read_study
-from vasowave.vessel_table import read_network, write_network
+from vasowave.vessel_table import write_network
 from vasowave.walls import LinearWall, PowerWall, TangentWall
 
 FILLED = 6.3  # mmHg, the paper's

@@ -4,7 +4,8 @@ import pytest
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.network import Network
-from vasowave.vessel_table import read_network, write_network
+from vasowave.network_formats import read_network
+from vasowave.vessel_table import write_network
 
 HEADER = "name,parent,length [cm],radius [cm]\n"
 

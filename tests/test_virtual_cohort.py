@@ -5,8 +5,8 @@ from approval import approve, parts
 from vasowave.datasets import published_table
 from vasowave.datasets.virtual_cohort import virtual_cohort
 from vasowave.datasets.virtual_files import SYNTHETIC, write_virtual_cohort
+from vasowave.network_formats import read_network
 from vasowave.recording import average_beats, read_raw_recording
-from vasowave.vessel_table import read_network
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*beats between the first and the last averaged were rejected")
 

@@ -25,6 +25,7 @@ from vasowave.interactive import Fit as Fit
 from vasowave.interactive import calibrate as calibrate
 from vasowave.model import Model as Model
 from vasowave.network import Network as Network
+from vasowave.network_formats import read_network as read_network
 from vasowave.nominal import Nominal as Nominal
 from vasowave.nominal import estimate_nominal as estimate_nominal
 from vasowave.outlets import ImpedanceSpectrum as ImpedanceSpectrum
@@ -46,7 +47,8 @@ from vasowave.solver import sweep as sweep
 from vasowave.study.plan import read_study as read_study
 from vasowave.study.results import read_results as read_results
 from vasowave.study.running import run_study as run_study
-from vasowave.vessel_table import read_network as read_network
+from vasowave.tidying import Tidied as Tidied
+from vasowave.tidying import tidy as tidy
 from vasowave.vessel_table import write_network as write_network
 from vasowave.walls import LinearWall as LinearWall
 from vasowave.walls import TangentWall as TangentWall

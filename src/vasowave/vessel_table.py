@@ -25,7 +25,7 @@ COUNT = "vessels"
 """Column that says in every row how many rows the table has, so that one that was cut off is noticed."""
 
 
-def read_network(path: str | Path) -> Network:
+def read_vessel_table(path: str | Path) -> Network:
     """Read a network from CSV, TSV or Excel.
 
     Columns: ``name, parent, length [cm], radius [cm], radius_sd [cm], taper [cm/cm], taper_sd [cm/cm], pressure [mmHg],
@@ -46,15 +46,6 @@ def read_network(path: str | Path) -> Network:
     VasowaveWarning
         If the sizes look like another unit than the one stated, or the table seems to have lost rows: another number
         of them than its column ``vessels`` says, a vessel with one daughter, a last line without an end.
-
-    Examples
-    --------
-    >>> import vasowave as vw
-    >>> from pathlib import Path
-    >>> rows = ["name,parent,length [mm],radius [mm]", "main,,4.1,0.5", "left,main,4.5,0.3", "right,main,3.7,0.4", ""]
-    >>> _ = Path("lung.csv").write_text("\\n".join(rows))
-    >>> vw.read_network("lung.csv")
-    Network(3 vessels, 2 terminals, root 'main' r0 0.05 cm, total length 1.23 cm)
     """
     table = read_columns(path, _ALIASES)
     if not table.names:
@@ -72,12 +63,12 @@ def read_network(path: str | Path) -> Network:
     network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where), **known)
     table.warn()
     for message in (*_lost(table, network), *implausible_sizes(network)):
-        warnings.warn(f"{path}: {message}", VasowaveWarning, stacklevel=2)
+        warnings.warn(f"{path}: {message}", VasowaveWarning, stacklevel=3)
     return network
 
 
 def write_network(network: Network, path: str | Path) -> None:
-    """Write `network` as CSV with units in the header; `read_network` reads it back to the last bit.
+    """Write `network` as CSV with units in the header; `read_vessel_table` reads it back to the last bit.
 
     Examples
     --------

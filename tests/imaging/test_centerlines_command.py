@@ -12,7 +12,7 @@ from vasowave.cli import app
 from vasowave.imaging.exchange.centerlines import write_centerlines
 from vasowave.imaging.exchange.swc import write_swc
 from vasowave.imaging.tree import Line, Tree
-from vasowave.vessel_table import read_network
+from vasowave.network_formats import read_network
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,9 @@ from vasowave.datasets.virtual import TRUTH, virtual_mouse
 from vasowave.errors import VasowaveWarning
 from vasowave.imaging.matching import match
 from vasowave.imaging.places import written
+from vasowave.network_formats import read_network
 from vasowave.study.results import read_results
-from vasowave.vessel_table import read_network, write_network
+from vasowave.vessel_table import write_network
 
 
 def fitted(network, recording, output):

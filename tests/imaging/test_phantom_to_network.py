@@ -11,7 +11,7 @@ from vasowave.imaging.exchange.tables import write_network_table
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.matching import match
 from vasowave.network import Network
-from vasowave.vessel_table import read_network
+from vasowave.network_formats import read_network
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from vasowave.errors import InputError
+from vasowave.network_formats import read_network
 from vasowave.solver.practice import PAPER
 from vasowave.study.loading import load_animal
 from vasowave.study.plan import read_study
 from vasowave.study.settings import animal_settings
-from vasowave.vessel_table import read_network
 
 
 def test_the_papers_practice_is_one_word(make_study):

@@ -22,7 +22,8 @@ from vasowave.imaging.exchange.swc import write_swc
 from vasowave.imaging.revise.edits import read_edits
 from vasowave.imaging.tree import Line, Tree
 from vasowave.network import Network
-from vasowave.vessel_table import COUNT, read_network, write_network
+from vasowave.network_formats import read_network
+from vasowave.vessel_table import COUNT, write_network
 
 
 def tree() -> Tree:
@@ -127,6 +128,39 @@ def network_workbook(path: Path) -> None:
     book.save(path)
 
 
+def svonesolver_input(path: Path) -> None:
+    """Write three segments that a joint joins."""
+    lines = ["MODEL tree", "JOINT J 1 IN OUT", "JOINTINLET IN 1 0", "JOINTOUTLET OUT 2 1 2"]
+    lines += [
+        f"SEGMENT v{i} {i} {length} 50 {max(i - 1, 0)} {i + 1} {area} {0.9 * area:g} 0.0 WALL NONE 0.0 0 0 NOBOUND NONE"
+        for i, (length, area) in enumerate([(8.6, 2.3), (8.5, 1.1), (7.5, 1.3)])
+    ]
+    path.write_text("\n".join([*lines, "MATERIAL WALL OLUFSEN 1.06 0.04 113324.0 1.0 2.0e7 -22.5 8.65e5", ""]))
+
+
+def first_blood_table(path: Path) -> None:
+    """Write three edges between nodes, and a bed."""
+    path.write_text(
+        "type,ID,name,start_node,end_node,start_diameter[SI],end_diameter[SI],length[SI]\n"
+        "vis,A1,aorta,H,n1,0.03,0.02,0.05\nvis,A2,left,n1,p1,0.012,0.012,0.20\nvis,A3,right,n1,p2,0.010,0.008,0.10\n"
+        "perif,p1,0,,,,,\n"
+    )
+
+
+def matlab_matrices(path: Path) -> None:
+    """Write sizes and joints of three vessels as matrices."""
+    from scipy.io import savemat
+
+    sizes = np.array([[1, 40.0, 5.0], [2, 45.0, 3.0], [3, 37.0, 4.0]])
+    savemat(path, {"dim_mat": sizes, "ves_conn": np.array([[1, 2, 3]]), "r_std": np.full((3, 1), 0.3)})
+
+
+def two_tables(path: Path) -> None:
+    """Write sizes, and beside them what joins what."""
+    path.write_text("4.1 0.5 0.5\n4.5 0.3 0.3\n3.7 0.4 0.3\n")
+    path.with_name("connectivity.txt").write_text("0 1 2 0\n1 0 0 0\n2 0 0 0\n")
+
+
 def _is_number(cell: str) -> bool:
     return cell.replace(".", "", 1).isdecimal()
 
@@ -159,10 +193,12 @@ def _shape(parent: list[int], row: int = -1) -> tuple:
     return tuple(sorted(_shape(parent, below) for below, above in enumerate(parent) if above == row))
 
 
-def _network(write: Callable, name: str = "n.csv", mutate: Mutate = mutate_text) -> Form:
+def _network(
+    write: Callable, name: str = "n.csv", mutate: Mutate = mutate_text, text: bool = True, unit: str | None = None
+) -> Form:
     return Form(
-        lambda folder: write(folder / name), name, name, mutate, read_network,
-        _divisions, lambda found: [found.length, found.radius], text=True,
+        lambda folder: write(folder / name), name, name, mutate, lambda path: read_network(path, unit),
+        _divisions, lambda found: [found.length, found.radius], text=text,
     )  # fmt: skip
 
 
@@ -188,6 +224,10 @@ FORMS = {
     "network table": _network(network_table),
     "network table of others": _network(lambda path: network_table(path, counted=False)),
     "network workbook": _network(network_workbook, "n.xlsx", inside_zip(mutate_markup, "sheet1.xml")),
+    "svOneDSolver network": _network(svonesolver_input, "n.in"),
+    "FirstBlood network": _network(first_blood_table, "n.csv"),
+    "matrices of a network": _network(matlab_matrices, "n.mat", mutate_binary, text=False, unit="mm"),
+    "two tables of a network": _network(two_tables, "Dimensions.txt", unit="mm"),
     "vtp": _lines("c.vtp", lambda path: write_centerlines(tree(), path, unit=1.0), bombs(bomb, mutate_binary), False),
     "vtp, numbers as text": _lines("c.vtp", vtp_text, mutate_text, True),
     "vtk": _lines("c.vtk", lambda path: vtk(path, True), with_header(b"double\n"), False),

@@ -96,7 +96,7 @@ def match(
     """Pair the vessels of two networks one to one, by topology and size, and list those left over."""
     from vasowave.files import check_file, write_file
     from vasowave.imaging import matching
-    from vasowave.vessel_table import read_network
+    from vasowave.network_formats import read_network
 
     if output is not None:
         check_file(output)

@@ -7,7 +7,7 @@ import pandas as pd
 
 from vasowave.errors import InputError, did_you_mean
 from vasowave.network import Network
-from vasowave.vessel_table import read_network
+from vasowave.network_formats import read_network
 
 _TABLES = (
     "hemodynamics",

@@ -14,6 +14,7 @@ from vasowave.animal.pipeline import Progress, analyze
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.law_files import LawFile, in_words, learn
 from vasowave.network import Network
+from vasowave.network_formats import read_network
 from vasowave.provenance import sha256
 from vasowave.recording import (
     Catheter,
@@ -31,7 +32,6 @@ from vasowave.study.journal import Journal
 from vasowave.study.kind import kind_of
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
-from vasowave.vessel_table import read_network
 
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""

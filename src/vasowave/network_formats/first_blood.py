@@ -1,0 +1,59 @@
+"""FirstBlood's table of edges between nodes, SI units in its header."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.network import Network
+from vasowave.network_formats.nodes import parents_of_edges
+from vasowave.textfile import read_lines
+
+_VESSELS = ("vis", "vis_f")
+_SIZES = ("start_diameter[SI]", "end_diameter[SI]", "length[SI]")
+_COLUMNS = ("type", "ID", "start_node", "end_node", *_SIZES)
+_CM = 100.0  # a meter
+
+
+def is_edges(path: Path, start: bytes) -> bool:
+    """Return whether a file is such a table, by its header."""
+    head = start.split(b"\n", 1)[0]
+    return all(title.encode() in head for title in _COLUMNS)
+
+
+def read_edges(path: Path, scale: float) -> tuple[Network, list[str]]:
+    """Read the rows of vessels; beds, the heart and what nodes leak are left out."""
+    titles: list[str] = []
+    lines, cells, others = list[int](), list[dict[str, str]](), set[str]()
+    for block in read_lines(path):
+        for line, row in enumerate(csv.reader(block.texts), block.first):
+            if not titles:
+                titles = [title.strip() for title in row]
+            elif row and row[0].strip() in _VESSELS:
+                if len(row) < len(titles):
+                    raise InputError(f"{path}, line {line}: {len(row)} cells for {len(titles)} columns")
+                cells.append(dict(zip(titles, (cell.strip() for cell in row), strict=False)))
+                lines.append(line)
+            elif row and row[0].strip():
+                others.add(row[0].strip())
+    if not cells:
+        raise InputError(f"{path}: has no vessel (a row of type {' or '.join(_VESSELS)})")
+    first, last, length = np.array([[_number(path, line, one[title]) for title in _SIZES]
+                                    for line, one in zip(lines, cells, strict=True)]).T * _CM  # fmt: skip
+    parent = parents_of_edges(path, [(one["ID"], one["start_node"], one["end_node"]) for one in cells])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        taper = (0.5 * (first - last)) / length
+    network = Network(
+        tuple(one["ID"] for one in cells), np.array(parent), length, 0.25 * (first + last),
+        lambda row: f"{path}, line {lines[row]}", **({"taper": taper} if np.any(taper) else {}),
+    )  # fmt: skip
+    left = ", ".join(sorted(others))
+    return network, [f"rows of the types {left}, walls and beds are no part of a network and were left out"]
+
+
+def _number(path: Path, line: int, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{path}, line {line}: '{text[:40]}' is not a number") from None

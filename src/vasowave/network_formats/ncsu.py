@@ -1,0 +1,146 @@
+"""Networks of the paper's authors and their groups: matrices in a MATLAB file, or two tables of plain numbers."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.network import Network
+from vasowave.recording.matlab import read_mat
+from vasowave.textfile import read_lines
+from vasowave.units import factor
+
+DIMENSIONS, CONNECTIVITY = "dimensions.txt", "connectivity.txt"
+
+_MAT = b"MATLAB 5.0"
+_AMOUNT = re.compile(r"\s*(?P<number>[\d.]+(?:e-?\d+)?)?\s*(?P<unit>[^\d\s].*?)\s*", re.IGNORECASE)
+
+
+def scale_of(unit: str) -> float:
+    """Return the number that turns lengths in a unit, or in so many of it (``0.0036 cm``), into cm."""
+    match = _AMOUNT.fullmatch(unit)
+    if not match:
+        raise InputError(f"unit '{unit}': write a unit, as mm, or a number and a unit, as 0.0036 cm")
+    scale = float(match["number"] or 1.0) * factor(match["unit"], "length")
+    if not (np.isfinite(scale) and scale > 0):
+        raise InputError(f"unit '{unit}': the number must be positive")
+    return scale
+
+
+def is_mat(path: Path, start: bytes) -> bool:
+    """Return whether a file is one of MATLAB."""
+    return path.suffix.lower() == ".mat" or start.startswith(_MAT)
+
+
+def read_mat_network(path: Path, scale: float) -> tuple[Network, list[str]]:
+    """Read ``dim_mat`` (number, length, radius), ``ves_conn`` (number, daughters), and ``r_std`` if it is there."""
+    variables = read_mat(path)
+    missing = [name for name in ("dim_mat", "ves_conn") if name not in variables]
+    if missing:
+        known = ", ".join(variables) or "none"
+        raise InputError(
+            f"{path}: no variable {' and no '.join(missing)}; a network needs dim_mat (number, length, radius of every "
+            f"vessel) and ves_conn (number of a vessel, those of its daughters). There are: {known}"
+        )
+    sizes, rows = _matrix(path, variables, "dim_mat", 3), _matrix(path, variables, "ves_conn", 2)
+    numbers, length, radius = sizes[:, 0], scale * sizes[:, 1], scale * sizes[:, 2]
+    spread = _spread(path, variables, len(numbers), scale)
+    parent = _parents(path, numbers, rows)
+    names = tuple(f"{number:g}" for number in numbers)
+    where = _placed(f"{path}, dim_mat row")
+    read = {"alpha", "beta", "lrr", "net3D", "term", "dim_mat", "ves_conn", "r_std"}
+    left = [name for name in variables if name in ("alpha", "beta", "lrr")]
+    said = [f"{', '.join(left)} (of structured trees) are no part of a network and were left out"] if left else []
+    said += [f"the variable '{name}' is not known and was left out" for name in variables if name not in read]
+    return Network(names, np.array(parent), length, radius, where, radius_sd=spread), said
+
+
+def is_dimensions(path: Path, start: bytes) -> bool:
+    """Return whether a file is one of the pair of tables, by its name."""
+    return path.name.lower() in (DIMENSIONS, CONNECTIVITY)
+
+
+def read_dimensions(path: Path, scale: float) -> tuple[Network, list[str]]:
+    """Read length and both radii of every vessel, and its number with those of its daughters, from two files."""
+    beside = {one.name.lower(): one for one in path.parent.iterdir()}
+    for name in (DIMENSIONS, CONNECTIVITY):
+        if name not in beside:
+            raise InputError(f"{path}: {name} must lie beside it; one file holds the sizes, the other what joins what")
+    sizes, rows = _table(beside[DIMENSIONS], 3, 3), _table(beside[CONNECTIVITY], 1, None)
+    length, first, last = scale * sizes.T
+    if len(rows) != len(sizes) or not np.array_equal(np.sort(rows[:, 0]), np.arange(len(rows))):
+        raise InputError(
+            f"{beside[CONNECTIVITY]}: {len(rows)} rows for {len(sizes)} vessels; every vessel has one row, which "
+            "begins with its number, counted from 0"
+        )
+    parent = _parents(beside[CONNECTIVITY], np.arange(len(sizes), dtype=float), rows)
+    where = _placed(f"{beside[DIMENSIONS]}, line")
+    names = tuple(str(number) for number in range(len(sizes)))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        taper = (first - last) / length
+    tapers = {"taper": taper} if np.any(taper) else {}
+    return Network(names, np.array(parent), length, 0.5 * (first + last), where, **tapers), []
+
+
+def _parents(path: Path, numbers: np.ndarray, rows: np.ndarray) -> list[int]:
+    """Return the row of every vessel's parent, -1 for none; a daughter of number 0 or NaN is none."""
+    place = {float(number): row for row, number in enumerate(numbers)}
+    if len(place) < len(numbers):
+        raise InputError(f"{path}: a vessel's number stands twice; number the vessels anew")
+    parent = [-1] * len(numbers)
+    for line, (number, *daughters) in enumerate(rows.tolist(), 1):
+        for daughter in daughters:
+            if not daughter or np.isnan(daughter):
+                continue
+            unknown = next((one for one in (number, daughter) if one not in place), None)
+            if unknown is not None:
+                raise InputError(f"{path}, row {line} of what joins what: there is no vessel {unknown:g}")
+            if parent[place[daughter]] >= 0:
+                raise InputError(
+                    f"{path}: vessel {daughter:g} has two parents; a network with loops cannot be simulated, cut it"
+                )
+            parent[place[daughter]] = place[number]
+    return parent
+
+
+def _matrix(path: Path, variables: dict, name: str, columns: int) -> np.ndarray:
+    values = np.asarray(variables[name])
+    if values.dtype.kind not in "iuf" or values.ndim != 2 or values.shape[1] < columns:
+        raise InputError(f"{path}: {name} must be a matrix of numbers with at least {columns} columns")
+    return values.astype(float)
+
+
+def _spread(path: Path, variables: dict, count: int, scale: float) -> np.ndarray | None:
+    if "r_std" not in variables:
+        return None
+    values = np.asarray(variables["r_std"])
+    if values.dtype.kind not in "iuf" or values.size != count:
+        raise InputError(f"{path}: r_std must have one number for each of the {count} vessels")
+    spread = scale * values.ravel().astype(float)
+    return np.where(spread > 0, spread, np.nan)
+
+
+def _table(path: Path, least: int, most: int | None) -> np.ndarray:
+    """Return the numbers of a file, every line with as many as the first."""
+    rows: list[list[float]] = []
+    for block in read_lines(path):
+        for number, text in enumerate(block.texts, block.first):
+            if not text.strip():
+                continue
+            try:
+                rows.append([float(word) for word in text.replace(",", " ").split()])
+            except ValueError:
+                raise InputError(f"{path}, line {number}: '{text.strip()[:40]}' is not a row of numbers") from None
+            if len(rows[-1]) != len(rows[0]) or not least <= len(rows[0]) <= (most or len(rows[0])):
+                raise InputError(
+                    f"{path}, line {number}: {len(rows[-1])} numbers; every line needs {most or 'as many'}"
+                )
+    if not rows:
+        raise InputError(f"{path}: is empty")
+    return np.array(rows)
+
+
+def _placed(what: str) -> Callable[[int], str]:
+    return lambda row: f"{what} {row + 1}"

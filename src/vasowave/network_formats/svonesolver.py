@@ -1,0 +1,123 @@
+"""The network of an input file of svOneDSolver (SimVascular's one-dimensional solver): nodes, joints and segments."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.network import Network
+from vasowave.network_formats.nodes import parents_of_edges
+from vasowave.textfile import read_lines
+
+_SEGMENT_WORDS = 8  # of a segment, that say its place and its size
+_LEFT_OUT = {
+    "MATERIAL": "walls",
+    "DATATABLE": "inflow and beds",
+    "SOLVEROPTIONS": "options of the solver",
+}
+
+
+class _Segment(NamedTuple):
+    line: int
+    name: str
+    number: int
+    length: float
+    start: int
+    end: int
+    area: tuple[float, float]
+
+
+def is_input(path: Path, start: bytes) -> bool:
+    """Return whether a file is such an input, by its name and its cards."""
+    return path.suffix.lower() == ".in" and any(card in start for card in (b"MODEL", b"NODE", b"SEGMENT", b"# ="))
+
+
+def read_input(path: Path, scale: float) -> tuple[Network, list[str]]:
+    """Read the segments, cm; what joins them are the joints, and where there are none the nodes that they share."""
+    segments: list[_Segment] = []
+    joints: dict[str, list[int]] = {}
+    pairs: list[tuple[str, str]] = []
+    cards: set[str] = set()
+    for block in read_lines(path):
+        for line, text in enumerate(block.texts, block.first):
+            card, *words = text.split("#")[0].split() or [""]
+            cards.add(card.upper())
+            if card == "SEGMENT":
+                segments.append(_segment(path, line, words))
+            elif card in ("JOINTINLET", "JOINTOUTLET"):
+                joints[_word(path, line, words, 0)] = [_whole(path, line, word) for word in words[2:]]
+            elif card == "JOINT":
+                pairs.append((_word(path, line, words, 2), _word(path, line, words, 3)))
+    if not segments:
+        raise InputError(f"{path}: has no SEGMENT; is it an input of svOneDSolver?")
+    parent = _joined(path, segments, joints, pairs) if pairs else _shared(path, segments)
+    radii = np.sqrt(np.array([one.area for one in segments]) / np.pi)
+    length = np.array([one.length for one in segments])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        taper = (radii[:, 0] - radii[:, 1]) / length
+    network = Network(
+        tuple(one.name for one in segments), np.array(parent), length, radii.mean(axis=1),
+        lambda row: f"{path}, line {segments[row].line}", **({"taper": taper} if np.any(taper) else {}),
+    )  # fmt: skip
+    left = [what for card, what in _LEFT_OUT.items() if card in cards]
+    return network, [f"{', '.join(left)} are no part of a network and were left out"] if left else []
+
+
+def _segment(path: Path, line: int, words: list[str]) -> _Segment:
+    if len(words) < _SEGMENT_WORDS:
+        raise InputError(
+            f"{path}, line {line}: a SEGMENT of {len(words)} words; name, number, length, elements, inlet and outlet "
+            "node, inlet and outlet area are needed"
+        )
+    number, start, end = (_whole(path, line, words[i]) for i in (1, 4, 5))
+    length, first, last = (_number(path, line, words[i]) for i in (2, 6, 7))
+    if not (first > 0 and last > 0):
+        raise InputError(f"{path}, line {line}: segment '{words[0]}' has areas {first:g} and {last:g} cm²")
+    return _Segment(line, words[0], number, length, start, end, (first, last))
+
+
+def _joined(
+    path: Path, segments: list[_Segment], joints: dict[str, list[int]], pairs: list[tuple[str, str]]
+) -> list[int]:
+    """Return every segment's parent by the joints."""
+    place = {one.number: row for row, one in enumerate(segments)}
+    parent = [-1] * len(segments)
+    for inlet, outlet in pairs:
+        above, below = joints.get(inlet, []), joints.get(outlet, [])
+        unknown = [number for number in (*above, *below) if number not in place]
+        if len(above) != 1 or not below or unknown:
+            raise InputError(
+                f"{path}: the joint of {inlet} and {outlet} must join one known segment to others; loops and flows "
+                "that meet cannot be simulated"
+            )
+        for number in below:
+            if parent[place[number]] >= 0:
+                raise InputError(f"{path}: segment {number} has two parents; cut the loop")
+            parent[place[number]] = place[above[0]]
+    return parent
+
+
+def _shared(path: Path, segments: list[_Segment]) -> list[int]:
+    """Return every segment's parent by the nodes they share."""
+    return parents_of_edges(path, [(one.name, str(one.start), str(one.end)) for one in segments])
+
+
+def _word(path: Path, line: int, words: list[str], index: int) -> str:
+    if index >= len(words):
+        raise InputError(f"{path}, line {line}: the line ends too early; write the file again")
+    return words[index]
+
+
+def _number(path: Path, line: int, word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        raise InputError(f"{path}, line {line}: '{word[:40]}' is not a number") from None
+
+
+def _whole(path: Path, line: int, word: str) -> int:
+    value = _number(path, line, word)
+    if not np.isfinite(value) or value != int(value):
+        raise InputError(f"{path}, line {line}: '{word[:40]}' is not a whole number")
+    return int(value)
