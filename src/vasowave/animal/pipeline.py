@@ -26,6 +26,7 @@ from vasowave.animal.signals import (
 from vasowave.animal.vessels import vessels_dataset
 from vasowave.calibration import Ends, Fit, calibrate
 from vasowave.errors import VasowaveWarning
+from vasowave.findings import texts
 from vasowave.inference import Posterior, Priors, compare_laws, posterior
 from vasowave.nominal import estimate_nominal
 from vasowave.provenance import provenance
@@ -119,7 +120,7 @@ def result_of(
         if settings.model_selection and len(fits) > 1:
             groups |= compared_datasets(fits, settings, groups)
     doubts = (f"{wall} wall, posterior: {note}" for wall, one in posteriors.items() for note in one.warnings)
-    notes = [*animal.recording.notes, *warned, *more, *_said(fits), *doubts]
+    notes = [*texts(animal.recording.notes), *warned, *more, *_said(fits), *doubts]
     result = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
     result.attrs = {
         "title": KIND,
@@ -229,7 +230,7 @@ def _said(fits: Sequence[Fit]) -> list[str]:
 
 def _own(fit: Fit) -> Sequence[str]:
     """Return the warnings of a fit without those of its recording, which stand once."""
-    return [note for note in fit.warnings if note not in fit.recording.notes]
+    return [note for note in fit.warnings if note not in texts(fit.recording.notes)]
 
 
 @contextmanager

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import VasowaveError
+from vasowave.findings import Finding, Severity
 from vasowave.nominal import Nominal, estimate_nominal, oddities
 from vasowave.recording import INDEX_UNITS
 from vasowave.study.document import Document, read_document
@@ -129,8 +130,8 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
     """Return what is wrong or odd about what the files of one animal hold."""
     settings = animal_settings(study.settings)
     nominal = estimate_nominal(animal.network, animal.recording, settings.blood)
-    said = [
-        *_odd_notes(animal),
+    said: list[str | Finding] = [
+        *(one for one in animal.recording.notes if one.severity is Severity.LOOK),
         *_physiology(animal, nominal, study.settings),
         *oddities(nominal),
         *_known(row, nominal),
@@ -141,13 +142,6 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
             Problem(document.place(("calibration", "bounds", name), key=True), f"'{row.animal}': {message}")
         )
     return problems
-
-
-def _odd_notes(animal: Animal) -> list[str]:
-    """Return those of a recording's notes that ask for a look."""
-    moved = animal.beats is not None and animal.beats.baseline.alarming
-    asking = [note for note in animal.recording.notes if "?" in note or ("rejected" in note and "were" in note)]
-    return asking + [note for note in animal.recording.notes if moved and note.startswith("baseline: ")]
 
 
 def _physiology(animal: Animal, nominal: Nominal, settings: StudyFile) -> list[str]:
