@@ -8,9 +8,10 @@ import pytest
 
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.findings import Severity
 from vasowave.recording import RawRecording, Recording, average_beats
 from vasowave.recording.baseline import _own_change
-from vasowave.recording.plateaus import Plateau, describe_plateaus
+from vasowave.recording.plateaus import Plateau, plateau_findings
 
 PHASE = np.arange(512) / 512
 SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)
@@ -46,7 +47,7 @@ def test_the_mean_pressure_is_that_at_the_zero_and_the_drift_is_said(drift, last
     assert len(said) == 1
     assert f"drifts by {drift:+.0f}"[:13] in said[0]
     assert "removed" in said[0]
-    assert said[0].partition(": ")[2] in made.recording.notes
+    assert said[0].partition(": ")[2] in [str(one) for one in made.recording.notes]
 
 
 def test_a_drift_that_is_only_told_stays_in_the_average_with_its_size_there():
@@ -115,7 +116,7 @@ def test_without_an_ecg_the_drift_is_found_as_well_and_the_fiducial_said():
     made, _ = average(recorded(6, lambda t: -0.1 * t, ecg=False))
     assert made.fiducial == "pressure"
     assert made.recording.mean_pressure == pytest.approx(15.43, abs=0.1)
-    assert any("aligned by the foot of the pressure" in note for note in made.recording.notes)
+    assert any("aligned by the foot of the pressure" in str(note) for note in made.recording.notes)
 
 
 def test_an_ecg_that_does_not_beat_gives_way_to_the_pressure_aloud():
@@ -140,10 +141,10 @@ def test_a_zero_shown_at_the_start_is_read_and_told():
     ("level", "said"), [(0.3, "open to air"), (-0.31, "zero offset"), (5.0, "calibration plateau")]
 )
 def test_a_plateau_is_air_to_5_mmHg_and_an_offset_beyond_a_third(level, said):
-    notes, warned = describe_plateaus((Plateau(0.0, 1.0, level),))
-    assert len(notes) == (said != "zero offset")
-    assert said in [*notes, *warned][0]
-    assert ("not corrected" in [*notes, *warned][0]) == (said == "zero offset")
+    (found,) = plateau_findings((Plateau(0.0, 1.0, level),))
+    assert found.severity is (Severity.LOOK if said == "zero offset" else Severity.NOTE)
+    assert said in str(found)
+    assert ("not corrected" in str(found)) == (said == "zero offset")
 
 
 def test_calibration_plateaus_are_told_with_their_levels():
@@ -153,9 +154,9 @@ def test_calibration_plateaus_are_told_with_their_levels():
     for first, level in ((0, 0.0), (2000, 20.0), (4000, 40.0)):
         pressure[first : first + 2000] = level + rng.normal(0, 0.05, 2000)
     made, _ = average(replace(raw, pressure=pressure))
-    (said,) = [note for note in made.recording.notes if "calibration plateaus" in note]
+    (said,) = [str(note) for note in made.recording.notes if note.code == "recording.calibration-plateaus"]
     assert "20 mmHg (1 to 2 s), 40 mmHg (2 to 3 s)" in said
-    assert any("open to air from 0 to 1 s and read" in note for note in made.recording.notes)
+    assert any("open to air from 0 to 1 s and read" in str(note) for note in made.recording.notes)
 
 
 def test_arguments_of_the_baseline_are_checked():

@@ -213,7 +213,7 @@ def test_smoothing_removes_the_harmonics_it_names_and_no_others():
     few, many = (np.fft.rfft(average.recording.pressure) for average in (smooth, all_of_it))
     np.testing.assert_allclose(few[:10], many[:10], atol=1e-9)
     assert np.abs(few[10:]).max() < 1e-9 < np.abs(many[10:]).max()
-    assert any("above 9" in note for note in smooth.recording.notes)
+    assert any("above 9" in str(note) for note in smooth.recording.notes)
 
 
 def test_the_average_closes():

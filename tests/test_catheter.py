@@ -74,7 +74,7 @@ def test_a_known_catheter_is_undone_on_request():
     corrected = correct_catheter(distorted, catheter)
     np.testing.assert_allclose(corrected.pressure, CYCLE.pressure, atol=0.05)
     assert corrected.mean_pressure == pytest.approx(CYCLE.mean_pressure, abs=1e-9)
-    assert any("corrected for a catheter of 50 Hz" in note for note in corrected.notes)
+    assert any("corrected for a catheter of 50 Hz" in str(note) for note in corrected.notes)
 
 
 def test_what_a_catheter_lost_is_not_invented():

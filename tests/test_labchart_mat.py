@@ -45,7 +45,7 @@ def test_the_longest_block_reads_back_to_the_last_sample(tmp_path):
     np.testing.assert_allclose(raw.ecg, ECG[: len(raw.ecg)], atol=1e-12)
     assert len(raw.pressure) == 2999  # the last flow sample stands at 2998 / RATE
     assert raw.sampling_rate == RATE
-    assert any("'Flow' was interpolated" in note for note in raw.notes)
+    assert any("'Flow' was interpolated" in str(note) for note in raw.notes)
     assert [(c.time, c.text, c.channel) for c in raw.comments] == [(0.4, "probe moved", 2)]
 
 

@@ -133,7 +133,7 @@ def test_of_several_blocks_the_longest_is_read_unless_one_is_named(tmp_path):
     path = write(tmp_path / "raw.txt", text)
     longest = read_raw_recording(path)
     assert len(longest.pressure) == COUNT
-    assert any("block 2 of 2" in note for note in longest.notes)
+    assert any("block 2 of 2" in str(note) for note in longest.notes)
     first = read_raw_recording(path, block=1)
     assert len(first.pressure) == 1200
     matches(first, 1e-4)

@@ -81,7 +81,7 @@ def test_a_recording_that_ends_within_a_line_is_suspected_aloud_and_loses_that_l
         raw = read_raw_recording(path)
     assert {one.filename for one in told} == {__file__}  # a warning points at the line that asked
     assert len(raw.pressure) == 1499
-    assert any("may have been cut off" in note for note in raw.notes)
+    assert any("may have been cut off" in str(note) for note in raw.notes)
 
 
 def test_surplus_and_missing_values_are_refused_with_their_line(tmp_path):

@@ -22,7 +22,7 @@ def test_the_catheter_of_the_study_is_undone_in_every_harmonic_with_signal(make_
     before, after = (np.fft.rfft(one.recording.pressure)[:5] for one in (plain, corrected))
     response = Catheter(60.0, 0.3).response(np.arange(5) / plain.recording.period)
     np.testing.assert_allclose(after * response, before, rtol=1e-9)
-    assert any("corrected for a catheter of 60 Hz" in note for note in corrected.recording.notes)
+    assert any("corrected for a catheter of 60 Hz" in str(note) for note in corrected.recording.notes)
 
 
 def test_a_corrected_animal_is_another_one_for_the_results(make_study):
@@ -35,17 +35,19 @@ def test_a_corrected_animal_is_another_one_for_the_results(make_study):
 def test_a_suspected_catheter_is_said_with_what_it_means_for_the_pulse_and_what_to_do(make_study, monkeypatch):
     monkeypatch.setattr(loading, "suspect_catheter", lambda recording: Catheter(60.0, 0.3))
     animal = loaded(make_study())
-    note = next(note for note in animal.recording.notes if "rang at about 60 Hz (damping 0.3)" in note)
+    note = next(note for note in animal.recording.notes if "rang at about 60 Hz (damping 0.3)" in str(note))
     true = np.ptp(correct_catheter(animal.recording, Catheter(60.0, 0.3)).pressure)
-    assert f"the pulse pressure is {true:.3g} mmHg, not {np.ptp(animal.recording.pressure):.3g}" in note
-    assert "`catheter: [natural frequency, damping]`" in note
+    assert f"the pulse pressure is {true:.3g} mmHg, not {np.ptp(animal.recording.pressure):.3g}" in str(note)
+    assert "`catheter: [natural frequency, damping]`" in str(note)
     assert suspect_catheter(animal.recording) is None  # none is suspected by itself
 
 
 def test_a_suspicion_that_cannot_be_corrected_is_said_and_stops_nobody(make_study, monkeypatch):
     monkeypatch.setattr(loading, "suspect_catheter", lambda recording: Catheter(3.0, 0.1))
     animal = loaded(make_study())
-    assert any("3 Hz" in note and "what it lost cannot be recovered" in note for note in animal.recording.notes)
+    assert any(
+        "3 Hz" in str(note) and "what it lost cannot be recovered" in str(note) for note in animal.recording.notes
+    )
 
 
 def test_a_catheter_without_damping_is_refused(make_study):

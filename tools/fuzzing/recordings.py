@@ -127,7 +127,7 @@ def values(recording: Any) -> list[np.ndarray]:
 
 
 def said(recording: Any) -> set[str]:
-    return set(recording.notes)
+    return set(map(str, recording.notes))
 
 
 FORMS = {

@@ -22,6 +22,7 @@ import xarray as xr
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.calibration.result import Fit
 from vasowave.columns import split_unit
+from vasowave.findings import as_json
 from vasowave.network import MEASURED, Network
 from vasowave.nominal import Nominal
 from vasowave.outlets import Windkessel
@@ -72,7 +73,7 @@ def recording_dataset(recording: Recording) -> xr.Dataset:
             "time": _variable("time", recording.time, "s", "time of the pressure samples"),
             "flow_time": _variable("flow_time", flow_time, "s", "time of the flow samples"),
         },
-        attrs={"period": recording.period, "source": recording.source, "notes": json.dumps(recording.notes)},
+        attrs={"period": recording.period, "source": recording.source, "findings": as_json(recording.notes)},
     )
 
 

@@ -27,6 +27,7 @@ from vasowave.animal.signals import (
 from vasowave.animal.vessels import vessels_dataset
 from vasowave.calibration import Fit
 from vasowave.errors import VasowaveWarning
+from vasowave.findings import texts
 from vasowave.inference import Posterior, compare_laws
 from vasowave.nominal import estimate_nominal
 from vasowave.provenance import provenance
@@ -109,7 +110,7 @@ def result_of(
             groups |= attempted(partial(posterior_datasets, wall, drawn), tell) or {}
         groups |= _compared(animal, fits, settings, list(posteriors.values()), groups, failed)
     doubts = (f"{wall} wall, posterior: {note}" for wall, one in posteriors.items() for note in one.warnings)
-    notes = [*animal.recording.notes, *warned, *more, *_said(fits), *doubts]
+    notes = [*texts(animal.recording.notes), *warned, *more, *_said(fits), *doubts]
     result = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
     result.attrs = {
         "title": KIND,
@@ -192,7 +193,7 @@ def _said(fits: Sequence[Fit]) -> list[str]:
 
 def _own(fit: Fit) -> Sequence[str]:
     """Return the warnings of a fit without those of its recording, which stand once."""
-    return [note for note in fit.warnings if note not in fit.recording.notes]
+    return [note for note in fit.warnings if note not in texts(fit.recording.notes)]
 
 
 @contextmanager

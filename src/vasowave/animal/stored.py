@@ -10,6 +10,7 @@ from vasowave.animal.animal import Settings
 from vasowave.animal.reading import data_of, network, settings_of, wall_laws
 from vasowave.blood import FRICTIONS, Blood
 from vasowave.errors import InputError, did_you_mean
+from vasowave.findings import from_json
 from vasowave.laws import find_law
 from vasowave.model import Model
 from vasowave.outlets import Windkessel
@@ -22,7 +23,7 @@ def stored_recording(result: xr.DataTree) -> Recording:
     data = data_of(result, "recording")
     errors = {name: data[name].values for name in ("pressure_error", "flow_error") if name in data}
     return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"],
-                     tuple(json.loads(data.attrs["notes"])), **errors)  # fmt: skip
+                     from_json(data.attrs["findings"]), **errors)  # fmt: skip
 
 
 def stored_settings(result: xr.DataTree) -> Settings:

@@ -20,6 +20,7 @@ from vasowave.calibration.search import SearchEnd
 from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
 from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
 from vasowave.errors import NumericalError, VasowaveWarning
+from vasowave.findings import texts
 from vasowave.law_files import in_words
 from vasowave.network import Network
 from vasowave.network_remarks import unknown_pressure
@@ -156,7 +157,7 @@ def calibrate(
     spread = spread_of(space, jacobian, residual, compared)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
     table_of_starts = _starts_table(space, searched, len(residual))
-    notes = [*recording.notes, *compared.sentences(), *unknown_pressure(network), *oddities(nominal)]
+    notes = [*texts(recording.notes), *compared.sentences(), *unknown_pressure(network), *oddities(nominal)]
     notes += sentences(table, correlation, table_of_starts, spread)
     if stopped:
         notes.insert(0, f"Interrupted: {len(searched)} of {plan.starts} starts had finished.")

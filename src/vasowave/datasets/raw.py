@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.findings import Severity, kind
 from vasowave.recording import RawRecording, Recording, resample
 
 _WAVES = ((-0.022, 0.0035, 0.12), (-0.0022, 0.0009, -0.15), (0.0, 0.0011, 1.0), (0.0026, 0.0012, -0.35))
@@ -13,6 +14,14 @@ _WAVES = ((-0.022, 0.0035, 0.12), (-0.0022, 0.0009, -0.15), (0.0, 0.0011, 1.0), 
 _T_WAVE = (0.17, 0.07, 0.18)
 """T wave: centre and width as fractions of the beat, height (mV)."""
 _FINE = 4096  # samples of the cycle from which beats of any length are read
+
+
+SYNTHETIC = kind("recording.synthetic", Severity.NOTE, "synthetic: made from one cycle, not measured")
+FROM_PARAMETERS = kind(
+    "recording.from-parameters",
+    Severity.NOTE,
+    "This recording is synthetic: vasowave made it from {which} parameters and added noise.",
+)
 
 
 @dataclass(frozen=True)
@@ -132,7 +141,7 @@ def synthetic_raw_recording(
         sampling_rate=sampling_rate,
         ecg=_ecg(time, starts, disturbances, rng) if ecg else None,
         source="synthetic recording",
-        notes=("synthetic: made from one cycle, not measured",),
+        notes=(SYNTHETIC(),),
     )
     inside = starts[(starts >= 0) & (starts <= time[-1])]
     return SyntheticRecording(raw, inside, _inspiration(inside, disturbances, breaths))

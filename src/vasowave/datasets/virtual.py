@@ -3,6 +3,7 @@
 import numpy as np
 
 from vasowave.datasets.published import control_network
+from vasowave.datasets.raw import FROM_PARAMETERS
 from vasowave.model import Model
 from vasowave.nominal import windkessels
 from vasowave.recording import Inflow, Recording
@@ -65,5 +66,5 @@ def virtual_mouse(noise: float = 0.15, seed: int = 6) -> Recording:
         inflow.flow,
         _PERIOD,
         "virtual mouse, synthetic",
-        ("This recording is synthetic: vasowave made it from known parameters and added noise.",),
+        (FROM_PARAMETERS(which="known"),),
     )

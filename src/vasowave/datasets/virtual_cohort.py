@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.datasets.published import control_network, hypertensive_network, published_table
-from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
+from vasowave.datasets.raw import FROM_PARAMETERS, Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual import ejection
 from vasowave.linear import linear_solution
 from vasowave.model import Model
@@ -110,7 +110,7 @@ def _animal(row: pd.Series, heart: np.ndarray, duration: float, rng: np.random.G
     model, R_T, tau = _resisting(network, wall, inflow, float(row["R_T0 [mmHg s/ml]"]), a, C_p)
     simulated = simulate(model, inflow, Numerics(samples=SAMPLES))["pressure"].to_numpy()[:, network.root, 0]
     discrepancy = float(np.sqrt(row["S [mmHg2]"] / PUBLISHED_SAMPLES))
-    note = "This recording is synthetic: vasowave made it from published parameters and added noise."
+    note = FROM_PARAMETERS(which="published")
     pressure = simulated + discrepancy * _smooth_noise(rng)
     name = f"{group} {number}"
     cycle = Recording(pressure, inflow.flow, inflow.period, f"virtual mouse {name}, synthetic", (note,))

@@ -2,7 +2,7 @@
 
 from vasowave.recording.baseline import Baseline, Step
 from vasowave.recording.beats import Beats, find_beats
-from vasowave.recording.catheter import Catheter, correct_catheter, describe_catheter, suspect_catheter
+from vasowave.recording.catheter import Catheter, correct_catheter, ringing, suspect_catheter
 from vasowave.recording.cycle import INDEX_UNITS, Inflow, Recording, resample, samples_needed
 from vasowave.recording.describe import FileDescription, describe_recording
 from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats
@@ -26,13 +26,13 @@ __all__ = [
     "Step",
     "average_beats",
     "correct_catheter",
-    "describe_catheter",
     "describe_recording",
     "find_beats",
     "harmonic_errors",
     "read_raw_recording",
     "read_recording",
     "resample",
+    "ringing",
     "samples_needed",
     "suspect_catheter",
 ]

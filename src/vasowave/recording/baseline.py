@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vasowave.findings import Finding, Severity, kind
 from vasowave.recording.breaths import breathing
 from vasowave.recording.smooth import Curve, smooth_curve
 
@@ -36,6 +37,22 @@ _FEWEST = 12
 
 _OWN = 0.05
 """The animal changes itself if pulse or flow changes by this fraction while the level moves."""
+
+
+STEADY = kind("baseline.steady", Severity.NOTE, "baseline: the diastolic level is steady within {within:.2g} mmHg")
+_DRIFT = (
+    "baseline: the diastolic level drifts by {size:+.2g} ± {error:.1g} mmHg from {zero:.3g} to {far:.3g} s, breaths "
+    "set apart ({here:+.2g} mmHg in the averaged beats); {done}. The zero is taken to be right at {zero:.3g} s"
+)
+_STEP = (
+    "baseline: a step of {height:+.2g} mmHg at {time:.4g} s, complete within a beat as an instrument's (zero, "
+    "calibration) is; {done}"
+)
+_WATCH = "Say with `zero_time` when the zero was right, or average a shorter stretch."
+DRIFTS = kind("baseline.drifts", Severity.LOOK, _DRIFT, _WATCH)
+DRIFTS_LITTLE = kind("baseline.drifts-little", Severity.NOTE, _DRIFT)
+STEPS = kind("baseline.steps", Severity.LOOK, _STEP, _WATCH)
+STEPS_LITTLE = kind("baseline.steps-little", Severity.NOTE, _STEP)
 
 
 @dataclass(frozen=True)
@@ -122,28 +139,22 @@ class Baseline:
         return abs(self.mean_drift(first, last)) if self.sure and not self.removed else 0.0
 
 
-def describe(baseline: Baseline, first: float, last: float, zero_time: float) -> list[str]:
-    """Return sentences on the drift, what was done about it, and its size in the beats averaged from first to last."""
-    far = baseline.time[np.argmax(np.abs(baseline.trend))]
+def baseline_findings(baseline: Baseline, first: float, last: float, zero_time: float) -> list[Finding]:
+    """Return the drift, what was done about it, and its size in the beats averaged from first to last."""
+    far = float(baseline.time[np.argmax(np.abs(baseline.trend))])
     if not baseline.sure:
-        return [f"baseline: the diastolic level is steady within {max(abs(baseline.size), baseline.error):.2g} mmHg"]
-    here = baseline.mean_drift(first, last)
+        return [STEADY(within=float(max(abs(baseline.size), baseline.error)))]
     done = "removed" if baseline.removed else "left in"
     if baseline.own:
         done += f" because {baseline.own} changes with it, as when the animal itself changes; average a shorter stretch"
     if not baseline.removed:
         done += "; it counts as an error of the mean pressure"
-    size = f"{baseline.size:+.2g} ± {baseline.error:.1g} mmHg"
-    sentences = [
-        f"baseline: the diastolic level drifts by {size} from {zero_time:.3g} to {far:.3g} s, breaths set apart "
-        f"({here:+.2g} mmHg in the averaged beats); {done}. The zero is taken to be right at {zero_time:.3g} s"
-    ]
-    sentences += [
-        f"baseline: a step of {step.height:+.2g} mmHg at {step.time:.4g} s, complete within a beat as an instrument's "
-        f"(zero, calibration) is; {done}"
-        for step in baseline.steps
-    ]
-    return sentences
+    drifts, steps = (DRIFTS, STEPS) if baseline.alarming else (DRIFTS_LITTLE, STEPS_LITTLE)
+    drift = drifts(
+        size=float(baseline.size), error=float(baseline.error), zero=zero_time, far=far,
+        here=float(baseline.mean_drift(first, last)), done=done,
+    )  # fmt: skip
+    return [drift, *(steps(height=float(one.height), time=float(one.time), done=done) for one in baseline.steps)]
 
 
 def find_baseline(

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vasowave.errors import InputError, NumericalError
+from vasowave.findings import Finding, Severity, kind
 from vasowave.recording.raw import RawRecording
 
 HEART_RATES = (250.0, 900.0)
@@ -25,6 +26,14 @@ _MISSED = 1.6
 """An interval longer than this many beat lengths is searched again with a lower threshold."""
 
 
+SILENT_ECG = kind(
+    "recording.ecg-silent",
+    Severity.LOOK,
+    "the ECG does not beat; beats were found from the pressure",
+    "Look at the ECG's channel; `fiducial: pressure` says that the pressure is meant.",
+)
+
+
 @dataclass(frozen=True, eq=False)
 class Beats:
     """Where the beats of a recording start.
@@ -35,13 +44,13 @@ class Beats:
         s since the first sample.
     fiducial : str
         ``ecg`` (R wave) or ``pressure`` (foot of the upstroke).
-    notes : tuple of str
+    notes : tuple of Finding
         Why the ECG was not used although there is one.
     """
 
     times: np.ndarray
     fiducial: str
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
 
     @property
     def heart_rate(self) -> float:
@@ -80,7 +89,7 @@ def find_beats(raw: RawRecording, fiducial: str | None = None, heart_rates: tupl
             return _find_by(raw, "ecg", heart_rates)
         except NumericalError:
             beats = _find_by(raw, "pressure", heart_rates)
-            return replace(beats, notes=("the ECG does not beat; beats were found from the pressure",))
+            return replace(beats, notes=(SILENT_ECG(),))
     return _find_by(raw, fiducial or "pressure", heart_rates)
 
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.findings import Finding, Severity, kind
 from vasowave.recording.cycle import Recording
 from vasowave.recording.harmonics import harmonic_errors
 
@@ -38,6 +39,28 @@ _DELAY = 0.008
 
 _LARGEST = 20.0
 """No harmonic is raised or lowered by more than this factor."""
+
+
+_RANG = "the pressure looks as if its catheter rang at about {frequency:.0f} Hz (damping {damping:.2g}); if so, "
+_FLUSHED = ". Was it flushed and free of bubbles? `catheter: [natural frequency, damping]` of a flush test corrects it"
+_FLUSH = "Give natural frequency and damping of a flush test as `catheter` in the study file."
+RINGS = kind(
+    "recording.catheter-rings",
+    Severity.LOOK,
+    f"{_RANG}the pulse pressure is {{true_pulse:.3g}} mmHg, not {{pulse:.3g}}{_FLUSHED}",
+    _FLUSH,
+)
+RINGS_BEYOND_REPAIR = kind(
+    "recording.catheter-rings-beyond-repair",
+    Severity.LOOK,
+    f"{_RANG}what it lost cannot be recovered{_FLUSHED}",
+    _FLUSH,
+)
+CORRECTED = kind(
+    "recording.catheter-corrected",
+    Severity.NOTE,
+    "the pressure was corrected for a catheter of {frequency:.3g} Hz and damping {damping:.2g}, up to harmonic {last}",
+)
 
 
 class Catheter(NamedTuple):
@@ -78,19 +101,14 @@ def suspect_catheter(recording: Recording) -> Catheter | None:
     return catheter if inside and catheter.damping < _RINGS and misfits[1 + best] < _BETTER * misfits[0] else None
 
 
-def describe_catheter(catheter: Catheter, recording: Recording) -> str:
-    """Return what is to be said where a catheter is suspected, with what it would mean for the pulse pressure."""
+def ringing(catheter: Catheter, recording: Recording) -> Finding:
+    """Return the finding that a catheter is suspected, with what it would mean for the pulse pressure."""
+    seen = {"frequency": catheter.natural_frequency, "damping": catheter.damping}
     try:
         true = float(np.ptp(correct_catheter(recording, catheter).pressure))
     except InputError:
-        meaning = "what it lost cannot be recovered"
-    else:
-        meaning = f"the pulse pressure is {true:.3g} mmHg, not {np.ptp(recording.pressure):.3g}"
-    return (
-        f"the pressure looks as if its catheter rang at about {catheter.natural_frequency:.0f} Hz (damping "
-        f"{catheter.damping:.2g}); if so, {meaning}. Was it flushed and free of bubbles? "
-        "`catheter: [natural frequency, damping]` of a flush test corrects it"
-    )
+        return RINGS_BEYOND_REPAIR(**seen)
+    return RINGS(**seen, true_pulse=true, pulse=float(np.ptp(recording.pressure)))
 
 
 def _last_strong(recording: Recording, signal: str) -> int:
@@ -134,10 +152,7 @@ def correct_catheter(recording: Recording, catheter: Catheter) -> Recording:
         )
     spectrum = np.fft.rfft(recording.pressure)
     spectrum[: last + 1] /= response
-    note = (
-        f"the pressure was corrected for a catheter of {catheter.natural_frequency:.3g} Hz and damping "
-        f"{catheter.damping:.2g}, up to harmonic {last}"
-    )
+    note = CORRECTED(frequency=catheter.natural_frequency, damping=catheter.damping, last=last)
     corrected = np.fft.irfft(spectrum, len(recording.pressure))
     error = recording.pressure_error
     if error is not None:

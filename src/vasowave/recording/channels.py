@@ -4,6 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vasowave.findings import Finding, Severity, kind
+
+CUT_OFF = kind(
+    "recording.cut-off",
+    Severity.LOOK,
+    "the last line has no line end, so the file may have been cut off; {what} was left out",
+    "Export the file again.",
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Channel:
@@ -58,13 +67,13 @@ class Block:
     Attributes
     ----------
     channels, comments : tuples
-    suspicions : tuple of str
+    suspicions : tuple of Finding
         What of the file looks as if it were not whole.
     """
 
     channels: tuple[Channel, ...]
     comments: tuple[Comment, ...] = ()
-    suspicions: tuple[str, ...] = ()
+    suspicions: tuple[Finding, ...] = ()
 
     @property
     def duration(self) -> float:

@@ -7,6 +7,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from vasowave import units
 from vasowave.errors import InputError, did_you_mean
+from vasowave.findings import Finding, Severity, kind
 
 DIMENSIONS = {"pressure": "pressure", "flow": "flow", "ecg": "voltage"}
 """What is looked for, and the kind of unit that it has."""
@@ -26,6 +27,9 @@ _HOW_TO_NAME = (
     "name channels by their titles (vasowave add and fit: --channel pressure=TITLE; a study's table: the columns "
     "'pressure channel', 'flow channel' and 'ecg channel'; in Python: pressure='TITLE', flow='TITLE', ecg='TITLE')"
 )
+
+
+TAKEN = kind("recording.channel-taken", Severity.NOTE, "'{title}' was taken for {name}: {why}")
 
 
 class Titled(Protocol):
@@ -93,7 +97,7 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None]) -> Choice[T]
 
 def pick_channels(
     path: str | Path, channels: Sequence[T], titles: Mapping[str, str | None]
-) -> tuple[dict[str, T], list[str]]:
+) -> tuple[dict[str, T], list[Finding]]:
     """Return what `choose` chooses, and a sentence for each channel that neither the caller nor its title named.
 
     Raises
@@ -105,7 +109,7 @@ def pick_channels(
     if choice.problems:
         present = ", ".join(f"'{c.title}' [{c.unit or 'no unit'}]" for c in channels) or "none"
         raise InputError(f"{path}: {'; '.join(choice.problems)}; it has: {present}; {_HOW_TO_NAME}")
-    said = [f"'{choice.picked[name].title}' was taken for {name}: {why}" for name, why in choice.guessed.items()]
+    said = [TAKEN(title=choice.picked[name].title, name=name, why=why) for name, why in choice.guessed.items()]
     return choice.picked, said
 
 

@@ -5,12 +5,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.findings import Finding, Severity, kind, texts
 from vasowave.notebook import card
 
 FEWEST_SAMPLES = 32
 """A cycle with fewer samples cannot carry the 14 harmonics that the impedance analysis reads."""
 
 _CUT_OFF = 1e-9  # of the largest modulus: a harmonic below it was cut off, not measured
+
+
+RESAMPLED = kind("recording.resampled", Severity.NOTE, "resampled to {count} samples")
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +65,7 @@ class Recording:
         Period T, s.
     source : str
         Where the recording came from.
-    notes : tuple of str
+    notes : tuple of Finding
         What was noticed or assumed while it was read; stands in every report.
     pressure_error, flow_error : float array, shape (harmonic,), optional
         Standard error of the amplitude of each harmonic, the mean first, mmHg and ml/s; of a cycle averaged from beats.
@@ -85,7 +89,7 @@ class Recording:
     flow: np.ndarray
     period: float
     source: str = "made in memory"
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
     pressure_error: np.ndarray | None = None
     flow_error: np.ndarray | None = None
 
@@ -113,7 +117,7 @@ class Recording:
             "samples": f"{len(self.pressure)} of pressure, {len(self.flow)} of flow",
             "source": self.source,
         }
-        return card("Recording, one averaged cycle", facts, self.notes)
+        return card("Recording, one averaged cycle", facts, texts(self.notes))
 
     @property
     def inflow(self) -> Inflow:
@@ -174,7 +178,7 @@ class Recording:
 
     def resampled(self, count: int) -> "Recording":
         """Return the recording with `count` samples of pressure and of flow, by Fourier interpolation."""
-        notes = (*self.notes, f"resampled to {count} samples")
+        notes = (*self.notes, RESAMPLED(count=count))
         pressure, flow = resample(self.pressure, count), resample(self.flow, count)
         return replace(self, pressure=pressure, flow=flow, notes=notes)
 

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
+from vasowave.findings import Finding
 from vasowave.recording.blocks import KINDS, file_kind, read_blocks
 from vasowave.recording.channels import Block
 from vasowave.recording.choosing import quantity_of
@@ -52,7 +53,7 @@ class FileDescription(NamedTuple):
     kind : str
         ``raw`` (a continuous recording), ``cycle`` (one averaged cycle), or empty where the file has no times.
     blocks : tuple of BlockDescription
-    suspicions : tuple of str
+    suspicions : tuple of Finding
         What looks as if the file were not whole.
     """
 
@@ -60,7 +61,7 @@ class FileDescription(NamedTuple):
     format: str
     kind: str
     blocks: tuple[BlockDescription, ...]
-    suspicions: tuple[str, ...] = ()
+    suspicions: tuple[Finding, ...] = ()
 
     def __str__(self) -> str:
         """Return one line: format, length, rate, channels."""

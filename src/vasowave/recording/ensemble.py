@@ -1,18 +1,18 @@
 """From the beats of a continuous recording to one averaged cycle, with the scatter of the beats around it."""
 
-import warnings
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.recording.baseline import Baseline, describe
+from vasowave.errors import InputError
+from vasowave.findings import Finding, Severity, kind, warn
+from vasowave.recording.baseline import Baseline, baseline_findings
 from vasowave.recording.beats import HEART_RATES, find_beats
 from vasowave.recording.cuts import cut_all, levelled
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
-from vasowave.recording.plateaus import describe_plateaus, find_plateaus
+from vasowave.recording.plateaus import find_plateaus, plateau_findings
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.rejection import (
@@ -23,6 +23,16 @@ from vasowave.recording.rejection import (
 )
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
 from vasowave.settings import Range
+
+ADVANCED = kind(
+    "recording.flow-advanced", Severity.NOTE, "the flow was advanced by the estimated p-q delay of {delay:.2f} ms"
+)
+LOW_PASSED = kind("recording.low-passed", Severity.NOTE, "harmonics above {harmonics} of the cycle were left out")
+CLOSED = kind(
+    "recording.closed",
+    Severity.NOTE,
+    "{name}: a step of {percent:.2g} % of its range from end to start was spread over the cycle",
+)
 
 
 @dataclass(frozen=True)
@@ -186,18 +196,22 @@ def average_beats(
     deviations = [values[used, :-1].std(axis=0, ddof=1) for values in (cut.pressure, cut.flow)]
     if correct_delay:
         cycles[1], deviations[1] = (advance(values, delay / period) for values in (cycles[1], deviations[1]))
-        notes.append(f"the flow was advanced by the estimated p-q delay of {1e3 * delay:.2f} ms")
+        notes.append(ADVANCED(delay=1e3 * delay))
     first, last = float(cut.starts[used[0]]), float(cut.ends[used[-1]])
-    said, warned = _said(raw, baseline, first, last, zero_time)
-    warned = [*heartbeats.notes, *warned, *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, beats)]
-    for message in warned:
-        warnings.warn(f"{raw.source}: {message}", VasowaveWarning, stacklevel=2)
     summary = summarize(heartbeats.fiducial, reasons, beats, first, last)
+    found = [
+        *raw.notes, summary, *notes, *heartbeats.notes,
+        *plateau_findings(find_plateaus(raw.pressure, raw.sampling_rate)),
+        *baseline_findings(baseline, first, last, zero_time),
+        *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, beats),
+    ]  # fmt: skip
+    for one in found[len(raw.notes) :]:
+        if one.severity is Severity.LOOK:
+            warn(one.at(raw.source))
     errors = [harmonic_error(values[used, :-1]) for values in (cut.pressure, cut.flow)]
     errors[0][0] = np.hypot(errors[0][0], baseline.error_left(first, last))
-    notes = [*raw.notes, summary, *notes, *said, *warned]
     return EnsembleAverage(
-        Recording(cycles[0], cycles[1], period, raw.source, tuple(notes), *errors),
+        Recording(cycles[0], cycles[1], period, raw.source, tuple(found), *errors),
         deviations[0],
         np.maximum(deviations[1], 0.0),
         _listed(cut.starts, cut.ends, set(used.tolist()), reasons),
@@ -206,15 +220,6 @@ def average_beats(
         correct_delay,
         baseline,
     )
-
-
-def _said(
-    raw: RawRecording, baseline: Baseline, first: float, last: float, zero_time: float
-) -> tuple[list[str], list[str]]:
-    """Return what is to be noted and what to be warned of: plateaus of the signal, and its baseline."""
-    notes, warned = describe_plateaus(find_plateaus(raw.pressure, raw.sampling_rate))
-    said = describe(baseline, first, last, zero_time)
-    return (notes, [*warned, *said]) if baseline.alarming else ([*notes, *said], warned)
 
 
 def _check_arguments(
@@ -230,13 +235,13 @@ def _check_arguments(
         raise InputError(f"zero_time={zero_time:g} s does not lie in the recording (0 to {raw.duration:.4g} s)")
 
 
-def _mean_cycles(cuts: dict[str, np.ndarray], harmonics: int | None) -> tuple[list[np.ndarray], list[str]]:
+def _mean_cycles(cuts: dict[str, np.ndarray], harmonics: int | None) -> tuple[list[np.ndarray], list[Finding]]:
     """Return the mean cycle of each signal, closed and smoothed, and what was done to it."""
-    cycles, notes = [], [] if harmonics is None else [f"harmonics above {harmonics} of the cycle were left out"]
+    cycles, notes = [], [] if harmonics is None else [LOW_PASSED(harmonics=harmonics)]
     for name, cut in cuts.items():
         cycle, step = close_cycle(cut.mean(axis=0))
         cycles.append(cycle if harmonics is None else low_pass(cycle, harmonics))
-        notes.append(f"{name}: a step of {100 * step:.2g} % of its range from end to start was spread over the cycle")
+        notes.append(CLOSED(name=name, percent=100 * step))
     return cycles, notes
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from vasowave import units
 from vasowave.errors import InputError
-from vasowave.recording.channels import Block, Channel, Comment
+from vasowave.recording.channels import CUT_OFF, Block, Channel, Comment
 from vasowave.recording.gaps import leaps_closed, with_gaps
 from vasowave.recording.number_rows import DecimalMark, NumberRows
 from vasowave.textfile import Lines, Progress, read_lines
@@ -27,7 +27,6 @@ _KEYS = (
 )
 _KEY = re.compile(rf"({'|'.join(_KEYS)})=")
 _REMARK = re.compile(r"#(\*|\d+)\s?(.*)")
-_CUT = "the last line has no line end, so the file may have been cut off"
 
 
 def is_labchart_text(start: bytes) -> bool:
@@ -139,7 +138,7 @@ class _TextBlock:
         for row, cells in self._comments:
             at = row if place is None or not row else int(place[min(row, len(place) - 1)])
             comments += _comments(cells, at * interval)
-        notes = (f"{_CUT}; its last row was left out",) if self._cut else ()
+        notes = (CUT_OFF(what="its last row"),) if self._cut else ()
         return Block(tuple(channels), tuple(comments), notes)
 
     @cached_property

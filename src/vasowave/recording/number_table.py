@@ -7,7 +7,8 @@ import numpy as np
 from vasowave import units
 from vasowave.columns import is_numeric, is_row, read_headings, separator_of, split_cells, split_titles
 from vasowave.errors import InputError
-from vasowave.recording.channels import Block, Channel
+from vasowave.findings import Finding
+from vasowave.recording.channels import CUT_OFF, Block, Channel
 from vasowave.recording.choosing import with_time
 from vasowave.recording.gaps import leaps_closed, with_gaps
 from vasowave.recording.number_rows import DecimalMark, NumberRows
@@ -75,7 +76,7 @@ class _Table:
         self.path, self.header_line, self.separator = path, line, separator
         self.rows = NumberRows(str(path), self.names, separator)
         self.quantum = 0.0
-        self.suspicions: tuple[str, ...] = ()
+        self.suspicions: tuple[Finding, ...] = ()
         self._marks = DecimalMark(path)
 
     def add(self, lines: Lines) -> None:
@@ -92,7 +93,7 @@ class _Table:
             self.quantum = self._rounding(lines.texts[:2000])
         if lines.cut and self.rows.count:
             self.rows.drop_last()
-            self.suspicions = ("the last line has no line end, so the file may have been cut off; it was left out",)
+            self.suspicions = (CUT_OFF(what="it"),)
 
     def _add_slowly(self, lines: Lines) -> None:
         for number, text in enumerate(lines.texts, lines.first):

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.findings import Finding, Severity, kind
+
 _SHORTEST = 0.4
 """A plateau lasts at least this long, s: two beats of the slowest heart that is looked for."""
 
@@ -15,6 +17,21 @@ _AIR = 5.0
 
 _OFF_ZERO = 0.3
 """A zero further off than this, mmHg, is warned about."""
+
+
+_OPEN = "the transducer was open to air from {start:.3g} to {end:.3g} s and read {level:+.2g} mmHg"
+OPEN_TO_AIR = kind("recording.open-to-air", Severity.NOTE, _OPEN)
+OFF_ZERO = kind(
+    "recording.zero-off",
+    Severity.LOOK,
+    f"{_OPEN}: pressures are off by this zero offset and were not corrected",
+    "Correct the zero of the pressure channel and export it again.",
+)
+CALIBRATION = kind(
+    "recording.calibration-plateaus",
+    Severity.NOTE,
+    "calibration plateaus, pressures that stand still: {levels}; compare them with what was applied",
+)
 
 
 class Plateau(NamedTuple):
@@ -53,21 +70,12 @@ def find_plateaus(pressure: np.ndarray, rate: float) -> tuple[Plateau, ...]:
     return tuple(plateaus)
 
 
-def describe_plateaus(plateaus: tuple[Plateau, ...]) -> tuple[list[str], list[str]]:
-    """Return what to note and what to warn about: zeros, calibration pressures, stretches without pulse."""
-    notes: list[str] = []
-    warned: list[str] = []
-    for one in plateaus:
-        if abs(one.level) < _AIR:
-            said = (
-                f"the transducer was open to air from {one.start:.3g} to {one.end:.3g} s and read {one.level:+.2g} mmHg"
-            )
-            off = abs(one.level) > _OFF_ZERO
-            (warned if off else notes).append(
-                f"{said}: pressures are off by this zero offset and were not corrected" if off else said
-            )
+def plateau_findings(plateaus: tuple[Plateau, ...]) -> list[Finding]:
+    """Return what plateaus are: zeros, right or off, and calibration pressures."""
+    zeros = [one for one in plateaus if abs(one.level) < _AIR]
+    found = [(OFF_ZERO if abs(one.level) > _OFF_ZERO else OPEN_TO_AIR)(**one._asdict()) for one in zeros]
     known = [one for one in plateaus if abs(one.level) >= _AIR]
     if known:
         levels = ", ".join(f"{one.level:.3g} mmHg ({one.start:.3g} to {one.end:.3g} s)" for one in known)
-        notes.append(f"calibration plateaus, pressures that stand still: {levels}; compare them with what was applied")
-    return notes, warned
+        found.append(CALIBRATION(levels=levels))
+    return found

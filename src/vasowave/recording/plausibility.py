@@ -3,6 +3,7 @@
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.findings import Finding, Severity, kind
 
 PERIODS = (0.04, 3.0)
 """Shortest and longest period taken for a heartbeat, s (1500 and 20 beats/min)."""
@@ -15,6 +16,28 @@ RODENT_FLOWS = (0.02, 4.0)
 
 OPEN_CYCLE = 0.05
 """A jump between end and start larger than this fraction of the range means that the cycle does not close."""
+
+
+SYSTEMIC = kind(
+    "recording.systemic-pressure",
+    Severity.LOOK,
+    "mean pressure {mean:.4g} mmHg is systemic, not pulmonary; is the unit right? ({mean:.4g} mmHg = {kPa:.3g} kPa)",
+    "Correct the unit of the pressure, or the channel.",
+)
+BELOW_ZERO = kind(
+    "recording.pressure-below-zero",
+    Severity.LOOK,
+    "the lowest pressure is {lowest:.3g} mmHg; is the zero of the transducer right?",
+    "Correct the zero of the pressure channel.",
+)
+ODD_FLOW = kind(
+    "recording.odd-flow",
+    Severity.LOOK,
+    "mean flow {mean:.3g} ml/s at {rate:.0f} beats/min; a mouse has about 0.2 ml/s, a rat about 1 ml/s: is the unit of "
+    "flow right?",
+    "Correct the unit of the flow, or the channel.",
+)
+OPEN_END = kind("recording.cycle-open", Severity.NOTE, "{what} ends {percent:.1f} % of its range away from its start")
 
 
 def check_period(period: float, where: str) -> None:
@@ -68,23 +91,17 @@ def check_flow(flow: np.ndarray, where: str) -> None:
         )
 
 
-def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[str]:
-    """Return a sentence for every value that is possible, yet more likely a slip."""
-    remarks = []
+def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Finding]:
+    """Return a finding for every value that is possible, yet more likely a slip."""
+    found = []
     if pressure.mean() > 75:
-        remarks.append(
-            f"mean pressure {pressure.mean():.4g} mmHg is systemic, not pulmonary; is the unit right? "
-            f"({pressure.mean():.4g} mmHg = {pressure.mean() / 7.50062:.3g} kPa)"
-        )
+        found.append(SYSTEMIC(mean=float(pressure.mean()), kPa=float(pressure.mean() / 7.50062)))
     if pressure.min() < 0:
-        remarks.append(f"the lowest pressure is {pressure.min():.3g} mmHg; is the zero of the transducer right?")
+        found.append(BELOW_ZERO(lowest=float(pressure.min())))
     slowest, fastest = RODENT_FLOWS
     if period < 0.25 and not slowest <= flow.mean() <= fastest:
-        remarks.append(
-            f"mean flow {flow.mean():.3g} ml/s at {60 / period:.0f} beats/min; a mouse has about 0.2 ml/s, "
-            "a rat about 1 ml/s: is the unit of flow right?"
-        )
-    return remarks
+        found.append(ODD_FLOW(mean=float(flow.mean()), rate=60 / period))
+    return found
 
 
 def repeats_first(values: np.ndarray) -> bool:
@@ -92,8 +109,8 @@ def repeats_first(values: np.ndarray) -> bool:
     return bool(abs(values[-1] - values[0]) <= 1e-6 * np.ptp(values))
 
 
-def check_closure(values: np.ndarray, what: str, where: str) -> list[str]:
-    """Raise `InputError` if a cycle (first sample not repeated) does not close; return notes if it barely does.
+def check_closure(values: np.ndarray, what: str, where: str) -> list[Finding]:
+    """Raise `InputError` if a cycle (first sample not repeated) does not close; return a finding if it barely does.
 
     The step from the last sample to the first may be as large as the largest step inside the cycle, and 5 % of the
     range more.
@@ -107,5 +124,5 @@ def check_closure(values: np.ndarray, what: str, where: str) -> list[str]:
             f"({100 * jump / span:.0f} % of its range); cut exactly one cycle, or correct the period"
         )
     if excess > 0.01:
-        return [f"{what} ends {100 * jump / span:.1f} % of its range away from its start"]
+        return [OPEN_END(what=what, percent=100 * jump / span)]
     return []

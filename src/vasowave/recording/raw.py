@@ -5,11 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.findings import Finding, Severity, kind, texts
 from vasowave.notebook import card
 from vasowave.recording.channels import Comment
 
 SHORTEST = 1.0
 """A shorter recording than this (s) holds too few beats to average."""
+
+
+STRETCH = kind("recording.stretch", Severity.NOTE, "{start:g} to {end:g} s of the recording")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +32,7 @@ class RawRecording:
         mV (any scale if the file names no unit: only its shape is used).
     source : str
         Where the recording came from.
-    notes : tuple of str
+    notes : tuple of Finding
         What was noticed or assumed while it was read.
     comments : tuple of Comment
         Remarks of the experimenter; times count from the first sample, s.
@@ -53,7 +57,7 @@ class RawRecording:
     sampling_rate: float
     ecg: np.ndarray | None = None
     source: str = "made in memory"
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
     comments: tuple[Comment, ...] = ()
 
     def __post_init__(self) -> None:
@@ -99,7 +103,7 @@ class RawRecording:
             "comments": f"{len(self.comments)}",
             "source": self.source,
         }
-        return card("Continuous recording", facts, self.notes)
+        return card("Continuous recording", facts, texts(self.notes))
 
     @property
     def time(self) -> np.ndarray:
@@ -133,6 +137,6 @@ class RawRecording:
             pressure=self.pressure[first:last],
             flow=self.flow[first:last],
             ecg=None if self.ecg is None else self.ecg[first:last],
-            notes=(*self.notes, f"{start:g} to {end:g} s of the recording"),
+            notes=(*self.notes, STRETCH(start=start, end=end)),
             comments=kept,
         )

@@ -1,9 +1,9 @@
 """Read one averaged cycle of pressure and flow from the files a lab has."""
 
-import warnings
 from pathlib import Path
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
+from vasowave.findings import Severity, kind, warn
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
 from vasowave.recording.plausibility import (
     check_closure,
@@ -16,6 +16,14 @@ from vasowave.recording.plausibility import (
 from vasowave.recording.signal import Signal, even_step, read_signals
 
 _CHECKS = {"pressure": check_pressure, "flow": check_flow}
+
+
+REPEATED = kind(
+    "recording.repeated-sample", Severity.NOTE, "the last sample of {quantity} repeats the first and was left out"
+)
+ASSUMED_UNIT = kind(
+    "recording.assumed-unit", Severity.NOTE, "{quantity} is assumed to be in {unit}; {name} names no unit"
+)
 
 
 def read_recording(
@@ -93,15 +101,14 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
         values = signal.values[:-1] if drop else signal.values
         notes += check_closure(values, signal.quantity, signal.file)
         if drop:
-            notes.append(f"the last sample of {signal.quantity} repeats the first and was left out")
+            notes.append(REPEATED(quantity=signal.quantity))
         if signal.assumed_unit:
-            notes.append(
-                f"{signal.quantity} is assumed to be in {signal.assumed_unit}; {Path(signal.file).name} names no unit"
-            )
+            name = Path(signal.file).name
+            notes.append(ASSUMED_UNIT(quantity=signal.quantity, unit=signal.assumed_unit, name=name))
         cycles.append(values)
     odd = odd_values(cycles[0], cycles[1], periods[0])
-    for message in odd:
-        warnings.warn(f"{signals[0].file}: {message}", VasowaveWarning, stacklevel=3)
+    for one in odd:
+        warn(one.at(signals[0].file), stacklevel=3)
     source = " and ".join(dict.fromkeys(Path(signal.file).name for signal in signals))
     return Recording(cycles[0], cycles[1], periods[0], source, (*notes, *odd))
 

@@ -1,13 +1,13 @@
 """Read a continuous recording of pressure, flow and ECG from the files a lab has."""
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from vasowave import units
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
+from vasowave.findings import Finding, Severity, kind, warn
 from vasowave.recording.blocks import read_blocks
 from vasowave.recording.channels import Block, Channel, Comment
 from vasowave.recording.choosing import DIMENSIONS, pick_channels
@@ -16,6 +16,19 @@ from vasowave.recording.raw import SHORTEST, RawRecording
 from vasowave.textfile import Progress
 
 _SAME_LENGTH = 0.01  # two channels of a block last equally long within this share and two samples
+
+
+NO_ECG = kind("recording.no-ecg", Severity.NOTE, "no ECG: beats can be found from the pressure only")
+LONGEST_BLOCK = kind(
+    "recording.longest-block",
+    Severity.NOTE,
+    "block {number} of {blocks} was read, the longest (blocks last {lengths})",
+)
+ECG_WITHOUT_UNIT = kind("recording.ecg-without-unit", Severity.NOTE, "the ECG has no unit; only its shape is used")
+GIVEN_UNIT = kind("recording.given-unit", Severity.NOTE, "{name} was taken to be in {unit}, as given")
+INTERPOLATED = kind(
+    "recording.interpolated", Severity.NOTE, "'{title}' was interpolated from {given:g} to {rate:g} samples/s"
+)
 
 
 def read_raw_recording(
@@ -78,12 +91,12 @@ def read_raw_recording(
     number, notes = _choose(path, blocks, block)
     chosen = blocks[number]
     for suspicion in chosen.suspicions:
-        warnings.warn(f"{path}: {suspicion}", VasowaveWarning, stacklevel=2)
+        warn(suspicion.at(str(path)))
     notes += chosen.suspicions
     picked, guessed = pick_channels(path, chosen.channels, {"pressure": pressure, "flow": flow, "ecg": ecg})
     notes += guessed
     if "ecg" not in picked:
-        notes.append("no ECG: beats can be found from the pressure only")
+        notes.append(NO_ECG())
     _check_lengths(list(picked.values()))
     _check_gaps(list(picked.values()), start, end)
     rate = max(channel.sampling_rate for channel in picked.values())
@@ -127,7 +140,7 @@ def _comments(block: Block, origin: float, lasts: float) -> tuple[Comment, ...]:
     return tuple(replace(c, time=c.time - origin) for c in block.comments if origin <= c.time <= origin + lasts)
 
 
-def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[int, list[str]]:
+def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[int, list[Finding]]:
     """Return the index of the block to read and a note if a choice was made."""
     if block is not None:
         if not 1 <= block <= len(blocks):
@@ -137,15 +150,15 @@ def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[i
     if len(blocks) == 1:
         return 0, []
     lengths = ", ".join(f"{one.duration:.4g} s" for one in blocks)
-    return longest, [f"block {longest + 1} of {len(blocks)} was read, the longest (blocks last {lengths})"]
+    return longest, [LONGEST_BLOCK(number=longest + 1, blocks=len(blocks), lengths=lengths)]
 
 
-def _canonical(channel: Channel, name: str, given: str | None) -> tuple[np.ndarray, list[str]]:
+def _canonical(channel: Channel, name: str, given: str | None) -> tuple[np.ndarray, list[Finding]]:
     """Return the values in the canonical unit, and what was assumed."""
     quantity = DIMENSIONS[name]
     unit = channel.unit
     if name == "ecg" and not unit:
-        return channel.values, ["the ECG has no unit; only its shape is used"]
+        return channel.values, [ECG_WITHOUT_UNIT()]
     unconverted = name != "ecg" and (not unit or unit in ("V", "mV", "µV", "μV", "uV"))
     if unconverted:
         if given is None:
@@ -155,7 +168,7 @@ def _canonical(channel: Channel, name: str, given: str | None) -> tuple[np.ndarr
                 f"--unit {name}={units.CANONICAL[quantity]}; a study's table: the column '{name} unit'; in Python: "
                 f"{name}_unit)"
             )
-        return channel.values * units.factor(given, quantity), [f"{name} was taken to be in {given}, as given"]
+        return channel.values * units.factor(given, quantity), [GIVEN_UNIT(name=name, unit=given)]
     try:
         scale = units.factor(unit, quantity)
     except InputError as error:
@@ -177,7 +190,7 @@ def _stretch(channel: Channel, values: np.ndarray, start: float | None, end: flo
     return values[first:last]
 
 
-def _at_rate(values: np.ndarray, channel: Channel, rate: float) -> tuple[np.ndarray, list[str]]:
+def _at_rate(values: np.ndarray, channel: Channel, rate: float) -> tuple[np.ndarray, list[Finding]]:
     """Return the values at the rate of the fastest channel, by cubic splines."""
     if abs(channel.sampling_rate - rate) <= 1e-9 * rate:
         return values, []
@@ -188,4 +201,4 @@ def _at_rate(values: np.ndarray, channel: Channel, rate: float) -> tuple[np.ndar
     there = np.arange(int(len(values) * rate / channel.sampling_rate)) / rate
     there = there[there <= (len(values) - 1) / channel.sampling_rate]
     spline = CubicSpline(np.arange(len(values)) / channel.sampling_rate, values)
-    return spline(there), [f"'{channel.title}' was interpolated from {channel.sampling_rate:g} to {rate:g} samples/s"]
+    return spline(there), [INTERPOLATED(title=channel.title, given=channel.sampling_rate, rate=rate)]

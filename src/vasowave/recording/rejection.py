@@ -5,12 +5,27 @@ from collections import Counter
 import numpy as np
 
 from vasowave.errors import NumericalError
+from vasowave.findings import Finding, Severity, kind
 
 _BREATHS = 31
 """Beats over which the end-expiratory level is followed: three breaths or more."""
 
 _OFF = 2.5
 """A beat further off the end-expiratory level than this many SD is one of inspiration."""
+
+
+AVERAGED = kind(
+    "recording.averaged",
+    Severity.NOTE,
+    "mean of {beats} beats from {start:.3f} to {end:.3f} s, aligned by the {by}; {found} beats found, rejected: "
+    "{rejected}",
+)
+MANY_REJECTED = kind(
+    "recording.many-rejected",
+    Severity.LOOK,
+    "{lost} of the {beats} beats between the first and the last averaged were rejected",
+    "Look at the beats, and choose a quieter stretch with `start` and `end`.",
+)
 
 
 def misshapen_beats(
@@ -70,23 +85,18 @@ def choose_run(reasons: list[str], beats: int, source: str) -> tuple[np.ndarray,
     return used, range(int(used[0]), int(used[-1]) + 1)
 
 
-def summarize(fiducial: str, reasons: list[str], beats: int, start: float, end: float) -> str:
-    """Return the sentence on which beats were averaged and how many were rejected for what."""
+def summarize(fiducial: str, reasons: list[str], beats: int, start: float, end: float) -> Finding:
+    """Return which beats were averaged and how many were rejected for what."""
     kinds = Counter(reason.split(" ")[0].strip(":") for reason in reasons if reason)
-    lost = ", ".join(f"{count} for {kind}" for kind, count in kinds.most_common()) or "none"
+    lost = ", ".join(f"{count} for {name}" for name, count in kinds.most_common()) or "none"
     by = "R wave" if fiducial == "ecg" else "foot of the pressure"
-    return (
-        f"mean of {beats} beats from {start:.3f} to {end:.3f} s, aligned by the {by}; "
-        f"{len(reasons)} beats found, rejected: {lost}"
-    )
+    return AVERAGED(beats=beats, start=start, end=end, by=by, found=len(reasons), rejected=lost)
 
 
-def lost_in_run(reasons: list[str], run: range, beats: int) -> list[str]:
-    """Return a sentence if more beats of the averaged run were rejected than averaged."""
+def lost_in_run(reasons: list[str], run: range, beats: int) -> list[Finding]:
+    """Return a finding if more beats of the averaged run were rejected than averaged."""
     lost = sum(bool(reasons[i]) for i in run)
-    if lost <= beats:
-        return []
-    return [f"{lost} of the {len(run)} beats between the first and the last averaged were rejected"]
+    return [MANY_REJECTED(lost=lost, beats=len(run))] if lost > beats else []
 
 
 def _correlation(beats: np.ndarray, median: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import InputError, VasowaveError
+from vasowave.findings import Finding, Severity
 from vasowave.law_files import files_of, plain
 from vasowave.nominal import Nominal, estimate_nominal, oddities
 from vasowave.provenance import sha256
@@ -144,8 +145,8 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
     """Return what is wrong or odd about what the files of one animal hold."""
     settings = animal_settings(study.settings)
     nominal = estimate_nominal(animal.network, animal.recording, settings.blood)
-    said = [
-        *_odd_notes(animal),
+    said: list[str | Finding] = [
+        *(one for one in animal.recording.notes if one.severity is Severity.LOOK),
         *_physiology(animal, nominal, study.settings),
         *oddities(nominal),
         *_known(row, nominal),
@@ -156,13 +157,6 @@ def _animal(study: Study, row: AnimalRow, animal: Animal, document: Document, pl
             Problem(document.place(("calibration", "bounds", name), key=True), f"'{row.animal}': {message}")
         )
     return problems
-
-
-def _odd_notes(animal: Animal) -> list[str]:
-    """Return those of a recording's notes that ask for a look."""
-    moved = animal.beats is not None and animal.beats.baseline.alarming
-    asking = [note for note in animal.recording.notes if "?" in note or ("rejected" in note and "were" in note)]
-    return asking + [note for note in animal.recording.notes if moved and note.startswith("baseline: ")]
 
 
 def _physiology(animal: Animal, nominal: Nominal, settings: StudyFile) -> list[str]:

@@ -12,6 +12,7 @@ from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress, analyze
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.findings import Finding, finding_of
 from vasowave.law_files import LawFile, in_words, learn
 from vasowave.network import Network
 from vasowave.network_formats import read_network
@@ -21,9 +22,9 @@ from vasowave.recording import (
     Recording,
     average_beats,
     correct_catheter,
-    describe_catheter,
     read_raw_recording,
     read_recording,
+    ringing,
     suspect_catheter,
 )
 from vasowave.solver.practice import PAPER
@@ -94,7 +95,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
             )
             beats = average_beats(raw, **study.averaging.model_dump())
             animal = Animal(row.animal, row.group, network, beats.recording, beats, raw)
-    said = [str(one.message) for one in caught if issubclass(one.category, VasowaveWarning)]
+    said = [finding_of(one.message) for one in caught if issubclass(one.category, VasowaveWarning)]
     synthetic = row.synthetic or _says_synthetic(row)
     recording = _through_catheter(_relative(animal.recording, said, folder), study)
     return replace(animal, recording=recording, synthetic=synthetic)
@@ -107,7 +108,7 @@ def _through_catheter(recording: Recording, study: StudyFile) -> Recording:
     suspected = suspect_catheter(recording)
     if suspected is None:
         return recording
-    return replace(recording, notes=(*recording.notes, describe_catheter(suspected, recording)))
+    return replace(recording, notes=(*recording.notes, ringing(suspected, recording)))
 
 
 def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
@@ -159,12 +160,11 @@ def _units(row: AnimalRow) -> dict[str, str | None]:
     return {"pressure_unit": row.pressure_unit or None, "flow_unit": row.flow_unit or None}
 
 
-def _relative(recording: Recording, said: list[str], folder: Path) -> Recording:
-    """Return the recording with `said` among its notes and with file names relative to `folder`."""
-    known = " ".join(recording.notes)
-    new = [message for message in said if message.partition(": ")[2] not in known]
-    notes = (note.replace(f"{folder}/", "") for note in (*recording.notes, *new))
-    return replace(recording, source=recording.source.replace(f"{folder}/", ""), notes=tuple(dict.fromkeys(notes)))
+def _relative(recording: Recording, warned: list[Finding], folder: Path) -> Recording:
+    """Return the recording with `warned` among its notes and with file names relative to `folder`."""
+    beside = [one for one in warned if one.at("") not in recording.notes]
+    notes = dict.fromkeys(one.inside(f"{folder}/") for one in (*recording.notes, *beside))
+    return replace(recording, source=recording.source.replace(f"{folder}/", ""), notes=tuple(notes))
 
 
 def inside(file: Path, folder: Path) -> str:

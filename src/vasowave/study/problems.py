@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from vasowave.errors import InputError
+from vasowave.findings import Finding
 
 _ROW = re.compile(r", line (\d+)(?: \('.*'\))?")
 
@@ -17,7 +18,7 @@ class Problem:
     ----------
     place : str
         ``study.yaml, line 12, column 3`` or ``animals.csv, line 4, column 'group'``.
-    message : str
+    message : str or Finding
         What is wrong and what to do.
     error : bool
         True if the study cannot run like this, False if it is only odd.
@@ -26,17 +27,17 @@ class Problem:
     """
 
     place: str
-    message: str
+    message: str | Finding
     error: bool = True
     file: str = ""
 
     def __str__(self) -> str:
-        return ": ".join(part for part in (self.place, self.file, self.message) if part)
+        return ": ".join(part for part in (self.place, self.file, str(self.message)) if part)
 
 
 def one_per_cause(problems: Iterable[Problem]) -> list[Problem]:
     """Return the problems; those that differ in line, animal or file alone are one, at the place of the first."""
-    groups: dict[tuple[str, str, bool], list[Problem]] = {}
+    groups: dict[tuple[str, str | Finding, bool], list[Problem]] = {}
     for problem in problems:
         groups.setdefault((_ROW.sub("", problem.place), problem.message, problem.error), []).append(problem)
     return [_joined(group) for group in groups.values()]

@@ -1,0 +1,101 @@
+import json
+import re
+import string
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import finding_codes as pages
+import vasowave as vw
+from vasowave import findings
+from vasowave.datasets.raw import synthetic_raw_recording
+from vasowave.errors import VasowaveWarning
+from vasowave.findings import KINDS, OTHER, Finding, Severity, as_json, finding_of, from_json, kind, warn
+from vasowave.study.checking import check_study
+
+
+@pytest.fixture
+def some_kind(monkeypatch):
+    monkeypatch.setattr(findings, "KINDS", dict(KINDS))
+    return kind("test.too-warm", Severity.LOOK, "{degrees:.1f} °C in '{room}'", "Open a window.")
+
+
+def test_a_finding_is_its_code_and_values_and_writes_its_text_from_them(some_kind):
+    found = some_kind(degrees=31.0, room="lab")
+    assert found == Finding("test.too-warm", (("degrees", 31.0), ("room", "lab")))
+    assert str(found) == "31.0 °C in 'lab'"
+    assert found.severity is Severity.LOOK
+    assert len({found, some_kind(degrees=31.0, room="lab"), some_kind(degrees=32.0, room="lab")}) == 2
+
+
+def test_a_code_is_declared_once(some_kind):
+    with pytest.raises(ValueError, match="declared twice"):
+        kind(some_kind.code, Severity.NOTE, "again")
+
+
+def test_findings_come_back_from_json_as_they_were(some_kind):
+    found = (some_kind(degrees=31.0, room="lab").at("raw/a.txt"), OTHER(text="odd"))
+    assert from_json(as_json(found)) == found
+    assert [row["text"] for row in json.loads(as_json(found))] == ["31.0 °C in 'lab'", "odd"]
+
+
+def test_a_finding_of_a_code_that_is_not_known_keeps_its_text(some_kind, monkeypatch):
+    stored = as_json([some_kind(degrees=31.0, room="lab")])
+    findings.KINDS.pop(some_kind.code)
+    (found,) = from_json(stored)
+    assert (found.code, str(found)) == ("other", "31.0 °C in 'lab'")
+
+
+def test_a_warning_carries_its_finding(some_kind):
+    found = some_kind(degrees=31.0, room="lab").at("a.txt")
+    with pytest.warns(VasowaveWarning, match=r"a\.txt: 31\.0 °C") as caught:
+        warn(found, stacklevel=1)
+    assert finding_of(caught[0].message) == found
+    assert caught[0].filename == __file__
+    assert finding_of("something else") == OTHER(text="something else")
+
+
+def test_file_names_in_a_finding_are_seen_from_a_folder(some_kind):
+    found = some_kind(degrees=31.0, room="/study/a.txt").at("/study/a.txt").inside("/study/")
+    assert (found.file, dict(found.values)["room"]) == ("a.txt", "a.txt")
+
+
+def test_codes_name_a_room_and_what_was_noticed_and_every_look_has_a_remedy():
+    vw.read_recording, vw.average_beats, vw.virtual_mouse  # noqa: B018  loads what declares kinds
+    for code, one in KINDS.items():
+        assert re.fullmatch(r"other|[a-z]+\.[a-z-]+", code), code
+        assert one.severity is Severity.NOTE or one.remedy or code == "other", code
+        assert all(field is None or field.isidentifier() for _, field, _, _ in string.Formatter().parse(one.text))
+
+
+def test_the_documentation_lists_every_kind_of_finding():
+    assert pages.PAGE.read_text(encoding="utf-8") == pages.page(), "run `uv run python tools/finding_codes.py`"
+
+
+def odd_study(tmp_path):
+    """A study of one animal whose recording drifts, is off its zero, and names channels that do not beat."""
+    raw = synthetic_raw_recording(vw.virtual_mouse(), np.random.default_rng(8), duration=12.0).raw
+    pressure = raw.pressure + 0.5 * raw.time
+    pressure[:4000] = 0.8 + np.random.default_rng(1).normal(0, 0.05, 4000)
+    rows = np.column_stack([raw.time, pressure, raw.flow])
+    np.savetxt(tmp_path / "a.csv", rows, "%.6g", ",", header="time [s],pressure [mmHg],flow [ml/s]", comments="")
+    vw.write_network(replace(vw.control_network(), pressure=6.3), tmp_path / "lung.csv")
+    (tmp_path / "animals.csv").write_text("animal,group,network,recording\nm1,CTL,lung.csv,a.csv\n")
+    (tmp_path / "study.yaml").write_text("groups: [CTL]\ncalibration: {walls: [linear], starts: 1}\n")
+    return tmp_path / "study.yaml"
+
+
+def test_other_words_change_nothing_of_what_check_finds(tmp_path, monkeypatch):
+    study = odd_study(tmp_path)
+
+    def seen():
+        problems = check_study(study).problems
+        return [(one.place, one.error, getattr(one.message, "code", "")) for one in problems]
+
+    before = seen()
+    codes = {code for *_, code in before}
+    assert {"baseline.drifts", "recording.zero-off"} <= codes
+    for code, one in KINDS.items():
+        monkeypatch.setitem(KINDS, code, replace(one, text="no word of it"))
+    assert seen() == before

@@ -1,0 +1,48 @@
+"""List the kinds of findings for docs/findings.md: code, what it asks of a person, its words, what to do.
+
+uv run python tools/finding_codes.py           writes the page anew
+"""
+
+import importlib
+import pkgutil
+import re
+from pathlib import Path
+
+import vasowave
+from vasowave.findings import KINDS, Kind
+
+PAGE = Path(__file__).parents[1] / "docs" / "findings.md"
+ABOUT = """\
+# Findings
+
+What vasowave notices of a recording has a code, numbers and a severity; its words are made from these. A *look* asks a
+person to look: `check` lists it, and commands warn of it. A *note* says how a number came about. Results keep code,
+severity, numbers and words (attribute `findings` of the group `recording`, JSON). `tools/finding_codes.py` makes this
+page; a test compares it with the program.
+
+| code | severity | words | what to do |
+|---|---|---|---|
+"""
+
+
+def load_all() -> None:
+    """Load every module, so that all kinds are declared."""
+    for module in pkgutil.walk_packages(vasowave.__path__, "vasowave."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+
+
+def words(kind: Kind) -> str:
+    """Return the words of a kind with its values by name."""
+    return re.sub(r"\{(\w+)[^}]*\}", r"*\1*", kind.text).replace("|", "/")
+
+
+def page() -> str:
+    """Return the page."""
+    load_all()
+    rows = (f"| `{code}` | {one.severity.value} | {words(one)} | {one.remedy} |" for code, one in sorted(KINDS.items()))
+    return ABOUT + "\n".join(rows) + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
