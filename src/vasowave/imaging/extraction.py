@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import VasowaveWarning
 from vasowave.imaging.axes.vessels import begun_elsewhere, tree_of
 from vasowave.imaging.entrances import check_root, deepest_near, require_reached, root_wanted
 from vasowave.imaging.given import Given, given
@@ -20,7 +20,6 @@ from vasowave.imaging.measure.cannula import scale_of, tip_sd, without_cannula
 from vasowave.imaging.measure.measurement import Measurement, filled_at, measured_in, with_errors
 from vasowave.imaging.measure.spread import Elsewhere, elsewhere, with_spread
 from vasowave.imaging.options import Options
-from vasowave.imaging.places import written
 from vasowave.imaging.read.files import read_volume
 from vasowave.imaging.read.volume import Volume, is_cubic, isotropic
 from vasowave.imaging.revise.edits import Edit, edited, edited_alike
@@ -28,7 +27,7 @@ from vasowave.imaging.revise.junctions import with_junctions_at
 from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt
-from vasowave.imaging.witness.loops import loop_count, loop_places
+from vasowave.imaging.witness.loops import loop_doubts, told_loops
 from vasowave.imaging.witness.misfit import surface_misfit
 from vasowave.imaging.witness.skeleton import Branches, skeleton_branches
 from vasowave.imaging.witness.witness import doubts_about
@@ -138,6 +137,10 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     keys = keys_of(key, said, options)
     lumen = stages.kept("lumen", keys.lumen, lambda: _lumen(said, options))
     root = np.asarray(said.root)
+    level_set = options.method == "threshold" and options.mask is None
+    loops = stages.kept(
+        "loops", keys.loops, lambda: told_loops(lumen, options.loops, said.outlets is not None, level_set)
+    )
     say("axes")
     unedited, cannula = stages.kept("axes", keys.axes, lambda: _tree(lumen, root, said, options))
     tree = edited(unedited, said.edits)
@@ -160,6 +163,7 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     all_ends = said.outlets is None and not said.edits
     misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
     doubts = doubts_about(measured, lumen, skeleton, misfit, all_ends)
+    doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
     factor = scale if options.scale == "cannula" else 1.0
     whole = scaled(with_junctions_at(measured, options.junction), factor)
     kept = wanted_part(whole, options.generations, options.vessels, options.min_radius)
@@ -194,7 +198,6 @@ def _tree(lumen: Segmentation, root: np.ndarray, said: Given, options: Options) 
     if said.outlets is not None:
         require_reached(lumen, said.outlets)
     tree = tree_of(lumen, root, said.outlets)
-    _tell_loops(lumen, tree, options.loops)
     return without_cannula(tree, said.volume) if options.cannula else (tree, None)
 
 
@@ -210,24 +213,3 @@ def _edited_too(
     """Return the tree at other thresholds, and as it is fitted `again`, after the edits of `tree`."""
     _, again, *after = edited_alike((tree, again, *(other.tree for other in others)), edits)
     return tuple(replace(other, tree=own) for other, own in zip(others, after, strict=True)), again
-
-
-def _tell_loops(lumen: Segmentation, tree: Tree, what: str) -> None:
-    """Warn of loops that `tree` opens in `lumen`, or refuse them, and say where they probably are."""
-    count = loop_count(lumen)
-    if count <= 0:
-        return
-    places = "; ".join(map(written, loop_places(tree)))
-    where = f"probably at (x,y,z, cm) {places or 'unknown'}: vessels touch there"
-    if what == "refuse":
-        raise InputError(
-            f"the lumen closes {count} loop(s), {where}. A tree cannot hold them, and where one is cut decides which "
-            "vessels there are: give the outlets and raise the threshold, cut them in the mask, or accept any cut "
-            "(loops 'open')"
-        )
-    warnings.warn(
-        f"the lumen closes {count} loop(s), {where}. The tree cuts each somewhere: vessels, lengths and flows on it "
-        "may be far off; raise the threshold or give the outlets",
-        VasowaveWarning,
-        stacklevel=2,
-    )
