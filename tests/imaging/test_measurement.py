@@ -171,7 +171,7 @@ def test_a_ring_is_as_long_as_it_is_round_and_named_where_it_is_thinnest():
     lumen = Segmentation(mask, mask * 90.0, np.zeros(3, int), 0.01, np.array([0.1, 0.2, 0.3]), 45.0, 0.0, 1.0)
     (loop,) = loops_of(lumen)
     assert loop.length == pytest.approx(2 * np.pi * 0.18, rel=0.1)  # a way along voxels is a little longer
-    thin = np.array([0.12, 0.30 + 0.18 * np.sin(1.0), 0.30 + 0.18 * np.cos(1.0)]) + [0.1, 0.2, 0.3]
+    thin = np.array([0.12, 0.30 + 0.18 * np.sin(1.0), 0.30 + 0.18 * np.cos(1.0)]) + lumen.origin
     assert np.linalg.norm(loop.place - thin) < 0.05
     assert loop.radius == pytest.approx(0.02, abs=0.01)
 

@@ -20,6 +20,7 @@ from vasowave.imaging.measure.cannula import scale_of, tip_sd, without_cannula
 from vasowave.imaging.measure.measurement import Measurement, filled_at, measured_in, with_errors
 from vasowave.imaging.measure.spread import Elsewhere, elsewhere, with_spread
 from vasowave.imaging.options import Options
+from vasowave.imaging.places import written_in_the_world
 from vasowave.imaging.read.files import read_volume
 from vasowave.imaging.read.volume import Volume, is_cubic, isotropic
 from vasowave.imaging.revise.edits import Edit, edited, edited_alike
@@ -41,18 +42,19 @@ class Extraction:
     Attributes
     ----------
     measured : Measurement
-        Of the kept part, its coordinates multiplied by `factor`.
+        Of the kept part, its coordinates in the world, multiplied by `factor`.
     scale : float
         Known over measured diameter of the cannula; 1 without a cannula. Applied only if `options.scale` says so.
     factor : float
         What the coordinates were multiplied with.
     lumen : Segmentation
+        Along the image's own axes, see `Frame`.
     image : Volume
         As read, not resampled.
     source : Path, optional
         Where the image was read from.
     root : float array, shape (3,)
-        Where the blood enters, z, y, x, cm, in the image's coordinates.
+        Where the blood enters, z, y, x, cm, in the world.
     options : Options
     misfit : float array, shape (vessel,)
         How far the lumen is from a round tube, as a share of the radius, see `surface_misfit`.
@@ -131,6 +133,13 @@ def extract(
 def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str], None], stages: Stages) -> Extraction:
     say("image")
     image, key = _image(source, options.voxel, stages)
+    with written_in_the_world(image.frame):
+        found = _found_in(image, key, options, say, stages)
+    return replace(found, source=None if isinstance(source, Volume) else Path(source))
+
+
+def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], None], stages: Stages) -> Extraction:
+    """Return the extraction without its source; all is computed along the image's axes, and turned at the end."""
     volume = image if is_cubic(image) else stages.kept("cubes", key, lambda: isotropic(image))
     said = given(image, volume, options)
     say("lumen")
@@ -164,16 +173,17 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
     doubts = doubts_about(measured, lumen, skeleton, misfit, all_ends)
     doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
-    factor = scale if options.scale == "cannula" else 1.0
+    factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
+    measured = replace(measured, tree=measured.tree.moved(world))
     whole = scaled(with_junctions_at(measured, options.junction), factor)
     kept = wanted_part(whole, options.generations, options.vessels, options.min_radius)
-    path = None if isinstance(source, Volume) else Path(source)
-    doubts = tuple(one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
+    told = (one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
+    doubts = tuple(replace(one, places=world(one.places)) for one in told)
     for doubt in doubts:
         warnings.warn(doubt.text, VasowaveWarning, stacklevel=2)
     misfit = misfit[[measured.network.name.index(name) for name in kept.network.name]]
     kept = with_errors(filled_at(kept, options.pressure))
-    return Extraction(kept, scale, factor, lumen, image, path, root, options, misfit, doubts)
+    return Extraction(kept, scale, factor, lumen, image, None, world(root), options, misfit, doubts)
 
 
 def _image(source: Volume | str | Path, voxel: float | None, stages: Stages) -> tuple[Volume, str]:

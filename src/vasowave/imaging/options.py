@@ -14,12 +14,12 @@ from vasowave.settings import check_settings
 
 @dataclass(frozen=True, eq=False)
 class Options:
-    """What the user decides; places are z, y, x in cm, in the image's own coordinates.
+    """What the user decides; places are z, y, x in cm, in the world as a viewer shows the image.
 
     Attributes
     ----------
     root : sequence of 3 floats, optional
-        Where the blood enters, the outer end of the cannula: x,y,z in the image's coordinates, cm (or with a unit:
+        Where the blood enters, the outer end of the cannula: x,y,z as a viewer shows it, cm (or with a unit:
         '9.1 12 4.5 mm'). An edit `root` overrules it, label 2 of the mask stands in.
     outlets : sequence of points, optional
         Guided mode, the network reaches these and no other: an outlet x,y,z, repeated, or a CSV with x [cm], y [cm],
