@@ -157,7 +157,7 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
     look = Profiles(stages.stored("profiles", keys.profiles))
     measured = measured_in(tree, volume, look)
     scale = 1.0 if cannula is None else scale_of(cannula, volume, options.cannula / 2)
-    check_root(measured.network, scale, options.cannula / 2)
+    check_root(measured.network, scale, options.cannula / 2, options.species)
     say("uncertainty")
     inside = deepest_near(lumen, root)  # a place near the wall is outside the lumen at a higher threshold
     others = stages.kept(

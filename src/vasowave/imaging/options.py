@@ -40,6 +40,8 @@ class Options:
         Voxel size, cm, in place of the file's.
     cannula : float
         Known inner diameter of the cannula, cm (PE-90: 0.086); 0 where there is none.
+    species : "mouse", "rat", "human" or "other"
+        Whose main pulmonary artery the voxel size is checked by where there is no cannula; other: not checked.
     pressure : float
         Transmural pressure at which the vessels were filled for the image, mmHg; 0 where it is not known.
     scale : "file" or "cannula"
@@ -67,6 +69,7 @@ class Options:
     region: Region | None = None
     voxel: float | None = None
     cannula: Annotated[float, Ge(0), Lt(2)] = 0.086
+    species: Literal["mouse", "rat", "human", "other"] = "mouse"
     pressure: Annotated[float, Ge(0), Le(HIGHEST)] = 0.0
     scale: Literal["file", "cannula"] = "file"
     loops: Literal["open", "refuse"] = "refuse"

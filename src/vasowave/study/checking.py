@@ -8,6 +8,7 @@ from typing import NamedTuple
 from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import VasowaveError
+from vasowave.network_remarks import ROOT_RADIUS
 from vasowave.nominal import Nominal, estimate_nominal, oddities
 from vasowave.recording import INDEX_UNITS
 from vasowave.study.document import Document, read_document
@@ -24,14 +25,14 @@ NORMAL = {
         "mPAP": (7.0, 45.0, "mmHg"),
         "pPAP": (4.0, 50.0, "mmHg"),
         "CO": (0.05, 0.45, "ml/s"),
-        "root radius": (0.02, 0.08, "cm"),
+        "root radius": (*ROOT_RADIUS["mouse"], "cm"),
     },
     "rat": {
         "HR": (200.0, 550.0, "beats/min"),
         "mPAP": (8.0, 70.0, "mmHg"),
         "pPAP": (5.0, 80.0, "mmHg"),
         "CO": (0.4, 4.0, "ml/s"),
-        "root radius": (0.05, 0.25, "cm"),
+        "root radius": (*ROOT_RADIUS["rat"], "cm"),
     },
 }
 """Values outside are taken for slips until somebody has looked. For mice: well beyond three SD from the means
