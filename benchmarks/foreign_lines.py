@@ -1,6 +1,6 @@
 """Center lines as other programs make them, of trees with known truth, and how long their vessels come out.
 
-Usage: python benchmarks/foreign_lines.py FILE.jsonl [volumes a kind, 1] [first seed, 1000] [kind …]
+Usage: python benchmarks/foreign_lines.py FILE.jsonl [first seed, 9300] [kind …]
 
 Every volume gives its lumen's surface as `extract` finds it, and lines in these ways:
 
@@ -11,7 +11,8 @@ exact      the true axes, each from the root to an end
 curves     the first ones cut as VMTK's branch extractor does, joined at the middle of each junction, a point a radius
            (Slicer's curves)
 
-Errors of the lengths in percent by the rule that cuts lines, and the share within 2 SD.
+and `extract` on the same volume. A line of FILE holds the errors of one volume's lengths as shares, and in SD; those of
+"both doors" are the difference of an import and the extraction, in SD. What FILE holds is not run again.
 """
 
 import json
@@ -28,11 +29,18 @@ sys.path.insert(0, os.path.dirname(__file__))
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import Voronoi, cKDTree
+
 from unlike import KINDS, SPACING, UNSEEN, make
+from unlike_accuracy import pairing
 from unlike_trees import grown, placed
 from vasowave.errors import VasowaveWarning
+from vasowave.imaging import Options, extract
+from vasowave.imaging.axes.skeleton import cut_at_junctions
+from vasowave.imaging.exchange.convention import as_extracted
+from vasowave.imaging.exchange.merging import merged
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.lumen.surface import surface_points
+from vasowave.imaging.measure.measurement import measured_alone
 from vasowave.imaging.tree import Line, Tree, distance_along
 
 THRESHOLD = 45.0
@@ -76,11 +84,11 @@ def without_cannula(lumen, begin):
     return replace(lumen, mask=grey > lumen.threshold, grey=grey)
 
 
-def voronoi_lines(lumen, begin, ends, appended):
+def voronoi_lines(lumen, begin, ends):
     """Return VMTK's lines: ways along the Voronoi diagram of the surface, of least length over radius.
 
     The diagram's vertices that lie in the lumen are the centers of balls; a line runs from the ball that touches the
-    surface at the source to that at the target.
+    surface at the source to that at the target. Returned bare, and with these points of the surface appended.
     """
     surface = surface_points(lumen)
     diagram = Voronoi(surface + np.random.default_rng(0).normal(scale=1e-4 * lumen.spacing, size=surface.shape))
@@ -103,7 +111,7 @@ def voronoi_lines(lumen, begin, ends, appended):
     seeds = surface[cKDTree(surface).query(np.vstack([begin, ends]))[1]]
     poles = [_pole(diagram, surface, seed, inside, radius) for seed in seeds]
     _, above = dijkstra(graph, directed=False, indices=poles[0], return_predecessors=True)
-    lines = []
+    bare, appended = [], []
     for pole, seed in zip(poles[1:], seeds[1:], strict=True):
         way = [pole]
         while above[way[-1]] >= 0:
@@ -111,11 +119,9 @@ def voronoi_lines(lumen, begin, ends, appended):
         if way[-1] != poles[0]:
             raise ValueError("an end is not joined to the root")
         line = Line(diagram.vertices[way[::-1]], radius[way[::-1]])
-        if appended:
-            line = line.then(Line(seed[None], line.radius[-1:]))
-            line = Line(seeds[:1], line.radius[:1]).then(line)
-        lines.append(line)
-    return lines
+        bare.append(line)
+        appended.append(Line(seeds[:1], line.radius[:1]).then(line, Line(seed[None], line.radius[-1:])))
+    return bare, appended
 
 
 def _pole(diagram, surface, seed, inside, radius):
@@ -126,10 +132,7 @@ def _pole(diagram, surface, seed, inside, radius):
 
 
 def slicer_curves(lines, step):
-    """Return Slicer's curves of `lines` as one tree: points at about `step` radii, branches joined at one point each."""
-    from vasowave.imaging.axes.skeleton import cut_at_junctions
-    from vasowave.imaging.exchange.merging import merged
-
+    """Return Slicer's curves of `lines` as one tree: points at about `step` radii, branches joined at one point."""
     tree = cut_at_junctions(merged(lines, "identical"), 0.3)
     left = []
     for row in range(len(tree)):
@@ -159,3 +162,95 @@ def _resampled(line, step):
     return Line.of(
         np.column_stack([*(np.interp(at, run, line.points[:, k]) for k in range(3)), np.interp(at, run, line.radius)])
     )
+
+
+def outcome(name, seed):
+    """Return the errors of all lines of one volume, and of its extraction."""
+    kind = (KINDS | UNSEEN)[name]
+    made, true = make(kind, seed), true_tree(kind, seed)
+    root, begin = made.root + np.array([0.02, 0, 0]), true.lines[0].points[0]
+    lumen = without_cannula(segment(made.volume, THRESHOLD, root), begin)
+    bare, appended = voronoi_lines(lumen, begin, made.ends[made.terminals])
+    surface, found = surface_points(lumen), {"kind": name, "seed": seed}
+    ours = extract(made.volume, Options(root.tolist(), made.ends[made.terminals].tolist(), THRESHOLD)).measured
+    own = pairing(made, ours.tree)
+    found["extract"] = errors(made, ours, own)
+    trees = {
+        "vmtk": cut_at_junctions(merged(bare)),
+        "appended": cut_at_junctions(merged(appended)),
+        "exact": cut_at_junctions(merged(exact_lines(true))),
+        "curves": slicer_curves(bare, 1.0),
+    }
+    for lines, tree in trees.items():
+        for given in (None, surface):
+            start = time.process_time()
+            alike = measured_alone(*as_extracted(tree, given, "ball" if lines == "curves" else "auto"))
+            cost, order = time.process_time() - start, pairing(made, alike.tree)
+            name = f"{lines}{'' if given is None else ', surface'}"
+            found[name] = errors(made, alike, order) | {"cost": cost}
+            if own is not None and order is not None:
+                gap = alike.network.length[order] - ours.network.length[own]
+                both = np.hypot(alike.length_sd[order], ours.length_sd[own])
+                found[name]["both doors"] = (gap / both).tolist()
+        for cut in ("tube", "identical") if lines != "curves" else ():
+            raw = cut_at_junctions(merged({"vmtk": bare, "appended": appended, "exact": exact_lines(true)}[lines], cut))
+            found[f"{lines}, cut {cut}"] = errors(made, measured_alone(raw), pairing(made, raw))
+    return found
+
+
+def errors(made, measured, order):
+    """Return the errors of lengths and radii as shares, and of lengths in SD."""
+    if order is None:
+        return {"right": False}
+    length = measured.network.length[order] - made.length
+    radius = measured.network.radius[order] / made.radius - 1
+    deviations = length / measured.length_sd[order]
+    return {
+        "right": True,
+        "length": (length / made.length).tolist(),
+        "sd": deviations.tolist(),
+        "radius": radius.tolist(),
+    }
+
+
+def table(results):
+    """Return a row for each kind of lines: errors in percent, median / 95th percentile, and the shares within 2 SD."""
+    rows = ["| lines | right | length | within 2 SD | both doors within 2 SD | CPU-s |", "|---|---|---|---|---|---|"]
+    for name in [key for key in results[0] if key not in ("kind", "seed")]:
+        runs = [one[name] for one in results if name in one]
+        good = [one for one in runs if one["right"]]
+        size = 100 * np.abs(np.concatenate([one["length"] for one in good]))
+        inside = [_inside(good, key) for key in ("sd", "both doors")]
+        cost = np.median([one["cost"] for one in good if "cost" in one] or [np.nan])
+        rows.append(
+            f"| {name} | {len(good)} of {len(runs)} | {np.median(size):.1f} / {np.quantile(size, 0.95):.1f} | "
+            f"{inside[0]} | {inside[1]} | {'' if np.isnan(cost) else f'{cost:.1f}'} |"
+        )
+    return "\n".join(rows)
+
+
+def _inside(runs, key):
+    values = np.concatenate([one.get(key, []) for one in runs])
+    return f"{100 * np.mean(np.abs(values) <= 2):.0f} %" if np.isfinite(values).any() else ""
+
+
+def main():
+    warnings.simplefilter("ignore", VasowaveWarning)
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    path, words = Path(sys.argv[1]), sys.argv[2:]
+    first = next((int(word) for word in words if word.isdigit()), 9300)
+    kinds = [word for word in words if not word.isdigit()] or list(UNSEEN)[:10]
+    stored = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    done = {(one["kind"], one["seed"]) for one in stored}
+    for row, name in enumerate(kinds):
+        if (name, first + row) not in done:
+            stored.append(outcome(name, first + row))
+            with path.open("a") as file:
+                file.write(json.dumps(stored[-1]) + "\n")
+            print(name, flush=True)
+    print(table(stored))
+
+
+if __name__ == "__main__":
+    main()

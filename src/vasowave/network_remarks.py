@@ -7,8 +7,8 @@ from vasowave.network import Network
 
 ROOT_RADIUS = {"mouse": (0.02, 0.08), "rat": (0.05, 0.25), "human": (0.3, 2.5)}
 """Between which the radius of the main pulmonary artery lies, cm; what lies outside is taken for a slip of the unit.
-Mouse: the paper's Table 1 has 0.047 and 0.051. Rat: some three times the mouse's. Human: a diameter of 2.7 ± 0.3 cm on CT
-(Edwards, Bull and Coulden 1998), wider in hypertension, and down to lobar arteries, from which trees are drawn, too."""
+Mouse: the paper's Table 1 has 0.047 and 0.051. Rat: some three times the mouse's. Human: a diameter of 2.7 ± 0.3 cm
+(CT, Edwards, Bull and Coulden 1998), wider in hypertension; down to lobar arteries, where trees begin, too."""
 
 
 def implausible_sizes(network: Network) -> list[str]:

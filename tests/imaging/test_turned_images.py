@@ -24,11 +24,15 @@ SPACING = 0.01
 FORMATS = ("nrrd", "nii.gz", "mha", "dicom")
 
 
-def fork_image():
-    """A parent and two daughters, grey levels along z, y, x."""
-    grid = np.stack(np.indices((72, 62, 48)), axis=-1).astype(float)
+def fork_image(longer=0):
+    """A parent, `longer` by so many voxels, and two daughters: grey levels along z, y, x."""
+    grid = np.stack(np.indices((72 + longer, 62, 48)), axis=-1).astype(float) - [longer, 0, 0]
     inside = np.zeros(grid.shape[:3])
-    for begin, end, radius in ((ROOT, JUNCTION, 5.0), (JUNCTION, ENDS[0], 4.0), (JUNCTION, ENDS[1], 3.2)):
+    for begin, end, radius in (
+        (ROOT - [longer, 0, 0], JUNCTION, 5.0),
+        (JUNCTION, ENDS[0], 4.0),
+        (JUNCTION, ENDS[1], 3.2),
+    ):
         along = (end - begin) / np.linalg.norm(end - begin)
         at = (grid - begin) @ along
         away = np.linalg.norm(grid - begin - at[..., None] * along, axis=-1)
