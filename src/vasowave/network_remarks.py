@@ -2,7 +2,13 @@
 
 import numpy as np
 
+from vasowave import units
 from vasowave.network import Network
+
+ROOT_RADIUS = {"mouse": (0.02, 0.08), "rat": (0.05, 0.25), "human": (0.3, 2.5)}
+"""Between which the radius of the main pulmonary artery lies, cm; what lies outside is taken for a slip of the unit.
+Mouse: the paper's Table 1 has 0.047 and 0.051. Rat: some three times the mouse's. Human: a diameter of 2.7 ± 0.3 cm
+(CT, Edwards, Bull and Coulden 1998), wider in hypertension; down to lobar arteries, where trees begin, too."""
 
 
 def implausible_sizes(network: Network) -> list[str]:
@@ -21,6 +27,47 @@ def implausible_sizes(network: Network) -> list[str]:
             "a human aorta 1.5 cm: is the unit in the header right?"
         )
     return remarks
+
+
+def unlike_the_species(network: Network, species: str, unit: float | None = None) -> str:
+    """Return what is wrong with the root's radius in an animal of this `species`, and which unit would be right.
+
+    Parameters
+    ----------
+    network : Network
+    species : str
+        See `ROOT_RADIUS`; any other word is not checked.
+    unit : float, optional
+        What a number of the file was taken for, cm; without it lengths come from a voxel size.
+
+    Returns
+    -------
+    str
+        Empty where nothing is wrong.
+    """
+    if species not in ROOT_RADIUS:
+        return ""
+    radius, (low, high) = float(network.radius[network.root]), ROOT_RADIUS[species]
+    if low <= radius <= high:
+        return ""
+    said = (
+        f"the root's radius is {radius:.3g} cm and the vessels are {float(network.length.sum()):.4g} cm long in all, "
+        f"but a {species}'s main pulmonary artery has a radius of {low:g} to {high:g} cm"
+    )
+    right = f"{low / radius * (unit or 1):.2g} to {high / radius * (unit or 1):.2g}"
+    if unit is None:
+        said += f": the voxel size is wrong, probably by a factor of {right}"
+    else:
+        number = radius / unit
+        fitting = [name for name in ("um", "mm", "cm") if low <= number * units.factor(name, "length") <= high]
+        said += (
+            f": the unit is probably {fitting[0]}"
+            if fitting
+            else f": the numbers are probably voxels; give the size of one in cm as the unit ({right} would fit)"
+        )
+    others = [name for name, (least, most) in ROOT_RADIUS.items() if least <= radius <= most]
+    fits = f"; it would fit a {' or a '.join(others)}" if others else ""
+    return f"{said}. If the animal is another{fits}: say its species ({', '.join((*ROOT_RADIUS, 'other'))})"
 
 
 def unknown_pressure(network: Network) -> list[str]:

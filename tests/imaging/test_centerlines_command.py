@@ -58,7 +58,7 @@ def test_the_largest_vessels_alone_are_kept_and_an_earlier_result_is_replaced(li
     [
         (["--unit", "furlong"], "'furlong' is not a unit of length"),
         (["--unit", "-1"], "give the file's unit of length as a positive number"),
-        (["--unit", "mm", "--cut", "here"], "'tube' or where they are 'identical'"),
+        (["--unit", "mm", "--cut", "here"], "part at a 'tube' or where 'identical'"),
         (["--unit", "mm", "--vessels", "3", "--generations", "2"], "keep either"),
     ],
 )

@@ -10,13 +10,13 @@ from vasowave.imaging.axes.ends import with_ends_at_half_grey, with_ends_at_the_
 from vasowave.imaging.axes.stretches import free_length
 from vasowave.imaging.axes.vessels import in_another_lumen, tree_of
 from vasowave.imaging.exchange.tables import write_network_table
-from vasowave.imaging.lumen.segmentation import segment
+from vasowave.imaging.lumen.segmentation import Segmentation, segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
 from vasowave.imaging.measure.radii import densitometric_radii, windows
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.loops import loop_count
+from vasowave.imaging.witness.loops import loop_count, loops_of
 from vasowave.network import Network
 
 
@@ -138,16 +138,42 @@ def test_a_ring_is_one_loop_reported_where_it_closes_and_an_open_ring_is_none():
     assert loop_count(segment(ring_volume(closed=False), 45, root)) == 0
     volume = ring_volume(closed=True)
     assert loop_count(segment(volume, 45, root)) == 1
-    with pytest.warns(VasowaveWarning, match=r"closes 1 loop.*x,y,z, cm\) 0\.[45]\d*,0\.[23]\d*,0\.1"):
-        extract(volume, Options(root=root, cannula=0, loops="open"))
+    with pytest.warns(VasowaveWarning, match=r"closes 1 loop\(s\), thinnest at \(x,y,z, cm\) 0\.\d+,0\.\d+,0\.1"):
+        found = extract(volume, Options(root=root, cannula=0, loops="open"))
+    (doubt,) = (one for one in found.doubts if one.about == "loop")
+    assert np.hypot(doubt.places[0, 1] - 0.30, doubt.places[0, 2] - 0.36) == pytest.approx(0.14, abs=0.02)
+    assert doubt.vessels
 
 
 def test_a_loop_is_refused_with_its_place_where_the_user_wants_none():
     root = np.array([0.12, 0.30, 0.05])
-    with pytest.raises(InputError, match=r"closes 1 loop.* 0\.[45]\d*,0\.[23]\d*,0\.1"):
+    with pytest.raises(InputError, match=r"closes 1 loop.* \(ring of 0\.\d+ cm\).*give the outlets"):
         extract(ring_volume(closed=True), Options(root=root, cannula=0))
     with pytest.raises(InputError, match="loops: unknown 'cut'; choose from 'open', 'refuse'"):
         Options(root=root, loops="cut")
+
+
+def test_a_guided_extraction_that_is_refused_for_a_loop_is_not_told_to_give_outlets_and_no_path_is_drawn(monkeypatch):
+    root, outlet = np.array([0.12, 0.30, 0.05]), [0.12, 0.30, 0.50]
+    monkeypatch.setattr("vasowave.imaging.extraction.tree_of", lambda *given: pytest.fail("paths before loops"))
+    with pytest.raises(InputError, match=r"closes 1 loop") as told:
+        extract(ring_volume(closed=True), Options(root=root, cannula=0, outlets=[outlet]))
+    assert "outlets" not in str(told.value)
+    assert "level-set" in str(told.value)
+
+
+def test_a_ring_is_as_long_as_it_is_round_and_named_where_it_is_thinnest():
+    z, y, x = np.indices((24, 60, 60))
+    rho = np.hypot(y - 30, x - 30)
+    wide = 4.5 - 2.5 * np.exp(-((np.arctan2(y - 30, x - 30) - 1.0) ** 2) / 0.08)  # thin at an angle of 1 rad
+    ring = np.hypot(rho - 18, z - 12) < wide
+    mask = np.pad(ring, 1)[1:-1, 1:-1, 1:-1]
+    lumen = Segmentation(mask, mask * 90.0, np.zeros(3, int), 0.01, np.array([0.1, 0.2, 0.3]), 45.0, 0.0, 1.0)
+    (loop,) = loops_of(lumen)
+    assert loop.length == pytest.approx(2 * np.pi * 0.18, rel=0.1)  # a way along voxels is a little longer
+    thin = np.array([0.12, 0.30 + 0.18 * np.sin(1.0), 0.30 + 0.18 * np.cos(1.0)]) + lumen.origin
+    assert np.linalg.norm(loop.place - thin) < 0.05
+    assert loop.radius == pytest.approx(0.02, abs=0.01)
 
 
 def blurred_end(radius, threshold):

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
@@ -44,43 +44,65 @@ def extract(
 
 
 @app.command(
-    epilog="Example: vasowave centerlines lung.vtp -o lung --unit mm --vessels 21. "
+    epilog="Example: vasowave centerlines lung.vtp -o lung --unit mm --surface lung.stl --vessels 21. "
     "Then: vasowave fit lung/network.csv recording.csv"
 )
 def centerlines(
     lines: Annotated[Path, typer.Argument(help="Centerlines: .vtp, .vtk, .dat, .csv, .swc or .mrk.json.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the network.")],
     unit: Annotated[str, typer.Option(help="Unit of length in the file: mm, cm, um, or its size in cm: 0.00427.")],
-    cut: Annotated[str, typer.Option(help="Lines part at a 'tube' of half the radius or where 'identical'.")] = "tube",
-    collapse: Annotated[float, typer.Option(help="Inner vessels shorter than this, in radii, become junctions.")] = 0.0,
+    surface: Annotated[Path | None, typer.Option(help="The surface the lines were drawn in: .stl, .vtp, .vtk.")] = None,
+    cut: Annotated[
+        str, typer.Option(help="Vessels meet where 'axes' do, as in extract, or part at a 'tube' or where 'identical'.")
+    ] = "axes",
+    ends: Annotated[
+        str,
+        typer.Option(help="Lines end a 'ball' before the wall (VMTK, Slicer) or at the 'wall'; auto: by their look."),
+    ] = "auto",
+    collapse: Annotated[float, typer.Option(help="Inner vessels shorter than this, in radii, become junctions.")] = 0.6,
     generations: Annotated[int | None, typer.Option(help="Keep the first so many generations.")] = None,
     vessels: Annotated[int | None, typer.Option(help="Keep the largest so many vessels.")] = None,
     min_radius: Annotated[float | None, typer.Option(help="Keep the vessels above this radius, cm.")] = None,
     pressure: Annotated[float, typer.Option(help="Pressure at which the vessels were imaged, mmHg; 0: unknown.")] = 0.0,
+    species: Annotated[
+        str, typer.Option(help="Whose root the unit is checked by: mouse, rat, human, other.")
+    ] = "mouse",
 ) -> None:
     """Turn the centerlines of another program into a vessel network, for ParaView and the authors' tables too."""
     from vasowave.errors import InputError
-    from vasowave.imaging.exchange.centerlines import read_centerlines
-    from vasowave.imaging.measure.measurement import filled_at, measured_alone
+    from vasowave.imaging.exchange.centerlines import measured_lines
+    from vasowave.imaging.measure.measurement import filled_at
     from vasowave.imaging.options import check_wishes
     from vasowave.imaging.revise.parts import wanted_part
+    from vasowave.network_remarks import ROOT_RADIUS, unlike_the_species
     from vasowave.report.centerlines import check_centerlines_folder, write_centerline_network
 
     check_wishes(generations, vessels, min_radius)
-    if cut not in ("tube", "identical"):
-        raise InputError(f"cut '{cut}'; lines part where they enter a 'tube' or where they are 'identical'")
+    if cut not in ("axes", "tube", "identical"):
+        raise InputError(f"cut '{cut}'; vessels meet where 'axes' do, or part at a 'tube' or where 'identical'")
+    if ends not in ("auto", "ball", "wall"):
+        raise InputError(f"ends '{ends}'; lines end a 'ball' before the wall or at the 'wall', or 'auto'")
+    if species not in (*ROOT_RADIUS, "other"):
+        raise InputError(f"species '{species}'; there are {', '.join(ROOT_RADIUS)}, and 'other', which is not checked")
+    if surface is not None and cut != "axes":
+        raise InputError(f"a surface says where axes meet; leave it out with --cut {cut}")
     check_centerlines_folder(output)
     size = _length_unit(unit)
-    tree = read_centerlines(lines, size, cast(Literal["tube", "identical"], cut), collapse)
-    measured = filled_at(wanted_part(measured_alone(tree), generations, vessels, min_radius), pressure)
+    whole = measured_lines(lines, size, cast(Any, cut), collapse, surface, cast(Any, ends))
+    if wrong := unlike_the_species(whole.network, species, size):
+        raise InputError(f"{lines}: {wrong}")
+    measured = filled_at(wanted_part(whole, generations, vessels, min_radius), pressure)
     settings: dict[str, str | float] = {
         "pressure [mmHg]": pressure,
         "unit [cm]": size,
+        "species": species,
         "cut": cut,
+        "ends": ends,
+        "surface": "none" if surface is None else surface.name,
         "collapse": collapse,
-        "vessels in the file": len(tree.lines),
+        "vessels in the file": len(whole.network),
     }
-    write_centerline_network(measured, lines, settings, output)
+    write_centerline_network(measured, [lines, *([] if surface is None else [surface])], settings, output)
     typer.echo(repr(measured.network))
     typer.echo(
         f"Look at it: {output / 'figures' / 'network.png'}; then: vasowave fit {output / 'network.csv'} RECORDING"

@@ -11,6 +11,7 @@ from vasowave.imaging.axes.paths import long_tips, minimal_paths, paths_to
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.places import written
 from vasowave.network import Network
+from vasowave.network_remarks import unlike_the_species
 
 SCALE_LIMIT = 0.2
 """A cannula that is off by more than this share is no matter of scale: the root or the voxel size is wrong."""
@@ -58,8 +59,10 @@ def require_reached(lumen: Segmentation, outlets: np.ndarray) -> None:
         )
 
 
-def check_root(network: Network, scale: float, cannula: float) -> None:
-    """Refuse a cannula that cannot be one, and warn of a vessel wider than the root."""
+def check_root(network: Network, scale: float, cannula: float, species: str) -> None:
+    """Refuse a wrong cannula, or without one a root that the species cannot have; warn of a vessel wider than it."""
+    if not cannula and (wrong := unlike_the_species(network, species)):
+        raise InputError(wrong)
     if cannula and abs(np.log(scale)) > np.log1p(SCALE_LIMIT):
         measured = cannula / scale
         raise InputError(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import VasowaveWarning
 from vasowave.imaging.axes.vessels import begun_elsewhere, tree_of
 from vasowave.imaging.entrances import check_root, deepest_near, require_reached, root_wanted
 from vasowave.imaging.given import Given, given
@@ -20,7 +20,7 @@ from vasowave.imaging.measure.cannula import scale_of, tip_sd, without_cannula
 from vasowave.imaging.measure.measurement import Measurement, filled_at, measured_in, with_errors
 from vasowave.imaging.measure.spread import Elsewhere, elsewhere, with_spread
 from vasowave.imaging.options import Options
-from vasowave.imaging.places import written
+from vasowave.imaging.places import written_in_the_world
 from vasowave.imaging.read.files import read_volume
 from vasowave.imaging.read.volume import Volume, is_cubic, isotropic
 from vasowave.imaging.revise.edits import Edit, edited, edited_alike
@@ -28,7 +28,7 @@ from vasowave.imaging.revise.junctions import with_junctions_at
 from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt
-from vasowave.imaging.witness.loops import loop_count, loop_places
+from vasowave.imaging.witness.loops import loop_doubts, told_loops
 from vasowave.imaging.witness.misfit import surface_misfit
 from vasowave.imaging.witness.skeleton import Branches, skeleton_branches
 from vasowave.imaging.witness.witness import doubts_about
@@ -42,18 +42,19 @@ class Extraction:
     Attributes
     ----------
     measured : Measurement
-        Of the kept part, its coordinates multiplied by `factor`.
+        Of the kept part, its coordinates in the world, multiplied by `factor`.
     scale : float
         Known over measured diameter of the cannula; 1 without a cannula. Applied only if `options.scale` says so.
     factor : float
         What the coordinates were multiplied with.
     lumen : Segmentation
+        Along the image's own axes, see `Frame`.
     image : Volume
         As read, not resampled.
     source : Path, optional
         Where the image was read from.
     root : float array, shape (3,)
-        Where the blood enters, z, y, x, cm, in the image's coordinates.
+        Where the blood enters, z, y, x, cm, in the world.
     options : Options
     misfit : float array, shape (vessel,)
         How far the lumen is from a round tube, as a share of the radius, see `surface_misfit`.
@@ -132,12 +133,23 @@ def extract(
 def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str], None], stages: Stages) -> Extraction:
     say("image")
     image, key = _image(source, options.voxel, stages)
+    with written_in_the_world(image.frame):
+        found = _found_in(image, key, options, say, stages)
+    return replace(found, source=None if isinstance(source, Volume) else Path(source))
+
+
+def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], None], stages: Stages) -> Extraction:
+    """Return the extraction without its source; all is computed along the image's axes, and turned at the end."""
     volume = image if is_cubic(image) else stages.kept("cubes", key, lambda: isotropic(image))
     said = given(image, volume, options)
     say("lumen")
     keys = keys_of(key, said, options)
     lumen = stages.kept("lumen", keys.lumen, lambda: _lumen(said, options))
     root = np.asarray(said.root)
+    level_set = options.method == "threshold" and options.mask is None
+    loops = stages.kept(
+        "loops", keys.loops, lambda: told_loops(lumen, options.loops, said.outlets is not None, level_set)
+    )
     say("axes")
     unedited, cannula = stages.kept("axes", keys.axes, lambda: _tree(lumen, root, said, options))
     tree = edited(unedited, said.edits)
@@ -145,7 +157,7 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     look = Profiles(stages.stored("profiles", keys.profiles))
     measured = measured_in(tree, volume, look)
     scale = 1.0 if cannula is None else scale_of(cannula, volume, options.cannula / 2)
-    check_root(measured.network, scale, options.cannula / 2)
+    check_root(measured.network, scale, options.cannula / 2, options.species)
     say("uncertainty")
     inside = deepest_near(lumen, root)  # a place near the wall is outside the lumen at a higher threshold
     others = stages.kept(
@@ -160,16 +172,18 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
     all_ends = said.outlets is None and not said.edits
     misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
     doubts = doubts_about(measured, lumen, skeleton, misfit, all_ends)
-    factor = scale if options.scale == "cannula" else 1.0
+    doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
+    factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
+    measured = replace(measured, tree=measured.tree.moved(world))
     whole = scaled(with_junctions_at(measured, options.junction), factor)
     kept = wanted_part(whole, options.generations, options.vessels, options.min_radius)
-    path = None if isinstance(source, Volume) else Path(source)
-    doubts = tuple(one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
+    told = (one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
+    doubts = tuple(replace(one, places=world(one.places)) for one in told)
     for doubt in doubts:
         warnings.warn(doubt.text, VasowaveWarning, stacklevel=2)
     misfit = misfit[[measured.network.name.index(name) for name in kept.network.name]]
     kept = with_errors(filled_at(kept, options.pressure))
-    return Extraction(kept, scale, factor, lumen, image, path, root, options, misfit, doubts)
+    return Extraction(kept, scale, factor, lumen, image, None, world(root), options, misfit, doubts)
 
 
 def _image(source: Volume | str | Path, voxel: float | None, stages: Stages) -> tuple[Volume, str]:
@@ -194,7 +208,6 @@ def _tree(lumen: Segmentation, root: np.ndarray, said: Given, options: Options) 
     if said.outlets is not None:
         require_reached(lumen, said.outlets)
     tree = tree_of(lumen, root, said.outlets)
-    _tell_loops(lumen, tree, options.loops)
     return without_cannula(tree, said.volume) if options.cannula else (tree, None)
 
 
@@ -210,24 +223,3 @@ def _edited_too(
     """Return the tree at other thresholds, and as it is fitted `again`, after the edits of `tree`."""
     _, again, *after = edited_alike((tree, again, *(other.tree for other in others)), edits)
     return tuple(replace(other, tree=own) for other, own in zip(others, after, strict=True)), again
-
-
-def _tell_loops(lumen: Segmentation, tree: Tree, what: str) -> None:
-    """Warn of loops that `tree` opens in `lumen`, or refuse them, and say where they probably are."""
-    count = loop_count(lumen)
-    if count <= 0:
-        return
-    places = "; ".join(map(written, loop_places(tree)))
-    where = f"probably at (x,y,z, cm) {places or 'unknown'}: vessels touch there"
-    if what == "refuse":
-        raise InputError(
-            f"the lumen closes {count} loop(s), {where}. A tree cannot hold them, and where one is cut decides which "
-            "vessels there are: give the outlets and raise the threshold, cut them in the mask, or accept any cut "
-            "(loops 'open')"
-        )
-    warnings.warn(
-        f"the lumen closes {count} loop(s), {where}. The tree cuts each somewhere: vessels, lengths and flows on it "
-        "may be far off; raise the threshold or give the outlets",
-        VasowaveWarning,
-        stacklevel=2,
-    )

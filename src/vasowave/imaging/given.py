@@ -1,6 +1,6 @@
 """What the user gave, files read and put on one grid."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ class Given:
     segmenter : Segmenter
         Finds the lumen in `volume`.
     root, seed : float array, shape (3,), or None
-        Where the blood enters, and a point inside the tree; z, y, x, cm.
+        Where the blood enters, and a point inside the tree; z, y, x, cm, along the image's axes, as all places here.
     outlets : float array, shape (outlet, 3), or None
     edits : tuple of Edit
     """
@@ -49,15 +49,15 @@ def given(image: Volume, volume: Volume, options: Options) -> Given:
     InputError
         As `read_labels`, `read_edits`, `box_region`.
     """
-    edits = read_edits(options.edits) if options.edits else ()
+    own = image.frame.own
+    edits = tuple(replace(edit, point=own(edit.point)) for edit in read_edits(options.edits)) if options.edits else ()
     labels = on_grid_of(read_labels(options.mask, image, options.voxel), image, volume) if options.mask else None
     entrances = marks(labels, volume) if labels is not None else {}
     painted: Any = [place for label, place in entrances.items() if label > ROOT]
-    outlets: Any = options.outlets if options.outlets is not None else painted or None
-    root: Any = next(
-        (place for place in (root_of(edits), options.root, entrances.get(ROOT)) if place is not None), None
-    )
-    seed: Any = root if options.seed is None else options.seed
+    outlets: Any = own(options.outlets) if options.outlets is not None else painted or None
+    said: Any = None if options.root is None else own(options.root)
+    root: Any = next((place for place in (root_of(edits), said, entrances.get(ROOT)) if place is not None), None)
+    seed: Any = root if options.seed is None else own(options.seed)
     root, seed, outlets = (None if place is None else np.asarray(place, dtype=float) for place in (root, seed, outlets))
     return Given(image, volume, _segmenter(options, image, volume, labels), root, seed, outlets, edits)
 
@@ -65,7 +65,7 @@ def given(image: Volume, volume: Volume, options: Options) -> Given:
 def _segmenter(options: Options, image: Volume, volume: Volume, labels: np.ndarray | None) -> Segmenter:
     region = None
     if isinstance(options.region, tuple):
-        region = box_region(volume, *(np.asarray(corner, dtype=float) for corner in options.region))
+        region = box_region(volume, *map(image.frame.own, options.region))
     elif options.region is not None:
         region = on_grid_of(read_labels(options.region, image, options.voxel), image, volume) > 0
     if labels is not None:

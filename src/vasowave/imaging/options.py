@@ -14,12 +14,12 @@ from vasowave.settings import check_settings
 
 @dataclass(frozen=True, eq=False)
 class Options:
-    """What the user decides; places are z, y, x in cm, in the image's own coordinates.
+    """What the user decides; places are z, y, x in cm, in the world as a viewer shows the image.
 
     Attributes
     ----------
     root : sequence of 3 floats, optional
-        Where the blood enters, the outer end of the cannula: x,y,z in the image's coordinates, cm (or with a unit:
+        Where the blood enters, the outer end of the cannula: x,y,z as a viewer shows it, cm (or with a unit:
         '9.1 12 4.5 mm'). An edit `root` overrules it, label 2 of the mask stands in.
     outlets : sequence of points, optional
         Guided mode, the network reaches these and no other: an outlet x,y,z, repeated, or a CSV with x [cm], y [cm],
@@ -40,6 +40,8 @@ class Options:
         Voxel size, cm, in place of the file's.
     cannula : float
         Known inner diameter of the cannula, cm (PE-90: 0.086); 0 where there is none.
+    species : "mouse", "rat", "human" or "other"
+        Whose main pulmonary artery the voxel size is checked by where there is no cannula; other: not checked.
     pressure : float
         Transmural pressure at which the vessels were filled for the image, mmHg; 0 where it is not known.
     scale : "file" or "cannula"
@@ -67,6 +69,7 @@ class Options:
     region: Region | None = None
     voxel: float | None = None
     cannula: Annotated[float, Ge(0), Lt(2)] = 0.086
+    species: Literal["mouse", "rat", "human", "other"] = "mouse"
     pressure: Annotated[float, Ge(0), Le(HIGHEST)] = 0.0
     scale: Literal["file", "cannula"] = "file"
     loops: Literal["open", "refuse"] = "refuse"

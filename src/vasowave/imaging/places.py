@@ -1,15 +1,59 @@
 """Places as people write them, x y z with a unit, and as the package holds them, z y x in cm."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
+import numpy.typing as npt
 
 from vasowave import units
 from vasowave.columns import read_columns
 from vasowave.errors import InputError
 from vasowave.settings import Text
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """How the axes of an image lie in the world, as viewers show it and as people write places.
+
+    An extraction computes along the image's own axes, from the same first voxel; only where places come in and go out
+    they are turned.
+
+    Attributes
+    ----------
+    origin : float array, shape (3,)
+        The first voxel, z, y, x, cm: the same place in both.
+    axes : float array, shape (3, 3)
+        Column k is the direction, in the world, of the image's k-th axis (z, y, x).
+    """
+
+    origin: np.ndarray
+    axes: np.ndarray
+
+    def world(self, points: npt.ArrayLike) -> np.ndarray:
+        """Return points along the image's axes, shape (..., 3), in the world."""
+        return (np.asarray(points, dtype=float) - self.origin) @ self.axes.T + self.origin
+
+    def own(self, points: npt.ArrayLike) -> np.ndarray:
+        """Return points of the world, shape (..., 3), along the image's axes."""
+        return (np.asarray(points, dtype=float) - self.origin) @ np.linalg.inv(self.axes).T + self.origin
+
+
+_FRAME: ContextVar[Frame | None] = ContextVar("frame", default=None)
+
+
+@contextmanager
+def written_in_the_world(frame: Frame) -> Iterator[None]:
+    """Let `written` take places along the axes of `frame` and write them as they are in the world."""
+    token = _FRAME.set(frame)
+    try:
+        yield
+    finally:
+        _FRAME.reset(token)
 
 
 def parse_place(text: str) -> np.ndarray:
@@ -71,7 +115,9 @@ def read_places(path: str | Path) -> np.ndarray:
 
 
 def written(point: np.ndarray) -> str:
-    """Return z, y, x (cm) as ``"x,y,z"``, to 0.1 µm."""
+    """Return z, y, x (cm) as ``"x,y,z"``, to 0.1 µm, in the world where `written_in_the_world` says how it lies."""
+    frame = _FRAME.get()
+    point = point if frame is None else frame.world(point)
     return ",".join(f"{value:.5f}".rstrip("0").rstrip(".") for value in point[::-1])
 
 

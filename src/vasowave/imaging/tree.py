@@ -1,6 +1,6 @@
 """Vessels in space: an axis with its radii, and the tree of them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -114,6 +114,10 @@ class Tree:
         parents = self.parent.copy()
         parents[self.daughters(row)] = self.parent[row]
         return without(self.lines, parents, {row})
+
+    def moved(self, move: Callable[[np.ndarray], np.ndarray]) -> "Tree":
+        """Return the tree with every point where `move` puts it; radii stay."""
+        return self.with_lines([Line(move(line.points), line.radius) for line in self.lines])
 
     def times(self, factor: float) -> "Tree":
         """Return the tree with every coordinate and radius times `factor`."""

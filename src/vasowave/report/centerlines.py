@@ -1,7 +1,7 @@
 """The folder of a network that comes from the centerlines of another program."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from vasowave.figures.style import style
@@ -20,7 +20,7 @@ def check_centerlines_folder(folder: Path) -> None:
 
 
 def write_centerline_network(
-    measured: Measurement, source: Path, settings: Mapping[str, str | float], folder: Path
+    measured: Measurement, sources: Sequence[Path], settings: Mapping[str, str | float], folder: Path
 ) -> None:
     """Write the network, its tables, centerlines and graph into `folder`, whole or not at all.
 
@@ -28,8 +28,8 @@ def write_centerline_network(
     ----------
     measured : Measurement
         See `measure.measurement.measured_alone`.
-    source : Path
-        The file it comes from.
+    sources : sequence of Path
+        The file it comes from, and the others that were read.
     settings : mapping
         How it was read, for the record.
     folder : Path
@@ -41,7 +41,7 @@ def write_centerline_network(
     """
     folder = Path(folder).resolve()
     check_centerlines_folder(folder)
-    origin = provenance([source])
+    origin = provenance(list(sources))
     with write_folder(folder) as fresh:
         write_network_files(measured, fresh)
         (fresh / FIGURES).mkdir()
@@ -49,5 +49,5 @@ def write_centerline_network(
             figure = network_figure(measured.network)
             for kind, made in (("svg", {"Date": None}), ("png", {"Software": None})):
                 figure.savefig(fresh / FIGURES / f"network.{kind}", metadata=made)
-        stored = {"file": source.name, "settings": dict(settings), "provenance": origin}
+        stored = {"file": sources[0].name, "settings": dict(settings), "provenance": origin}
         (fresh / SETTINGS).write_text(json.dumps(stored, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -5,6 +5,7 @@ import hashlib
 import io
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,6 +67,7 @@ def write_extraction(extraction: Extraction, folder: Path) -> Path:
     with write_folder(folder) as fresh:
         write_network_files(extraction.measured, fresh, extraction.doubts)
         surface = smooth_surface(extraction.lumen)
+        surface = replace(surface, points=extraction.image.frame.world(surface.points))
         write_mask(extraction.lumen, extraction.image, fresh / "mask.nrrd")
         write_surface_vtp(surface, fresh / "surface.vtp")
         write_stl(surface, fresh / "surface.stl")
@@ -88,7 +90,7 @@ def write_extraction(extraction: Extraction, folder: Path) -> Path:
 def extraction_figures(extraction: Extraction) -> dict[str, "Figure"]:
     """Return the figures by name: projection, network."""
     network = extraction.network
-    tree = extraction.tree.times(1 / extraction.factor)
+    tree = extraction.tree.times(1 / extraction.factor).moved(extraction.image.frame.own)
     projection = projection_figure(isotropic(extraction.image), extraction.lumen, tree, network.name)
     with style():
         graph = network_figure(network)
@@ -149,7 +151,7 @@ def network_figure(network: Network) -> "Figure":
 
 
 def _told(extraction: Extraction) -> list[dict[str, Any]]:
-    """Return the doubts as they are stored; places are x, y, z in cm, in the image's coordinates."""
+    """Return the doubts as they are stored; places are x, y, z in cm, in the world."""
     return [
         {"about": one.about, "text": one.text, "vessels": one.vessels, "places [cm]": one.places[:, ::-1].tolist()}
         for one in extraction.doubts

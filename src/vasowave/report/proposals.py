@@ -17,7 +17,7 @@ class Proposals(NamedTuple):
     edits : list of str
         Lines of a file of edits, each a comment: why, then the edit.
     outlets : float array, shape (outlet, 3)
-        Ends that only the second tree of the lumen has, z, y, x, cm, in the image's coordinates.
+        Ends that only the second tree of the lumen has, z, y, x, cm, in the world.
     """
 
     edits: list[str]

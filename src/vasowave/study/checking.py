@@ -11,6 +11,7 @@ from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import InputError, VasowaveError
 from vasowave.findings import Finding, Severity
 from vasowave.law_files import files_of, plain
+from vasowave.network_remarks import ROOT_RADIUS
 from vasowave.nominal import Nominal, estimate_nominal, oddities
 from vasowave.provenance import sha256
 from vasowave.recording import INDEX_UNITS, Recording
@@ -28,14 +29,14 @@ NORMAL = {
         "mPAP": (7.0, 45.0, "mmHg"),
         "pPAP": (4.0, 50.0, "mmHg"),
         "CO": (0.05, 0.45, "ml/s"),
-        "root radius": (0.02, 0.08, "cm"),
+        "root radius": (*ROOT_RADIUS["mouse"], "cm"),
     },
     "rat": {
         "HR": (200.0, 550.0, "beats/min"),
         "mPAP": (8.0, 70.0, "mmHg"),
         "pPAP": (5.0, 80.0, "mmHg"),
         "CO": (0.4, 4.0, "ml/s"),
-        "root radius": (0.05, 0.25, "cm"),
+        "root radius": (*ROOT_RADIUS["rat"], "cm"),
     },
 }
 """Values outside are taken for slips until somebody has looked. For mice: well beyond three SD from the means

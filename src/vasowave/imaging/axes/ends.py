@@ -26,11 +26,12 @@ def with_ends_at_the_surface(tree: Tree, surface: np.ndarray) -> Tree:
     """
     lines = list(tree.lines)
     for row in tree.terminals:
-        lines[row] = _prolonged(lines[row], surface)
+        lines[row] = to_the_surface(lines[row], surface)
     return tree.with_lines(lines)
 
 
-def _prolonged(line: Line, surface: np.ndarray) -> Line:
+def to_the_surface(line: Line, surface: np.ndarray) -> Line:
+    """Return `line` with its last radius replaced by its axis, prolonged to the `surface`."""
     run = line.run
     radius = float(np.median(line.radius[run > 0.5 * run[-1]]))
     kept = line[run <= max(run[-1] - radius, 0.5 * run[-1])]

@@ -5,16 +5,20 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from vasowave.columns import read_columns
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.axes.skeleton import Skeleton, cut_at_junctions
+from vasowave.imaging.exchange.convention import Ends, as_extracted
 from vasowave.imaging.exchange.graph import rooted
 from vasowave.imaging.exchange.markups import read_markups
 from vasowave.imaging.exchange.merging import merged
 from vasowave.imaging.exchange.polydata import read_polydata, write_vtp
 from vasowave.imaging.exchange.polylines import PolyLines
 from vasowave.imaging.exchange.swc import LEAST, read_swc, require_radii
+from vasowave.imaging.exchange.triangles import read_surface_points
+from vasowave.imaging.measure.measurement import Measurement, measured_alone
 from vasowave.imaging.places import written
 from vasowave.imaging.tree import Line, Tree
 
@@ -70,6 +74,48 @@ def read_centerlines(
     except InputError as error:
         said = str(error)
         raise InputError(said if said.startswith(str(path)) else f"{path}: {said}") from None
+
+
+def measured_lines(
+    path: str | Path,
+    unit: float,
+    cut: Literal["axes", "tube", "identical"] = "axes",
+    collapse: float = 0.6,
+    surface: str | Path | None = None,
+    ends: Ends = "auto",
+) -> Measurement:
+    """Return the vessels in a file of centerlines, with the lengths that an extraction would give them.
+
+    Parameters
+    ----------
+    path, unit, collapse
+        See `read_centerlines`.
+    cut : "axes", "tube" or "identical"
+        Vessels meet where their axes do (see `as_extracted`), or lines are cut as they are, see `merged`.
+    surface : path, optional
+        The surface that the lines were drawn in, see `read_surface_points`, in the same unit.
+    ends : "auto", "ball" or "wall"
+        See `as_extracted`; the curves of Slicer end a ball before the wall.
+
+    Raises
+    ------
+    InputError
+        As `read_centerlines`, `read_surface_points`; a surface that lies elsewhere than the lines.
+    """
+    if cut != "axes":
+        return measured_alone(read_centerlines(path, unit, cut, collapse))
+    tree = read_centerlines(path, unit, "tube", collapse)
+    points = None if surface is None else read_surface_points(surface, unit)
+    if points is not None:
+        gap = cKDTree(points).query(tree.line.points)[0] / np.maximum(tree.line.radius, 1e-12)
+        if not 0.5 < np.median(gap) < 2:
+            raise InputError(
+                f"{surface}: the surface is {np.median(gap):.2g} radii from the lines of {path} in the middle, not 1; "
+                "are its unit and its place theirs?"
+            )
+    is_slicer = Path(path).suffix.lower() == ".json"
+    alike = as_extracted(tree, points, "ball" if is_slicer and ends == "auto" else ends, collapse)
+    return measured_alone(alike.tree, alike.length_sd)
 
 
 def _warn_of_leaps(path: Path, skeleton: Skeleton) -> None:

@@ -93,7 +93,10 @@ def _xml(raw: bytes) -> PolyLines:
         points.append(_array(holder, top, appended).reshape(-1, 3).astype(float))
         _require_count("points", len(points[-1]), piece.get("NumberOfPoints"))
         values = {a.get("Name"): a for a in piece.findall("./Lines/DataArray")}
-        joined, ends = (_array(values[name], top, appended) for name in ("connectivity", "offsets"))
+        if values:
+            joined, ends = (_array(values[name], top, appended) for name in ("connectivity", "offsets"))
+        else:  # a surface
+            joined = ends = np.empty(0, np.int64)
         _require_count("lines", len(ends), piece.get("NumberOfLines"))
         if len(joined) != (ends[-1] if len(ends) else 0) or (np.diff(ends, prepend=0) < 0).any():
             raise InputError(f"the lines hold {len(joined)} point numbers, their offsets say otherwise")

@@ -1,11 +1,17 @@
 """Surfaces of triangles as STL and VTK PolyData."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 
-from vasowave.imaging.exchange.polydata import data_array
+from vasowave.errors import InputError
+from vasowave.imaging.exchange.polydata import data_array, read_polydata
 from vasowave.imaging.lumen.surface import Surface
+from vasowave.textfile import read_bytes
+
+FEWEST = 100
+"""A surface of vessels has so many corners."""
 
 
 def write_stl(surface: Surface, path: str | Path) -> None:
@@ -35,3 +41,40 @@ def write_surface_vtp(surface: Surface, path: str | Path) -> None:
         "</Piece></PolyData></VTKFile>\n",
         encoding="ascii",
     )
+
+
+def read_surface_points(path: str | Path, unit: float) -> np.ndarray:
+    """Return the corners of the triangles in a surface file, z, y, x, cm, shape (corner, 3).
+
+    Parameters
+    ----------
+    path : path
+        .stl (binary or text), .vtp or .vtk.
+    unit : float
+        Unit of length of the file, cm.
+
+    Raises
+    ------
+    InputError
+        Unreadable file, too few corners, one that is not finite.
+    """
+    path = Path(path)
+    points = _stl_corners(path) if path.suffix.lower() == ".stl" else read_polydata(path).points
+    if len(points) < FEWEST or not np.isfinite(points).all():
+        raise InputError(f"{path}: {len(points)} corners, or one that is not finite; is this the vessels' surface?")
+    return unit * np.unique(points, axis=0)[:, ::-1]
+
+
+def _stl_corners(path: Path) -> np.ndarray:
+    content = read_bytes(path)
+    count = int.from_bytes(content[80:84], "little")
+    if len(content) == 84 + 50 * count:
+        table = np.frombuffer(content, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("count", "<u2")], offset=84)
+        return table["corners"].reshape(-1, 3).astype(float)
+    corners = re.findall(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", content)
+    try:
+        if not (content.lstrip().startswith(b"solid") and content.rstrip().split(b"\n")[-1].startswith(b"endsolid")):
+            raise ValueError
+        return np.array(corners, dtype=float).reshape(-1, 3)
+    except ValueError:
+        raise InputError(f"{path}: not a whole STL file; export the surface again") from None

@@ -29,6 +29,7 @@ class Keys(NamedTuple):
     """The digest of each stage; it holds that of the stage before."""
 
     lumen: str
+    loops: str
     axes: str
     elsewhere: str
     witness: str
@@ -42,9 +43,10 @@ def keys_of(image: str, said: Given, options: Options) -> Keys:
     the edits is the root.
     """
     lumen = digest_of("lumen", image, said.segmenter, options.threshold, said.seed)
-    axes = digest_of("axes", lumen, said.root, said.outlets, bool(options.cannula), options.loops)
+    loops = digest_of("loops", lumen, options.loops, said.outlets is None)
+    axes = digest_of("axes", lumen, said.root, said.outlets, bool(options.cannula))
     witness, profiles = digest_of("witness", lumen, said.root), digest_of("profiles", image)
-    return Keys(lumen, axes, digest_of("elsewhere", axes), witness, profiles)
+    return Keys(lumen, loops, axes, digest_of("elsewhere", axes), witness, profiles)
 
 
 def image_key(source: Path, voxel: float | None) -> str | None:

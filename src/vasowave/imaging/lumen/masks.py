@@ -13,7 +13,9 @@ from vasowave.imaging.read.volume import Volume
 
 
 def box_region(volume: Volume, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return which voxels of `volume` lie between the corners `low` and `high` (z, y, x, cm), bool, shape (z, y, x).
+    """Return which voxels of `volume` lie between the corners `low` and `high` of a box, bool, shape (z, y, x).
+
+    The corners are places along the image's own axes, z, y, x, cm.
 
     Raises
     ------
@@ -28,7 +30,7 @@ def box_region(volume: Volume, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         shape[axis] = count
         inside &= ((at >= a) & (at <= b)).reshape(shape)
     if not inside.any():
-        last = volume.origin + (np.array(volume.grey.shape) - 1) * volume.spacing
+        last = volume.frame.world(volume.origin + (np.array(volume.grey.shape) - 1) * volume.spacing)
         raise InputError(
             f"the region holds no voxel; the image spans {in_mm(volume.origin)} to {in_mm(last)} mm (x, y, z)"
         )

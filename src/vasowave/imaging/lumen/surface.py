@@ -51,7 +51,7 @@ def smooth_surface(lumen: Segmentation, rounds: int = 10) -> Surface:
 
 
 def write_mask(lumen: Segmentation, image: Volume, path: str | Path) -> None:
-    """Write the lumen's voxels as an image of 0 and 1 on the grid of `image` (.nrrd, .nii.gz, .mha), spacing in mm.
+    """Write the lumen's voxels as an image of 0 and 1 on the grid of `image` (.nrrd, .nii.gz, .mha), in mm.
 
     Parameters
     ----------

@@ -33,7 +33,8 @@ class Measurement:
     reliable : bool array, shape (vessel,)
         Whether the vessel's free length is at least two radii and its radius densitometric.
     length_sd : float array, shape (vessel,)
-        SD of `network.length` over the same axes fitted at the three thresholds, cm; NaN likewise.
+        SD of `network.length` over the same axes fitted at the three thresholds, cm; NaN likewise. Without an image,
+        that of the convention, see `exchange.convention`.
     grey : Densitometry, optional
         What else the grey levels say; None without an image.
     """
@@ -76,9 +77,18 @@ def with_errors(measured: Measurement) -> Measurement:
     return replace(measured, network=network)
 
 
-def measured_alone(tree: Tree) -> Measurement:
-    """Return lengths and inscribed radii of a `tree` without an image; the spread of the radii is unknown."""
+def measured_alone(tree: Tree, length_sd: np.ndarray | None = None) -> Measurement:
+    """Return lengths and inscribed radii of a `tree` without an image; the spread of the radii is unknown.
+
+    Parameters
+    ----------
+    tree : Tree
+    length_sd : float array, shape (vessel,), optional
+        SD of its lengths, cm, where it is known.
+    """
     network = network_of(tree)
     unknown = np.full(len(network), np.nan)
     reliable = free_length(tree) >= RELIABLE * network.radius
-    return Measurement(network, tree, network.radius, unknown, unknown, reliable, unknown)
+    return Measurement(
+        network, tree, network.radius, unknown, unknown, reliable, unknown if length_sd is None else length_sd
+    )

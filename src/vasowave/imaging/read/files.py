@@ -26,8 +26,8 @@ _CHECKS = {
 def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
     """Read a DICOM series (a folder), or NRRD, NIfTI, MetaImage, RAW with header, TIFF stack (a file).
 
-    Axes that the file turns or flips are turned back, so that z, y, x are the patient's as DICOM counts them. Compiled
-    libraries read in another process, within limits of time and memory.
+    Axes are permuted and flipped so that z, y, x are nearest to the patient's as DICOM counts them; how far they are
+    turned from these is `Volume.axes`. Compiled libraries read in another process, within limits of time and memory.
 
     Parameters
     ----------
@@ -42,11 +42,6 @@ def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
         Missing, truncated, damaged or unreadable file, voxels that lie outside the folder of their header, RAW without
         header, a series with missing, doubled or foreign slices (each named), no voxel size or unit of it, a voxel
         size that no image of an animal has.
-
-    Warns
-    -----
-    VasowaveWarning
-        Axes that are not the patient's even after turning: places count along the image's own.
     """
     path = Path(path)
     if not path.exists():
@@ -59,7 +54,8 @@ def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
     for note in image.notes:
         warnings.warn(note, VasowaveWarning, stacklevel=2)
     try:
-        return Volume(image.grey, image.spacing if spacing is None else np.full(3, spacing), image.origin)
+        spacing_used = image.spacing if spacing is None else np.full(3, spacing)
+        return Volume(image.grey, spacing_used, image.origin, image.axes)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 

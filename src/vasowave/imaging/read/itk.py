@@ -6,11 +6,9 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.imaging.read.volume import Image, Volume
+from vasowave.imaging.read.volume import SKEWED, Image, Volume
 
 MISSING = "reading and writing images needs the extra 'imaging': install vasowave[imaging]"
-_TURNED = 1e-2
-"""An axis that is off by more than this is oblique, and axes that are no rotation within it are damaged."""
 
 
 def itk() -> Any:
@@ -39,17 +37,15 @@ def read_itk(path: Path) -> Image:
 
 
 def upright(image: Any, source: Path) -> Image:
-    """Return the image with its axes turned to x left, y posterior, z superior, as DICOM counts."""
+    """Return the image with its axes permuted and flipped to about x left, y posterior, z superior, as DICOM counts."""
     axes = np.array(image.GetDirection()).reshape(3, 3)
-    if not np.allclose(axes @ axes.T, np.eye(3), atol=_TURNED):
+    if not np.allclose(axes @ axes.T, np.eye(3), atol=SKEWED):
         raise InputError(f"{source}: the directions of its axes are not perpendicular; its header is damaged")
-    notes: tuple[str, ...] = ()
     if not np.allclose(axes, np.eye(3), atol=1e-4):
         image = itk().DICOMOrient(image, "LPS")
-        if not np.allclose(image.GetDirection(), np.eye(3).ravel(), atol=_TURNED):
-            notes = (f"{source}: its axes are oblique; places count along the image's own axes, from its first voxel",)
-    grey = itk().GetArrayFromImage(image)
-    return Image(grey, np.array(image.GetSpacing())[::-1] / 10, np.array(image.GetOrigin())[::-1] / 10, notes)
+        axes = np.array(image.GetDirection()).reshape(3, 3)
+    grey, spacing, origin = itk().GetArrayFromImage(image), np.array(image.GetSpacing()), np.array(image.GetOrigin())
+    return Image(grey, spacing[::-1] / 10, origin[::-1] / 10, axes=axes[::-1, ::-1])
 
 
 def write_volume(volume: Volume, path: str | Path) -> None:
@@ -58,8 +54,9 @@ def write_volume(volume: Volume, path: str | Path) -> None:
 
 
 def write_image(values: np.ndarray, grid: Volume, path: str | Path) -> None:
-    """Write `values` on the grid of a volume, spacing in mm; whole numbers are compressed."""
+    """Write `values` on the grid of a volume, as it lies in the world, in mm; whole numbers are compressed."""
     image = itk().GetImageFromArray(values)
     image.SetSpacing([float(h) for h in grid.spacing[::-1] * 10])
     image.SetOrigin([float(h) for h in grid.origin[::-1] * 10])
+    image.SetDirection(grid.axes[::-1, ::-1].ravel().tolist())
     itk().WriteImage(image, str(path), bool(np.issubdtype(values.dtype, np.integer)))

@@ -28,7 +28,8 @@ def read_labels(path: str | Path, image: Volume, spacing: float | None = None) -
     Raises
     ------
     InputError
-        Unreadable or empty file, labels that are not whole numbers, another shape, spacing or origin than the image.
+        Unreadable or empty file, labels that are not whole numbers, another shape, spacing, origin or
+        direction than the image.
     """
     mask = read_volume(path, spacing if spacing or Path(path).suffix.lower() in (".tif", ".tiff") else None)
     if mask.grey.shape != image.grey.shape:
@@ -46,6 +47,8 @@ def read_labels(path: str | Path, image: Volume, spacing: float | None = None) -
                 f"{path}: the mask begins at {in_mm(mask.origin)} mm (x, y, z), the image at {in_mm(image.origin)}; "
                 "save it with the image's geometry"
             )
+    if not np.allclose(mask.axes, image.axes, atol=0.5 / max(image.grey.shape)):
+        raise InputError(f"{path}: the mask is turned against the image; save it with the image's geometry")
     labels = np.round(mask.grey).astype(np.int32)
     if not np.array_equal(labels, mask.grey) or labels.min() < 0:
         raise InputError(f"{path}: values that are not whole numbers from 0 on; this is an image, not a mask")

@@ -101,7 +101,8 @@ def _asked(process: subprocess.Popen[bytes], path: Path, size: int, seconds: flo
         if not count:
             raise EOFError
         rest = rest[count:]
-    return Image(grey, np.array(head["spacing"]), np.array(head["origin"]), tuple(head["notes"]))
+    spacing, origin, axes = (np.array(head[name]) for name in ("spacing", "origin", "axes"))
+    return Image(grey, spacing, origin, tuple(head["notes"]), axes)
 
 
 def _how_it_ended(process: subprocess.Popen[bytes]) -> str:

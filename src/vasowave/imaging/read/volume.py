@@ -1,23 +1,28 @@
 """A grey-level volume on a grid of known spacing."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.imaging.places import Frame
+
+SKEWED = 1e-2
+"""Axes that are no rotation within this are damaged."""
 
 VOXELS = (1e-6, 5.0)
 """Sizes of voxels outside are no image's of an animal, cm: from 10 nm to ten times the slices of a clinical scanner."""
 
 
 class Image(NamedTuple):
-    """What a file holds: grey levels in their own type, spacing and origin (z, y, x, cm), and what is odd about it."""
+    """What a file holds: grey levels in their own type, spacing, origin, what is odd about it, axes; see `Volume`."""
 
     grey: np.ndarray
     spacing: np.ndarray
     origin: np.ndarray
     notes: tuple[str, ...] = ()
+    axes: np.ndarray = np.eye(3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,22 +36,25 @@ class Volume:
         Distance of neighboring voxels along z, y, x, cm.
     origin : float array, shape (3,)
         Position of voxel (0, 0, 0), z, y, x, cm.
+    axes : float array, shape (3, 3)
+        Directions of the image's axes in the world, see `Frame`; the identity where it lies straight.
 
     Raises
     ------
     InputError
         Not three-dimensional, values that are not finite, one grey level everywhere, a spacing that is not positive, an
-        origin that is not finite.
+        origin that is not finite, axes that are not perpendicular.
     """
 
     grey: np.ndarray
     spacing: np.ndarray
     origin: np.ndarray
+    axes: np.ndarray = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
         """Check the grid and the grey levels once, and freeze them."""
-        for name, dtype in (("grey", np.float32), ("spacing", np.float64), ("origin", np.float64)):
-            array = np.asarray(getattr(self, name), dtype=dtype).view()
+        for name in ("grey", "spacing", "origin", "axes"):
+            array = np.asarray(getattr(self, name), dtype=np.float32 if name == "grey" else np.float64).view()
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         if self.grey.ndim != 3 or min(self.grey.shape) < 3:
@@ -60,10 +68,17 @@ class Volume:
             )
         if self.origin.shape != (3,) or not np.isfinite(self.origin).all():
             raise InputError(f"volume: origin {self.origin} cm; give three finite numbers (z, y, x)")
+        if self.axes.shape != (3, 3) or not np.allclose(self.axes @ self.axes.T, np.eye(3), atol=SKEWED):
+            raise InputError(f"volume: axes {self.axes.tolist()}; give three perpendicular directions of length 1")
         if not np.isfinite(self.grey).all():
             raise InputError("volume: grey levels that are not finite (NaN or infinity); repair the reconstruction")
         if self.grey.min() == self.grey.max():
             raise InputError(f"volume: every voxel has grey level {self.grey.flat[0]:g}; is this the right file?")
+
+    @property
+    def frame(self) -> Frame:
+        """How the image's axes lie in the world."""
+        return Frame(self.origin, self.axes)
 
 
 def is_cubic(volume: Volume) -> bool:
@@ -84,4 +99,4 @@ def isotropic(volume: Volume) -> Volume:
     step = smallest / volume.spacing
     counts = np.floor((np.array(volume.grey.shape) - 1) / step + 1e-6).astype(int) + 1
     grey = affine_transform(volume.grey, step, output_shape=tuple(counts), order=1, mode="nearest")
-    return Volume(grey, np.full(3, smallest), volume.origin)
+    return Volume(grey, np.full(3, smallest), volume.origin, volume.axes)

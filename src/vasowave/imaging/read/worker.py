@@ -43,7 +43,8 @@ def answer(asked: dict[str, Any], out: BinaryIO) -> None:
     else:
         grey = np.ascontiguousarray(image.grey)
         head = {"shape": grey.shape, "type": grey.dtype.str, "notes": image.notes}
-        _tell(out, head | {"spacing": image.spacing.tolist(), "origin": image.origin.tolist()}, grey)
+        places = {name: getattr(image, name).tolist() for name in ("spacing", "origin", "axes")}
+        _tell(out, head | places, grey)
 
 
 def read_any(path: Path) -> Image:

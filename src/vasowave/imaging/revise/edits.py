@@ -1,6 +1,6 @@
 """Corrections of a tree by hand: a small text file that is replayed whenever the volume is extracted again.
 
-One edit a line; ``#`` begins a comment; a place is x y z, in the image's coordinates::
+One edit a line; ``#`` begins a comment; a place is x y z, as a viewer shows the image::
 
     unit   mm               unit of the places below it: cm (where none is given), mm, um
     root   12.1 3.4 5.0     the blood enters here, whatever the option says; once

@@ -12,8 +12,8 @@ class Doubt:
 
     Attributes
     ----------
-    about : "topology", "length" or "radius"
-        What may be wrong.
+    about : "topology", "length", "radius" or "loop"
+        What may be wrong; "loop": whatever depends on where a ring of the lumen is cut.
     text : str
         What was seen and what to do.
     vessels : tuple of str
@@ -22,7 +22,7 @@ class Doubt:
         Where, z, y, x, cm; may be empty.
     """
 
-    about: Literal["topology", "length", "radius"]
+    about: Literal["topology", "length", "radius", "loop"]
     text: str
     vessels: tuple[str, ...] = ()
     places: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))

@@ -1,10 +1,45 @@
 """Loops of the lumen: a tree has none, touching vessels and smeared gaps make them."""
 
+import warnings
+from typing import Literal, NamedTuple
+
 import numpy as np
+from scipy import ndimage
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
+from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.places import written
 from vasowave.imaging.tree import Tree
+from vasowave.imaging.witness.doubts import Doubt
+
+SMALLEST = 5.0
+"""The least ring of voxels around a hole is longer, voxels; shorter ones are voxels that all touch each other."""
+APART = 3.0
+"""Two rings whose thinnest places lie so many voxels apart are named as one."""
+
+NAMED = 6
+"""A message names so many rings."""
+
+
+class Loop(NamedTuple):
+    """A ring of the lumen.
+
+    Attributes
+    ----------
+    place : float array, shape (3,)
+        The thinnest place of the ring, where touching vessels touch; z, y, x, cm.
+    length : float
+        Along the middle of the lumen, cm.
+    radius : float
+        Of the lumen at `place`, cm.
+    """
+
+    place: np.ndarray
+    length: float
+    radius: float
 
 
 def loop_count(lumen: Segmentation) -> int:
@@ -26,22 +61,103 @@ def _counted(cells: np.ndarray, axis: int, sign: int) -> int:
     return _counted(cells, axis + 1, sign) + _counted(sides, axis + 1, -sign)
 
 
-def loop_places(tree: Tree) -> np.ndarray:
-    """Return where loops were probably opened: ends of terminals that touch a vessel other than their kin.
+def told_loops(lumen: Segmentation, what: Literal["refuse", "open"], guided: bool, level_set: bool) -> np.ndarray:
+    """Return where the rings of `lumen` are thinnest (place, 3), having warned of them.
 
-    Around a loop the paths meet head on, so both end there, blind inside the lumen.
+    Parameters
+    ----------
+    lumen : Segmentation
+    what : "refuse" or "open"
+        Whether a ring is an error.
+    guided, level_set : bool
+        Whether outlets were given, and whether the level set may still be tried: what to do next depends on them.
 
-    Returns
-    -------
-    float array, shape (place, 3)
-        z, y, x, cm.
+    Raises
+    ------
+    InputError
+        Rings that are to be refused; without the extra 'imaging'.
     """
-    places: list[np.ndarray] = []
-    index = cKDTree(tree.line.points)
-    for row in tree.terminals:
-        end, radius = tree.lines[row].points[-1], float(np.median(tree.lines[row].radius))
-        near = np.array(index.query_ball_point(end, 3.0 * radius))
-        near = near[(tree.owner[near] != row) & (tree.owner[near] != tree.parent[row])]
-        if len(near) and not any(np.linalg.norm(end - place) < 6 * radius for place in places):
-            places.append(end)
-    return np.array(places).reshape(-1, 3)
+    count = loop_count(lumen)
+    if count <= 0:
+        return np.empty((0, 3))
+    loops = loops_of(lumen)
+    places = [f"{written(one.place)} (ring of {one.length:.2g} cm)" for one in loops[:NAMED]]
+    more = f"; and {len(loops) - NAMED} more" if len(loops) > NAMED else ""
+    text = (
+        f"the lumen closes {count} loop(s), thinnest at (x,y,z, cm) {'; '.join(places)}{more}: vessels touch, noise "
+        "bridges them, or they join again"
+    )
+    ways = "raise the threshold, cut them in the mask" + (", try the method 'level-set'" if level_set else "")
+    outlets = "" if guided else "; give the outlets then, so that each cut leads to them"
+    if what == "refuse":
+        raise InputError(
+            f"{text}. A tree cannot hold them, and where one is cut decides which vessels there are: {ways}, or accept "
+            f"any cut (loops 'open'){outlets}"
+        )
+    warnings.warn(
+        f"{text}. The tree cuts each somewhere: vessels, lengths and flows on it may be far off: {ways}{outlets}",
+        VasowaveWarning,
+        stacklevel=2,
+    )
+    return np.array([one.place for one in loops])
+
+
+def loop_doubts(tree: Tree, names: tuple[str, ...], places: np.ndarray) -> list[Doubt]:
+    """Return a doubt about the vessels that run through each of the `places` at which the lumen closes a ring."""
+    doubts = []
+    for place in places:
+        gap = np.linalg.norm(tree.line.points - place, axis=1) - 2 * tree.line.radius
+        near = np.unique(tree.owner[gap <= max(float(gap.min()), 0.0)])
+        own = tuple(names[row] for row in near)
+        text = f"vessel(s) {', '.join(own)}: the lumen closes a loop here, which the tree cuts"
+        doubts.append(Doubt("loop", text, own, place[None]))
+    return doubts
+
+
+def loops_of(lumen: Segmentation) -> list[Loop]:
+    """Return the rings of `lumen`, the longest first, on its skeleton (Lee's thinning, which keeps every ring).
+
+    A spanning tree of the skeleton that prefers what is wide leaves out, of every ring, its thinnest piece.
+
+    Raises
+    ------
+    InputError
+        Without the extra 'imaging'.
+    """
+    try:
+        from skimage.morphology import skeletonize
+    except ImportError:
+        raise InputError("the places of loops need the extra 'imaging': install vasowave[imaging]") from None
+    points = np.argwhere(skeletonize(np.pad(lumen.mask, 1))) - 1
+    wall = np.argwhere(lumen.mask & ~ndimage.binary_erosion(lumen.mask))
+    depth = cKDTree(wall).query(points)[0] + 0.5
+    pairs = cKDTree(points).query_pairs(1.8, output_type="ndarray")
+    thin = depth[pairs].min(axis=1)
+    graph = csr_array((1 / thin, pairs.T), shape=(len(points),) * 2)
+    tree = minimum_spanning_tree(graph)
+    above = breadth_first_order(tree, 0, directed=False)[1]
+    inside = set(zip(*map(np.ndarray.tolist, tree.nonzero()), strict=True))
+    found: list[tuple[np.ndarray, float, float]] = []
+    for (one, other), narrow in zip(pairs.tolist(), thin.tolist(), strict=True):
+        if (one, other) in inside or above[one] == above[other]:
+            continue
+        length = _ring(one, other, above, points)
+        place = (points[one] + points[other]) / 2
+        if length > SMALLEST and all(np.linalg.norm(place - known) > APART for known, *_ in found):
+            found.append((place, length, narrow))
+    h = lumen.spacing
+    loops = [Loop(place * h + lumen.origin, length * h, radius * h) for place, length, radius in found]
+    return sorted(loops, key=lambda loop: -loop.length)
+
+
+def _ring(one: int, other: int, above: np.ndarray, points: np.ndarray) -> float:
+    """Return the length of the ring that a link between two points closes, along the tree, voxels."""
+    ways = [[one], [other]]
+    for way in ways:
+        while above[way[-1]] >= 0:
+            way.append(int(above[way[-1]]))
+    while len(ways[0]) > 1 and len(ways[1]) > 1 and ways[0][-2] == ways[1][-2]:
+        for way in ways:
+            way.pop()
+    ring = points[ways[0] + ways[1][-2::-1] + [one]]
+    return float(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum())

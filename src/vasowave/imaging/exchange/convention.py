@@ -1,0 +1,174 @@
+"""Lines of other programs by the convention of an extraction: vessels meet where their axes do, and end at the wall.
+
+Other programs let lines run side by side before they share points, cut them where tubes part, and end them a ball's
+radius before the wall. Here the tubes of an extraction are fitted to the surface that the lines were drawn in or,
+without one, to that of the balls along them.
+"""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from vasowave.imaging.axes.ends import to_the_surface, with_ends_at_the_surface
+from vasowave.imaging.axes.junctions import with_earlier_junctions, with_met_axes, without_short_vessels
+from vasowave.imaging.axes.tubes import fitted
+from vasowave.imaging.sections import across, tangents
+from vasowave.imaging.tree import Line, Tree
+
+Ends = Literal["auto", "ball", "wall"]
+
+FINE = 3.0
+"""The fit's voxel without an image: so many in a vessel's median radius."""
+AROUND, ALONG = 16, 0.4
+"""Points of a ball's ring, and the distance of rings, radii."""
+COVERED = 0.97
+"""What lies within this share of another ball's radius is no surface."""
+TOUCHING, THIN, UNEVEN, DRAWN = 0.02, 0.5, 0.5, 1e-4
+"""How the end of a line is told: a last step that is its ball's radius, within the first share, leads to the wall; a
+line thinner there than the second share of its vessel ends at the wall; steps that scatter by the third share of their
+mean are those of a Voronoi diagram, whose last ball touches the wall; radii that run smooth within the fourth were
+drawn, and no ball was laid into a surface."""
+SHARE = {True: 0.06, False: 0.15}
+"""SD of a junction's place that no fit shows, radii: with and without the surface."""
+SURE = 0.15
+"""SD of an end whose place is known, radii of its ball."""
+ENDS = 0.3
+"""SD of an end at a surface, voxels of the fit."""
+
+
+class Alike(NamedTuple):
+    """A tree by the convention of an extraction.
+
+    Attributes
+    ----------
+    tree : Tree
+    length_sd : float array, shape (vessel,)
+        How much its lengths are left open, cm: by where the fit begins, and by where lines end.
+    """
+
+    tree: Tree
+    length_sd: np.ndarray
+
+
+def as_extracted(tree: Tree, surface: np.ndarray | None = None, ends: Ends = "auto", collapse: float = 0.6) -> Alike:
+    """Return `tree` with its junctions where the axes of its vessels meet, and its ends at the wall; its radii stay.
+
+    Parameters
+    ----------
+    tree : Tree
+        Cut anywhere near its junctions.
+    surface : float array, shape (corner, 3), optional
+        Points of the surface that the lines were drawn in, z, y, x, cm.
+    ends : "auto", "ball" or "wall"
+        Whether lines end where a ball touches the wall (VMTK, Slicer) or at the wall; "auto" looks at each end, and
+        takes the middle where it cannot tell.
+    collapse : float
+        Inner vessels shorter than so many radii, before or after the fit, become one junction, as in an extraction.
+    """
+    longer, end_sd = _to_the_wall(without_short_vessels(tree, collapse), ends)
+    spacing = float(np.median([line.typical_radius for line in longer.lines])) / FINE
+    points = _ball_surface(longer) if surface is None else surface
+    first = fitted(with_met_axes(_even(longer, spacing)), points, spacing)
+    whole = without_short_vessels(first, collapse)
+    if len(whole) < len(first):
+        end_sd = end_sd[[any(line is kept for kept in whole.lines) for line in first.lines]]
+        first = fitted(whole, points, spacing)
+    again = fitted(with_earlier_junctions(first), points, spacing)
+    if surface is not None:
+        first, again = (_ending_at(one, surface) for one in (first, again))
+        end_sd = np.where(_at(first, surface), ENDS * spacing, end_sd)
+    moved = np.array([b.length - a.length for a, b in zip(first.lines, again.lines, strict=True)]) / np.sqrt(2)
+    nearest = cKDTree(longer.line.points)  # the radii are the file's: a surface may be coarser than they are
+    lines = [Line(line.points, longer.line.radius[nearest.query(line.points)[1]]) for line in first.lines]
+    found = first.with_lines(lines)
+    place = SHARE[surface is not None] * _junction_radius(found)
+    return Alike(found, np.sqrt(moved**2 + place**2 + end_sd**2))
+
+
+def _to_the_wall(tree: Tree, ends: Ends) -> tuple[Tree, np.ndarray]:
+    """Return `tree` with root and terminals prolonged to the wall, and the SD of their ends, cm, shape (vessel,)."""
+    lines, variance = list(tree.lines), np.zeros(len(tree))
+    for row, back in [(tree.root, True), *((row, False) for row in tree.terminals)]:
+        line = lines[row][::-1] if back else lines[row]
+        share, sd = _missing(line, ends)
+        variance[row] += (sd * line.radius[-1]) ** 2
+        line = _prolonged(line, share * float(line.radius[-1]))
+        lines[row] = line[::-1] if back else line
+    return tree.with_lines(lines), np.sqrt(variance)
+
+
+def _missing(line: Line, ends: Ends) -> tuple[float, float]:
+    """Return how much of its last ball's radius a line lacks to the wall, and the SD of that."""
+    step = np.diff(line.run)
+    if ends == "wall" or abs(step[-1] / line.radius[-1] - 1) < TOUCHING or line.radius[-1] < THIN * line.typical_radius:
+        return 0.0, SURE
+    own, radius = step[len(step) // 2 :], line.radius[len(step) // 2 :]
+    if ends == "auto" and len(radius) > 2 and np.abs(np.diff(radius, 2)).max() < DRAWN * radius.max():
+        return 0.0, SURE
+    if ends == "ball" or own.std() > UNEVEN * own.mean():
+        return 1.0, SURE
+    return 0.5, 1 / np.sqrt(12)
+
+
+def _prolonged(line: Line, more: float) -> Line:
+    """Return `line` prolonged by `more`, in the direction of its last radius."""
+    back = min(int(np.searchsorted(line.run, line.length - line.radius[-1])), len(line) - 2)
+    along = line.points[-1] - line.points[back]
+    end = line.points[-1:] + more * along / max(float(np.linalg.norm(along)), 1e-12)
+    return line.then(Line(end, line.radius[-1:])) if more else line
+
+
+def _even(tree: Tree, step: float) -> Tree:
+    """Return `tree` with points at equal steps of about `step`, as the fit expects them."""
+    return tree.with_lines([_at_steps(line, max(4, round(line.length / step))) for line in tree.lines])
+
+
+def _at_steps(line: Line, count: int) -> Line:
+    at = np.linspace(0, line.length, count + 1)
+    table = np.column_stack([line.points, line.radius])
+    return Line.of(np.column_stack([np.interp(at, line.run, column) for column in table.T]))
+
+
+def _ball_surface(tree: Tree) -> np.ndarray:
+    """Return points of the surface of all balls along the lines, shape (point, 3)."""
+    angle = np.linspace(0, 2 * np.pi, AROUND, endpoint=False)
+    rings = []
+    for line in tree.lines:
+        own = _at_steps(line, max(4, round(line.length / (ALONG * line.typical_radius))))
+        u, v = across(tangents(own.points, 1))
+        way = np.cos(angle)[:, None] * u[:, None] + np.sin(angle)[:, None] * v[:, None]
+        rings.append((own.points[:, None] + own.radius[:, None, None] * way).reshape(-1, 3))
+    points = np.concatenate(rings)
+    outside = np.ones(len(points), dtype=bool)
+    for line in tree.lines:
+        own = _at_steps(line, max(4, round(line.length / (0.25 * ALONG * line.typical_radius))))
+        reach = own.radius.max()
+        near = np.flatnonzero(((points > own.points.min(0) - reach) & (points < own.points.max(0) + reach)).all(axis=1))
+        distance, nearest = cKDTree(own.points).query(points[near])
+        outside[near[distance < COVERED * own.radius[nearest]]] = False
+    return points[outside]
+
+
+def _ending_at(tree: Tree, surface: np.ndarray) -> Tree:
+    """Return `tree` with the begin of its root and its ends on the `surface`, where it is closed there."""
+    ended = with_ends_at_the_surface(tree, surface)
+    root = to_the_surface(ended.lines[tree.root][::-1], surface)[::-1]
+    return ended.with_lines([root if row == tree.root else line for row, line in enumerate(ended.lines)])
+
+
+def _at(tree: Tree, surface: np.ndarray) -> np.ndarray:
+    """Return whether each vessel's free ends lie on the `surface`, shape (vessel,); true for inner vessels."""
+    index, on = cKDTree(surface), np.ones(len(tree), dtype=bool)
+    for row, end in [(tree.root, 0), *((row, -1) for row in tree.terminals)]:
+        line = tree.lines[row]
+        on[row] &= bool(index.query(line.points[end])[0] < THIN * line.typical_radius)
+    return on
+
+
+def _junction_radius(tree: Tree) -> np.ndarray:
+    """Return the radius that a vessel's junctions are placed against: its parent's, and its own where it branches."""
+    own = np.array([line.typical_radius for line in tree.lines])
+    begin = np.where(tree.parent >= 0, own[tree.parent], 0.0)
+    inner = np.isin(np.arange(len(tree)), tree.parent)
+    return np.hypot(begin, np.where(inner, own, 0.0))
