@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 KERNELS = ROOT / "build" / "kernels of planted faults"
 WORDS = (
     "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry powers tubes "
-    "sensitivity starts kernels unlike_volumes witness discharge tapering test_problem test_rounds"
+    "sensitivity starts kernels unlike_volumes witness discharge tapering test_problem test_rounds test_modes"
 )
 LONGEST = 1800  # s for one run of the tests; a fault that makes them hang has no verdict
 TESTS = ["tests", "-m", "not validation", "-k", " or ".join(WORDS.split())]
@@ -230,11 +230,26 @@ FAULTS = [
     Fault(
         "errors of radii forgotten", UNKNOWNS, (("radii[known] = given[known]", "radii[known] *= given[known] > 0 #"),)
     ),
+    Fault(
+        "halves know each other's modes",
+        "inference/mixture.py",
+        (
+            (
+                "known = [i for i, one in enumerate(components) if half in one.halves]",
+                "known = [i for i, one in enumerate(components)]",
+            ),
+        ),
+    ),
+    Fault(
+        "components count regardless of their draws",
+        "inference/mixture.py",
+        (("+ np.log(np.mean(component == i))", "+ 3.0 * i"),),
+    ),
     Fault("emulators learn the posterior alone", "inference/rounds.py", (("_WIDER = 0.6", "_WIDER = 1.0"),)),
     Fault(
         "draws of a wider density taken for the posterior's",
-        "inference/rounds.py",
-        (("- surrogate.log_drawn(points)", "- surrogate.log_posterior(points)"),),
+        "inference/mixture.py",
+        (("one.surrogate.log_drawn(points) - cloud", "one.surrogate.log_posterior(points) - cloud"),),
     ),
 ]
 

@@ -11,7 +11,7 @@ from vasowave.inference import posterior
 from vasowave.inference.derived import derived
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.findings import Code, Optimum, findings, halves_limit
-from vasowave.inference.mixture import explore
+from vasowave.inference.mixture import explore, separate
 from vasowave.inference.mode import climb
 from vasowave.inference.result import Diagnostics
 from vasowave.inference.rounds import Target
@@ -65,6 +65,14 @@ def test_halves_that_each_know_one_mode_are_far_apart():
     assert explored.weights.trusted  # k cannot see it
     said = list(findings(explored.apart, explored.weights.effective, explored.shares, None, 0.0, {}))
     assert [finding.code for finding in said] == [Code.HALVES_DIFFER, Code.SEVERAL_MODES]
+
+
+@pytest.mark.parametrize(("distance", "shares"), [(8.0, [0.25, 0.75]), (3.0, [1.0])])
+def test_components_that_overlap_are_one_mode(distance, shares):
+    """Normal densities with a quarter and three quarters of the draws, so many SD apart."""
+    x = np.random.default_rng(6).standard_normal(2000) + np.where(np.arange(2000) < 500, 0.0, distance)
+    density = np.log([[0.25], [0.75]]) - 0.5 * (x - np.array([[0.0], [distance]])) ** 2
+    assert separate(density, np.full(2000, 1 / 2000)) == pytest.approx(shares, abs=0.01)
 
 
 def test_a_half_whose_modes_are_hopeless_is_far_from_the_other():

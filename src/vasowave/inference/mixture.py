@@ -25,6 +25,7 @@ _TRIES = 3  # draws that cannot be trusted teach the emulators, and others are d
 _HOPELESS = 7.0  # nats below the likeliest mode from which one is not explored: a thousandth of the probability
 _LEAST = 0.1  # share of the draws that every component has
 _MOST = 3  # modes that are explored
+_OVERLAP = 0.01  # of the probability that may belong to either of two components, above which they are ends of one mode
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +47,8 @@ class Explored:
         Of the likeliest component.
     rounds : int
         Of all components.
-    shares : array, shape (component,)
-        Probability of each mode.
+    shares : array, shape (mode,)
+        Probability of each mode; components that overlap are one.
     apart : float
         Largest distance between the means of two independent halves, or of one from the whole, in posterior SD.
     best_log_likelihood : float
@@ -208,9 +209,22 @@ def _explored(
         log_error(target, foretold, drawn.points, drawn.outputs, DRAWN),
         evidence, float(np.hypot(np.linalg.norm(errors), spread)),
         components[int(np.argmax(shares))].surrogate.emulator, sum(one.rounds for one in components),
-        shares, _apart(components, modes, drawn, posterior),
+        separate(drawn.log_density, posterior), _apart(components, modes, drawn, posterior),
         float(np.max(drawn.log_true - log_prior(drawn.points))),
     )  # fmt: skip
+
+
+def separate(log_density: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Return the probability of each separate mode, from densities (component, draw) and the draws' weights.
+
+    Ends of one long ridge may be learned as two components; what they share tells that they are one mode.
+    """
+    belongs = np.exp(log_density - logsumexp(log_density, axis=0))
+    mode = np.arange(len(belongs))
+    for i, j in combinations(range(len(belongs)), 2):
+        if weight @ np.minimum(belongs[i], belongs[j]) > _OVERLAP:
+            mode[mode == mode[j]] = mode[i]
+    return np.array([float(weight @ belongs[mode == one].sum(axis=0)) for one in np.unique(mode)])
 
 
 def _apart(components: Sequence[Component], modes: Sequence[Climbed], drawn: _Drawn, weight: np.ndarray) -> float:
