@@ -107,7 +107,9 @@ def result_of(
     posteriors: Mapping[str, Posterior] | None = None,
 ) -> xr.DataTree:
     """Return the result of `analyze` of an animal that is calibrated already; `warned` becomes part of its notes."""
-    posteriors = posteriors or {}
+    from vasowave.selection import profiled
+
+    posteriors, fits = posteriors or {}, profiled(fits)
     with _collected() as more:
         groups = _measured(animal, settings)
         for fit in fits:
