@@ -32,14 +32,18 @@ def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called,
     name, other = str(row["quantity"]), str(row["other"])
     size = with_interval(row["ratio"], row["low"], row["high"])
     heading = f"{row['question']}{f': {short(other, 20)}' if several else ''}"
-    tip = f"{called(name)}: {other} {size} times {row['reference']} ({row['source']}), {probability(row['p'])}"
+    tip = f"{called(name)}: {other} {size} times {row['reference']} ({row['source']}), {_p(row)}"
     beside = primary.others
     if len(beside):
         beside = beside[(beside["other"] == other) & (beside["quantity"] == name)]
-    p = probability(row["p"]).removeprefix("p ").removeprefix("= ")
+    p = _p(row).removeprefix("p ").removeprefix("= ")
     point = Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
     return Row(heading, called(name), size, p, point, [_beside(one, called) for _, one in beside.iterrows()],
                _dots(cohort, str(row["source"]), name, other))  # fmt: skip
+
+
+def _p(row: pd.Series) -> str:
+    return "no p" if row["untested"] else probability(row["p"])
 
 
 def _beside(one: pd.Series, called: Called) -> Point:

@@ -30,7 +30,7 @@ def _answer(rows: pd.DataFrame, called: Called, pairs: int) -> str:
     untestable = rows["smallest p"] >= CLEAR
     if untestable.all():
         return _too_few(rows, called, pairs)
-    clear = rows["p"] < CLEAR
+    tested, clear = rows["untested"] == "", rows["p"] < CLEAR
     higher, lower = rows[clear & (rows["ratio"] > 1)], rows[clear & (rows["ratio"] < 1)]
     reference, other = (short(rows.iloc[0][which], _LONGEST) for which in ("reference", "other"))
     parts = [
@@ -38,9 +38,14 @@ def _answer(rows: pd.DataFrame, called: Called, pairs: int) -> str:
         for way, some in (("higher", higher), ("lower", lower))
         if len(some)
     ]
-    if (~clear).any():
+    if (tested & ~clear).any():
         where = "" if parts else f" between {other} and {reference}"
-        parts.append(f"not shown{where}: {listed([_effect(row, called) for _, row in rows[~clear].iterrows()])}")
+        parts.append(
+            f"not shown{where}: {listed([_effect(row, called) for _, row in rows[tested & ~clear].iterrows()])}"
+        )
+    if (~tested).any():
+        effects = listed([_effect(row, called, p=False) for _, row in rows[~tested].iterrows()])
+        parts.append(f"without p, since animals of a group have one image, which fits take as exact: {effects}")
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}."
 
