@@ -40,19 +40,19 @@ def marks(figure):
 def covered(figure, animals):
     """Return how many animals' points lie under or on another mark or an interval."""
     found, lines = marks(figure)
-    dots = [one for one in found if one[3].get_markersize() == 4.0]
+    dots = [one for one in found if one[3].get_markersize() == 3.8]
     assert len(dots) == animals
-    others = [one for one in found if one[3].get_markersize() != 4.0]
+    others = [one for one in found if one[3].get_markersize() != 3.8]
     count = 0
     for dot in dots:
-        reach = 4.0 / 2
+        reach = 3.8 / 2
         by_marks = any(np.hypot(*(dot[1] - one[1])) < reach + one[2] - 0.3 for one in others)
         by_lines = any(
             abs(line[0, 1] - dot[1][1]) < reach and line[0, 0] - reach < dot[1][0] < line[1, 0] + reach
             for line in lines
         )
         count += by_marks or by_lines
-    count += sum(np.hypot(*(a[1] - b[1])) < 0.9 * 4.0 for a, b in combinations(dots, 2))
+    count += sum(np.hypot(*(a[1] - b[1])) < 0.9 * 3.8 for a, b in combinations(dots, 2))
     return count
 
 

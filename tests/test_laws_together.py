@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import stats
 
 from made_fit import made_fit
 from vasowave.animal.animal import Animal, Settings
@@ -13,13 +14,14 @@ from vasowave.animal.averages import AVERAGED, averages_dataset
 from vasowave.animal.files import from_bytes, to_bytes
 from vasowave.animal.pipeline import result_of
 from vasowave.calibration import Search, calibrate
+from vasowave.calibration.profile import profile_likelihood
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.errors import InputError
 from vasowave.model import Model
 from vasowave.nominal import windkessels
 from vasowave.recording import Recording
-from vasowave.selection import Comparing, averaged, compare_models, law_weights, stiffening
+from vasowave.selection import Comparing, averaged, compare_models, law_weights, profiled, stiffening
 from vasowave.solver import Numerics, simulate
 from vasowave.walls import PowerWall
 
@@ -56,6 +58,64 @@ def test_laws_without_an_exponent_and_a_held_exponent_say_nothing():
     table = held.parameters.copy()
     table.loc["m", "free"] = False
     assert stiffening(replace(held, parameters=table)) is None
+
+
+def linear_with(S):
+    return replace(made_fit("linear"), S=S)
+
+
+@pytest.mark.parametrize("verdict", ["more", "open"])
+def test_the_interval_excludes_the_linear_law_where_the_likelihood_does(verdict):
+    """The deviance of the linear law is its S over the variance, by the squares of the two standard errors."""
+    power = with_exponent(2.0, 0.9, 4.0)
+    row, free = power.parameters.loc["m"], int(power.parameters["free"].sum())
+    scale = power.S / (power.N - free) * (row["standard_error_correlated"] / row["standard_error"]) ** 2
+    limit = stats.chi2.ppf(0.95, 1)
+    factor = {"more": 1.01, "open": 0.99}[verdict]
+    linear, profile = profiled([linear_with(power.S + factor * limit * scale), power])
+    assert linear.parameters.equals(made_fit("linear").parameters)
+    found = stiffening(profile)
+    assert found.attrs["verdict"] == verdict
+    assert found["exponent"].attrs["interval_low"] == pytest.approx(0.5 * 4.0 ** (1 - factor**-0.5), rel=1e-6)
+    assert found["exponent"].attrs["interval_high"] == 4.0
+
+
+def test_of_a_profile_that_is_a_parabola_the_interval_is_the_symmetric_one():
+    power = with_exponent(2.0, 0.9, 4.0)
+    row, free = power.parameters.loc["m"], int(power.parameters["free"].sum())
+    smooth = row["standard_error_correlated"] / row["value"]
+    scale = power.S / (power.N - free) * (row["standard_error_correlated"] / row["standard_error"]) ** 2
+    (_, profile) = profiled([linear_with(power.S + scale * (np.log(4.0) / smooth) ** 2), power])
+    assert profile.parameters["interval_low"]["m"] == pytest.approx(2.0 * np.exp(-stats.norm.ppf(0.975) * smooth))
+
+
+def test_without_a_linear_fit_that_is_worse_or_at_a_bound_an_interval_stays():
+    power, stopped = with_exponent(2.0, 0.9, 4.0), with_exponent(2.0, 0.9, 4.0, at_bound=True)
+    for fits in ([power], [linear_with(0.5 * power.S), power], [linear_with(9 * power.S), stopped]):
+        assert profiled(fits)[-1].parameters.equals(fits[-1].parameters)
+
+
+def test_what_is_said_of_an_interval_follows_it():
+    power = with_exponent(2.0, 0.9, 3.0)
+    (_, profile) = profiled([linear_with(1.001 * power.S), power])
+    assert not profile.parameters["determined"]["m"]
+    (said,) = [one for one in profile.warnings if one.startswith("The data do not determine m")]
+    assert f"{profile.parameters['interval_low']['m']:.3g} to 3" in said
+
+
+@pytest.mark.validation
+def test_the_linear_law_is_the_point_of_the_exponents_profile_at_one_half():
+    network, mouse = replace(control_network(), pressure=6.3), virtual_mouse()
+    model = Model(network, PowerWall(15.0, 3.0), windkessels(network, 76.0, 0.12, 0.12))
+    inlet = simulate(model, mouse, Numerics(samples=256, tolerance=1e-8))["pressure"].sel(vessel="1", station="inlet")
+    noise = 0.1 * np.random.default_rng(2).standard_normal(256)
+    recording = Recording(inlet.values + noise, mouse.resampled(256).flow, mouse.period)
+    linear, power = (calibrate(network, recording, wall, search=Search(starts=2)) for wall in ("linear", "power"))
+    m, free = power.parameters["value"]["m"], int(power.parameters["free"].sum())
+    profile = profile_likelihood(power, "m", points=4, span=float(np.log(m / 0.5)))
+    at_half = float(profile["deviance"].isel(point=int(np.abs(profile["m"] - 0.5).argmin())))
+    assert float(np.abs(profile["m"] - 0.5).min()) < 1e-6
+    assert (linear.S / power.S - 1) * (power.N - free) == pytest.approx(at_half, rel=0.02)
 
 
 @pytest.mark.validation

@@ -62,7 +62,16 @@ def test_the_supplement_says_which_values_come_from_posteriors(results):
     (plain,) = primary_tables(primary_comparison(gathered(made_results({"CTL": 4, "HPH": 3}, walls=("linear",)))), {})
     assert "osterior" not in plain.note
     for cells, row in zip(plain.rows, plain.data.to_dict("records"), strict=True):
-        assert [float(cell) for cell in cells[5:7]] == [float(f"{row[name]:.2g}") for name in ("p", "smallest p")]
+        assert cells[5] == ("none: one image" if row["source"] == "linear" else f"{row['p']:.2g}")
+        assert float(cells[6]) == float(f"{row['smallest p']:.2g}")
+
+
+def test_posteriors_give_a_p_where_fits_of_one_image_do_not(results):
+    assert primary_comparison(gathered(results), FAMILY).rows["p"].isna().all()
+    rows = primary_comparison(gathered([with_posterior(result) for result in results]), FAMILY).rows
+    assert rows["p"].notna().all()
+    outside = (rows["low"] > 1) | (rows["high"] < 1)
+    assert outside.tolist() == (rows["p"] < 0.05).tolist()
 
 
 def test_an_image_that_both_groups_share_alike_cancels(results):

@@ -10,6 +10,7 @@ from made_cohort import made_results
 from vasowave.animal.reading import data_of
 from vasowave.cohort import Family, contrasts, family_p, gathered, pooled_mean, pooled_ratio, primary_comparison
 from vasowave.cohort.permutation import smallest_family_p
+from vasowave.cohort.primary import Untested
 from vasowave.cohort.rank_tests import exact_mann_whitney
 from vasowave.datasets import published_table
 from vasowave.errors import InputError
@@ -169,6 +170,41 @@ def test_the_means_of_the_groups_stand_in_the_unit_of_the_table_and_make_the_rat
     assert set(rows["quantity"] + " [" + rows["unit"] + "]") <= set(cohort.table.columns)
 
 
+def test_an_interval_excludes_one_exactly_where_p_is_below_its_level(cohort):
+    rows = primary_comparison(cohort, Family(quantities=("mPAP", "CO", "PVR", "HR"))).rows
+    outside = (rows["low"] > 1) | (rows["high"] < 1)
+    assert outside.tolist() == (rows["p"] < 0.05).tolist()
+    assert 0 < outside.sum() < len(rows)
+
+
+def test_with_one_image_a_group_the_models_quantities_have_no_p_from_fits(cohort):
+    rows = primary_comparison(cohort).rows
+    modeled = rows["source"] == "linear"
+    assert modeled.any()
+    assert set(rows["untested"][modeled]) == {Untested.ONE_IMAGE}
+    assert rows["p"][modeled].isna().all()
+    assert set(rows["untested"][~modeled]) == {""}
+    assert rows["p"][~modeled].notna().all()
+    own = [result.copy(deep=True) for result in cohort.results]
+    for number, result in enumerate(own):
+        network = result["network"].to_dataset()
+        result["network"].dataset = network.assign(length=network["length"] * (1 + 0.01 * number))
+    rows = primary_comparison(gathered(own)).rows
+    assert rows["p"].notna().all()
+    assert set(rows["untested"]) == {""}
+
+
+def test_a_family_says_how_far_it_can_be_relied_on(cohort):
+    found = primary_comparison(cohort)
+    assert found.assurance.smallest == 4
+    # Nine thousand cohorts of normal logarithms, by another count: docs/statistics.md has 0.03 to 0.06 for such sizes.
+    assert 0.03 < found.assurance.rate < 0.07
+    assert 0.95 < found.assurance.alone < 1
+    logs = [np.log([float(data_of(one, "measured/quantities")["CO"]) for one in of]) for of in cohort.groups.values()]
+    ratio = np.std(logs[0], ddof=1) / np.std(logs[1], ddof=1)
+    assert found.assurance.spread_ratio >= max(ratio, 1 / ratio) * (1 - 1e-9)
+
+
 def test_a_family_that_nothing_has_is_refused_with_the_nearest_name(cohort):
     with pytest.raises(InputError, match=r"'stifness' \(did you mean 'stiffness'\?\)"):
         primary_comparison(cohort, Family(quantities=("stifness",)))
@@ -176,12 +212,13 @@ def test_a_family_that_nothing_has_is_refused_with_the_nearest_name(cohort):
         primary_comparison(cohort, Family("power"))
 
 
-def test_more_pairs_of_groups_cost_their_number():
+def test_more_pairs_of_groups_cost_no_more_than_their_number():
     three = gathered(made_results({"CTL": 3, "early": 3, "late": 3}, walls=()))
     two = gathered([result for result in three.results if result.attrs["group"] != "late"])
     both, one = primary_comparison(three).rows, primary_comparison(two).rows
     early = both[both["other"] == "early"]
-    np.testing.assert_allclose(early["p"], np.minimum(1.0, 2 * one["p"].to_numpy()))
+    assert np.all(early["p"].to_numpy() > one["p"].to_numpy() - 0.02)  # four standard errors of a share of draws
+    assert np.all(early["p"].to_numpy() < 2 * one["p"].to_numpy() + 0.04)
     assert set(early["smallest p"]) == {2 * smallest_family_p(3, 3)}
 
 

@@ -97,7 +97,9 @@ def result_of(
     failures: Sequence[Failure] = (),
 ) -> xr.DataTree:
     """Return the result of `analyze` of an animal that is calibrated already; `warned` becomes part of its notes."""
-    posteriors, failed = dict(posteriors or {}), list(failures)
+    from vasowave.selection import profiled
+
+    posteriors, fits, failed = dict(posteriors or {}), profiled(fits), list(failures)
     with _collected() as more:
         groups = _measured(animal, settings)
         for fit in fits:

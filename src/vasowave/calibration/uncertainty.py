@@ -97,7 +97,7 @@ def sentences(table: pd.DataFrame, correlation: pd.DataFrame, starts: pd.DataFra
     """Say in words what a reader of the optimum must know."""
     return [
         *_at_bounds(table),
-        *_undetermined(table),
+        *undetermined(table),
         *_inseparable(correlation),
         *_assumed(spread),
         *_disagreeing(starts),
@@ -120,7 +120,8 @@ def _at_bounds(table: pd.DataFrame) -> list[str]:
     return said
 
 
-def _undetermined(table: pd.DataFrame) -> list[str]:
+def undetermined(table: pd.DataFrame) -> list[str]:
+    """Name the free parameters inside their bounds that the data do not determine."""
     loose = table[table["free"] & ~table["determined"] & ~table["at_bound"]]
     return [
         f"The data do not determine {name}: its 95 % interval reaches from {row['interval_low']:.3g} to "

@@ -70,6 +70,22 @@ def shared_error(one: Estimates, other: np.ndarray) -> float:
     return float(np.sqrt(variance))
 
 
+def image_unknown(one: Estimates, other: np.ndarray, source: str) -> bool:
+    """Return whether images that animals share may move the difference of two groups by an error that is not known.
+
+    A fit takes the image as exact. Images that animals have each for themselves are part of their scatter; shared ones
+    are asked for here if they move the difference by more than as many images as there are animals would.
+    """
+    if source == "measured" or one.origin == "posterior":
+        return False
+    shared = 0.0
+    for number in np.unique(one.image):
+        own = one.image == number
+        if own.sum() > 1:
+            shared += float(np.mean(own[other]) - np.mean(own[~other])) ** 2
+    return shared > 1 / other.sum() + 1 / (~other).sum()
+
+
 def _has_posterior(result: xr.DataTree, source: str, name: str) -> bool:
     if source not in result.children or "inference" not in result[source].children:
         return False

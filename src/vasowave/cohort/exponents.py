@@ -63,17 +63,20 @@ def exponent_of(cohort: Cohort, wall: str) -> Exponent | None:
     if drawn.origin == "posterior":
         pooled, beyond = _of_posteriors(drawn), np.zeros(len(each), dtype=int)
     else:
-        pooled = _of_fits(each, beyond)
-    counts = len(each), int((beyond < 0).sum()), int((beyond > 0).sum())
-    return Exponent(name, linear, *np.exp(pooled).tolist(), *counts, drawn.origin == "posterior")
+        pooled = _of_fits(results, wall, each, beyond)
+    below, above = int((beyond < 0).sum()), int((beyond > 0).sum())
+    value, low, high = np.exp(pooled).tolist()
+    return Exponent(name, linear, value, low, high, len(each), below, above, drawn.origin == "posterior")
 
 
-def _of_fits(each: list[xr.DataArray], beyond: np.ndarray) -> Pooled:
+def _of_fits(results: list[xr.DataTree], wall: str, each: list[xr.DataArray], beyond: np.ndarray) -> Pooled:
     logs = np.log([float(one) for one in each])
-    ends = np.log([(float(one.attrs["interval_low"]), float(one.attrs["interval_high"])) for one in each])
     if len(each) > 1:
-        return pooled_censored(logs, np.diff(ends)[:, 0] / (2 * _NORMAL), beyond)
-    return Pooled(np.nan, -np.inf, np.inf) if beyond[0] else Pooled(logs[0], ends[0, 0], ends[0, 1])
+        own = [data_of(one, f"{wall}/calibration").sel(parameter=each[0].attrs["parameter"]) for one in results]
+        errors = [float(one["standard_error_correlated"] / one["value"]) for one in own]
+        return pooled_censored(logs, np.array(errors), beyond)
+    low, high = np.log([float(each[0].attrs[f"interval_{end}"]) for end in ("low", "high")])
+    return Pooled(np.nan, -np.inf, np.inf) if beyond[0] else Pooled(logs[0], low, high)
 
 
 def _of_posteriors(drawn: Estimates) -> Pooled:

@@ -49,11 +49,54 @@ def pooled_mean(values: np.ndarray, errors: np.ndarray) -> Mean:
         raise InputError("pooling needs two animals")
     if not np.any(errors) and np.ptp(values) == 0:
         raise InputError("the animals do not vary and have no errors; there is nothing to pool")
+    many = pooled_means(values, errors)
+    return Mean(float(many.value), float(many.error), many.freedom, float(many.between))
+
+
+class Means(NamedTuple):
+    """The fields of `Mean` for many groups at once, as arrays; all have the same degrees of freedom."""
+
+    value: np.ndarray
+    error: np.ndarray
+    freedom: float
+    between: np.ndarray
+
+
+def pooled_means(values: np.ndarray, errors: np.ndarray) -> Means:
+    """Return the `pooled_mean` of every group of `values`, shape (..., animal), whose animals have the same errors."""
+    if not np.any(errors):
+        spread = np.asarray(values.std(axis=-1, ddof=1))
+        error = spread / np.sqrt(values.shape[-1])
+        return Means(np.asarray(values.mean(axis=-1)), error, values.shape[-1] - 1.0, spread)
     between = _between(values, errors**2)
-    weights = 1 / (between + errors**2)
-    mean = float(weights @ values / weights.sum())
-    scatter = max(1.0, float(weights @ (values - mean) ** 2 / (len(values) - 1)))
-    return Mean(mean, float(np.sqrt(scatter / weights.sum())), len(values) - 1.0, float(np.sqrt(between)))
+    weights = 1 / (between[..., np.newaxis] + errors**2)
+    whole, freedom = weights.sum(axis=-1), values.shape[-1] - 1.0
+    mean = (weights * values).sum(axis=-1) / whole
+    scatter = (weights * (values - mean[..., np.newaxis]) ** 2).sum(axis=-1) / freedom
+    return Means(mean, np.sqrt(np.maximum(1.0, scatter) / whole), freedom, np.sqrt(between))
+
+
+class Difference(NamedTuple):
+    """The difference of two pooled means, its standard error, and Satterthwaite's degrees of freedom; or many."""
+
+    value: np.ndarray
+    error: np.ndarray
+    freedom: np.ndarray
+
+    @property
+    def p(self) -> np.ndarray:
+        """Two-sided p of each by itself."""
+        from scipy.special import stdtr
+
+        return np.asarray(2 * stdtr(self.freedom, -np.abs(self.value) / self.error))
+
+
+def difference(first: Mean | Means, second: Mean | Means, shared: float = 0.0) -> Difference:
+    """Return the second mean minus the first; `shared` is the standard error that no number of animals lessens."""
+    one, other = np.square(first.error), np.square(second.error)
+    variance = one + other + shared**2
+    freedom = variance**2 / (one**2 / first.freedom + other**2 / second.freedom)
+    return Difference(np.asarray(second.value - first.value), np.sqrt(variance), freedom)
 
 
 class Ratio(NamedTuple):
@@ -103,34 +146,41 @@ def pooled_ratio(
     from scipy.special import stdtrit
 
     first, second = pooled_mean(*reference), pooled_mean(*other)
-    parts = np.array([first.error**2, second.error**2])
-    variance = parts.sum() + shared**2
-    freedom = variance**2 / (parts**2 / [first.freedom, second.freedom]).sum()
-    difference, error = second.value - first.value, float(np.sqrt(variance))
-    reach = float(stdtrit(freedom, 0.5 + 0.5 * level)) * error
-    value, low, high = np.exp([difference, difference - reach, difference + reach]).tolist()
-    return Ratio(value, low, high, error, float(np.exp(first.value)), float(np.exp(second.value)))
+    value, error, freedom = difference(first, second, shared)
+    reach = stdtrit(freedom, 0.5 + 0.5 * level) * error
+    with np.errstate(over="ignore"):  # with two animals a group an interval may have no end
+        ends = np.exp([value, value - reach, value + reach, first.value, second.value])
+    value, low, high, *means = ends.tolist()
+    return Ratio(value, low, high, float(error), *means)
 
 
-def _between(values: np.ndarray, variances: np.ndarray) -> float:
-    """Return the animals' variance that maximizes the restricted likelihood."""
-    from scipy.optimize import minimize_scalar
+_STEP, _TURNS = 1.15, 10
+"""Factor between the variances that are tried first, and the steps of Fisher scoring after that."""
 
-    scatter = float(values.var(ddof=1))
-    if not np.any(variances):
-        return scatter
 
-    def loss(variance: np.ndarray) -> np.ndarray:
-        weights = 1 / (np.atleast_1d(variance)[:, np.newaxis] + variances)
-        whole = weights.sum(axis=1)
-        mean = weights @ values / whole
-        misfit = (weights * (values - mean[:, np.newaxis]) ** 2).sum(axis=1)
-        return misfit - np.log(weights).sum(axis=1) + np.log(whole)
-
+def _between(values: np.ndarray, variances: np.ndarray) -> np.ndarray:
+    """Return the variance of the animals of each group that maximizes the restricted likelihood."""
+    scatter = values.var(axis=-1, ddof=1)
+    centered = values - values.mean(axis=-1, keepdims=True)
     # The likelihood may have two maxima: the higher one is found on a grid, then between its neighbors.
-    floor = 1e-9 * scatter + 1e-12 * variances.max()  # as good as none
-    grid = floor + np.concatenate([[0.0], np.geomspace(1e-3, 4.0, 40) * scatter])
-    best = int(np.argmin(loss(grid)))
-    ends = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-    optimum = minimize_scalar(lambda x: loss(x)[0], bounds=ends, method="bounded", options={"xatol": 1e-6 * ends[1]})
-    return float(optimum.x)
+    least = 1e-9 * scatter.max() + 1e-12 * variances.max()  # as good as none
+    low, high = max(1e-3 * min(scatter.min(), variances.min()), least), 4 * max(scatter.max(), least)
+    grid = np.concatenate([[least], np.geomspace(low, high, 2 + int(np.log(high / low) / np.log(_STEP)))])
+    weights = 1 / (grid[:, np.newaxis] + variances)
+    whole = weights.sum(axis=-1)
+    misfit = centered**2 @ weights.T - (centered @ weights.T) ** 2 / whole
+    best = np.argmin(misfit - np.log(weights).sum(axis=-1) + np.log(whole), axis=-1)
+    lowest, highest = grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, len(grid) - 1)]
+    found = grid[best]
+    for _ in range(_TURNS):
+        found = np.clip(found + _scoring(found, centered, variances), lowest, highest)
+    return np.asarray(found)
+
+
+def _scoring(between: np.ndarray, centered: np.ndarray, variances: np.ndarray) -> np.ndarray:
+    """Return the step of Fisher scoring towards the maximum of the restricted likelihood."""
+    weights = 1 / (between[..., np.newaxis] + variances)
+    whole, square, cube = (np.asarray((weights**power).sum(axis=-1)) for power in (1, 2, 3))
+    mean = (weights * centered).sum(axis=-1) / whole
+    misfit = (weights**2 * (centered - mean[..., np.newaxis]) ** 2).sum(axis=-1)
+    return np.asarray((misfit - whole + square / whole) / (square - 2 * cube / whole + (square / whole) ** 2))

@@ -1,8 +1,8 @@
-"""The one primary comparison: a family of quantities that was declared before, effects pooled, p for all at once."""
+"""The one primary comparison: a family of quantities declared before, its effects, intervals and p for all at once."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import comb
+from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +11,10 @@ import xarray as xr
 
 from vasowave.animal.reading import group_of, name_of, wall_laws
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.estimates import Estimates, estimates_of, shared_error
-from vasowave.cohort.permutation import MOST_RELABELINGS, family_p, smallest_family_p
+from vasowave.cohort.estimates import Estimates, estimates_of, image_unknown, shared_error
+from vasowave.cohort.permutation import smallest_family_p
 from vasowave.cohort.pooling import Ratio, pooled_ratio
+from vasowave.cohort.simultaneous import Row, Simultaneous, simultaneous
 from vasowave.cohort.table import INDICES, column, rows_of
 from vasowave.columns import split_unit
 from vasowave.errors import InputError, did_you_mean
@@ -64,11 +65,57 @@ class Compared(NamedTuple):
     known: Estimates
     other: np.ndarray
 
-    def ratio(self, kept: np.ndarray | slice = slice(None)) -> Ratio:
+    @property
+    def names(self) -> list[str]:
+        """Names of the animals."""
+        return [name_of(result) for result in self.results]
+
+    def ratio(self, kept: np.ndarray | slice = slice(None), level: float = 0.95) -> Ratio:
         """Return the pooled ratio of the second group over the first, of the animals kept."""
         one, other = self.known.of(kept), self.other[kept]
         reference = one.logs[~other], one.errors[~other]
-        return pooled_ratio(reference, (one.logs[other], one.errors[other]), shared=shared_error(one, other))
+        return pooled_ratio(reference, (one.logs[other], one.errors[other]), level, shared_error(one, other))
+
+
+class Untested(StrEnum):
+    """Why a row has no p."""
+
+    NO = ""
+    ONE_IMAGE = "one image"
+    """Animals of a group have one image, and nothing tells how far its error moves this quantity: fits take the image
+    as exact. With posteriors the error is known, and the row has a p."""
+
+
+@dataclass(frozen=True)
+class Assurance:
+    """How far the p and intervals of the family can be relied on, from the sizes and spreads at hand.
+
+    Attributes
+    ----------
+    rate : float
+        Estimated share of cohorts without any effect, normal on logarithms and of these sizes, spreads and
+        correlations, in which a row has p < 0.05 all the same: 0.05 if the method were exact.
+    alone : float
+        Level of each interval by itself; together they hold in 95 %.
+    spread_ratio : float
+        Largest ratio, over the rows, of the SD of the two groups' logarithms.
+    smallest : int
+        Animals of the smallest group of any row.
+    """
+
+    rate: float
+    alone: float
+    spread_ratio: float
+    smallest: int
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether a study must say so: false positives, by `rate`, are more than 0.06."""
+        return self.rate > _TOLERABLE
+
+
+_TOLERABLE = 0.06
+"""Rate of false positives up to which a p is called family-wise without a remark."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,22 +128,30 @@ class Primary:
         The law whose quantities are primary; empty if no animal was calibrated.
     rows : DataFrame
         One per pair of groups and quantity: ``reference, other, question, quantity, source, n reference, n other``,
-        ``mean reference, mean other, unit, ratio, low, high, p, smallest p, apart, without, ratio without``,
+        ``mean reference, mean other, unit, ratio, low, high, p, untested, smallest p, apart, without, ratio without``,
         ``estimates``. The means are the groups' pooled geometric means, in the unit of the cohort's table; their ratio
-        is `ratio`. `p` is family-wise over all quantities and pairs. `apart`: no animal of one group lies among the
-        other. `without` is the animal that moves the ratio most when it is left out (empty for fewer than three), and
-        the ratio is then `ratio without`. `estimates` says what the animals' values and errors are of: their
-        ``posterior`` where all have one that can be trusted, their ``fit``, or ``plain`` values without errors.
+        is `ratio`. Intervals and `p` hold for all quantities and pairs at once and have one reference distribution
+        (`simultaneous`): an interval excludes 1 exactly if p < 0.05. `p` is NaN where `untested`, an `Untested`, says
+        why; the interval then is the same, but is without what `untested` names. `smallest p` is the smallest that a
+        test by ranks or relabelings alone could give, without any assumption about distributions. `apart`: no animal of
+        one group lies among the other. `without` is the animal that moves the ratio most when it is left out (empty for
+        fewer than three), and the ratio is then `ratio without`. `estimates` says what the animals' values and errors
+        are of: their ``posterior`` where all have one that can be trusted, their ``fit``, or ``plain`` values without
+        errors.
     others : DataFrame
-        The same effects by the other laws, without a test: ``reference, other, quantity, source, ratio, low, high``.
+        The same effects by the other laws, their intervals to the same level, without a test:
+        ``reference, other, quantity, source, ratio, low, high``.
     left_out : dict of str to str
         Quantities and groups that could not be compared, and why.
+    assurance : Assurance, optional
+        How far p and intervals can be relied on; none without rows.
     """
 
     law: str
     rows: pd.DataFrame
     others: pd.DataFrame
     left_out: dict[str, str]
+    assurance: Assurance | None = None
 
 
 def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
@@ -111,20 +166,30 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
     law = _law(cohort, family)
     _check(cohort, family, law)
     names = family.quantities if law else tuple(name for name in family.quantities if name in INDICES)
-    reference, *others = cohort.groups
     left_out: dict[str, str] = {}
-    parts, beside = [], []
-    for other in others:
-        usable = _usable(cohort, names, law, other, left_out)
-        parts += _rows(usable, reference, other, pairs=len(others))
-        for further in (wall for wall in cohort.walls if wall != law):
-            modeled = tuple(one.name for one in usable if one.source == law)
-            beside += [
-                {"reference": reference, "other": other, "quantity": one.name, "source": further}
-                | dict(zip(("ratio", "low", "high"), one.ratio()[:3], strict=True))
-                for one in _usable(cohort, modeled, further, other, {})
-            ]
-    return Primary(law, pd.DataFrame(parts), pd.DataFrame(beside), left_out)
+    pairs = {other: _usable(cohort, names, law, other, left_out) for other in list(cohort.groups)[1:]}
+    found = [(other, one) for other, usable in pairs.items() for one in usable]
+    if not found:
+        return Primary(law, pd.DataFrame(), pd.DataFrame(), left_out)
+    together = simultaneous(_joint([one for _, one in found]))
+    rows = [
+        _row(cohort.reference, other, one, p, together.critical, len(pairs))
+        for (other, one), p in zip(found, together.p.tolist(), strict=True)
+    ]
+    beside = _beside(cohort, law, pairs, 1 - together.critical)
+    return Primary(law, pd.DataFrame(rows), pd.DataFrame(beside), left_out, _assurance(found, together))
+
+
+def _beside(cohort: Cohort, law: str, pairs: Mapping[str, Sequence[Compared]], level: float) -> list[dict[str, object]]:
+    """Return the effects by the other laws."""
+    return [
+        {"reference": cohort.reference, "other": other, "quantity": one.name, "source": further}
+        | dict(zip(("ratio", "low", "high"), one.ratio(level=level)[:3], strict=True))
+        for other, usable in pairs.items()
+        for further in cohort.walls
+        if further != law
+        for one in _usable(cohort, [one.name for one in usable if one.source == law], further, other, {})
+    ]
 
 
 def question_of(name: str) -> str:
@@ -138,13 +203,8 @@ def source_of(name: str, law: str) -> str:
 
 
 def smallest_p(sizes: tuple[int, int], pairs: int = 1) -> float:
-    """Return the smallest family-wise p that two groups of these sizes can reach, with so many pairs of groups."""
+    """Return the smallest p that relabelings of two groups of these sizes can give, with so many pairs of groups."""
     return min(1.0, pairs * smallest_family_p(*sizes))
-
-
-def relabelings(sizes: tuple[int, int]) -> int:
-    """Return how many relabelings stand behind a p."""
-    return min(comb(sum(sizes), sizes[0]), MOST_RELABELINGS)
 
 
 def _law(cohort: Cohort, family: Family) -> str:
@@ -205,40 +265,44 @@ def _refusal(one: Compared) -> str:
     return ""
 
 
-def _rows(usable: Sequence[Compared], reference: str, other: str, pairs: int) -> list[dict[str, object]]:
-    """Return the rows of one pair of groups. Quantities of the same animals share one test."""
-    p = _family_p(usable)
-    rows: list[dict[str, object]] = []
-    for one, value in zip(usable, p, strict=True):
-        sizes = int((~one.other).sum()), int(one.other.sum())
-        ratio = one.ratio()
-        row = {
-            "reference": reference, "other": other, "question": question_of(one.name), "quantity": one.name,
-            "source": one.source, "n reference": sizes[0], "n other": sizes[1],
-            "mean reference": ratio.reference, "mean other": ratio.other, "unit": one.unit, "ratio": ratio.value,
-            "low": ratio.low, "high": ratio.high, "p": min(1.0, pairs * value), "smallest p": smallest_p(sizes, pairs),
-            "apart": _apart(one), "estimates": one.known.origin,
-        }  # fmt: skip
-        rows.append(row | _influence(one, ratio))
-    return rows
+def _row(reference: str, other: str, one: Compared, p: float, critical: float, pairs: int) -> dict[str, object]:
+    """Return one row: a quantity of one pair of groups."""
+    sizes = int((~one.other).sum()), int(one.other.sum())
+    ratio = one.ratio(level=1 - critical)
+    untested = Untested.ONE_IMAGE if image_unknown(one.known, one.other, one.source) else Untested.NO
+    row = {
+        "reference": reference, "other": other, "question": question_of(one.name), "quantity": one.name,
+        "source": one.source, "n reference": sizes[0], "n other": sizes[1], "mean reference": ratio.reference,
+        "mean other": ratio.other, "unit": one.unit, "ratio": ratio.value, "low": ratio.low, "high": ratio.high,
+        "p": np.nan if untested else p, "untested": str(untested), "smallest p": smallest_p(sizes, pairs),
+        "apart": _apart(one), "estimates": one.known.origin,
+    }  # fmt: skip
+    return row | _influence(one, ratio)
+
+
+def _joint(found: Sequence[Compared]) -> list[Row]:
+    """Return what the rows of all pairs of groups are, with numbers for animals and quantities."""
+    animals = {name: place for place, name in enumerate(dict.fromkeys(name for one in found for name in one.names))}
+    quantities = {name: place for place, name in enumerate(dict.fromkeys(one.name for one in found))}
+    return [
+        Row(quantities[one.name], np.array([animals[name] for name in one.names]), one.other, one.known.logs,
+            one.known.errors, shared_error(one.known, one.other))
+        for one in found
+    ]  # fmt: skip
+
+
+def _assurance(found: Sequence[tuple[str, Compared]], together: Simultaneous) -> Assurance:
+    """Return how far the rows can be relied on."""
+    groups = [(one.known.logs[~one.other], one.known.logs[one.other]) for _, one in found]
+    apart = max(abs(float(np.log(x.std(ddof=1) / y.std(ddof=1)))) for x, y in groups)
+    smallest = min(min(len(x), len(y)) for x, y in groups)
+    return Assurance(together.rate, 1 - together.critical, float(np.exp(apart)), smallest)
 
 
 def _apart(one: Compared) -> bool:
     """Return whether every animal of one group lies above every animal of the other."""
     x, y = one.known.logs[~one.other], one.known.logs[one.other]
     return bool(x.max() < y.min() or y.max() < x.min())
-
-
-def _family_p(usable: Sequence[Compared]) -> np.ndarray:
-    """Return the family-wise p of the quantities; an animal counts where it has a value."""
-    if not usable:
-        return np.empty(0)
-    everyone = {name_of(result): group for one in usable for result, group in zip(one.results, one.other, strict=True)}
-    place = {name: row for row, name in enumerate(everyone)}
-    values = np.full((len(place), len(usable)), np.nan)
-    for quantity, one in enumerate(usable):
-        values[[place[name_of(result)] for result in one.results], quantity] = one.known.logs
-    return family_p(values, np.array(list(everyone.values())))
 
 
 def _influence(one: Compared, ratio: Ratio) -> dict[str, object]:

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_LANE = 0.17  # cm: what is drawn of one quantity stands in lanes below each other, and covers nothing
+_LANE = 0.14  # cm: what is drawn of one quantity stands in lanes below each other, and covers nothing
 _LEAST, _GAP = 3.6, 1.8  # lanes of a row for its letters, and between what is drawn of two rows
 _CLEARANCE = 0.5  # lanes that a diamond is larger than what stands below it
-_DOT = 4.0  # points
+_DOT = 3.8  # points
 _AXIS = 4.7  # cm: a little less than the middle panel is wide
 _MOST_LANES = 12
 """Lanes of one group's animals in a row; with more animals than these hold, points overlap."""
@@ -136,7 +136,8 @@ def _write(ax: "Axes", x: float, y: float, text: str, **look: Any) -> None:
 
 def _places(rows: Sequence[Row], lanes: Sequence[_Lanes]) -> list[float]:
     """Return the height of every row's interval, in lanes, with room above the first of each heading."""
-    places, y, heading = [], 0.0, ""
+    places: list[float] = []
+    y, heading = 0.0, ""
     for row, own in zip(rows, lanes, strict=True):
         y -= 0.0 if row.heading == heading or not places else 3.2
         heading = row.heading

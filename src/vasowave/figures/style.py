@@ -193,7 +193,7 @@ def closed_time(time: np.ndarray, period: float) -> np.ndarray:
 
 def ratio_ticks(low: float, high: float) -> list[float]:
     """Return round ratios over a range, fewer of each decade the wider it is."""
-    leading = (1, 2, 3, 5) if high < 8 * low else (1, 2, 5) if high < 40 * low else (1,)
+    leading = (1, 2, 3, 5) if high < 8 * low else (1, 2, 5) if high < 200 * low else (1,)
     decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
     every = [digit * 10.0**decade for decade in decades for digit in leading]
     return [tick for tick in every if low / 1.3 <= tick <= high * 1.3]

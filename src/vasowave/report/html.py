@@ -31,7 +31,7 @@ def embedded(drawing: Drawing) -> str:
     opening = re.sub(r'\s(xmlns(:\w+)?|width|height|version)="[^"]*"', "", opening)
     # Letters stay readable: the drawing shrinks to 0.7 of its size at most, then its box scrolls.
     pixels = 96 * drawing.figure.get_figwidth()
-    opening += f' style="width: 100%; min-width: {0.7 * pixels:.0f}px; max-width: {1.3 * pixels:.0f}px"'
+    opening += f' style="width: {1.3 * pixels:.0f}px; min-width: {0.7 * pixels:.0f}px; max-width: 100%"'
     rest = re.sub(r'\bid="', f'id="{name}-', rest)
     rest = re.sub(r'(xlink:href="#|url\(#)', rf"\g<1>{name}-", rest)
     # A hundredth of a point is finer than any screen or printer, and the page half as large.

@@ -77,6 +77,11 @@ def probability(p: float) -> str:
     return "p < 0.0001" if p < 1e-4 else f"p = {number(float(p), 2)}"
 
 
+def ratio_with_interval(value: float, low: float, high: float) -> str:
+    """Return ``2.10 [1.31, 3.37]``; an interval that reaches over a factor of a million says nothing."""
+    return f"{number(value)} [open]" if high > 1e6 * low else with_interval(value, low, high)
+
+
 def _decimals(error: float) -> int:
     """Return how many decimals show two leading digits of an error."""
     digits = 1 - math.floor(math.log10(error))

@@ -3,7 +3,7 @@
 from vasowave.selection.averaging import Averaged, averaged, law_weights
 from vasowave.selection.compare import Comparing, compare_models, compare_residuals
 from vasowave.selection.criteria import UNDECIDED, aicc, bic, verdicts
-from vasowave.selection.stiffening import stiffening
+from vasowave.selection.stiffening import profiled, stiffening
 
 __all__ = [
     "UNDECIDED",
@@ -15,6 +15,7 @@ __all__ = [
     "compare_models",
     "compare_residuals",
     "law_weights",
+    "profiled",
     "stiffening",
     "verdicts",
 ]

@@ -1,13 +1,60 @@
 """The wall question as a number: how the wall stiffens, with its interval, in place of a vote between laws."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 import xarray as xr
 
 from vasowave.calibration.result import Fit
+from vasowave.calibration.uncertainty import WIDEST, undetermined
+from vasowave.walls import LinearWall
 
 CAVEAT = (
     "A wrong radius or image pressure, a taper, or a wall that stiffens along the tree can look like this, and none of "
     "them is in the interval."
 )
+
+
+_NORMAL = 1.959964  # half width of a 95 % interval, in standard errors
+_NEAR = 0.5
+"""Standard errors between the exponent and the linear law, below which the law tells nothing of the interval's end."""
+
+
+def profiled(fits: Sequence[Fit]) -> list[Fit]:
+    """Return the fits of one recording; the interval of an exponent ends, on the linear law's side, by the likelihood.
+
+    The fit of the linear law is the point of the exponent's profile at which the law is the linear one, so its S says
+    how much worse that value is, without a simulation. The loss of log-likelihood is that of independent noise, scaled
+    by what smooth noise makes of the variance of the exponent (Chandler and Bate 2007), and its root is taken for
+    straight between the two points, as in `profile_likelihood`. So the interval excludes the linear law exactly where
+    the likelihood does, also where the profile is no parabola. The other end stays, and so do exponents at a bound, or
+    where the linear law was not fitted or fits no worse.
+    """
+    linear = next((one for one in fits if isinstance(one.model.wall, LinearWall)), None)
+    return [fit if linear is None else _toward(fit, linear) for fit in fits]
+
+
+def _toward(fit: Fit, linear: Fit) -> Fit:
+    law = type(fit.model.wall).law()
+    if law.linear_at is None or fit.N != linear.N:
+        return fit
+    name, at = law.linear_at
+    row = fit.parameters.loc[name]
+    free = int(fit.parameters["free"].sum())
+    if not row["free"] or row["at_bound"] or not linear.S > fit.S or fit.N <= free:
+        return fit
+    smooth, independent = (float(row[key] / row["value"]) for key in ("standard_error_correlated", "standard_error"))
+    distance = float(np.log(row["value"] / at))
+    if not (np.isfinite(smooth) and abs(distance) > _NEAR * smooth > 0):
+        return fit
+    deviance = (linear.S / fit.S - 1) * (fit.N - free) * (independent / smooth) ** 2
+    table = fit.parameters.copy()
+    end = "interval_low" if distance > 0 else "interval_high"
+    table.loc[name, end] = row["value"] * np.exp(-_NORMAL * distance / np.sqrt(deviance))
+    table.loc[name, "determined"] = table["interval_high"][name] <= WIDEST * table["interval_low"][name]
+    old, new = undetermined(fit.parameters), undetermined(table)
+    return replace(fit, parameters=table, warnings=(*(one for one in fit.warnings if one not in old), *new))
 
 
 def stiffening(fit: Fit) -> xr.Dataset | None:

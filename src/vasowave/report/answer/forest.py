@@ -12,7 +12,7 @@ from vasowave.columns import split_unit
 from vasowave.figures.forest import Dot, Point, Row
 from vasowave.figures.style import short
 from vasowave.report.answer.groups import Called
-from vasowave.report.wording import number, probability, unit, value_text, with_interval
+from vasowave.report.wording import number, probability, ratio_with_interval, unit, value_text
 
 _FROM_DATA = {"stiffness": "up-slope of pressure and flow", "R_T": "mean pressure over mean flow",
               "tau": "diastolic decay"}  # fmt: skip
@@ -30,20 +30,24 @@ def group_rows(cohort: Cohort, primary: Primary, called: Called) -> list[Row]:
 
 def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called, several: bool) -> Row:
     name, other = str(row["quantity"]), str(row["other"])
-    size = with_interval(row["ratio"], row["low"], row["high"])
+    size = ratio_with_interval(row["ratio"], row["low"], row["high"])
     heading = f"{row['question']}{f': {short(other, 20)}' if several else ''}"
-    tip = f"{called(name)}: {other} {size} times {row['reference']} ({row['source']}), {probability(row['p'])}"
+    tip = f"{called(name)}: {other} {size} times {row['reference']} ({row['source']}), {_p(row)}"
     beside = primary.others
     if len(beside):
         beside = beside[(beside["other"] == other) & (beside["quantity"] == name)]
-    p = probability(row["p"]).removeprefix("p ").removeprefix("= ")
+    p = _p(row).removeprefix("p ").removeprefix("= ")
     point = Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
     return Row(heading, called(name), size, p, point, [_beside(one, called) for _, one in beside.iterrows()],
                _dots(cohort, str(row["source"]), name, other))  # fmt: skip
 
 
+def _p(row: pd.Series) -> str:
+    return "no p" if row["untested"] else probability(row["p"])
+
+
 def _beside(one: pd.Series, called: Called) -> Point:
-    size = with_interval(one["ratio"], one["low"], one["high"])
+    size = ratio_with_interval(one["ratio"], one["low"], one["high"])
     tip = f"{called(one['quantity'])}: {size} times ({one['source']} wall)"
     return Point(one["ratio"], one["low"], one["high"], str(one["source"]), tip)
 

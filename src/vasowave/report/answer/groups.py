@@ -7,7 +7,7 @@ import pandas as pd
 
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
-from vasowave.report.wording import listed, number, probability, unit, with_interval
+from vasowave.report.wording import listed, number, probability, ratio_with_interval, unit
 
 CLEAR = 0.05
 """Family-wise p below which a difference is said to be shown."""
@@ -27,32 +27,34 @@ def group_answers(primary: Primary, called: Called) -> list[tuple[str, str]]:
     for (question, _), rows in primary.rows.groupby(["question", "other"], sort=False) if pairs else ():
         answers.setdefault(str(question), []).append(_answer(rows, called))
     said = [(question, " ".join(texts)) for question, texts in answers.items()]
-    return [*said, *_untested(primary.rows, pairs)] if pairs else said
+    return [*said, *_limits(primary.rows, pairs)] if pairs else said
 
 
 def _answer(rows: pd.DataFrame, called: Called) -> str:
     reference, other = (short(rows.iloc[0][which], _LONGEST) for which in ("reference", "other"))
+
+    def effects(some: pd.DataFrame) -> str:
+        return listed([effect(row, called) for _, row in some.iterrows()])
+
     if (rows["smallest p"] >= CLEAR).all():
-        effects = listed([effect(row, called, p=False) for _, row in rows.iterrows()])
-        return f"{other} against {reference}: {effects}{_separated(rows, called)}."
-    clear = rows["p"] < CLEAR
-    higher, lower = rows[clear & (rows["ratio"] > 1)], rows[clear & (rows["ratio"] < 1)]
+        return f"{other} against {reference}: {effects(rows)}{_separated(rows, called)}."
+    tested, clear = rows["untested"] == "", rows["p"] < CLEAR
     parts = [
-        f"{way} in {other} than in {reference}: {listed([effect(row, called) for _, row in some.iterrows()])}"
-        for way, some in (("higher", higher), ("lower", lower))
+        f"{way} in {other} than in {reference}: {effects(some)}"
+        for way, some in (("higher", rows[clear & (rows["ratio"] > 1)]), ("lower", rows[clear & (rows["ratio"] < 1)]))
         if len(some)
     ]
-    if (~clear).any():
-        where = "" if parts else f" between {other} and {reference}"
-        parts.append(f"not shown{where}: {listed([effect(row, called) for _, row in rows[~clear].iterrows()])}")
+    where = "" if parts else f" between {other} and {reference}"
+    others = {"not shown": rows[tested & ~clear], "not tested": rows[~tested]}
+    parts += [f"{what}{where}: {effects(some)}" for what, some in others.items() if len(some)]
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}."
 
 
-def effect(row: pd.Series, called: Called, p: bool = True) -> str:
+def effect(row: pd.Series, called: Called) -> str:
     """Return an effect as one writes it: ``mPAP 13.5 → 21.5 mmHg (1.6 times [1.3, 2.0], p = 0.010)``."""
-    value, _, interval = with_interval(row["ratio"], row["low"], row["high"]).partition(" ")
-    tested = f", {probability(row['p'])}" if p and np.isfinite(row["p"]) else ""
+    value, _, interval = ratio_with_interval(row["ratio"], row["low"], row["high"]).partition(" ")
+    tested = "" if row["untested"] else f", {probability(row['p'])}"
     times = f"{value} times {interval}".rstrip()
     return f"{called(row['quantity'])} {change(row)} ({times}{tested})"
 
@@ -63,18 +65,26 @@ def change(row: pd.Series) -> str:
     return f"{number(float(row['mean reference']))} → {number(float(row['mean other']))} {units}".rstrip()
 
 
-def _untested(rows: pd.DataFrame, pairs: int) -> list[tuple[str, str]]:
-    """Say once which groups have too few animals for any test to confirm an effect."""
+def _limits(rows: pd.DataFrame, pairs: int) -> list[tuple[str, str]]:
+    """Say once what holds for the p of several questions: that too few animals are tested, or that there is none."""
+    said = []
     few = rows[rows["smallest p"] >= CLEAR].drop_duplicates(["n reference", "n other", "smallest p"])
-    if not len(few):
-        return []
-    counted = f" that counts for {pairs} pairs of groups" if pairs > 1 else ""
-    limits = listed([
-        f"{number(float(row['smallest p']), 2)} with {row['n reference']} + {row['n other']} animals"
-        for _, row in few.iterrows()
-    ])  # fmt: skip
-    said = f"No rank or permutation test{counted} can fall below p = {limits}."
-    return [("Can a test confirm this?", said)]
+    if len(few):
+        counted = f" that counts for {pairs} pairs of groups" if pairs > 1 else ""
+        limits = listed([
+            f"{number(float(row['smallest p']), 2)} with {row['n reference']} + {row['n other']} animals"
+            for _, row in few.iterrows()
+        ])  # fmt: skip
+        said.append(
+            f"No rank or permutation test{counted} can fall below p = {limits}; p and intervals rest on normal "
+            "distributions of logarithms alone."
+        )
+    if (rows["untested"] != "").any():
+        said.append(
+            "Not tested is what follows from a model where the animals of a group have one image: fits take it as "
+            "exact, and nothing tells its error."
+        )
+    return [("How sure is this?", " ".join(said))] if said else []
 
 
 def _separated(rows: pd.DataFrame, called: Called) -> str:

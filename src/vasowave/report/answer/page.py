@@ -4,8 +4,7 @@ from collections.abc import Mapping
 
 from vasowave.animal.reading import data_of
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.permutation import MOST_RELABELINGS
-from vasowave.cohort.primary import Family, Primary, relabelings
+from vasowave.cohort.primary import Family, Primary
 from vasowave.figures.forest import forest_figure
 from vasowave.figures.overview import tree_figure, waveforms_figure
 from vasowave.figures.style import group_looks, short, source_looks
@@ -76,15 +75,12 @@ def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) ->
 
 
 def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
-    row, reference = primary.rows.iloc[0], short(cohort.reference, 40)
-    count = relabelings((int(row["n reference"]), int(row["n other"])))
-    which = "random" if count == MOST_RELABELINGS else "all" if len(cohort.groups) > 2 else f"all {count}"
+    reference = short(cohort.reference, 40)
     model = f"; of the model by the {primary.law} wall" if primary.law else ""
     walls = "the other walls (grey) and " if len(cohort.walls) > 1 else ""
     return (
-        f"Ratio to {reference} with 95 % interval (diamonds{model}), animals weighted by how well each is known. p "
-        f"holds for all {len(primary.rows)} rows together ({which} relabelings). Below stand {walls}every animal over "
-        f"the mean of {reference}."
+        f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known. 95 % intervals and p "
+        f"hold for all {len(primary.rows)} rows together. Below stand {walls}every animal over the mean of {reference}."
     )
 
 

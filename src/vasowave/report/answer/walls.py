@@ -21,7 +21,7 @@ def wall_answer(cohort: Cohort, law: str) -> tuple[str, str]:
     said = [_evidence(one, law, cohort) for one in weighed]
     by_residuals = _by_residuals(cohort, law, {one.wall for one in weighed})
     exponents = [(wall, one) for wall in cohort.walls if (one := exponent_of(cohort, wall)) is not None]
-    of_fits = bool(by_residuals) or any(not one.drawn for _, one in exponents)
+    of_fits = (bool(by_residuals) and bool(cohort.compared)) or any(not one.drawn for _, one in exponents)
     caveat = [_LOOKS_LIKE] if of_fits else [_STILL_LOOKS_LIKE] if said or exponents else []
     if len(cohort.walls) < 2:
         said.append(f"Only the {law} wall was fitted; nothing is known of others.")

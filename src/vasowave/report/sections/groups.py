@@ -13,25 +13,47 @@ from vasowave.report.blocks import Block, Drawing, Fold, Heading, Paragraph, Rem
 from vasowave.report.tables import groups as tables
 from vasowave.report.tables.cells import source_title
 from vasowave.report.tables.primary import primary_tables
-from vasowave.report.wording import column_label, listed, name_and_unit
+from vasowave.report.wording import column_label, listed, name_and_unit, number
 
 
 def groups_section(
     cohort: Cohort, primary: Primary, comparisons: Mapping[str, Comparison], written: dict[str, str]
 ) -> Section:
-    """Importance indices, contrasts and tests by every source, and all quantities described."""
+    """The primary comparison; what is secondary folded away; all quantities described."""
     blocks: list[Block] = []
     if len(primary.rows):
-        blocks += [Heading("Primary comparison"), *primary_tables(primary, written)]
-        blocks += [Heading("The paper's comparison, each source by itself")]
+        first, *others = primary_tables(primary, written)
+        blocks += [Heading("Primary comparison"), first, *_remarks(primary)]
+        blocks += [Fold("Secondary: the same effects by the other wall laws", others)] if others else []
     if len(cohort.groups) > 1:
-        blocks.append(_importance(cohort, written))
+        blocks.append(Fold("Secondary: importance indices of the paper", [_importance(cohort, written)]))
+        blocks += _secondary(comparisons, written)
     else:
         blocks.append(Paragraph("There is one group; importance indices and tests need two."))
-    for source, comparison in comparisons.items():
-        blocks += _compared(comparison, source, written)
     blocks.append(Fold("Every quantity of every source", [tables.groups(cohort)]))
     return Section("groups", "Groups", blocks)
+
+
+def _remarks(primary: Primary) -> list[Block]:
+    """Say where p and intervals of the primary comparison cannot be relied on."""
+    sure = primary.assurance
+    if sure is None or not sure.doubtful:
+        return []
+    said = (
+        f"The groups differ in spread by up to a factor of {number(sure.spread_ratio, 2)}, and the smallest has "
+        f"{sure.smallest} animals: cohorts like this one without any effect have a row with p < 0.05 in "
+        f"{100 * sure.rate:.0f} % of cases instead of 5 %."
+    )
+    return [Remarks("p of the primary comparison", [said])]
+
+
+def _secondary(comparisons: Mapping[str, Comparison], written: dict[str, str]) -> list[Block]:
+    """Return the paper's comparison, each source by itself, folded away."""
+    return [
+        Fold(f"Secondary: the paper's comparison, {source_title(source)}", blocks)
+        for source, comparison in comparisons.items()
+        if (blocks := _compared(comparison, source, written))
+    ]
 
 
 def _importance(cohort: Cohort, written: Mapping[str, str]) -> Drawing:
@@ -53,7 +75,7 @@ def _compared(comparison: Comparison, source: str, written: dict[str, str]) -> l
     blocks: list[Block] = []
     contrasts = comparison.contrasts
     if len(contrasts):
-        blocks += [Heading(source_title(source)), tables.contrasts(comparison, source, written)]
+        blocks += [tables.contrasts(comparison, source, written)]
         if len(contrasts[["reference", "other"]].drop_duplicates()) == 1:
             names = [name_and_unit(label)[0] for label in contrasts["quantity"]]
             drawn = ratios_figure(contrasts.assign(quantity=[written.get(name, name) for name in names]))

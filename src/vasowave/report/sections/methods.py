@@ -9,8 +9,9 @@ from vasowave.animal.reading import data_of, network, period, wall_laws
 from vasowave.blood import boundary_layer
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import Comparison
-from vasowave.cohort.primary import Primary, relabelings
+from vasowave.cohort.primary import Primary
 from vasowave.cohort.rank_tests import MOST_EXACT
+from vasowave.cohort.simultaneous import DRAWS
 from vasowave.report.blocks import Paragraph, Section
 from vasowave.report.tables.cells import named, span, symbols
 from vasowave.report.wording import friction_words, listed, number
@@ -159,7 +160,6 @@ def _analyses() -> str:
 def _primary(primary: Primary) -> list[str]:
     if not len(primary.rows):
         return []
-    row = primary.rows.iloc[0]
     written = listed(list(dict.fromkeys(primary.rows["quantity"].astype(str))))
     law = f" of the {primary.law} wall law and of the recordings" if primary.law else ""
     drawn = listed(list(primary.rows["quantity"][primary.rows["estimates"] == "posterior"].unique()))
@@ -171,13 +171,23 @@ def _primary(primary: Primary) -> list[str]:
         "on "
         "logarithms: within each group the animals were pooled by random effects (restricted maximum likelihood; "
         "weights "
-        f"from the standard errors of their estimates{of_draws}), intervals after Hartung and Knapp, not below those "
-        "of the errors "
-        "alone, with Satterthwaite's degrees of freedom; quantities without standard errors so have Welch's interval. "
-        "p "
-        "values are family-wise, by Westfall and Young's step-down max-|t| over "
-        f"{relabelings((int(row['n reference']), int(row['n other'])))} relabelings of the animals."
+        f"from the standard errors of their estimates{of_draws}), standard errors after Hartung and Knapp, not below "
+        "those of the errors alone, with Satterthwaite's degrees of freedom; quantities without standard errors so "
+        "have Welch's. p values and 95 % intervals are simultaneous, for all quantities and pairs of groups, from "
+        "one reference distribution: a parametric fast double bootstrap of the least p, with each group's own spreads "
+        f"and the quantities' correlation within animals ({DRAWS + 1} draws).{_not_tested(primary)}"
     ]
+
+
+def _not_tested(primary: Primary) -> str:
+    rows = primary.rows[primary.rows["untested"] != ""]
+    if not len(rows):
+        return ""
+    names = listed(list(dict.fromkeys(rows["quantity"].astype(str))))
+    return (
+        f" No p is given for {names}: animals of a group have one image, which fits take as exact, so that their "
+        "intervals do not contain its error."
+    )
 
 
 def _statistics(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> str:
@@ -187,8 +197,8 @@ def _statistics(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> str:
         return "Groups are described by mean, SD, median and quartiles; nothing was compared."
     several = " More than two groups were compared by a permutation Kruskal-Wallis test first."
     return (
-        f"As in the paper, groups were also compared by two-sided Mann-Whitney tests (exact up to {MOST_EXACT} "
-        "animals, beyond that by the normal distribution), p values adjusted by "
+        "Secondary: as in the paper, groups were also compared by two-sided Mann-Whitney tests (exact up to "
+        f"{MOST_EXACT} animals, beyond that by the normal distribution), p values adjusted by "
         "Holm's method within each "
         f"source ({tests}), ratios of geometric means with Welch intervals, and Hedges' g with intervals from the "
         f"noncentral t distribution; the importance index η (eq. 20) is relative to {cohort.reference}."

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from vasowave.cohort.primary import Primary
+from vasowave.cohort.primary import Primary, Untested
 from vasowave.report.blocks import Table
-from vasowave.report.wording import number, with_interval
+from vasowave.report.wording import number, ratio_with_interval
 
 
 def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
@@ -15,20 +15,31 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     cells = [
         (
             written.get(row["quantity"], row["quantity"]), _source(row), f"{row['other']} / {row['reference']}",
-            f"{row['n other']}, {row['n reference']}", _effect(row), number(float(row["p"]), 2),
+            f"{row['n other']}, {row['n reference']}", _effect(row), _p(row),
             number(float(row["smallest p"]), 2), "yes" if row["apart"] else "no", _influence(row),
         )
         for _, row in rows.iterrows()
     ]  # fmt: skip
-    header = ("quantity", "source", "groups", "animals", "ratio [95 %]", "p, family-wise", "smallest p possible",
+    header = ("quantity", "source", "groups", "animals", "ratio [95 %, all rows]", "p, all rows", "smallest p by ranks",
               "groups apart", "ratio without one animal")  # fmt: skip
     note = (
         "Ratio: of the groups' means on logarithms, each animal weighted by its error and by what the animals of its "
-        "group differ (random effects, restricted maximum likelihood, interval after Hartung and Knapp; without known "
-        f"errors Welch's). p: step-down max-|t| over relabelings, for all {len(rows)} rows together. Apart: no animal "
-        "of "
-        "one group lies among the other. Without: the one animal that moves the ratio most when it is left out."
+        "group differ (random effects, restricted maximum likelihood; standard errors after Hartung and Knapp, without "
+        f"known errors Welch's). Interval and p: for all {len(rows)} rows together, from one distribution, "
+        "so that an interval excludes 1 exactly if p < 0.05; logarithms are taken as normal. Smallest p: of any test "
+        "by ranks or relabelings, which asks for no distribution. Apart: no animal of one group lies among the other. "
+        "Without: the one animal that moves the ratio most when it is left out."
     )
+    if primary.assurance:
+        note += (
+            f" Of cohorts without any effect, of these sizes, spreads and correlations, "
+            f"{100 * primary.assurance.rate:.1f} % have a row with p < 0.05; it should be 5 %."
+        )
+    if (rows["untested"] == Untested.ONE_IMAGE).any():
+        note += (
+            " No p: animals of a group have one image, and a fit takes it as exact; the interval is without its error. "
+            "Posteriors contain it."
+        )
     if "posterior" in set(rows["estimates"]):
         note += (
             " From posteriors: values and errors of the animals are the means and SD of the logarithms of their draws, "
@@ -43,7 +54,11 @@ def _source(row: pd.Series) -> str:
 
 
 def _effect(row: pd.Series) -> str:
-    return with_interval(float(row["ratio"]), float(row["low"]), float(row["high"]))
+    return ratio_with_interval(float(row["ratio"]), float(row["low"]), float(row["high"]))
+
+
+def _p(row: pd.Series) -> str:
+    return "none: one image" if row["untested"] == Untested.ONE_IMAGE else number(float(row["p"]), 2)
 
 
 def _influence(row: pd.Series) -> str:
@@ -61,6 +76,6 @@ def _others(primary: Primary, written: Mapping[str, str]) -> Table:
         )
         for _, row in rows.iterrows()
     ]
-    note = "The same effects, without a test: they are not primary."
+    note = "Secondary: the same effects, their intervals to the same level, without a test."
     header = ("quantity", "wall", "groups", "ratio [95 %]")
     return Table("PrimaryOtherLaws", "Ratios by the other wall laws", header, cells, note, rows)
