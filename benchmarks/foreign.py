@@ -120,7 +120,7 @@ def pieces_swapped(folder: Path) -> Said:
     other.unlink()
     (other.parent / f"{key}-{hashlib.sha256(content).hexdigest()}.nc").write_bytes(content)
     said = started(folder)
-    return Said(said.status, said.words.strip(), "1 animals computed, 2 kept" in said.words)
+    return Said(said.status, said.words.strip(), "1 animal computed, 2 kept" in said.words)
 
 
 def room_left(sizes: Sequence[int], fresh: bool, folder: Path) -> Said | None:
