@@ -53,10 +53,12 @@ def modules_planted(folder: Path) -> Said:
     for name in names:
         (folder / f"{name}.py").write_text(f"open({str(mark)!r}, 'a').write(__name__ + ' ')")
     script = [str(Path(sys.executable).with_name("vasowave")), "run"]
-    said = [started(folder, program=program, cwd=folder) for program in (PROGRAM, script)]
+    said = [started(folder, program=script, cwd=folder)]
+    (folder / "importlib.py").unlink()  # Python itself runs it for -m, before any program begins
+    said.append(started(folder, program=PROGRAM, cwd=folder))
     ran = mark.read_text() if mark.exists() else ""
     for name in names:
-        (folder / f"{name}.py").unlink()
+        (folder / f"{name}.py").unlink(missing_ok=True)
     words = f"{len(names)} modules planted, {len(ran.split())} run {ran}; {said[0].words.strip().splitlines()[-1]}"
     return Said(max(one.status for one in said), words, not ran)
 
@@ -118,13 +120,13 @@ def pieces_swapped(folder: Path) -> Said:
     other.unlink()
     (other.parent / f"{key}-{hashlib.sha256(content).hexdigest()}.nc").write_bytes(content)
     said = started(folder)
-    return Said(said.status, said.words.strip(), "1 animals computed, 2 kept" in said.words)
+    return Said(said.status, said.words.strip(), "1 animal computed, 2 kept" in said.words)
 
 
 def room_left(sizes: Sequence[int], fresh: bool, folder: Path) -> Said | None:
     """Run on a disk with so many bytes left, with the animals kept already or to be computed."""
     if not fresh:
-        started(folder)
+        assert started(folder).status == 0
         (folder / "results" / "index.json").unlink()
     small, ended = folder.with_name("small"), Counter[str]()
     small.mkdir()

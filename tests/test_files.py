@@ -1,6 +1,8 @@
 """Files and folders appear whole or not at all."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pandas as pd
@@ -23,6 +25,29 @@ def fill(folder: Path, *names: str) -> None:
 
 def content(folder: Path) -> dict[str, str]:
     return {path.name: path.read_text() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_folder_that_is_a_link_to_itself_is_refused_in_words(tmp_path):
+    (tmp_path / "results").symlink_to("results")
+    with pytest.raises(InputError, match=r"results: cannot be opened.*link to itself"):
+        made_inside(tmp_path, "results")
+
+
+def test_what_a_killed_program_left_of_a_folder_goes_at_once_and_what_is_being_filled_stays(tmp_path):
+    program = (
+        "import os, signal\nfrom pathlib import Path\nfrom vasowave.files import write_folder\n"
+        f"with write_folder(Path({str(tmp_path)!r})) as fresh:\n"
+        "    (fresh / 'a').write_text('half')\n    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    subprocess.run([sys.executable, "-c", program], check=False)
+    assert len(list(tmp_path.glob(f"{PART}*"))) == 1
+    with write_folder(tmp_path) as fresh:
+        (fresh / "b").write_text("new")
+        assert len(list(tmp_path.glob(f"{PART}*"))) == 1
+        remove_parts(tmp_path, 3600.0)
+        fill(tmp_path, "c")
+        assert (fresh / "b").exists()
+    assert content(tmp_path) == {"b": "new", "c": "new"}
 
 
 def test_a_file_that_cannot_be_finished_leaves_the_earlier_one_whole(tmp_path, monkeypatch):

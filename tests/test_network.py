@@ -142,3 +142,19 @@ def test_the_pressure_of_a_table_is_that_of_all_its_rows_or_refused_with_the_row
     (tmp_path / "two.csv").write_text(head + "a,,0.4,0.04,6.3\nb,a,0.4,0.03,6.3\nc,a,0.4,0.03,6.4\n")
     with pytest.raises(InputError, match=r"line 4.*: pressure 6\.4 mmHg, but 6\.3 mmHg in the first row"):
         read_network(tmp_path / "two.csv")
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "said"),
+    [("radius", 1e-200, "1e-200"), ("radius", 5e-6, "5e-06"), ("radius", 20.0, "20"), ("length", 4e8, "4e\\+08")],
+)
+def test_a_size_that_no_animal_has_is_refused_with_its_row(field, value, said):
+    sizes = {"length": [0.4, 0.4], "radius": [0.05, 0.04]}
+    sizes[field][1] = value
+    with pytest.raises(InputError, match=rf"row 2 \(vessel 'b'\): {field} {said} cm is no animal's.*unit"):
+        Network(("a", "b"), [-1, 0], **sizes)
+
+
+@pytest.mark.parametrize(("length", "radius"), [(1e-4, 1e-4), (600.0, 11.5)])
+def test_an_arteriole_of_a_micrometer_and_a_whales_aorta_are_networks(length, radius):
+    assert len(Network(("a",), [-1], [length], [radius])) == 1

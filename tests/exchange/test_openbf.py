@@ -333,3 +333,19 @@ def test_an_inflow_that_is_even_in_time_keeps_its_samples_and_any_other_its_cour
     assert len(inflow.flow) >= 512
     time = np.arange(len(inflow.flow)) * inflow.period / len(inflow.flow)
     np.testing.assert_allclose(inflow.flow, np.interp(time, table[:, 0], 1e6 * table[:, 1]), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["{folder}/flow.dat", "../flow.dat"])
+def test_an_inlet_outside_the_folder_is_not_opened_and_no_foreign_line_is_quoted(tmp_path, name):
+    folder = tmp_path / "openbf"
+    folder.mkdir()
+    (tmp_path / "flow.dat").write_text("root:x:0:0\n")
+    config = {"blood": {"rho": 1060, "mu": 4e-3}, "network": [VESSEL]}
+    (folder / "x.yaml").write_text(yaml.safe_dump(config | {"inlet_file": name.format(folder=tmp_path)}))
+    with pytest.raises(InputError, match="names an inlet outside its own folder") as outside:
+        read_openbf(folder / "x.yaml")
+    (folder / "flow.dat").symlink_to(tmp_path / "flow.dat")
+    (folder / "x.yaml").write_text(yaml.safe_dump(config | {"inlet_file": "flow.dat"}))
+    with pytest.raises(InputError, match="line 1: not a time and a flow") as linked:
+        read_openbf(folder / "x.yaml")
+    assert not any("x:0" in str(one.value) for one in (outside, linked))

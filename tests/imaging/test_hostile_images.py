@@ -1,6 +1,7 @@
 """Images that would hang or crash a reader, fill the memory, name other files, or give other voxels without a word."""
 
 import os
+import re
 import signal
 import time
 
@@ -178,3 +179,41 @@ def test_bytes_that_a_header_skips_before_the_voxels_are_not_counted_as_voxels(t
         whole.write_bytes(head.encode() + bytes(before + 47))
         with pytest.raises(InputError, match="truncated, 47 of 48 bytes"):
             require_whole_nrrd(whole)
+
+
+def without_line(path, key):
+    """Take the line of the header that begins with a key out of a file."""
+    path.write_bytes(re.sub(rb"(?m)^" + key + rb"[^\n]*\n", b"", path.read_bytes(), count=1))
+
+
+def blanked(path, at, length):
+    content = path.read_bytes()
+    path.write_bytes(content[:at] + bytes(length) + content[at + length :])
+
+
+UNSIZED = {
+    "v.mha": lambda path: without_line(path, b"ElementSpacing"),
+    "v.mhd": lambda path: without_line(path, b"ElementSpacing"),
+    "v.nrrd": lambda path: without_line(path, b"space directions"),
+    "v.nhdr": lambda path: without_line(path, b"space directions"),
+    "v.nii": lambda path: blanked(path, 123, 1),  # xyzt_units: the size is there, its unit is not
+    "w.nii": lambda path: blanked(path, 80, 4),  # pixdim[1]
+}
+
+
+@pytest.mark.parametrize("name", UNSIZED)
+def test_a_voxel_size_that_is_not_there_is_asked_for_and_never_assumed(tmp_path, name):
+    path = image(tmp_path, name)
+    UNSIZED[name](path)
+    with pytest.raises(InputError, match=r"size of its voxels is not known; give it in cm \(--voxel of"):
+        read_volume(path)
+    np.testing.assert_array_equal(read_volume(path, 0.01).spacing, np.full(3, 0.01))
+
+
+@pytest.mark.parametrize("spacing", [4e8, 1e-9])
+def test_a_voxel_size_that_no_image_of_an_animal_has_is_an_error(tmp_path, spacing):
+    sound = volume()
+    with pytest.raises(InputError, match="voxels of an animal measure"):
+        Volume(sound.grey, np.array([0.01, spacing, 0.01]), sound.origin)
+    with pytest.raises(InputError, match="voxel size"):
+        read_volume(image(tmp_path, "v.mha"), spacing)

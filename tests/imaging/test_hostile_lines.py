@@ -10,8 +10,9 @@ from fuzzing.vessels import bomb, edits, markups, tree, vtk, vtp_text
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging.exchange.centerlines import read_centerlines
 from vasowave.imaging.exchange.polydata import read_polydata
-from vasowave.imaging.exchange.swc import write_swc
+from vasowave.imaging.exchange.swc import require_radii, write_swc
 from vasowave.imaging.revise.edits import read_edits
+from vasowave.imaging.tree import Line
 
 SWC = "1 3 0 0 0 4 -1\n2 3 3 0 0 4 1\n3 3 6 0 0 4 2\n4 3 6 4 0 3 3\n5 3 6 0 5 2 3\n"
 
@@ -143,3 +144,11 @@ def test_an_edit_that_stands_there_twice_is_refused_and_a_lost_end_is_told(tmp_p
     os.mkfifo(tmp_path / "e.txt")
     with pytest.raises(InputError, match=r"the edits cannot be read .*pipe"):
         read_edits(tmp_path / "e.txt")
+
+
+def test_points_that_lie_beyond_every_scanner_are_refused_where_numbers_were_deleted(tmp_path):
+    """Bytes that are missing shift all numbers after them; what they mean then may be any number."""
+    lines = [Line(np.array([[0.0, 0, 0], [0, 0, far]]), np.full(2, 0.1)) for far in (1.0, 1e300)]
+    with pytest.raises(InputError, match=r"a point or a radius beyond 100000 cm; damaged, or the unit is wrong"):
+        require_radii(tmp_path / "a.vtk", lines[1])
+    require_radii(tmp_path / "a.vtk", lines[0])

@@ -218,14 +218,31 @@ def test_two_runs_in_one_study_are_refused_and_a_dead_one_holds_nothing(tmp_path
 
 def test_a_piece_is_found_by_its_key_and_a_damaged_one_is_not(tmp_path):
     store = Store(tmp_path)
-    path = store.keep("aa", b"0123456789" * 1000)
-    store.keep("ab", b"other")
+    path = store.keep("aa", b"key aa" + b"0123456789" * 1000)
+    store.keep("ab", b"key ab, other")
     assert store.find("aa") == path
     assert store.find("a") is None
     os.truncate(path, 9999)
     assert store.find("aa") is None
     assert not path.exists()
     assert store.find("ab") is not None
+
+
+def test_the_bytes_of_one_piece_under_the_key_of_another_are_no_piece(tmp_path):
+    store = Store(tmp_path)
+    one = store.keep("aa", b"key aa, a result")
+    other = one.rename(one.with_name(one.name.replace("aa-", "ab-")))
+    assert store.find("ab") is None
+    assert not other.exists()
+
+
+def test_a_lock_on_a_full_disk_holds_all_the_same(tmp_path, monkeypatch):
+    """What could not be written is not written again when the file is closed."""
+    lock = tmp_path / "running.lock"
+    lock.symlink_to("/dev/full")
+    monkeypatch.setattr("vasowave.study.lock._OPEN", os.O_RDWR)
+    with locked(lock):
+        pass
 
 
 def test_a_program_killed_while_it_writes_leaves_no_piece(tmp_path):
@@ -259,7 +276,7 @@ def test_a_dask_worker_killed_in_the_middle_loses_nothing_and_repeats_nothing_ke
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
 
         def keep(job, result):
-            store.keep(job.key.replace(" ", "_"), repr(result).encode())
+            store.keep(key := job.key.replace(" ", "_"), f"{key} {result!r}".encode())
             if len(list(store.folder.iterdir())) == 3:
                 wait_until(lambda: len(log.read_text().splitlines()) > 4)
                 at_kill["kept"] = [path.name.partition("-")[0] for path in store.folder.iterdir()]

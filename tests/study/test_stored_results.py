@@ -14,7 +14,7 @@ from vasowave.errors import InputError
 from vasowave.memory import seldom_collected
 from vasowave.report.write import write_report
 from vasowave.study.reporting import report_study
-from vasowave.study.results import INDEX, read_results, write_results
+from vasowave.study.results import INDEX, _digest, read_results, write_results
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import Store
 
@@ -29,8 +29,9 @@ def stored(tmp_path):
     store = Store(folder)
     pieces = {}
     for number, name in enumerate(NAMES):
-        result = xr.DataTree(xr.Dataset({"x": float(number)}, attrs={"title": KIND, "animal": name}))
-        pieces[name, "CTL"] = store.keep(f"key{number}", to_bytes(result))
+        key = f"key{number}"
+        result = xr.DataTree(xr.Dataset({"x": float(number)}, attrs={"title": KIND, "animal": name, "key": key}))
+        pieces[name, "CTL"] = store.keep(key, to_bytes(result))
     write_results(folder, pieces, [LOST], StudyFile())
     return folder
 
@@ -89,6 +90,22 @@ def test_results_of_the_version_before_are_refused_with_what_to_do(tmp_path):
         InputError, match=r"results\.nc: of an earlier version of vasowave.*run the study or the fit again"
     ):
         read_results(tmp_path)
+
+
+def test_the_file_of_one_animal_in_place_of_anothers_is_refused(stored):
+    index = json.loads((stored / "index.json").read_text())
+    one, other = index["animals"][0], index["animals"][3]
+    one["file"], one["sha256"] = other["file"], other["sha256"]
+    index.pop("sha256")
+    (stored / "index.json").write_text(json.dumps(index | {"sha256": _digest(index)}))
+    with pytest.raises(InputError, match=r"holds the result of 'A', not of 'CTL 1'"):
+        read_results(stored)["CTL 1"]
+
+
+def test_an_index_that_is_nested_without_end_is_damaged(stored):
+    (stored / "index.json").write_text('{"form": ' + "[" * 100_000)
+    with pytest.raises(InputError, match=r"index\.json: damaged"):
+        read_results(stored)
 
 
 def test_files_of_animals_that_are_no_longer_there_go(stored):

@@ -47,7 +47,8 @@ def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
     if not path.exists():
         raise InputError(f"{path}: no such file or folder")
     if spacing is not None and not VOXELS[0] <= spacing <= VOXELS[1]:
-        raise InputError(f"voxel size {spacing:g} cm; give a number of cm between {VOXELS[0]:g} and {VOXELS[1]:g}")
+        low, high = VOXELS
+        raise InputError(f"voxel size {spacing:g} cm; give a positive number of cm between {low:g} and {high:g}")
     if not path.is_dir():
         path = _checked(path, spacing)
     image = read_image(path)

@@ -16,7 +16,7 @@ _LONGEST = 1 << 16
 """No header is longer, bytes."""
 
 
-def require_whole_metaimage(path: Path, sized: bool = True) -> None:
+def require_whole_metaimage(path: Path, sized: bool = False) -> None:
     """Raise `InputError` unless the voxels that the header announces are there, in its own folder, and no more.
 
     Nor, if it must be `sized`, without their size.
@@ -32,10 +32,10 @@ def require_whole_metaimage(path: Path, sized: bool = True) -> None:
     name = last[1].decode("utf-8", errors="replace").strip()
     if name.upper().startswith("LIST") or "%" in name:
         raise InputError(f"{path}: its voxels are spread over several files; save it as one")
-    if sized and not {"ElementSpacing", "ElementSize"} & set(fields):
-        raise no_voxel_size(path, "its header has no ElementSpacing")
     here = name.upper() == "LOCAL"
     _require_voxels(path, fields, path if here else data_file(path, name), last.end() if here else 0)
+    if sized and not {"ElementSpacing", "ElementSize"} & set(fields):
+        raise no_voxel_size(path, "its header has no ElementSpacing")
 
 
 def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int) -> None:

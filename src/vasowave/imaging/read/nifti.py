@@ -10,7 +10,7 @@ from vasowave.errors import InputError
 from vasowave.imaging.read.payload import no_voxel_size, require_bytes
 
 
-def require_whole_nifti(path: Path, sized: bool = True) -> None:
+def require_whole_nifti(path: Path, sized: bool = False) -> None:
     """Raise `InputError` unless `path` (.nii or .nii.gz) holds the voxels its header announces, and no more.
 
     Nor, if it must be `sized`, without their size and its unit.
@@ -27,9 +27,9 @@ def require_whole_nifti(path: Path, sized: bool = True) -> None:
         raise InputError(f"{path}: truncated; copy or export it again") from None
     except (OSError, ValueError, OverflowError) as error:
         raise InputError(f"{path}: not a NIfTI file that can be read ({error})") from None
+    require_bytes(path, 0, expected, "gzip" if packed else "raw")
     if sized and not _is_sized(header):
         raise no_voxel_size(path, "its header leaves out a voxel's size (pixdim) or the unit (xyzt_units)")
-    require_bytes(path, 0, expected, "gzip" if packed else "raw")
 
 
 def _is_sized(header: bytes) -> bool:

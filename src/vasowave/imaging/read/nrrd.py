@@ -25,7 +25,7 @@ _LONGEST = 1 << 16
 """No header is longer, bytes."""
 
 
-def require_whole_nrrd(path: Path, sized: bool = True) -> None:
+def require_whole_nrrd(path: Path, sized: bool = False) -> None:
     """Raise `InputError` unless the voxels that the header announces are there, in its own folder, and no more.
 
     Nor, if it must be `sized`, without their size.
@@ -42,11 +42,11 @@ def require_whole_nrrd(path: Path, sized: bool = True) -> None:
         raise InputError(f"{path}: its voxels are spread over several files; save it as one")
     if not name and end is None:
         raise InputError(f"{path}: not an image that can be read: its header has no end; truncated?")
+    holder = data_file(path, name) if name else path
+    _require_voxels(path, fields, holder, 0 if name or end is None else end.end())
     size = fields.get("spacedirections") or fields.get("spacings") or "none"
     if sized and any(word in size.lower() for word in ("none", "nan")):
         raise no_voxel_size(path, "its header has no (or not all) space directions or spacings")
-    holder = data_file(path, name) if name else path
-    _require_voxels(path, fields, holder, 0 if name or end is None else end.end())
 
 
 def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int) -> None:
