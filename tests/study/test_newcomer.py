@@ -86,6 +86,7 @@ def test_six_labchart_files_become_results_with_four_commands_and_nothing_to_men
     assert "6 animals computed, 0 kept from earlier, 0 failed." in ran
     results = read_results(study)
     for name, mean in MICE.items():
+        assert results[name]["recording"].attrs["source"] == f"../raw data ü/{name}.txt"
         assert float(results[name]["recording"]["mPAP"]) == pytest.approx(mean, abs=0.25), name
     monkeypatch.chdir(lab.parent)
     assert "6 of 6 animals done; not being run" in typed("status", "my-study")

@@ -157,8 +157,9 @@ def _relative(recording: Recording, said: list[str], folder: Path) -> Recording:
     """Return the recording with `said` among its notes and with file names relative to `folder`."""
     known = " ".join(recording.notes)
     new = [message for message in said if message.partition(": ")[2] not in known]
-    notes = (note.replace(f"{folder}/", "") for note in (*recording.notes, *new))
-    return replace(recording, source=recording.source.replace(f"{folder}/", ""), notes=tuple(dict.fromkeys(notes)))
+    here = "" if folder == Path() else f"{folder}/"  # of files beside the current folder nothing is taken away
+    notes = (note.replace(here, "") for note in (*recording.notes, *new))
+    return replace(recording, source=recording.source.replace(here, ""), notes=tuple(dict.fromkeys(notes)))
 
 
 def inside(file: Path, folder: Path) -> str:
