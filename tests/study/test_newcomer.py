@@ -324,3 +324,19 @@ def test_fit_reads_what_add_reads_says_how_to_cut_a_gap_and_status_knows_it(lab,
         pulse = float(row["systolic [mmHg]"]) - float(row["diastolic [mmHg]"])
         assert float(row["pulse [mmHg]"]) == pytest.approx(pulse, abs=1e-3)
     assert (tmp_path / "s.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_times_without_a_unit_are_asked_for_once_and_never_assumed(tmp_path):
+    def unitless(folder, name, seed, mean):
+        pauses(folder, name, seed, mean)
+        path = folder / f"{name}.csv"
+        path.write_text(path.read_text().replace("Time [s]", "Time"))
+
+    lab = write_lab(tmp_path / "lab", unitless, {"KO 1": 26.0, "WT 1": 14.0})
+    typed("new", tmp_path / "s", "--groups", "WT,KO")
+    refused = typed("add", tmp_path / "s", lab)
+    assert "column 'time' has no unit; write it in the header ('time [s]'), or say how many samples" in refused
+    assert "(the same in line" in refused
+    again = typed("add", tmp_path / "s", lab, "--sampling-rate", "1000")
+    assert "2 rows updated" in again
+    assert "no samples from 2 to 2.5 s; the longest stretch without a gap is 2.5 to 9 s" in again
