@@ -247,7 +247,7 @@ def test_both_decimal_marks_in_one_file_are_refused(tmp_path):
             "Interval=\t0.001 s\nChannelTitle=\tPAP\nUnitName=\tmmHg\n0\tx\n",
             "line 4, column 'PAP': 'x' is not",
         ),
-        ("a.csv", "pressure [mmHg],flow [ml/s]\n1,2\n", "give sampling_rate"),
+        ("a.csv", "pressure [mmHg],flow [ml/s]\n1,2\n", "say how many samples a second has"),
         ("a.csv", "1,2,3\n1,2,3\n", "no header"),
         ("a.csv", "", "empty"),
     ],

@@ -92,7 +92,7 @@ def posterior(
     check_file(output)
     vessels, cycle, settings = _known(network, recording or [], animal, dict(given or {}))
     law, made = wall or settings.walls[0], [0]
-    typer.echo(f"Posterior under the {law} wall: some hundred simulations; the first compiles the solver.")
+    typer.echo(f"Posterior under the {law} wall. The first simulation compiles the solver.")
 
     def count(simulations: int) -> None:
         made[0] = simulations

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from vasowave.errors import InputError, did_you_mean
 from vasowave.files import write_file
-from vasowave.provenance import sha256
 from vasowave.report.wording import some_of
 from vasowave.study.grouping import Marks, Proposal, parsed_groups, proposed_groups, told_group, within, words
+from vasowave.study.known import Known, seen_from
 from vasowave.study.names import plain_name
 from vasowave.study.plan import RESULTS
 from vasowave.study.reading import read_settings, study_path
@@ -85,7 +85,7 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     before = read_rows(table)
     sorted_files = _sorted(path.parent, table, paths, network, cells or {})
     networks = _networks(path.parent, sorted_files.networks, before.rows, network)
-    known = _Known(path.parent, before.rows)
+    known = Known(path.parent, before.rows)
     said = list(sorted_files.refused)
     new, touched = list[_Row](), list[_Row]()
     for recorded in sorted_files.recordings:
@@ -130,43 +130,6 @@ class _Row:
     recorded: Recorded
     cells: dict[str, str]
     old: dict[str, str] | None
-
-
-class _Known:
-    """The recordings that the table has, by place, by the name of a file that is gone, and by content."""
-
-    def __init__(self, folder: Path, rows: Sequence[dict[str, str]]) -> None:
-        self.folder = folder
-        files = [(folder / row["recording"], row) for row in rows if row.get("recording")]
-        self.by_place = {file.resolve(): row for file, row in files}
-        self.lost = {file.name: row for file, row in files if not file.exists()}
-        self.by_content = {_digest(file): row["animal"] for file, row in files if file.is_file()}
-
-    def row_of(self, recorded: Recorded) -> dict[str, str] | None:
-        """Return the row of a recording; that of a file that is gone if it had the same name."""
-        file = recorded.files[0]
-        row = self.by_place.get(file.resolve())
-        if row is None and file.name in self.lost:
-            row = self.lost.pop(file.name)
-            row["recording"] = seen_from(self.folder, file)
-            if len(recorded.files) == 2:
-                row["flow"] = seen_from(self.folder, recorded.files[1])
-        return row
-
-    def twin_of(self, recorded: Recorded) -> str:
-        """Return the animal whose recording has the same bytes; else remember this one."""
-        digest = _digest(recorded.files[0])
-        if digest in self.by_content:
-            return self.by_content[digest]
-        self.by_content[digest] = recorded.files[0].name
-        return ""
-
-
-def _digest(file: Path) -> str:
-    try:
-        return sha256(file)
-    except InputError:
-        return str(file)
 
 
 def _settings(path: Path) -> StudyFile:
@@ -302,18 +265,6 @@ def _filled(one: _Row, explicit: set[str]) -> bool:
         if title not in ("animal", "recording") and text and (title in explicit or not one.old.get(title)):
             one.old[title] = text
     return one.old != kept
-
-
-def seen_from(folder: Path, file: Path) -> str:
-    """Return the name of a file as the table writes it, whatever links lead to the folder or the file."""
-    ways, real = [], folder.resolve()
-    for place, start in ((file.absolute(), folder.absolute()), (file.absolute(), real), (file.resolve(), real)):
-        try:
-            ways.append(Path(os.path.relpath(place, start)))
-        except ValueError:  # another drive
-            continue
-    right = (one for one in ways if (folder / one).exists() and (folder / one).samefile(file))
-    return next(right, file.resolve()).as_posix()
 
 
 def _missing(rows: Sequence[dict[str, str]], groups: Marks, networks: Sequence[Path]) -> list[str]:

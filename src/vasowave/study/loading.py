@@ -163,8 +163,9 @@ def _units(row: AnimalRow) -> dict[str, str | None]:
 def _relative(recording: Recording, warned: list[Finding], folder: Path) -> Recording:
     """Return the recording with `warned` among its notes and with file names relative to `folder`."""
     beside = [one for one in warned if one.at("") not in recording.notes]
-    notes = dict.fromkeys(one.inside(f"{folder}/") for one in (*recording.notes, *beside))
-    return replace(recording, source=recording.source.replace(f"{folder}/", ""), notes=tuple(notes))
+    here = "" if folder == Path() else f"{folder}/"  # of files beside the current folder nothing is taken away
+    notes = dict.fromkeys(one.inside(here) for one in (*recording.notes, *beside))
+    return replace(recording, source=recording.source.replace(here, ""), notes=tuple(notes))
 
 
 def inside(file: Path, folder: Path) -> str:
