@@ -64,10 +64,11 @@ def test_several_groups_against_one_are_dunnetts_test():
     np.testing.assert_allclose(simultaneous(rows, DRAWS).p, expected, atol=ERROR / 2)
 
 
-def test_an_interval_excludes_one_exactly_if_p_is_below_its_level():
+@pytest.mark.parametrize("count", [200, pytest.param(5_000, marks=pytest.mark.validation)])
+def test_an_interval_excludes_one_exactly_if_p_is_below_its_level(count):
     """Cohorts of many kinds: sizes, spreads, gaps, known errors, shared ones, effects near the edge."""
     rng, shown = np.random.default_rng(4), 0
-    for number in range(1_500):
+    for number in range(count):
         sizes = tuple(rng.integers(3, 9, 2))
         logs, other = cohort(rng, sizes, ratio=rng.choice([0.3, 1.0, 3.0]), count=4)
         logs = 0.2 * logs + rng.exponential(0.4) * other[:, np.newaxis]
@@ -77,7 +78,7 @@ def test_an_interval_excludes_one_exactly_if_p_is_below_its_level():
         below = [bool(p < LEVEL) for p in found.p]
         assert below == [excluded(row, found.critical) for row in rows], number
         shown += sum(below)
-    assert 300 < shown < 5_000  # both answers were asked for
+    assert 0.2 < shown / count < 3.5  # of four rows; both answers were asked for
 
 
 @pytest.mark.parametrize("draws", [19, 20, 59, 100, 999])
@@ -92,11 +93,11 @@ def test_the_critical_value_parts_what_is_below_the_level(draws):
 def test_where_the_smaller_group_varies_more_a_family_is_wrong_no_more_often_than_it_says():
     """12 + 4 animals, the four with twice the SD: tests that take spreads as equal find something in a quarter."""
     rng, wrong = np.random.default_rng(5), 0
-    for number in range(200):
+    for number in range(150):
         logs, other = cohort(rng, (12, 4), ratio=2.0)
         wrong += simultaneous(rows_of(logs, other), draws=199, seed=number).p.min() < LEVEL
-    # Binomial standard error of 5 % in 200: 1.5 %; three of them.
-    assert wrong / 200 < 0.097
+    # Binomial standard error of 5 % in 150: 1.8 %; three of them.
+    assert wrong / 150 < 0.104
 
 
 def test_an_image_that_a_group_shares_makes_no_false_positives():
