@@ -7,7 +7,6 @@ Every volume gives its lumen's surface as `extract` finds it, and lines in these
 vmtk       1/R-shortest ways along the Voronoi diagram of the surface (VMTK, Slicer), from the root to the point of the
            surface nearest to each end; they end a ball's radius before it, as Slicer's do
 appended   the same with that point appended (VMTK's AppendEndPoints; the measured mouse lung)
-exact      the true axes, each from the root to an end
 curves     the first ones cut as VMTK's branch extractor does, joined at the middle of each junction, a point a radius
            (Slicer's curves)
 
@@ -56,24 +55,6 @@ def true_tree(kind, seed):
     own = [vessel for vessel in tree[1:] if vessel.parent != -9]
     lines = tuple(Line(vessel.axis * SPACING, vessel.radius * SPACING) for vessel in own)
     return Tree(lines, np.array([vessel.parent for vessel in own]))
-
-
-def ways_to_root(tree):
-    """Return for each terminal the rows from the root to it."""
-    for row in tree.terminals:
-        way = [row]
-        while tree.parent[way[-1]] >= 0:
-            way.append(int(tree.parent[way[-1]]))
-        yield way[::-1]
-
-
-def exact_lines(tree):
-    """Return the true axes, one line from the root to each end."""
-    lines = []
-    for way in ways_to_root(tree):
-        first, *rest = (tree.lines[row] for row in way)
-        lines.append(first.then(*(line[1:] for line in rest)))
-    return lines
 
 
 def without_cannula(lumen, begin):
@@ -178,7 +159,6 @@ def outcome(name, seed):
     trees = {
         "vmtk": cut_at_junctions(merged(bare)),
         "appended": cut_at_junctions(merged(appended)),
-        "exact": cut_at_junctions(merged(exact_lines(true))),
         "curves": slicer_curves(bare, 1.0),
     }
     for lines, tree in trees.items():
@@ -192,9 +172,9 @@ def outcome(name, seed):
                 gap = alike.network.length[order] - ours.network.length[own]
                 both = np.hypot(alike.length_sd[order], ours.length_sd[own])
                 found[name]["both doors"] = (gap / both).tolist()
-        for cut in ("tube", "identical") if lines != "curves" else ():
-            raw = cut_at_junctions(merged({"vmtk": bare, "appended": appended, "exact": exact_lines(true)}[lines], cut))
-            found[f"{lines}, cut {cut}"] = errors(made, measured_alone(raw), pairing(made, raw))
+    for cut in ("tube", "identical"):
+        raw = cut_at_junctions(merged(bare, cut))
+        found[f"vmtk, cut {cut}"] = errors(made, measured_alone(raw), pairing(made, raw))
     return found
 
 

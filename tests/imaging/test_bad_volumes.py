@@ -112,7 +112,9 @@ def test_a_root_at_the_wrong_end(scan, image, tmp_path):
     ends = [embedding.cannula[0] + [0.02, 0, 0], embedding.lines[3][-1], embedding.lines[4][-1]]
     outlets = [argument for place in ends for argument in ("--outlet", written(place))]
     refused("not at the cannula's outer end", tmp_path, image, "--root", wrong, *outlets)
-    result, notes = run(image, "-o", tmp_path / "out", "--root", wrong, "--cannula", "0", *outlets)
+    result, notes = run(
+        image, "-o", tmp_path / "out", "--root", wrong, "--cannula", "0", "--species", "other", *outlets
+    )
     assert result.exit_code == 0, repr(result.exception)
     assert any("is wider than the root" in note for note in notes), notes
     assert "is wider than the root" in (tmp_path / "out" / "review.html").read_text()

@@ -68,7 +68,7 @@ def aorta():
     ends = [(lines.lines[row].points[-1] * TURNED).tolist() for row in lines.terminals]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VasowaveWarning)
-        options = Options(root.tolist(), ends, 1000.0, seed.tolist(), cannula=0.0, loops="open")
+        options = Options(root.tolist(), ends, 1000.0, seed.tolist(), cannula=0.0, species="human", loops="open")
         return extract(AORTA / "aorta.mha", options).measured, network_of(lines)
 
 

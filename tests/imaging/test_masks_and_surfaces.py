@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import SimpleITK
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
 from vasowave.imaging import Volume, read_volume, write_volume
 from vasowave.imaging.entrances import deepest_near
 from vasowave.imaging.exchange.triangles import write_stl, write_surface_vtp
@@ -223,13 +223,14 @@ def test_axes_that_a_file_flips_and_turns_are_turned_back(tmp_path):
     np.testing.assert_allclose(again.origin, image.origin)
 
 
-def test_oblique_axes_are_warned_about(tmp_path):
+def test_oblique_axes_are_kept_and_the_grey_levels_are_not_resampled(tmp_path):
     image = SimpleITK.GetImageFromArray(np.asarray(tube().grey))
     c, s = np.cos(0.3), np.sin(0.3)
     image.SetDirection((c, -s, 0, s, c, 0, 0, 0, 1))
     SimpleITK.WriteImage(image, str(tmp_path / "oblique.nrrd"))
-    with pytest.warns(VasowaveWarning, match="oblique"):
-        read_volume(tmp_path / "oblique.nrrd")
+    found = read_volume(tmp_path / "oblique.nrrd")
+    np.testing.assert_array_equal(found.grey, tube().grey)
+    np.testing.assert_allclose(found.axes[::-1, ::-1], [[c, -s, 0], [s, c, 0], [0, 0, 1]], atol=1e-12)
 
 
 def test_the_deepest_place_near_a_point_at_the_wall_is_on_the_axis():

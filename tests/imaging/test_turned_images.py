@@ -35,8 +35,10 @@ def fork_image(longer=0):
     ):
         along = (end - begin) / np.linalg.norm(end - begin)
         at = (grid - begin) @ along
-        away = np.linalg.norm(grid - begin - at[..., None] * along, axis=-1)
-        inside = np.maximum(inside, np.clip(radius - away + 0.5, 0, 1) * ((at > 0) & ((grid - end) @ along < 0)))
+        held = np.clip(at, 0, np.linalg.norm(end - begin))  # round where vessels meet, flat where they end
+        away = np.linalg.norm(grid - begin - held[..., None] * along, axis=-1)
+        seen = at > 0 if end is JUNCTION else (grid - end) @ along < 0
+        inside = np.maximum(inside, np.clip(radius - away + 0.5, 0, 1) * seen)
     return 12 + 88 * inside + np.random.default_rng(0).normal(0, 3, inside.shape)
 
 

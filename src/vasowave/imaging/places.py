@@ -36,11 +36,16 @@ class Frame:
 
     def world(self, points: npt.ArrayLike) -> np.ndarray:
         """Return points along the image's axes, shape (..., 3), in the world."""
-        return (np.asarray(points, dtype=float) - self.origin) @ self.axes.T + self.origin
+        return self._turned(points, self.axes)
 
     def own(self, points: npt.ArrayLike) -> np.ndarray:
         """Return points of the world, shape (..., 3), along the image's axes."""
-        return (np.asarray(points, dtype=float) - self.origin) @ np.linalg.inv(self.axes).T + self.origin
+        return self._turned(points, np.linalg.inv(self.axes))
+
+    def _turned(self, points: npt.ArrayLike, turn: np.ndarray) -> np.ndarray:
+        given = np.asarray(points, dtype=float)
+        straight = np.array_equal(turn, np.eye(3))  # then not a digit changes
+        return given if straight else (given - self.origin) @ turn.T + self.origin
 
 
 _FRAME: ContextVar[Frame | None] = ContextVar("frame", default=None)

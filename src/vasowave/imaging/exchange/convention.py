@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from vasowave.errors import InputError
 from vasowave.imaging.axes.ends import to_the_surface, with_ends_at_the_surface
 from vasowave.imaging.axes.junctions import with_earlier_junctions, with_met_axes, without_short_vessels
 from vasowave.imaging.axes.tubes import fitted
@@ -31,6 +32,8 @@ mean are those of a Voronoi diagram, whose last ball touches the wall; radii tha
 drawn, and no ball was laid into a surface."""
 SHARE = {True: 0.06, False: 0.15}
 """SD of a junction's place that no fit shows, radii: with and without the surface."""
+COARSE = 0.3
+"""SD of a junction's place where points lie far apart and no surface is given, mean distances of points."""
 SURE = 0.15
 """SD of an end whose place is known, radii of its ball."""
 ENDS = 0.3
@@ -65,7 +68,14 @@ def as_extracted(tree: Tree, surface: np.ndarray | None = None, ends: Ends = "au
         takes the middle where it cannot tell.
     collapse : float
         Inner vessels shorter than so many radii, before or after the fit, become one junction, as in an extraction.
+
+    Raises
+    ------
+    InputError
+        A vessel without length.
     """
+    if min(line.length for line in tree.lines) <= 0:
+        raise InputError("a vessel without length: two junctions, or an end, lie at the same place; repair the lines")
     longer, end_sd = _to_the_wall(without_short_vessels(tree, collapse), ends)
     spacing = float(np.median([line.typical_radius for line in longer.lines])) / FINE
     points = _ball_surface(longer) if surface is None else surface
@@ -83,6 +93,8 @@ def as_extracted(tree: Tree, surface: np.ndarray | None = None, ends: Ends = "au
     lines = [Line(line.points, longer.line.radius[nearest.query(line.points)[1]]) for line in first.lines]
     found = first.with_lines(lines)
     place = SHARE[surface is not None] * _junction_radius(found)
+    if surface is None:
+        place = np.hypot(place, COARSE * np.array([np.median(np.diff(line.run)) for line in tree.lines]).mean())
     return Alike(found, np.sqrt(moved**2 + place**2 + end_sd**2))
 
 
@@ -136,7 +148,9 @@ def _ball_surface(tree: Tree) -> np.ndarray:
     rings = []
     for line in tree.lines:
         own = _at_steps(line, max(4, round(line.length / (ALONG * line.typical_radius))))
-        u, v = across(tangents(own.points, 1))
+        along = tangents(own.points, 1)
+        along[np.linalg.norm(along, axis=1) < 0.5] = [0.0, 0.0, 1.0]  # where a line turns back on itself
+        u, v = across(along)
         way = np.cos(angle)[:, None] * u[:, None] + np.sin(angle)[:, None] * v[:, None]
         rings.append((own.points[:, None] + own.radius[:, None, None] * way).reshape(-1, 3))
     points = np.concatenate(rings)
