@@ -15,10 +15,10 @@ PAGE = Path(__file__).parents[1] / "docs" / "findings.md"
 ABOUT = """\
 # Findings
 
-What vasowave notices of a recording has a code, numbers and a severity; its words are made from these. A *look* asks a
-person to look: `check` lists it, and commands warn of it. A *note* says how a number came about. Results keep code,
-severity, numbers and words (attribute `findings` of the group `recording`, JSON). `tools/finding_codes.py` makes this
-page; a test compares it with the program.
+What vasowave notices of a recording, or of a posterior, has a code, numbers and a severity; its words are made from
+these. A *look* asks a person to look: `check` lists it, and commands warn of it. A *note* says how a number came about.
+Results keep code, severity, numbers and words (attribute `findings` of the groups `recording` and `WALL/inference`,
+JSON). `tools/finding_codes.py` makes this page; a test compares it with the program.
 
 | code | severity | words | what to do |
 |---|---|---|---|

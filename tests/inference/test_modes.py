@@ -10,13 +10,20 @@ from vasowave.errors import NumericalError
 from vasowave.inference import posterior
 from vasowave.inference.derived import derived
 from vasowave.inference.discrepancy import Discrepancy
-from vasowave.inference.findings import Code, Optimum, findings, halves_limit
+from vasowave.inference.findings import (
+    FIT_ELSEWHERE,
+    FIT_LIKELIER,
+    HALVES_DIFFER,
+    SEVERAL_MODES,
+    Optimum,
+    findings,
+    halves_limit,
+)
 from vasowave.inference.mixture import explore, separate
 from vasowave.inference.mode import climb
 from vasowave.inference.result import Diagnostics
 from vasowave.inference.rounds import Target
 from vasowave.inference.starts import find_modes
-from vasowave.inference.wording import _FOUND
 
 SAMPLES, UNKNOWNS = 9, 3
 J = np.random.default_rng(7).normal(0, 1, (SAMPLES, UNKNOWNS))
@@ -64,7 +71,7 @@ def test_halves_that_each_know_one_mode_are_far_apart():
     assert explored.apart > 1.5  # the whole has both: SD of about 1.5, means 3 apart
     assert explored.weights.trusted  # k cannot see it
     said = list(findings(explored.apart, explored.weights.effective, explored.shares, None, 0.0, {}))
-    assert [finding.code for finding in said] == [Code.HALVES_DIFFER, Code.SEVERAL_MODES]
+    assert [finding.code for finding in said] == [HALVES_DIFFER.code, SEVERAL_MODES.code]
 
 
 @pytest.mark.parametrize(("distance", "shares"), [(8.0, [0.25, 0.75]), (3.0, [1.0])])
@@ -121,14 +128,13 @@ def test_a_fit_elsewhere_is_a_finding_with_distance_and_nats():
 
     assert said(270.0, 19.0) == []
     away = said(250.0 * np.exp(0.5), 17.0)
-    assert [one.code for one in away] == [Code.FIT_ELSEWHERE]
-    assert away[0].numbers["distance"] == pytest.approx(5.0, abs=0.3)
-    assert away[0].numbers["nats"] == pytest.approx(-3.0)
+    assert [one.code for one in away] == [FIT_ELSEWHERE.code]
+    assert dict(away[0].values) == {"distance": pytest.approx(5.0, abs=0.3), "nats": pytest.approx(3.0)}
+    assert "less likely than the best draw, by 3.0 nats" in str(away[0])
     likelier = said(250.0, 30.0)
-    assert likelier[0].numbers["nats"] == pytest.approx(10.0)
-    sentences = [_FOUND[one.code](one.numbers) for one in (*away, *likelier)]
-    assert "less likely than the best draw, by 3.0 nats" in sentences[0]
-    assert "likelier than every draw, by 10.0 nats" in sentences[1]
+    assert likelier[0].code == FIT_LIKELIER.code
+    assert dict(likelier[0].values)["nats"] == pytest.approx(10.0)
+    assert "likelier than every draw, by 10.0 nats" in str(likelier[0])
 
 
 def test_a_tangent_animal_far_from_nominal_is_found_from_nominal():

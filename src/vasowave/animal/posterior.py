@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from vasowave.animal.datasets import table_dataset
+from vasowave.findings import as_json
 from vasowave.inference import Posterior
 
 SHARES = ("recording", "image", "model", "prior")
@@ -32,7 +33,7 @@ def posterior_datasets(wall: str, drawn: Posterior) -> dict[str, xr.Dataset]:
     table.attrs = {
         "trusted": int(drawn.diagnostics.trusted),
         "warnings": json.dumps(drawn.warnings, ensure_ascii=False),
-        "findings": json.dumps([one._asdict() for one in drawn.findings]),
+        "findings": as_json(drawn.findings),
     }
     parts = {name: node.to_dataset() for name, node in drawn.data.children.items()}
     return {f"{wall}/inference": table} | {f"{wall}/inference/{name}": _plain(part) for name, part in parts.items()}

@@ -1,10 +1,11 @@
 """What speaks against a posterior, or against the fit beside it: values with a code and numbers, not sentences."""
 
 from collections.abc import Iterator, Mapping
-from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
+
+from vasowave.findings import Finding, Severity, kind
 
 HALVES = 0.5
 """Posterior SD by which the means of two independent halves of the draws may differ in any case."""
@@ -16,29 +17,47 @@ _BETTER = 4.0  # nats by which the fit's optimum may be likelier than the best d
 _COMPARED = ("wave_speed", "R_T")  # what fits and posteriors both determine
 
 
-class Code(StrEnum):
-    """What was found."""
-
-    HALVES_DIFFER = "halves_differ"
-    SEVERAL_MODES = "several_modes"
-    FIT_ELSEWHERE = "fit_elsewhere"
-
-
-class Finding(NamedTuple):
-    """One finding.
-
-    Attributes
-    ----------
-    code : Code
-    numbers : dict of str to float
-        ``halves_differ``: ``distance`` and the ``limit`` that it passes, posterior SD. ``several_modes``: ``modes`` and
-        the ``share`` of the probability that the likeliest holds. ``fit_elsewhere``: ``distance``, the largest of wave
-        speed and R_T between the fit's optimum and the posterior's mean, posterior SD, and ``nats``, by which the
-        optimum's log-likelihood is above that of the best draw (negative: below).
-    """
-
-    code: Code
-    numbers: dict[str, float]
+_DOUBT = (
+    "Do not believe these numbers: {}. There may be a mode that neither holds. Start from a fit with many starts, take "
+    "another seed, or give narrower priors."
+)
+_AGAIN = "Start from a fit with many starts, take another seed, or give narrower priors."
+HALVES_DIFFER = kind(
+    "posterior.halves-differ",
+    Severity.LOOK,
+    _DOUBT.format(
+        "two independent halves of the search differ by {distance:.1f} posterior SD, where chance explains {limit:.1f}"
+    ),
+    _AGAIN,
+)
+HALF_EMPTY = kind(
+    "posterior.half-empty",
+    Severity.LOOK,
+    _DOUBT.format("one of two independent halves of the search found nothing"),
+    _AGAIN,
+)
+SEVERAL_MODES = kind(
+    "posterior.several-modes",
+    Severity.LOOK,
+    "The recording has {modes:.0f} separate explanations; the likeliest holds {share:.0%} of the probability, and "
+    "intervals span all of them.",
+    "Look at the draws: what the modes differ in is not determined.",
+)
+_AWAY = "The fit's optimum lies {distance:.1f} posterior SD away (wave speed or R_T) and is "
+FIT_LIKELIER = kind(
+    "posterior.fit-likelier",
+    Severity.LOOK,
+    f"{_AWAY}likelier than every draw, by {{nats:.1f}} nats of the log-likelihood: the priors keep the posterior away "
+    "from it. Either they or the fit are wrong for this animal.",
+    "Question the priors (radii, pressure of the image, zero) and the bounds of the fit.",
+)
+FIT_ELSEWHERE = kind(
+    "posterior.fit-elsewhere",
+    Severity.LOOK,
+    f"{_AWAY}less likely than the best draw, by {{nats:.1f}} nats of the log-likelihood: the fit ended elsewhere, or "
+    "explains by the wall what may be geometry. Fit again with more starts.",
+    "Fit again with more starts.",
+)
 
 
 class Optimum(NamedTuple):
@@ -77,12 +96,14 @@ def findings(
         Equally weighted draws of quantities by name.
     """
     if apart > halves_limit(effective):
-        yield Finding(Code.HALVES_DIFFER, {"distance": apart, "limit": halves_limit(effective)})
+        differ = HALVES_DIFFER(distance=apart, limit=halves_limit(effective))
+        yield differ if np.isfinite(apart) else HALF_EMPTY()
     if 1.0 - shares.max() > _SECOND:
-        yield Finding(Code.SEVERAL_MODES, {"modes": float(len(shares)), "share": float(shares.max())})
+        yield SEVERAL_MODES(modes=len(shares), share=float(shares.max()))
     if optimum is not None:
         logs = {name: np.log(draws[name]) for name in _COMPARED}
         distances = [abs(np.log(optimum.quantities[name]) - log.mean()) / log.std() for name, log in logs.items()]
         distance, nats = float(max(distances)), optimum.log_likelihood - best
         if distance > _FAR or nats > _BETTER:
-            yield Finding(Code.FIT_ELSEWHERE, {"distance": distance, "nats": nats})
+            away = FIT_LIKELIER if nats > 0 else FIT_ELSEWHERE
+            yield away(distance=distance, nats=abs(nats))

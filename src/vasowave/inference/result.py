@@ -9,7 +9,8 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.files import write_file
-from vasowave.inference.findings import Finding, halves_limit
+from vasowave.findings import Finding
+from vasowave.inference.findings import halves_limit
 from vasowave.inference.reweighting import trusted
 from vasowave.notebook import card
 

@@ -1,11 +1,11 @@
 """What a posterior means, in sentences a physiologist acts on."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
-from vasowave.inference.findings import Code, Finding
+from vasowave.findings import Finding
 from vasowave.inference.result import Diagnostics
 from vasowave.inference.reweighting import UNTRUSTED, trusted
 from vasowave.inference.unknowns import Unknown
@@ -31,7 +31,7 @@ def sentences(
     """Say what a reader must know; `scores` are the medians of the unknowns in SD of their priors, `zero` as said."""
     return (
         *_trust(diagnostics),
-        *(_FOUND[one.code](one.numbers) for one in found),
+        *map(str, found),
         *_silent(summary, unknowns),
         *_wide(summary, unknowns),
         *_conflicts(scores, unknowns),
@@ -65,46 +65,6 @@ def _trust(diagnostics: Diagnostics) -> list[str]:
             "are rough. Ask for more draws."
         )
     return said
-
-
-def _halves(numbers: Mapping[str, float]) -> str:
-    differ = (
-        f"two independent halves of the search differ by {numbers['distance']:.1f} posterior SD, where chance explains "
-        f"{numbers['limit']:.1f}"
-        if np.isfinite(numbers["distance"])
-        else "one of two independent halves of the search found nothing"
-    )
-    return (
-        f"Do not believe these numbers: {differ}. There may be a mode that neither holds. Start from a fit with many "
-        "starts, take another seed, or give narrower priors."
-    )
-
-
-def _modes(numbers: Mapping[str, float]) -> str:
-    return (
-        f"The recording has {numbers['modes']:.0f} separate explanations; the likeliest holds "
-        f"{100 * numbers['share']:.0f} % of the probability, and intervals span all of them."
-    )
-
-
-def _elsewhere(numbers: Mapping[str, float]) -> str:
-    where = f"The fit's optimum lies {numbers['distance']:.1f} posterior SD away (wave speed or R_T)"
-    if numbers["nats"] > 0:
-        return (
-            f"{where} and is likelier than every draw, by {numbers['nats']:.1f} nats of the log-likelihood: the priors "
-            "keep the posterior away from it. Either they or the fit are wrong for this animal."
-        )
-    return (
-        f"{where} and is less likely than the best draw, by {-numbers['nats']:.1f} nats of the log-likelihood: the fit "
-        "ended elsewhere, or explains by the wall what may be geometry. Fit again with more starts."
-    )
-
-
-_FOUND: dict[Code, Callable[[Mapping[str, float]], str]] = {
-    Code.HALVES_DIFFER: _halves,
-    Code.SEVERAL_MODES: _modes,
-    Code.FIT_ELSEWHERE: _elsewhere,
-}
 
 
 def _silent(summary: pd.DataFrame, unknowns: dict[str, Unknown]) -> list[str]:
