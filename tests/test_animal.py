@@ -39,7 +39,7 @@ def result():
         return made_fit(wall)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vasowave.animal.pipeline.calibrate", fit)
+        patch.setattr("vasowave.animal.fitting.calibrate", fit)
         return analyze(animal, Settings(starts=1, model_selection=False))
 
 

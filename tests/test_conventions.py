@@ -30,8 +30,10 @@ UNEVEN = [  # where panels may outnumber what is drawn, or laws their parameters
     "figures/marks.py",
     "figures/modeled.py",
     "figures/sheet.py",
+    "figures/sweep.py",
     "imaging/matching.py",
     "inference/problem.py",
+    "study/alone.py",
     "study/loading.py",
 ]
 STATEFUL = {"Objective", "_Stages", "Document", "GivenOptions"}  # what counts or searches, piece by piece

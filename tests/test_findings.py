@@ -81,8 +81,8 @@ def odd_study(tmp_path):
     rows = np.column_stack([raw.time, pressure, raw.flow])
     np.savetxt(tmp_path / "a.csv", rows, "%.6g", ",", header="time [s],pressure [mmHg],flow [ml/s]", comments="")
     vw.write_network(replace(vw.control_network(), pressure=6.3), tmp_path / "lung.csv")
-    (tmp_path / "animals.csv").write_text("animal,group,network,recording\nm1,CTL,lung.csv,a.csv\n")
-    (tmp_path / "study.yaml").write_text("groups: [CTL]\ncalibration: {walls: [linear], starts: 1}\n")
+    (tmp_path / "animals.csv").write_text("animal,group,network,recording\nm1,CTL,lung.csv,a.csv\n", "utf-8")
+    (tmp_path / "study.yaml").write_text("groups: [CTL]\ncalibration: {walls: [linear], starts: 1}\n", "utf-8")
     return tmp_path / "study.yaml"
 
 

@@ -19,7 +19,7 @@ NAME = "our_laws:ExponentialWall"
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    (tmp_path / "our_laws.py").write_text(EXPONENTIAL)
+    (tmp_path / "our_laws.py").write_text(EXPONENTIAL, "utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -38,7 +38,7 @@ def test_a_law_is_named_by_its_files_content_and_leaves_no_trace_on_the_path_of_
 
 def test_a_changed_file_is_another_law_and_both_are_known(folder):
     first = named(NAME)
-    (folder / "our_laws.py").write_text(EXPONENTIAL.replace("0.25", "0.26"))
+    (folder / "our_laws.py").write_text(EXPONENTIAL.replace("0.25", "0.26"), "utf-8")
     second = named(NAME)
     assert first != second
     assert plain(first) == plain(second) == NAME
@@ -96,8 +96,8 @@ SLIPS = {
 def test_a_slip_in_a_law_is_told_with_its_file_and_line(folder, slip):
     right, wrong, said = SLIPS[slip]
     assert EXPONENTIAL.count(right) == 1
-    (folder / "our_laws.py").write_text(EXPONENTIAL.replace(right, wrong))
-    (folder / "sibling.py").write_text("raise SystemExit('a file that nobody named was run')")
+    (folder / "our_laws.py").write_text(EXPONENTIAL.replace(right, wrong), "utf-8")
+    (folder / "sibling.py").write_text("raise SystemExit('a file that nobody named was run')", "utf-8")
     with pytest.raises(InputError, match=said) as caught:
         find_law(NAME)
     if "line" in said or "null" in said:

@@ -70,7 +70,7 @@ def test_a_wrong_unit_is_refused(tmp_path, unit, message):
 
 
 def test_a_unit_beside_a_file_that_says_its_own_is_refused(tmp_path):
-    (tmp_path / "tree.in").write_text(SEGMENTS)
+    (tmp_path / "tree.in").write_text(SEGMENTS, "utf-8")
     with pytest.raises(InputError, match="says the unit of its lengths itself"):
         vw.read_network(tmp_path / "tree.in", "mm")
 
@@ -93,8 +93,8 @@ def test_a_slip_in_the_matrices_is_named(tmp_path, changes, message):
 
 
 def test_two_plain_tables_become_a_network_with_its_tapers(tmp_path):
-    (tmp_path / "Dimensions.txt").write_text("2.87\t1.64\t1.64\n4.74\t1.55\t1.45\n6.23\t1.36\t1.2\n")
-    (tmp_path / "connectivity.txt").write_text("0\t1\t2\t0\n1\t0\t0\t0\n2\t0\t0\t0\n")
+    (tmp_path / "Dimensions.txt").write_text("2.87\t1.64\t1.64\n4.74\t1.55\t1.45\n6.23\t1.36\t1.2\n", "utf-8")
+    (tmp_path / "connectivity.txt").write_text("0\t1\t2\t0\n1\t0\t0\t0\n2\t0\t0\t0\n", "utf-8")
     for name in ("Dimensions.txt", "connectivity.txt"):
         network = quiet(tmp_path / name, "cm")
         assert network.parent.tolist() == [-1, 0, 0]
@@ -103,13 +103,13 @@ def test_two_plain_tables_become_a_network_with_its_tapers(tmp_path):
 
 
 def test_one_of_two_plain_tables_alone_is_not_enough(tmp_path):
-    (tmp_path / "Dimensions.txt").write_text("2.87 1.64 1.64\n")
+    (tmp_path / "Dimensions.txt").write_text("2.87 1.64 1.64\n", "utf-8")
     with pytest.raises(InputError, match=r"connectivity\.txt must lie beside it"):
         vw.read_network(tmp_path / "Dimensions.txt", "cm")
 
 
 def test_segments_of_svonedsolver_become_a_network(tmp_path):
-    (tmp_path / "tree.in").write_text(SEGMENTS)
+    (tmp_path / "tree.in").write_text(SEGMENTS, "utf-8")
     with pytest.warns(VasowaveWarning, match="walls are no part of a network"):
         network = vw.read_network(tmp_path / "tree.in")
     assert network.name == ("main", "left", "right")
@@ -132,19 +132,19 @@ def test_segments_of_svonedsolver_become_a_network(tmp_path):
     ],
 )
 def test_a_slip_in_segments_is_named_with_its_line(tmp_path, old, new, message):
-    (tmp_path / "tree.in").write_text(SEGMENTS.replace(old, new))
+    (tmp_path / "tree.in").write_text(SEGMENTS.replace(old, new), "utf-8")
     with pytest.raises(InputError, match=message):
         vw.read_network(tmp_path / "tree.in")
 
 
 def test_segments_without_joints_are_joined_by_their_nodes(tmp_path):
     text = "".join(line for line in SEGMENTS.splitlines(keepends=True) if not line.startswith("JOINT"))
-    (tmp_path / "tree.in").write_text(text)
+    (tmp_path / "tree.in").write_text(text, "utf-8")
     assert quiet(tmp_path / "tree.in").parent.tolist() == [-1, 0, 0]
 
 
 def test_a_table_of_edges_in_meters_becomes_a_network_in_centimeters(tmp_path):
-    (tmp_path / "arterial.csv").write_text(EDGES)
+    (tmp_path / "arterial.csv").write_text(EDGES, "utf-8")
     network = quiet(tmp_path / "arterial.csv")
     assert network.name == ("A1", "A2", "A3")
     assert network.parent.tolist() == [-1, 0, 0]
@@ -154,7 +154,7 @@ def test_a_table_of_edges_in_meters_becomes_a_network_in_centimeters(tmp_path):
 
 
 def test_edges_that_meet_are_refused_with_their_names(tmp_path):
-    (tmp_path / "arterial.csv").write_text(EDGES.replace("A3,right,n1,p2", "A3,right,n1,p1"))
+    (tmp_path / "arterial.csv").write_text(EDGES.replace("A3,right,n1,p2", "A3,right,n1,p1"), "utf-8")
     with pytest.raises(InputError, match="'A2' and 'A3' both end in node 'p1'"):
         vw.read_network(tmp_path / "arterial.csv")
 

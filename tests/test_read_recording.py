@@ -153,7 +153,6 @@ def test_a_wrong_table_is_refused_with_the_place_and_the_cure(tmp_path, change, 
     [
         ("time [s],pressure [ml/s],flow [ml/s]", "'ml/s' is not a unit of pressure"),
         ("time [s],pressure,flow [ml/s]", "has no unit"),
-        ("time [s],presure [mmHg],flow [ml/s]", "did you mean 'presure'"),
         ("time [s],p [mmHg],flow [ml/s],p [mmHg]", "columns where"),
         ("", "3 columns without a header"),
     ],
@@ -335,3 +334,14 @@ def test_times_and_period_together_say_whether_the_last_sample_is_the_next_cycle
     found = read_recording(tmp_path / "c.csv", period=0.1)
     assert len(found.pressure) == len(found.flow) == kept
     assert found.period == pytest.approx(0.1, rel=1e-12)
+
+
+def test_a_column_that_only_its_unit_tells_is_taken_with_a_note(tmp_path):
+    path = write(tmp_path / "cycle.csv", *GOOD.values(), header="time [s],presure [mmHg],flow [ml/s]")
+    recording = read_recording(path)
+    assert (
+        recording.mean_pressure
+        == read_recording(write(tmp_path / "same.csv", *GOOD.values(), header=",".join(GOOD))).mean_pressure
+    )
+    (note,) = [note for note in recording.notes if note.code == "recording.channel-taken"]
+    assert "'presure' was taken for pressure" in str(note)

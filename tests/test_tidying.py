@@ -153,7 +153,7 @@ def test_a_tree_of_a_micrometer_vessel_is_repaired_by_the_command_and_then_simul
 
     rows = ["name,parent,length [cm],radius [cm]", "main,,0.4,0.05", "stub,main,0.00014,0.04", "left,stub,0.4,0.03",
             "right,stub,0.3,0.03", "other,main,0.3,0.03", ""]  # fmt: skip
-    (tmp_path / "tree.csv").write_text("\n".join(rows))
+    (tmp_path / "tree.csv").write_text("\n".join(rows), "utf-8")
     said = CliRunner().invoke(app, ["tidy", str(tmp_path / "tree.csv"), "-o", str(tmp_path / "tidied.csv")])
     assert said.exit_code == 0, said.output
     assert "merged: 'stub' (0.00014 cm long" in said.output
@@ -174,7 +174,7 @@ def test_the_command_never_overwrites_what_it_reads(tmp_path):
 
 
 def test_a_vessel_with_one_daughter_is_warned_about_and_repaired(tmp_path):
-    (tmp_path / "chain.csv").write_text("name,parent,length [cm],radius [cm]\na,,0.4,0.04\nb,a,0.3,0.03\n")
+    (tmp_path / "chain.csv").write_text("name,parent,length [cm],radius [cm]\na,,0.4,0.04\nb,a,0.3,0.03\n", "utf-8")
     with pytest.warns(VasowaveWarning, match="one daughter"):
         network = vw.read_network(tmp_path / "chain.csv")
     assert tidy(network).network.name == ("a",)

@@ -47,7 +47,6 @@ from vasowave.solver import sweep as sweep
 from vasowave.study.plan import read_study as read_study
 from vasowave.study.results import read_results as read_results
 from vasowave.study.running import run_study as run_study
-from vasowave.tidying import Tidied as Tidied
 from vasowave.tidying import tidy as tidy
 from vasowave.vessel_table import write_network as write_network
 from vasowave.walls import LinearWall as LinearWall

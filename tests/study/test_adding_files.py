@@ -96,10 +96,10 @@ def test_a_recording_that_stands_in_the_table_is_not_added_twice_and_the_table_k
     study = tmp_path / "s"
     CliRunner().invoke(app, ["new", str(study), "--groups", "normoxia,hypoxia"])
     add_files(study, [folder / "normoxia", folder / "lung.csv"])
-    before = (study / "animals.csv").read_text()
+    before = (study / "animals.csv").read_text("utf-8")
     again = add_files(study, [folder / "normoxia" / "M11.txt", folder / "hypoxia" / "M21.txt"])
     assert any("1 of these recordings are in the table already" in one for one in again.said)
-    after = (study / "animals.csv").read_text()
+    after = (study / "animals.csv").read_text("utf-8")
     assert after.startswith(before.rstrip("\n"))
     rows = list(csv.DictReader(line for line in after.splitlines() if not line.startswith("#")))
     assert [row["animal"] for row in rows] == ["M11", "M12", "M13", "M21"]
@@ -129,7 +129,7 @@ def test_what_nothing_tells_is_said_and_left_empty_and_what_is_no_recording_is_n
     folder, _ = lab
     study = tmp_path / "s"
     CliRunner().invoke(app, ["new", str(study)])
-    (tmp_path / "notes.txt").write_text("weights of the mice\n")
+    (tmp_path / "notes.txt").write_text("weights of the mice\n", "utf-8")
     added = add_files(study, [folder / "normoxia" / "M11.txt", tmp_path / "notes.txt"])
     assert added.rows[0]["group"] == ""
     assert any("no group is told" in one and "M11" in one for one in added.said)
@@ -151,12 +151,13 @@ def test_one_cause_is_one_error_with_all_its_lines(tmp_path):
             .replace("UnitName=\tmmHg", "UnitName=\t*")
         )
     rows = [f"m{i},CTR,networks/ctl.csv,recordings/{i}.txt" for i in range(6)]
-    (study / "animals.csv").write_text("\n".join(["animal,group,network,recording", *rows, ""]))
+    (study / "animals.csv").write_text("\n".join(["animal,group,network,recording", *rows, ""]), "utf-8")
     errors = [problem for problem in check_study(study).problems if problem.error]
     assert len(errors) == 1
     assert "'CTR' is not a group" in str(errors[0])
     assert "the same in lines 3, 4, 5, 6, 7" in str(errors[0])
-    (study / "animals.csv").write_text("\n".join(["animal,group,network,recording", *rows, ""]).replace("CTR", "CTL"))
+    text = "\n".join(["animal,group,network,recording", *rows, ""]).replace("CTR", "CTL")
+    (study / "animals.csv").write_text(text, "utf-8")
     errors = [problem for problem in check_study(study).problems if problem.error]
     assert len(errors) == 1
     assert "no channel says that it holds pressure" in str(errors[0])
@@ -168,7 +169,8 @@ def test_a_channel_whose_unit_leaves_one_answer_needs_no_naming(tmp_path):
     study = tmp_path / "s"
     CliRunner().invoke(app, ["new", str(study)])
     write_network(control_network(), study / "networks" / "ctl.csv")
-    (study / "recordings" / "CTL-1.txt").write_text(exported(1, 15.0).replace("\tPAP\tFlow", "\tChannel 1\tTransonic"))
+    text = exported(1, 15.0).replace("\tPAP\tFlow", "\tChannel 1\tTransonic")
+    (study / "recordings" / "CTL-1.txt").write_text(text, "utf-8")
     added = add_files(study, [study / "recordings"])
     assert added.rows[0]["pressure channel"] == "Channel 1"
     assert added.rows[0]["flow channel"] == "Transonic"
@@ -187,8 +189,8 @@ def test_a_letter_that_unicode_writes_in_two_ways_is_one_name(tmp_path):
     study = tmp_path / "s"
     CliRunner().invoke(app, ["new", str(study), "--groups", "\u212b,B"])
     write_network(control_network(), study / "n.csv")
-    (study / "1.txt").write_text(exported(1, 15.0))
-    (study / "animals.csv").write_text("animal,group,network,recording\nA\u030a 1,\u00c5,n.csv,1.txt\n")
+    (study / "1.txt").write_text(exported(1, 15.0), "utf-8")
+    (study / "animals.csv").write_text("animal,group,network,recording\nA\u030a 1,\u00c5,n.csv,1.txt\n", "utf-8")
     problems, read, _ = check_study(study)
     assert [(one.animal, one.group) for one in read] == [("\u00c5 1", "\u00c5")]
     assert not [problem for problem in problems if problem.error]

@@ -30,7 +30,7 @@ def said(folder: Path) -> list[str]:
 
 
 def table(folder: Path, *rows: str, header: str = "animal,group,network,recording") -> None:
-    (folder / "animals.csv").write_text("\n".join([header, *rows]) + "\n")
+    (folder / "animals.csv").write_text("\n".join([header, *rows]) + "\n", "utf-8")
 
 
 def test_a_new_study_says_what_to_fill_in(tmp_path):
@@ -49,7 +49,7 @@ def test_a_good_study_has_only_what_is_odd_and_status_0(make_study):
     checked = CliRunner().invoke(app, ["check", str(folder)])
     assert checked.exit_code == 0
     assert checked.output.endswith("\n0 errors, 1 warning\n")
-    (folder / "recordings/0.csv").write_text("nothing\n")
+    (folder / "recordings/0.csv").write_text("nothing\n", "utf-8")
     *lines, counts = CliRunner().invoke(app, ["check", str(folder)]).output.splitlines()
     kinds = [line.partition(":")[0] for line in lines]
     assert (kinds.count("error"), kinds.count("warning")) == (1, 1)
@@ -127,16 +127,16 @@ def test_two_animals_with_the_same_bytes_are_an_error_unless_the_table_says_that
     assert "line 3, column 'recording': the same recording as 'mouse 0' (line 2); remove one of" in doubled
     assert CliRunner().invoke(app, ["check", str(folder)]).exit_code == 1
     assert "the same recording as 'mouse 0'" in str(CliRunner().invoke(app, ["run", str(folder)]).exception)
-    rows = (folder / "animals.csv").read_text().splitlines()
+    rows = (folder / "animals.csv").read_text("utf-8").splitlines()
     meant = [f"{row},{'shared recording' if i == 0 else 'yes' if i < 3 else ''}" for i, row in enumerate(rows)]
-    (folder / "animals.csv").write_text("\n".join(meant) + "\n")
+    (folder / "animals.csv").write_text("\n".join(meant) + "\n", "utf-8")
     assert [line for line in said(folder) if line.startswith("E")] == []
 
 
 @pytest.mark.parametrize("rewrite", ["line ends", "fewer digits", "another unit"])
 def test_a_recording_that_was_written_anew_is_still_the_same_animal(make_study, mice, rewrite):
     folder = make_study()
-    lines = (folder / "recordings/0.csv").read_text().splitlines()
+    lines = (folder / "recordings/0.csv").read_text("utf-8").splitlines()
     if rewrite == "line ends":
         text = "\r\n".join([*lines, ""])
     elif rewrite == "fewer digits":
@@ -145,7 +145,7 @@ def test_a_recording_that_was_written_anew_is_still_the_same_animal(make_study, 
     else:
         rows = [(float(t), float(p) / 7.50062, float(q) * 60) for t, p, q in (line.split(",") for line in lines[1:])]
         text = "\n".join(["time [s],pressure [kPa],flow [ml/min]", *(f"{t:.17g},{p},{q}" for t, p, q in rows), ""])
-    (folder / "recordings/1.csv").write_text(text)
+    (folder / "recordings/1.csv").write_text(text, "utf-8")
     errors = [line for line in said(folder) if line.startswith("E")]
     assert len(errors) == 1
     assert "line 3, column 'recording': its averaged cycle is that of 'mouse 0' (line 2)" in errors[0]
@@ -153,12 +153,12 @@ def test_a_recording_that_was_written_anew_is_still_the_same_animal(make_study, 
 
 def test_a_wrong_recording_and_a_wrong_network_are_both_named_with_file_and_line(make_study):
     folder = make_study()
-    lines = (folder / "recordings/0.csv").read_text().splitlines()
+    lines = (folder / "recordings/0.csv").read_text("utf-8").splitlines()
     lines[9] = lines[9].rpartition(",")[0] + ",x"
-    (folder / "recordings/0.csv").write_text("\n".join(lines))
-    (folder / "m.csv").write_text((folder / "n.csv").read_text().replace("\n2,1,", "\n2,9,"))
-    text = (folder / "animals.csv").read_text()
-    (folder / "animals.csv").write_text(text.replace("HPH,n.csv", "HPH,m.csv"))
+    (folder / "recordings/0.csv").write_text("\n".join(lines), "utf-8")
+    (folder / "m.csv").write_text((folder / "n.csv").read_text("utf-8").replace("\n2,1,", "\n2,9,"))
+    text = (folder / "animals.csv").read_text("utf-8")
+    (folder / "animals.csv").write_text(text.replace("HPH,n.csv", "HPH,m.csv"), "utf-8")
     errors = [line for line in said(folder) if line.startswith("E")]
     assert len(errors) == 2
     assert "('mouse 0'): recordings/0.csv, line 10, column 'flow': 'x' is not a number" in errors[0]
@@ -178,7 +178,7 @@ def test_a_mouse_that_is_none_is_odd(make_study, mice, change, word):
     folder = make_study()
     write_cycle(folder / "recordings/2.csv", change(mice[2]))
     assert any(line.startswith("W animals.csv, line 4 ('mouse 2')") and word in line for line in said(folder))
-    (folder / "study.yaml").write_text("species: other\n" + SETTINGS)
+    (folder / "study.yaml").write_text("species: other\n" + SETTINGS, "utf-8")
     assert not any("implausible" in line for line in said(folder))
 
 

@@ -36,4 +36,5 @@ def test_a_law_in_the_folder_of_a_study_is_found_and_a_changed_one_asks_for_new_
     study = read_study(tmp_path)
     before = animal_key(study.animals[0], study.settings, tmp_path)
     law.write_text(law.read_text() + "# changed\n")
-    assert animal_key(study.animals[0], study.settings, tmp_path) != before
+    again = read_study(tmp_path)
+    assert animal_key(again.animals[0], again.settings, tmp_path) != before

@@ -32,7 +32,7 @@ def typed(*words):
 
 
 def table(study):
-    lines = (study / "animals.csv").read_text().splitlines()
+    lines = (study / "animals.csv").read_text("utf-8").splitlines()
     return {row["animal"]: row for row in csv.DictReader(line for line in lines if not line.startswith("#"))}
 
 
@@ -47,10 +47,10 @@ def lab(tmp_path_factory):
 
 
 def quick(study):
-    text = (study / "study.yaml").read_text()
+    text = (study / "study.yaml").read_text("utf-8")
     for key, value in (("walls", "[linear]"), ("starts", "1"), ("cell_size", "0.3"), ("pdf", "false")):
         text = re.sub(rf"^  {key}: .*$", f"  {key}: {value}", text, flags=re.MULTILINE)
-    (study / "study.yaml").write_text(text)
+    (study / "study.yaml").write_text(text, "utf-8")
 
 
 def test_six_labchart_files_become_results_with_four_commands_and_nothing_to_mend(lab, monkeypatch):
@@ -76,11 +76,11 @@ def test_six_labchart_files_become_results_with_four_commands_and_nothing_to_men
         (line,) = [line for line in checked.splitlines() if line.startswith("warning") and f"('{name}')" in line]
         assert f"drifts by {'+' if drift > 0 else '-'}" in line
         assert "removed" in line
-    before = (study / "animals.csv").read_text()
+    before = (study / "animals.csv").read_text("utf-8")
     again = typed("add", "../raw data ü")
     assert "0 new rows" in again
     assert "6 of these recordings are in the table already" in again
-    assert (study / "animals.csv").read_text() == before
+    assert (study / "animals.csv").read_text("utf-8") == before
     quick(study)
     ran = typed("run", "--workers", "1", "--no-report")
     assert "6 animals computed, 0 kept from earlier, 0 failed." in ran
@@ -103,7 +103,7 @@ def test_a_folder_is_found_on_every_way_to_it_whatever_is_hidden_above(lab, tmp_
     (home / "around" / "in").symlink_to(lab)
     (home / "around" / "back").symlink_to(home / "around")
     (home / "around" / ".git").mkdir()
-    (home / "around" / ".git" / "WT_7.txt").write_text("hidden inside what is named")
+    (home / "around" / ".git" / "WT_7.txt").write_text("hidden inside what is named", "utf-8")
     paths = {
         "relative": [os.path.relpath(lab)],
         "absolute": [lab],
@@ -132,18 +132,18 @@ def test_a_study_that_is_reached_by_a_link_names_files_that_exist(lab, tmp_path,
 def test_the_column_group_and_all_others_stay_and_an_option_fills_the_row_again(lab, tmp_path):
     study = tmp_path / "s"
     typed("new", study)
-    text = (study / "animals.csv").read_text()
-    (study / "animals.csv").write_text(text.replace("flow,kind", "weight,flow,kind"))
+    text = (study / "animals.csv").read_text("utf-8")
+    (study / "animals.csv").write_text(text.replace("flow,kind", "weight,flow,kind"), "utf-8")
     added = add_files(study, [lab / "WT_101.txt", lab / "lung.csv"])
     assert any("no group is told" in one and "give --group or --groups" in one for one in added.said)
-    header = next(line for line in (study / "animals.csv").read_text().splitlines() if not line.startswith("#"))
+    header = next(line for line in (study / "animals.csv").read_text("utf-8").splitlines() if not line.startswith("#"))
     assert header.startswith("animal,group,network,recording,weight,flow,kind,period [s]")
     assert table(study)["WT_101"]["group"] == ""
     again = add_files(study, [lab / "WT_101.txt"], group="WT", cells={"start [s]": "1", "end [s]": "8"})
     assert (again.rows, again.updated) == ((), ("WT_101",))
     row = table(study)["WT_101"]
     assert (row["group"], row["start [s]"], row["end [s]"]) == ("WT", "1", "8")
-    (study / "animals.csv").write_text((study / "animals.csv").read_text().replace("WT_101,WT", "Mouse A,WT"))
+    (study / "animals.csv").write_text((study / "animals.csv").read_text("utf-8").replace("WT_101,WT", "Mouse A,WT"))
     add_files(study, [lab / "WT_101.txt"])
     assert list(table(study)) == ["Mouse A"]  # what a person wrote stays
 
@@ -224,7 +224,7 @@ def test_a_person_is_asked_for_the_groups_once(lab, tmp_path):
     typed("new", tmp_path / "s")
     add_files(tmp_path / "s", [lab], ask=ask)
     assert asked == [("Names begin with wt (3 of them) and hox (3 of them). Groups, the reference first", "WT,HOX")]
-    assert "groups: [HOX, WT]" in (tmp_path / "s" / "study.yaml").read_text()
+    assert "groups: [HOX, WT]" in (tmp_path / "s" / "study.yaml").read_text("utf-8")
 
 
 def comma(folder, name, seed, mean):
@@ -247,7 +247,7 @@ def pauses(folder, name, seed, mean):
     rows = [f"{t:.3f},{a:.3f},{p:.3f},{q:.5f}" for t, a, p, q in
             zip(raw.time[kept], raw.pressure[kept] + 70, raw.pressure[kept], raw.flow[kept])]  # fmt: skip
     text = "\n".join(["Time [s],BP aortic [mmHg],PA [mmHg],Transonic [ml/s]", *rows, ""])
-    (folder / f"{name}.csv").write_text(text)
+    (folder / f"{name}.csv").write_text(text, "utf-8")
 
 
 @pytest.mark.parametrize("habit", [comma, matlab, pauses])
@@ -316,7 +316,7 @@ def test_fit_reads_what_add_reads_says_how_to_cut_a_gap_and_status_knows_it(lab,
     )
 
     typed("sweep", "fit", "--vary", "R_T=60:120:3", "--vary", "beta=40,80", "-o", "s.csv", "--plot", "s.png")
-    rows = list(csv.DictReader((tmp_path / "s.csv").open()))
+    rows = list(csv.DictReader((tmp_path / "s.csv").read_text("utf-8").splitlines()))
     assert [float(row["R_T [mmHg s/ml]"]) for row in rows] == [60, 60, 90, 90, 120, 120]
     means = np.array([float(row["mean [mmHg]"]) for row in rows]).reshape(3, 2)
     assert np.all(np.diff(means, axis=0) > 0)
@@ -330,7 +330,7 @@ def test_times_without_a_unit_are_asked_for_once_and_never_assumed(tmp_path):
     def unitless(folder, name, seed, mean):
         pauses(folder, name, seed, mean)
         path = folder / f"{name}.csv"
-        path.write_text(path.read_text().replace("Time [s]", "Time"))
+        path.write_text(path.read_text("utf-8").replace("Time [s]", "Time"))
 
     lab = write_lab(tmp_path / "lab", unitless, {"KO 1": 26.0, "WT 1": 14.0})
     typed("new", tmp_path / "s", "--groups", "WT,KO")

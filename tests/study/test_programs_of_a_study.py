@@ -23,7 +23,7 @@ OPTIONAL = ("dask", "pyarrow", "bottleneck", "numexpr", "coverage", "typst", "st
 @pytest.fixture
 def study(make_study):
     folder = make_study(animals=2, settings=SETTINGS.replace("[linear]", f"[{NAME}]").replace("starts: 2", "starts: 1"))
-    (folder / "our_laws.py").write_text(EXPONENTIAL)
+    (folder / "our_laws.py").write_text(EXPONENTIAL, "utf-8")
     return folder
 
 
@@ -34,7 +34,7 @@ def test_check_says_which_program_a_study_runs(study, monkeypatch):
 
 
 def test_a_law_that_cannot_be_run_is_an_error_of_the_study_file(study):
-    (study / "our_laws.py").write_text("1 / 0")
+    (study / "our_laws.py").write_text("1 / 0", "utf-8")
     said = [str(problem) for problem in check_study(study).problems]
     assert any("study.yaml, line" in one and "our_laws.py, line 1: ZeroDivisionError" in one for one in said)
 
@@ -48,13 +48,13 @@ def test_a_law_stands_in_the_key_of_an_animal_by_its_content(study):
 
     before = keys()
     assert keys() == before
-    (study / "our_laws.py").write_text(EXPONENTIAL + "# changed\n")
+    (study / "our_laws.py").write_text(EXPONENTIAL + "# changed\n", "utf-8")
     assert not set(keys()) & set(before)
 
 
 @pytest.mark.validation  # a law of its own is compiled anew in both workers
 def test_workers_run_the_law_that_the_study_names_and_its_results_are_read_without_it(study, monkeypatch, tmp_path):
-    (tmp_path / "our_laws.py").write_text("raise SystemExit('a law of the folder one is in was run')")
+    (tmp_path / "our_laws.py").write_text("raise SystemExit('a law of the folder one is in was run')", "utf-8")
     monkeypatch.chdir(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -78,13 +78,13 @@ def test_results_from_elsewhere_run_nothing(study, monkeypatch, named):
     from vasowave.study.results import _digest, write_results
     from vasowave.study.settings import StudyFile
 
-    (study / "evil.py").write_text("raise SystemExit('ran')")
+    (study / "evil.py").write_text("raise SystemExit('ran')", "utf-8")
     (study / "results").mkdir()
     index = write_results(study / "results", {}, {}, StudyFile(groups=["CTL"]))
-    content = json.loads(index.read_text())
+    content = json.loads(index.read_text("utf-8"))
     content.pop("sha256")
     content["settings"]["calibration"]["walls"] = [named]
-    index.write_text(json.dumps(content | {"sha256": _digest(content)}))
+    index.write_text(json.dumps(content | {"sha256": _digest(content)}), "utf-8")
     monkeypatch.chdir(study)
     assert read_results(study).settings.calibration.walls == (named,)
 
@@ -96,7 +96,7 @@ def planted(make_study):
     mark = f"open({str(folder / 'ran')!r}, 'a').write(__name__ + chr(10))"
     standard = ("ast", "pathlib", "typing", "struct", "socket", "selectors", "csv", "json", "typer", "numpy")
     for name in (*OPTIONAL, *standard, "our_laws", "sitecustomize", "usercustomize"):
-        (folder / f"{name}.py").write_text(mark)
+        (folder / f"{name}.py").write_text(mark, "utf-8")
     return folder
 
 
@@ -106,17 +106,17 @@ def test_no_module_that_lies_in_the_studys_folder_is_run(planted, program, comma
     start = [sys.executable, "-m", "vasowave"] if program[0] == "-" else [Path(sys.executable).with_name("vasowave")]
     done = subprocess.run([*start, *command.split()], cwd=planted, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert not (planted / "ran").exists(), (planted / "ran").read_text()
+    assert not (planted / "ran").exists(), (planted / "ran").read_text("utf-8")
 
 
 def test_modules_that_are_planted_would_leave_their_mark(planted):
     """What the test above relies on: Python itself runs them."""
     subprocess.run([sys.executable, "-c", "import dask"], cwd=planted, check=True)
-    assert (planted / "ran").read_text() == "dask\n"
+    assert (planted / "ran").read_text("utf-8") == "dask\n"
 
 
 def test_a_file_that_would_steer_the_compiler_ends_the_program_in_words(planted):
-    (planted / ".numba_config.yaml").write_text("disable_jit: 1")
+    (planted / ".numba_config.yaml").write_text("disable_jit: 1", "utf-8")
     command = [sys.executable, "-m", "vasowave", "check"]
     done = subprocess.run(command, cwd=planted, capture_output=True, text=True, check=False)
     assert done.returncode == 1

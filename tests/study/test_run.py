@@ -196,7 +196,7 @@ def test_settings_that_change_numbers_ask_for_new_ones_and_others_do_not(undistu
 
     def to_compute(settings: str) -> int:
         (folder / "study.yaml").write_text(settings)
-        return len(_plan(read_study(folder), Store(folder / RESULTS))[1])
+        return len(_plan(read_study(folder), Store(folder / RESULTS), {})[1])
 
     assert to_compute(text) == 0
     assert to_compute("title: another\nspecies: other\n" + text) == 0

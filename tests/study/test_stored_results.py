@@ -73,7 +73,7 @@ def test_a_file_that_changed_or_is_gone_is_refused_and_the_others_are_read(store
     [
         (lambda text: text[:-20], "damaged"),
         (lambda text: text.replace("CTL 9", "CTL 8"), "does not match its SHA-256"),
-        (lambda text: text.replace("vasowave study 2", "vasowave study 3"), "of another version"),
+        (lambda text: text.replace("vasowave study 3", "vasowave study 4"), "of another version"),
         (lambda text: json.dumps([]), "damaged"),
     ],
 )
@@ -93,17 +93,17 @@ def test_results_of_the_version_before_are_refused_with_what_to_do(tmp_path):
 
 
 def test_the_file_of_one_animal_in_place_of_anothers_is_refused(stored):
-    index = json.loads((stored / "index.json").read_text())
+    index = json.loads((stored / "index.json").read_text("utf-8"))
     one, other = index["animals"][0], index["animals"][3]
     one["file"], one["sha256"] = other["file"], other["sha256"]
     index.pop("sha256")
-    (stored / "index.json").write_text(json.dumps(index | {"sha256": _digest(index)}))
+    (stored / "index.json").write_text(json.dumps(index | {"sha256": _digest(index)}), "utf-8")
     with pytest.raises(InputError, match=r"holds the result of 'A', not of 'CTL 1'"):
         read_results(stored)["CTL 1"]
 
 
 def test_an_index_that_is_nested_without_end_is_damaged(stored):
-    (stored / "index.json").write_text('{"form": ' + "[" * 100_000)
+    (stored / "index.json").write_text('{"form": ' + "[" * 100_000, "utf-8")
     with pytest.raises(InputError, match=r"index\.json: damaged"):
         read_results(stored)
 
@@ -123,7 +123,9 @@ def test_the_group_that_the_study_names_first_is_the_reference_of_its_report(tmp
         tree = xr.DataTree(xr.Dataset(attrs={"title": KIND, "animal": name, "group": group}))
         pieces[name, group] = store.keep(name, to_bytes(tree))
     write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["HPH", "CTL"]))
-    monkeypatch.setattr(reporting, "gathered", lambda trees, first, whole: told.update(trees=trees, reference=first))
+    monkeypatch.setattr(
+        reporting, "gathered", lambda trees, first, whole, **_: told.update(trees=trees, reference=first)
+    )
     monkeypatch.setattr(reporting, "write_cohort_report", lambda *arguments, **more: None)
     reporting.report_study(tmp_path)
     assert told["reference"] == "HPH"

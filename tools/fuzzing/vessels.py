@@ -1,5 +1,6 @@
 """Networks and centerlines: vasowave's tables and those of other programs, and corrections by hand."""
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -193,11 +194,22 @@ def _shape(parent: list[int], row: int = -1) -> tuple:
     return tuple(sorted(_shape(parent, below) for below, above in enumerate(parent) if above == row))
 
 
+def _without_beds(path: Path, unit: str | None) -> Network:
+    """Read a network; that walls and beds of a sound file are left out is no sign of damage."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        network = read_network(path, unit)
+    for one in caught:
+        if "no part of a network" not in str(one.message):
+            warnings.warn(one.message, one.category, stacklevel=2)
+    return network
+
+
 def _network(
     write: Callable, name: str = "n.csv", mutate: Mutate = mutate_text, text: bool = True, unit: str | None = None
 ) -> Form:
     return Form(
-        lambda folder: write(folder / name), name, name, mutate, lambda path: read_network(path, unit),
+        lambda folder: write(folder / name), name, name, mutate, lambda path: _without_beds(path, unit),
         _divisions, lambda found: [found.length, found.radius], text=text,
     )  # fmt: skip
 

@@ -33,7 +33,7 @@ def read_edges(path: Path, scale: float) -> tuple[Network, list[str]]:
             elif row and row[0].strip() in _VESSELS:
                 if len(row) < len(titles):
                     raise InputError(f"{path}, line {line}: {len(row)} cells for {len(titles)} columns")
-                cells.append(dict(zip(titles, (cell.strip() for cell in row), strict=False)))
+                cells.append(dict(zip(titles, (cell.strip() for cell in row[: len(titles)]), strict=True)))
                 lines.append(line)
             elif row and row[0].strip():
                 others.add(row[0].strip())

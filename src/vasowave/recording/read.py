@@ -98,6 +98,7 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
         )
     notes, cycles = [], []
     for signal, drop in zip(signals, repeated):
+        notes += signal.notes
         values = signal.values[:-1] if drop else signal.values
         notes += check_closure(values, signal.quantity, signal.file)
         if drop:

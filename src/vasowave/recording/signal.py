@@ -11,7 +11,8 @@ import numpy as np
 from vasowave import units
 from vasowave.columns import Columns, read_columns
 from vasowave.errors import InputError
-from vasowave.recording.choosing import choose, with_time
+from vasowave.findings import Finding
+from vasowave.recording.choosing import TAKEN, choose, with_time
 from vasowave.recording.labchart_text import is_labchart_text
 from vasowave.recording.matlab import read_mat, text, vector
 from vasowave.textfile import read_start
@@ -48,6 +49,7 @@ class Signal:
     places: tuple[str, ...]
     """Where each sample stands: ``FILE, line 7``."""
     assumed_unit: str = ""
+    notes: tuple[Finding, ...] = ()
 
 
 class ColumnTitle(NamedTuple):
@@ -107,7 +109,7 @@ def even_step(time: np.ndarray, quantum: float, file: str, place: Callable[[int]
 def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) -> Signal:
     if not table.names and not (alone and len(table.cells[0]) == 1):
         raise InputError(f"{table.source}: {_headerless(table)}")
-    column = _column(table, quantity) if table.names else 0
+    column, notes = _column(table, quantity) if table.names else (0, ())
     stated = table.units[column] if table.units else ""
     if stated and unit and units.factor(stated, quantity) != units.factor(unit, quantity):
         raise InputError(f"{table.source}: column '{quantity}' is in {stated}, {quantity}_unit says {unit}; keep one")
@@ -117,21 +119,22 @@ def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) ->
     named = with_time(table.names, table.units)
     column_of_time = named.index("time") if "time" in named else None
     if column_of_time is None:
-        return Signal(quantity, values, None, 0.0, table.source, places, assumed)
+        return Signal(quantity, values, None, 0.0, table.source, places, assumed, notes)
     time = table.numbers(column_of_time, "time")
     quantum = written_to([row[column_of_time] for row in table.cells])
     quantum *= units.factor(table.units[column_of_time], "time")
-    return Signal(quantity, values, time, quantum, table.source, places, assumed)
+    return Signal(quantity, values, time, quantum, table.source, places, assumed, notes)
 
 
-def _column(table: Columns, quantity: str) -> int:
-    """Return the column of a quantity: the one called so, else the one that its title or unit leaves alone."""
+def _column(table: Columns, quantity: str) -> tuple[int, tuple[Finding, ...]]:
+    """Return the column of a quantity: the one called so, else the one that its title or unit leaves alone, noted."""
     if table.find(quantity) is None:
         columns = [ColumnTitle(i, *pair) for i, pair in enumerate(zip(table.names, table.units, strict=True))]
-        found = choose(columns, {"pressure": None, "flow": None}).picked.get(quantity)
-        if found is not None:
-            return found.place
-    return table.require(quantity, ())
+        choice = choose(columns, {"pressure": None, "flow": None})
+        if quantity in choice.picked:
+            found, why = choice.picked[quantity], choice.guessed.get(quantity, "")
+            return found.place, (TAKEN(title=found.title, name=quantity, why=why),) if why else ()
+    return table.require(quantity, ()), ()
 
 
 def _headerless(table: Columns) -> str:

@@ -123,7 +123,7 @@ def _once(found: Sequence["_Row"]) -> list[str]:
     return [f"{some_of(files, _NAMED)}: {what}" for what, files in of.items()]
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Row:
     """A recording, the cells that it tells, and its row in the table if it has one."""
 
@@ -257,11 +257,11 @@ def _name(new: Sequence[_Row], taken: Sequence[str]) -> None:
 def _filled(one: _Row, explicit: set[str]) -> bool:
     """Fill the empty cells of a row that was there, and those that were given; return whether anything changed."""
     assert one.old is not None
-    kept = dict(one.old)
+    kept, cells = dict(one.old), one.cells
     if one.old.get("start [s]") or one.old.get("end [s]") or one.old.get("block"):
-        one.cells = {title: text for title, text in one.cells.items() if title in explicit or title not in
-                     ("start [s]", "end [s]")}  # fmt: skip
-    for title, text in one.cells.items():
+        cells = {title: text for title, text in cells.items() if title in explicit or title not in
+                 ("start [s]", "end [s]")}  # fmt: skip
+    for title, text in cells.items():
         if title not in ("animal", "recording") and text and (title in explicit or not one.old.get(title)):
             one.old[title] = text
     return one.old != kept
