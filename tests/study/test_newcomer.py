@@ -38,7 +38,7 @@ def table(study):
 
 def labchart(folder, name, seed, mean):
     gap = (2.0, 2.35) if name == "HOX_1" else None
-    (folder / f"{name}.txt").write_text(exported(recorded(seed, mean, DRIFTS.get(name, 0.0)), gap=gap))
+    (folder / f"{name}.txt").write_text(exported(recorded(seed, mean, DRIFTS.get(name, 0.0)), gap=gap), "utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +143,8 @@ def test_the_column_group_and_all_others_stay_and_an_option_fills_the_row_again(
     assert (again.rows, again.updated) == ((), ("WT_101",))
     row = table(study)["WT_101"]
     assert (row["group"], row["start [s]"], row["end [s]"]) == ("WT", "1", "8")
-    (study / "animals.csv").write_text((study / "animals.csv").read_text("utf-8").replace("WT_101,WT", "Mouse A,WT"))
+    text = (study / "animals.csv").read_text("utf-8")
+    (study / "animals.csv").write_text(text.replace("WT_101,WT", "Mouse A,WT"), "utf-8")
     add_files(study, [lab / "WT_101.txt"])
     assert list(table(study)) == ["Mouse A"]  # what a person wrote stays
 
