@@ -54,8 +54,8 @@ def modules_planted(folder: Path) -> Said:
         (folder / f"{name}.py").write_text(f"open({str(mark)!r}, 'a').write(__name__ + ' ')")
     script = [str(Path(sys.executable).with_name("vasowave")), "run"]
     said = [started(folder, program=script, cwd=folder)]
-    (folder / "importlib.py").unlink()  # Python itself runs it for -m, before any program begins
-    said.append(started(folder, program=PROGRAM, cwd=folder))
+    safe = [sys.executable, "-P", "-m", "vasowave", "run"]  # for a bare -m Python looks here itself, before any program
+    said.append(started(folder, program=safe, cwd=folder))
     ran = mark.read_text() if mark.exists() else ""
     for name in names:
         (folder / f"{name}.py").unlink(missing_ok=True)
