@@ -113,7 +113,7 @@ def test_the_linear_law_is_the_point_of_the_exponents_profile_at_one_half():
     linear, power = (calibrate(network, recording, wall, search=Search(starts=2)) for wall in ("linear", "power"))
     m, free = power.parameters["value"]["m"], int(power.parameters["free"].sum())
     profile = profile_likelihood(power, "m", points=4, span=float(np.log(m / 0.5)))
-    at_half = float(profile["deviance"].isel(point=int(np.abs(profile["m"] - 0.5).argmin())))
+    at_half = float(profile["deviance"].values[np.abs(profile["m"].values - 0.5).argmin()])
     assert float(np.abs(profile["m"] - 0.5).min()) < 1e-6
     assert (linear.S / power.S - 1) * (power.N - free) == pytest.approx(at_half, rel=0.02)
 
