@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.findings import Severity, kind, warn
+from vasowave.findings import Finding, Severity, kind, warn
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
 from vasowave.recording.plausibility import (
     check_closure,
@@ -96,7 +96,8 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
             f"{signals[0].file} lasts {periods[0]:.5g} s and {signals[1].file} {periods[1]:.5g} s; "
             "pressure and flow must be of one cycle"
         )
-    notes, cycles = [], []
+    notes: list[Finding] = []
+    cycles = []
     for signal, drop in zip(signals, repeated):
         notes += signal.notes
         values = signal.values[:-1] if drop else signal.values
