@@ -11,9 +11,9 @@ import sys
 import tempfile
 import warnings
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from queue import Empty
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +29,7 @@ OPTIONAL = ("bottleneck", "coverage", "cupy", "dask", "numexpr", "pint", "pyarro
 
 NO_ROOM = ("no space left", "larger than this system or its limits allow")
 LONGEST = 400  # s, of a fit with a mutated law on a busy machine
+LAW_NAME = "our_laws:ExponentialWall"
 
 
 class Said(NamedTuple):
@@ -67,7 +68,7 @@ def kernels_flipped(count: int, folder: Path) -> Said:
     """Flip one byte of a kept kernel, `count` times, and take the function anew each time."""
     from numba import njit
 
-    from vasowave import kernels
+    from vasowave.runtime import kernels
 
     rng, outcomes = np.random.default_rng(0), Counter[str]()
 
@@ -92,23 +93,32 @@ def kernels_flipped(count: int, folder: Path) -> Said:
 
 
 def solvers_kernels_damaged(folder: Path) -> Said:
-    """Flip a byte, empty and cut the solver's own kernels; run the study after each."""
+    """Flip bytes all over the solver's own kernels, empty and halve them; run the study after each damage."""
+    rng, said = np.random.default_rng(24), []
     with tempfile.TemporaryDirectory() as place:
         options: Any = {"env": os.environ | {"NUMBA_CACHE_DIR": place}}
-        said = [started(folder, **options)]
-        damages: list[Callable[[bytes], bytes]] = [
-            lambda content: content[:9999] + bytes([content[9999] ^ 4]) + content[10000:],
-            lambda content: b"",
-            lambda content: content[: len(content) // 2],
-        ]
-        for damage in damages:
-            for file in Path(place).rglob("*.kernel"):
-                file.write_bytes(damage(file.read_bytes()))
+        assert started(folder, **options).status == 0
+        files = sorted(Path(place).rglob("*.kernel"), key=lambda file: -file.stat().st_size)
+        largest, digest = files[0], hashlib.sha256().digest_size
+        places = [int(rng.integers(digest)), *rng.integers(digest, largest.stat().st_size, 2).tolist()]
+        damages = [(largest, partial(_flipped, at)) for at in places]
+        damages += [(largest, lambda content: b""), (largest, lambda content: content[: len(content) // 2])]
+        damages += [(file, lambda content: _flipped(int(rng.integers(len(content))), content)) for file in files[1:]]
+        sound = vw.read_results(folder).in_order()
+        for file, damage in damages:
+            file.write_bytes(damage(file.read_bytes()))
             shutil.rmtree(folder / "results")
             said.append(started(folder, **options))
+            again = [] if said[-1].status else vw.read_results(folder).in_order()
+            if not again or not all(one.identical(other) for one, other in zip(again, sound, strict=True)):
+                return Said(said[-1].status, f"{file.name} damaged: {said[-1].words}", held=False)
     told = sum("was damaged; it is compiled anew" in one.words for one in said)
-    held = told == len(damages) and not any(one.status for one in said)
-    return Said(max(one.status for one in said), f"{len(damages)} damages, {told} told, all runs finished", held)
+    words = f"{len(damages)} damages of {len(files)} kernels, {told} told, all runs finished with the same values"
+    return Said(0, words, told == len(damages))
+
+
+def _flipped(at: int, content: bytes) -> bytes:
+    return content[:at] + bytes([content[at] ^ 4]) + content[at + 1 :]
 
 
 def pieces_swapped(folder: Path) -> Said:
@@ -123,25 +133,44 @@ def pieces_swapped(folder: Path) -> Said:
     return Said(said.status, said.words.strip(), "1 animal computed, 2 kept" in said.words)
 
 
-def room_left(sizes: Sequence[int], fresh: bool, folder: Path) -> Said | None:
-    """Run on a disk with so many bytes left, with the animals kept already or to be computed."""
-    if not fresh:
-        assert started(folder).status == 0
-        (folder / "results" / "index.json").unlink()
-    small, ended = folder.with_name("small"), Counter[str]()
+def room_left(sizes: Sequence[int], what: str, folder: Path) -> Said | None:
+    """Run on disks with so many bytes left, then with room again; no size may leave a part of a file behind.
+
+    Written are ``animals`` and the index, the ``index`` alone with the animals kept, or the ``report``.
+    """
+    more = [] if what == "report" else ["--no-report"]
+    sound, small, ended = folder.with_name("sound of room"), folder.with_name("small"), Counter[str]()
+    shutil.copytree(folder, sound)
+    assert started(sound).status == 0
     small.mkdir()
+    if what != "animals":
+        subprocess.run(["cp", "-a", sound / "results", folder], check=True)  # links stay links: copies are freed
+        (folder / "results" / "index.json").unlink()
     for size in sizes:
+        run = f"'{PROGRAM[0]}' -m vasowave run '{small}' --workers 1 {' '.join(more)}"
         script = (
-            f"mount -t tmpfs -o size=4m tmpfs '{small}' || exit 77\ncp -r '{folder}'/. '{small}'\n"
+            f"mount -t tmpfs -o size=16m tmpfs '{small}' || exit 77\ncp -a '{folder}'/. '{small}'\n"
             f"free=$(($(stat -f -c %a '{small}') * $(stat -f -c %S '{small}') - {size}))\n"
-            f"head -c $free /dev/zero > '{small}/filler'\n"
-            f"'{PROGRAM[0]}' -m vasowave run '{small}' --workers 1 --no-report\n"
+            f"head -c $free /dev/zero > '{small}/filler'\n{run}\nstatus=$?\n"
+            f"find '{small}' -name '.vasowave-part*' | sed 's/^/Left behind: /'\nrm '{small}/filler'\n"
+            f"{run} >'{small}/said' 2>&1 || {{ echo Not mended: ; cat '{small}/said'; }}\n"
+            f"rm -rf '{small}.after'; cp -a '{small}' '{small}.after'\nexit $status\n"
         )
         done = subprocess.run(["unshare", "-rm", "sh", "-c", script], check=False, capture_output=True, text=True)
         if done.returncode == 77 or "unshare" in done.stderr:
             return None
-        ended[_ending(done.returncode, done.stdout + done.stderr)] += 1
+        became = _ending(done.returncode, done.stdout + done.stderr)
+        if became in ("finished", "one sentence") and not same(sound, small.with_name("small.after")):
+            became = "other values afterwards"
+        ended[became] += 1
+    shutil.rmtree(folder / "results", ignore_errors=True)
     return _endings(ended, f"{len(sizes)} disks")
+
+
+def same(one: Path, other: Path) -> bool:
+    """Whether two studies hold identical trees."""
+    first, second = vw.read_results(one), vw.read_results(other)
+    return list(first) == list(second) and all(first[name].identical(second[name]) for name in first)
 
 
 def files_limited(sizes: Sequence[int], folder: Path) -> Said:
@@ -156,6 +185,8 @@ def files_limited(sizes: Sequence[int], folder: Path) -> Said:
 def _ending(status: int, words: str) -> str:
     if "Traceback" in words or "please report" in words:
         return "foreign"
+    if "Left behind:" in words or "Not mended:" in words:
+        return f"not mended: {words[-300:]}"
     lines = [line for line in words.splitlines() if "Error:" in line or "failed:" in line]
     if status == 0:
         return "finished"
@@ -168,61 +199,92 @@ def _endings(ended: Counter[str], what: str) -> Said:
 
 
 def laws_mutated(count: int, seed: int, folder: Path) -> Said:
-    """Damage the file of a law, check the study, and fit with every law that the check lets pass."""
+    """Damage the file of a law; check the study that names it, and fit with it, whatever the check said."""
     from fuzzing.mutations import mutate_text
-    from fuzzing.studies import LAW, checked_law, study_with_a_law
+    from fuzzing.studies import LAW, study_with_a_law
 
     place, ended = folder / "law", Counter[str]()
     place.mkdir()
     study_with_a_law(place)
-    sound = ast.dump(ast.parse(LAW))
+    fitting = _Fitting(place)
     for number in range(count):
-        mutant = mutate_text(LAW.encode(), np.random.default_rng([seed, number]))
-        (place / "our_laws.py").write_bytes(mutant)
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                law = checked_law(place)
-        except VasowaveError:
-            ended["refused by check"] += 1
-            continue
-        except Exception as error:
-            ended[f"foreign in check: {type(error).__name__}: {error}"] += 1
-            continue
-        if ast.dump(ast.parse(mutant)) == sound:
-            ended["means the same"] += 1
-            continue
-        ended[_fitted(law.__name__, place)] += 1
+        (place / "our_laws.py").write_bytes(mutate_text(LAW.encode(), np.random.default_rng([seed, number])))
+        became = fitting.became()
+        ended[became] += 1
+        if became not in _GOOD:
+            print(f"mutant {number} of seed {seed}: {became}", file=sys.stderr, flush=True)
+    fitting.end()
     shutil.rmtree(place)
-    words = ", ".join(f"{number} {how}" for how, number in ended.items())
-    good = {"refused by check", "means the same", "fitted", "refused by fit"}
-    return Said(0, f"{count} mutants: {words}", set(ended) <= good)
+    words = ", ".join(f"{number} {how}" for how, number in ended.most_common())
+    return Said(0, f"{count} mutants: {words}", set(ended) <= _GOOD)
 
 
-def _fitted(name: str, place: Path) -> str:
-    """Return what became of a fit with a law, in a process of its own."""
-    context = multiprocessing.get_context("spawn")
-    told = context.Queue()
-    process = context.Process(target=_fit, args=(name, str(place), told))
-    process.start()
-    try:
-        return str(told.get(timeout=LONGEST))
-    except Empty:
-        return "hang" if process.is_alive() else "crash in fit"
-    finally:
-        process.kill()
-        process.join()
+_GOOD = {"refused by check and fit", "the same program", "fitted", "refused by fit"}
 
 
-def _fit(name: str, place: str, told: Any) -> None:
+class _Fitting:
+    """A process that fits with one law after the other: what does not depend on the law is compiled once."""
+
+    def __init__(self, place: Path) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._start = lambda end: context.Process(target=_fit_each, args=(str(place), end), daemon=True)
+        self._pipe, self._process = context.Pipe, None
+        self._begin()
+
+    def _begin(self) -> None:
+        self._told, end = self._pipe()
+        self._process = self._start(end)
+        self._process.start()
+        end.close()  # so that the end of the process ends the pipe
+
+    def became(self) -> str:
+        """Return what became of the law whose file lies there now."""
+        self._told.send("next")
+        try:
+            if self._told.poll(LONGEST):
+                return str(self._told.recv())
+            outcome = "hang"
+        except (EOFError, ConnectionError):
+            outcome = "crash"
+        self.end()
+        self._begin()
+        return outcome
+
+    def end(self) -> None:
+        self._process.kill()
+        self._process.join()
+
+
+def _fit_each(place: str, told: Any) -> None:
     os.chdir(place)
     os.environ["NUMBA_OPT"] = "0"
     warnings.simplefilter("ignore")
-    network, cycle = vw.read_network("n.csv"), vw.read_recording("0.csv", period=0.11)
+    from fuzzing.studies import LAW
+
+    sound = ast.dump(ast.parse(LAW))
+    while told.recv():
+        told.send(_became(Path(place), sound))
+
+
+def _became(place: Path, sound: str) -> str:
+    from fuzzing.studies import checked_law
+
+    checked = ""
     try:
-        vw.calibrate(network, cycle, f"our_laws:{name}", search=vw.Search(starts=1))
-        told.put("fitted")
+        checked_law(place)
     except VasowaveError:
-        told.put("refused by fit")
+        checked = "refused by check and "
     except BaseException as error:
-        told.put(f"foreign in fit: {type(error).__name__}: {str(error)[:200]}")
+        return f"foreign in check: {type(error).__name__}: {str(error)[:200]}"
+    if not checked and ast.dump(ast.parse((place / "our_laws.py").read_bytes())) == sound:
+        return "the same program"
+    network, cycle = vw.Network(("1",), [-1], [0.4], [0.05]), vw.read_recording(place / "0.csv", period=0.11)
+    fixed = dict.fromkeys(("r1", "r2", "c1"), 1.0)
+    coarse = vw.Numerics(cell_size=1.0, samples=64, steps_per_cycle=256, cycles_from_rest=2)
+    try:
+        vw.calibrate(network, cycle, LAW_NAME, search=vw.Search(starts=1, fixed=fixed), numerics=coarse)
+    except VasowaveError:
+        return checked + ("fit" if checked else "refused by fit")
+    except BaseException as error:
+        return f"{checked}foreign in fit: {type(error).__name__}: {str(error)[:200]}"
+    return checked + "fitted"

@@ -25,9 +25,9 @@ from vasowave.animal.quantities import derived as quantities_of
 from vasowave.animal.quantities import errors_of, model_of
 from vasowave.calibration import Search, calibrate
 from vasowave.inference import posterior
-from vasowave.inference.derived import derived
 from vasowave.inference.laws import CLEAR
 from vasowave.inference.reweighting import UNTRUSTED
+from vasowave.quantities import derived
 
 METHODS = ("fit", "posterior")
 QUANTITIES = ("wave_speed", "R_T", "a", "C_p")

@@ -15,7 +15,7 @@ import numpy as np
 from interval_coverage import QUANTITIES
 from known_animals import animal
 from robustness_page import put
-from vasowave.animal.quantities import derived, model_of
+from vasowave.animal.quantities import derived_of
 from vasowave.calibration import Search, calibrate
 from vasowave.calibration.generalized import least_squares_optimum
 from vasowave.datasets import control_network
@@ -46,7 +46,7 @@ def problem(row, number):
 
     def logs(x):
         values = dict(zip(optimum.space.names, optimum.space.values(x), strict=True))
-        found = derived(model_of(fit, values), values, diastolic, recording.mean_pressure)
+        found = derived_of(fit, values, diastolic)
         return np.log([found[name] for name in QUANTITIES])
 
     slopes = [(logs(optimum.x + step) - logs(optimum.x - step)) / (2 * STEP) for step in STEP * np.eye(len(low))]

@@ -16,12 +16,12 @@ from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual import ejection
 from vasowave.errors import VasowaveWarning
 from vasowave.inference import Priors
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.nominal import windkessels
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.walls import LinearWall, TangentWall
+from vasowave.network.network import Network
 from vasowave.recording import Inflow, Recording, average_beats
 from vasowave.solver import Numerics, simulate
-from vasowave.walls import LinearWall, TangentWall
 
 SAMPLES, NOISE, WHITE = 512, 0.4, 0.03
 LASTS, DRIFT = 12.0, 2.0  # s, mmHg

@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -84,9 +85,8 @@ def fill_store(study: Study, results: list) -> None:
     (study.folder / RESULTS).mkdir()
     store = Store(study.results)
     for number, row in enumerate(study.animals):
-        result = results[number % len(results)].copy()
-        result.attrs |= {"animal": row.animal, "group": row.group}
-        store.keep(animal_key(row, study.settings, study.folder), to_bytes(result))
+        result = replace(results[number % len(results)], name=row.animal, group=row.group)
+        store.keep(animal_key(row, study.settings, study.folder), to_bytes(result.to_datatree()))
 
 
 def cost(command: list[str], folder: Path) -> Cost:

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError, NumericalError
 from vasowave.imaging.read.volume import Volume
-from vasowave.network import Network
+from vasowave.network.network import Network
 
 PE90_RADIUS = 0.043
 """Inner radius of the PE-90 cannula, cm."""

@@ -43,7 +43,7 @@ UNKNOWNS = "inference/unknowns.py"
 FAULTS = [
     Fault(
         "walls anchored at rest",
-        "model.py",
+        "model/model.py",
         (("return self.network.area / ratio", "return self.network.area"),),
     ),
     Fault(
@@ -59,7 +59,7 @@ FAULTS = [
     Fault("friction missing at vessel ends", NODES, (("slowed(0.5 * ends.dt[e]", "slowed(0.0 * ends.dt[e]"),)),
     Fault(
         "boundary layer as the paper misprints it",
-        "blood.py",
+        "model/blood.py",
         (("math.sqrt(viscosity * period / (2 * math.pi))", "math.sqrt(2 * math.pi * viscosity / period)"),),
     ),
     Fault("drag as an explicit step", CELLS, (("E = 1.0 / (1.0 + x + 0.5 * x * x)", "E = 1.0 - x"),)),
@@ -80,7 +80,11 @@ FAULTS = [
         "solver/varied_cycle.py",
         (("continue_lines(dA[d], dq[d],", "continue_lines(0.0 * dA[d], dq[d],"),),
     ),
-    Fault("linear network about rest", "linear.py", (("middle = 0.5 * (1.0 + kept) * inlet", "middle = 0.0 * kept"),)),
+    Fault(
+        "linear network about rest",
+        "model/linear.py",
+        (("middle = 0.5 * (1.0 + kept) * inlet", "middle = 0.0 * kept"),),
+    ),
     Fault("flow faster than its waves", "solver/validity.py", (("mach.value >= 1.0", "mach.value >= 1e9"),)),
     Fault("drag bends no pressure", "solver/grid_error.py", (("**2 / 8 * drag", "**2 / 80 * drag"),)),
     Fault("fronts between two kept steps", "solver/numerics.py", (("_FRONT = 4 ", "_FRONT = 16 "),)),
@@ -166,8 +170,8 @@ FAULTS = [
         "solver/failures.py",
         (("if len(grid.counts) > 1:", "if len(grid.counts) > 0:"),),
     ),
-    Fault("kernels of any source", "kernels.py", (("{sys.version} {source}", "{sys.version}"),)),
-    Fault("kernels are compiled by everyone", "kernels.py", (("self._lock = _waited_for(", "_ = ("),)),
+    Fault("kernels of any source", "runtime/kernels.py", (("{sys.version} {source}", "{sys.version}"),)),
+    Fault("kernels are compiled by everyone", "runtime/kernels.py", (("self._lock = _waited_for(", "_ = ("),)),
     Fault("convective term dropped", CELLS, (("fluxes.momentum[j] = q * q * per_area", "fluxes.momentum[j] = 0.0"),)),
     Fault("one Newton step", NODES, (("_NEWTON_CLOSE = 1e-", "_NEWTON_CLOSE = 1e+"),)),
     Fault("inflow late by a step", CYCLE, (("solve_nodes(inflow[n], n,", "solve_nodes(inflow[n - 1], n,"),)),
@@ -187,10 +191,10 @@ FAULTS = [
     Fault("logarithm one term short", POWERS, (("1 / 17 + w * (1 / 19)", "1 / 17"),)),
     Fault("exponential one term short", POWERS, (("1 / 39916800 + r * (1 / 479001600)", "1 / 39916800"),)),
     Fault("a power that is too large wraps around", POWERS, (("np.minimum(np.maximum(y, -_MOST), _MOST)", "y + 0.0"),)),
-    Fault("R1 dropped", LAWS, (("np.array(R1))", "np.zeros_like(R1))"),)),
+    Fault("R1 dropped", LAWS, (("np.array(circuit.proximal))", "np.zeros_like(circuit.proximal))"),)),
     Fault("capacitor discharges a whole step early", LAWS, (("outlet.decay_half[j] *", "outlet.decay[j] *"),)),
-    Fault("capacitor not charged between steps", LAWS, (("R1[j] + outlet.gain_half[j]", "R1[j]"),)),
-    Fault("tangent wall of constant slope", "walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),
+    Fault("capacitor not charged between steps", LAWS, (("fast[j] + outlet.gain_half[j]", "fast[j]"),)),
+    Fault("tangent wall of constant slope", "model/walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),
     Fault("tubes' free ends slide along their axes", TUBES, ((" + held.T @ held", ""),)),
     Fault("tubes are as stiff with a wall as without", STIFFNESS, (("FREE, HIDDEN = 0.35", "FREE, HIDDEN = 64.0"),)),
     Fault(
@@ -222,10 +226,14 @@ FAULTS = [
     ),
     Fault(
         "tapers as wide as the middle of each piece",
-        "tapering.py",
+        "model/tapering.py",
         (("(3 * (wide * thin) ** 3 / (wide**2 + wide * thin + thin**2)) ** 0.25", "0.5 * (wide + thin)"),),
     ),
-    Fault("tapers turned round", "tapering.py", (("fall[vessel] * (0.5 - (number", "-fall[vessel] * (0.5 - (number"),)),
+    Fault(
+        "tapers turned round",
+        "model/tapering.py",
+        (("fall[vessel] * (0.5 - (number", "-fall[vessel] * (0.5 - (number"),),
+    ),
     Fault("tapers believed as they are", UNKNOWNS, (("prior**2 / (prior**2 + sd**2)", "prior**2 / prior**2"),)),
     Fault(
         "errors of radii forgotten", UNKNOWNS, (("radii[known] = given[known]", "radii[known] *= given[known] > 0 #"),)

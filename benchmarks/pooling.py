@@ -19,7 +19,7 @@ import pandas as pd
 
 from robustness_page import put
 from vasowave.cohort import pooled_ratio
-from vasowave.noise.spectrum import NORMAL
+from vasowave.descriptions import NORMAL
 
 TRUE_RATIO = 2.6
 SIMULATED, FOUR = ("linear", "geometry", "stiffening", "taper"), 4  # rows of `interval_coverage`; animals of a group

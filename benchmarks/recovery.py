@@ -2,12 +2,12 @@
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from vasowave.animal.quantities import derived
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.effects import importance_index
 from vasowave.datasets.published import published_table
 from vasowave.datasets.virtual_cohort import VirtualAnimal
+from vasowave.quantities import derived
 
 RECOVERED = ("beta", "p1", "gamma", "p1_over_gamma", "wave_speed", "R_T", "a", "C_p")
 """Quantities that are compared: the fitted ones, and combinations that the data determine better."""
@@ -20,7 +20,7 @@ SIGNS = {
 """Signs of η in the paper's figure "ParAll_change"."""
 
 
-def recovered(result: xr.DataTree, animal: VirtualAnimal) -> pd.DataFrame:
+def recovered(result: AnimalResult, animal: VirtualAnimal) -> pd.DataFrame:
     """Compare fitted quantities with the truth.
 
     Returns
@@ -32,9 +32,9 @@ def recovered(result: xr.DataTree, animal: VirtualAnimal) -> pd.DataFrame:
     truth = _truth(result, animal)
     rows = []
     for wall in ("linear", "tangent"):
-        if wall not in result.children:
+        if wall not in result.laws:
             continue
-        found = result[f"{wall}/quantities"]
+        found = result.laws[wall].quantities
         for name in RECOVERED:
             if name in found.data_vars and name in truth:
                 value = found[name]
@@ -56,13 +56,13 @@ def coverage(table: pd.DataFrame) -> pd.DataFrame:
     ).reset_index()
 
 
-def quantities_table(result: xr.DataTree) -> pd.DataFrame:
+def quantities_table(result: AnimalResult) -> pd.DataFrame:
     """Return all quantities of one animal, one row for what was measured and one per wall law."""
     rows = []
     for source in ("measured", "linear", "tangent"):
-        if source in result.children:
-            values = {str(name): float(value) for name, value in result[f"{source}/quantities"].data_vars.items()}
-            rows.append({"animal": result.attrs["animal"], "group": result.attrs["group"], "source": source, **values})
+        if source in result.sources:
+            values = {str(name): float(value) for name, value in result.sources[source].quantities.data_vars.items()}
+            rows.append({"animal": result.name, "group": result.group, "source": source, **values})
     return pd.DataFrame(rows)
 
 
@@ -91,9 +91,9 @@ def signs(values: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["source", "quantity", "CTL", "HPH", "eta", "sign as in the paper"])
 
 
-def _truth(result: xr.DataTree, animal: VirtualAnimal) -> dict[str, float]:
+def _truth(result: AnimalResult, animal: VirtualAnimal) -> dict[str, float]:
     """Return the truth under the names of `QUANTITIES`; the wave speed is taken where the fit takes it."""
-    mean = float(result["measured/quantities"]["mPAP"])
-    wall = {name: animal.truth[name] for name in animal.model.wall._fields}
-    found = derived(animal.model, wall, np.full(len(animal.network), mean), mean)
+    mean = float(result.measured.quantities["mPAP"])
+    found = derived(animal.model, mean, np.full(len(animal.network), mean))
+    found |= {name: animal.truth[name] for name in animal.model.wall._fields}
     return {name: found[name] for name in RECOVERED if name in found}

@@ -14,3 +14,9 @@ def put(name: str, table: str, page: Path = PAGE) -> None:
     if count != 1:
         raise ValueError(f"{page} has {count} places for '{name}', not one")
     page.write_text(found, encoding="utf-8")
+
+
+def rows_of(name: str, page: Path = PAGE) -> dict[str, str]:
+    """Return the rows of the table between the marks of `name`, by what stands in their first column."""
+    found = re.search(f"<!-- {name} -->\n(.*)<!-- end of {name} -->", page.read_text(encoding="utf-8"), re.DOTALL)
+    return {line.split("|")[1].strip(): line for line in (found[1] if found else "").splitlines()}

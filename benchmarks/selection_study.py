@@ -16,15 +16,15 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from vasowave.datasets import control_network
-from vasowave.model import Model
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.outlets import Windkessel
+from vasowave.model.walls import LinearWall, TangentWall
 from vasowave.noise import NOISE, CirculantNoise, fit_noise
 from vasowave.noise.likelihood import FAMILIES, concentrated, maximize
-from vasowave.nominal import windkessels
-from vasowave.outlets import Windkessel
 from vasowave.recording import Inflow
 from vasowave.selection import UNDECIDED, aicc, bic
 from vasowave.solver.simulate import Numerics, simulate_runs
-from vasowave.walls import LinearWall, TangentWall
 
 PERIOD, SAMPLES = 0.11, 128
 TRUTH = {"linear": (57.8, 1.0, 1.0, 1.0), "tangent": (3.85, 4.41, 1.0, 1.0, 1.0)}

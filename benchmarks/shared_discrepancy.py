@@ -19,7 +19,6 @@ from known_animals import NOISE, SAMPLES, animal, image_of, noise_amplitude
 from robustness_page import put
 from vasowave.cohort import pooled_ratio
 from vasowave.inference import Priors
-from vasowave.inference.derived import derived
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.mixture import explore
 from vasowave.inference.mode import climb
@@ -27,6 +26,7 @@ from vasowave.inference.posterior import _problem
 from vasowave.inference.reweighting import UNTRUSTED, smoothed
 from vasowave.inference.rounds import Target
 from vasowave.noise.spectrum import harmonics
+from vasowave.quantities import derived
 
 QUANTITIES = ("wave_speed", "R_T", "a", "C_p")
 STUDY, DRAWS = 6, 400
@@ -105,7 +105,7 @@ def drawn(kind, number):
     """Return what is kept of the posterior of one animal."""
     size = NOISE * np.exp(kind.spread * np.random.default_rng([7, number]).standard_normal())
     recording, model, wall = animal(kind.row, number, size)
-    problem = _problem(image_of(kind.row), recording, wall, None, None, None, None, 1)
+    problem = _problem(image_of(kind.row), recording, (wall, "windkessel"), None, None, None, None, 1)
     climbed = climb(problem.simulate, problem.measured, problem.discrepancy(), np.zeros(len(problem.unknowns.all)))
     noise = problem.discrepancy(problem.vessels(climbed.middle))
     found = explore(

@@ -24,7 +24,6 @@ from pathlib import Path
 import numpy as np
 from numba import njit
 
-from vasowave.blood import Blood
 from vasowave.calibration import Search, calibrate
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.objective import Objective
@@ -32,25 +31,26 @@ from vasowave.calibration.parameters import parameter_space
 from vasowave.calibration.starts import DERIVATIVES
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import ejection, virtual_mouse
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.nominal import estimate_nominal, windkessels
+from vasowave.model.blood import Blood
+from vasowave.model.model import Model
+from vasowave.model.nominal import estimate_nominal, windkessels
+from vasowave.model.walls import LinearWall, TangentWall
+from vasowave.network.network import Network
 from vasowave.recording import Inflow
 from vasowave.solver import Numerics
 from vasowave.solver.simulate import simulate_run, simulate_runs
 from vasowave.solver.sweep import sweep
 from vasowave.solver.trigonometry import tangent
-from vasowave.walls import LinearWall, TangentWall
 
 WALLS = {"linear": LinearWall(57.0), "tangent": TangentWall(7.0, 4.0)}
 FIRST_CALL = """
 import time
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import ejection
-from vasowave.model import Model
-from vasowave.nominal import windkessels
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
 from vasowave.solver import simulate
-from vasowave.walls import LinearWall
+from vasowave.model.walls import LinearWall
 network = control_network()
 start = time.perf_counter()
 simulate(Model(network, LinearWall(57.0), windkessels(network, 76.0, 0.12, 0.12)), ejection())

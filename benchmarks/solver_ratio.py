@@ -24,12 +24,12 @@ warnings.simplefilter("ignore")
 from vasowave.calibration import Search, calibrate
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import ejection, virtual_mouse
-from vasowave.model import Model
-from vasowave.nominal import windkessels
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
 from vasowave.recording import read_recording
 from vasowave.solver import Numerics
 from vasowave.solver.simulate import simulate_run
-from vasowave.walls import LinearWall, TangentWall
+from vasowave.model.walls import LinearWall, TangentWall
 network = control_network()
 mouse = read_recording(*sys.argv[1:3], period=float(sys.argv[3])) if len(sys.argv) > 1 else virtual_mouse()
 walls = {"linear": LinearWall(57.0), "tangent": TangentWall(7.0, 4.0)}

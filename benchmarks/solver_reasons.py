@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vasowave.errors import NumericalError, VasowaveWarning
-from vasowave.model import Model
+from vasowave.model.model import Model
 from vasowave.recording import Inflow
 from vasowave.solver import Numerics
 from vasowave.solver.result import Run

@@ -22,15 +22,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from solver_reasons import contradiction
-from vasowave.blood import Blood, BoundaryLayer, Poiseuille, PowerLaw
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.nominal import windkessels
+from vasowave.model.blood import Blood, BoundaryLayer, Poiseuille, PowerLaw
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.walls import LinearWall, TangentWall, wave_speed_at_rest
+from vasowave.network.network import Network
 from vasowave.recording import Inflow
 from vasowave.solver import Numerics
 from vasowave.solver.run import run_to_periodic
-from vasowave.walls import LinearWall, TangentWall, wave_speed_at_rest
 
 WRONG = 0.02  # of the largest pressure
 
@@ -112,7 +112,7 @@ def simulated(model: Model, inflow: Inflow, repeat: bool) -> dict[str, Any]:
     found: dict[str, Any] = {name: getattr(extremes, name).value for name in extremes._fields}
     pressure = run.pressure
     found |= {"peak": float(np.abs(pressure).max()), "range": float(np.ptp(pressure)), "mach": run.mach.value}
-    found |= {"notes": list(run.notes), "steps": run.steps, "cycles": len(run.convergence.changes)}
+    found |= {"notes": list(map(str, run.notes)), "steps": run.steps, "cycles": len(run.convergence.changes)}
     found["seconds"] = time.process_time() - started
     if repeat:
         try:

@@ -11,7 +11,6 @@ within odd bounds, `own`, a law of a user that raises errors where it does not h
 """
 
 import argparse
-import json
 import time
 import warnings
 from collections.abc import Iterator
@@ -24,18 +23,17 @@ import numpy as np
 
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.pipeline import analyze
-from vasowave.animal.reading import data_of, wall_laws
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.datasets.virtual import ejection
 from vasowave.descriptions import Law, Parameter
 from vasowave.errors import NumericalError, VasowaveWarning
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.nominal import windkessels
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.walls import TangentWall
+from vasowave.network.network import Network
 from vasowave.recording import Inflow, Recording, read_recording
+from vasowave.runtime.threads import VARIABLE
 from vasowave.solver import Numerics, simulate
-from vasowave.threads import VARIABLE
-from vasowave.walls import TangentWall
 
 LAWS = ("linear", "tangent", "power")
 STARTS = 3
@@ -153,10 +151,9 @@ def came(kind: str, seed: int) -> Came:
     except Exception as error:
         lost = f"{type(error).__name__}: {error}"
         return Came(kind, seed, animal.recording.mean_pressure, (), {}, lost, 0, 0, time.process_time() - begun, {})
-    fits = {wall: data_of(result, f"{wall}/calibration") for wall in wall_laws(result)}
-    said = json.loads(result.attrs.get("failures", "[]"))
+    fits = {wall: result.laws[wall].calibration for wall in result.laws}
     return Came(
-        kind, seed, animal.recording.mean_pressure, tuple(fits), {one["law"]: one["reason"] for one in said}, "",
+        kind, seed, animal.recording.mean_pressure, tuple(fits), {one.law: one.reason for one in result.failures}, "",
         sum(int((~np.isfinite(fit["start_S"].values)).sum()) for fit in fits.values()),
         sum(int(fit["start_simulations"].sum()) for fit in fits.values()),
         time.process_time() - begun, {wall: float(fit["RMSE"]) for wall, fit in fits.items()},

@@ -4,7 +4,6 @@ Run: python benchmarks/virtual_cohort.py [--seed 1] [--truth linear|tangent] [--
 """
 
 import argparse
-import json
 import time
 import warnings
 from pathlib import Path
@@ -17,6 +16,7 @@ from vasowave.animal.files import write_result
 from vasowave.animal.pipeline import analyze
 from vasowave.datasets.virtual_cohort import virtual_cohort
 from vasowave.errors import VasowaveWarning
+from vasowave.findings import texts
 
 
 def main() -> None:
@@ -43,7 +43,7 @@ def main() -> None:
             write_result(result, options.results / f"{one.name.replace(' ', '-')}.nc")
         tables.append(recovered(result, one))
         numbers.append(quantities_table(result))
-        fitted = [note for note in json.loads(result.attrs["notes"]) if " wall: " in note]
+        fitted = texts(one for one in result.findings if one.place.law)
         print(f"{one.name}: {time.perf_counter() - begun:.1f} s; " + " ".join(fitted), flush=True)
     table, values = pd.concat(tables, ignore_index=True), pd.concat(numbers, ignore_index=True)
     print("\nEvery fit\n", table.round(5).to_string())

@@ -26,13 +26,16 @@ const measured = frame => {
   const outside = (text, at) => text.left < at.left - 2 || text.right > at.right + 2 ||
     text.top < at.top - 2 || text.bottom > at.bottom + 2;
   const cut = all("svg text").filter(text => outside(box(text), box(text.closest("svg"))));
+  const shown = all("figure svg").filter(one => getComputedStyle(one).display !== "none");
   const target = one => one.getAttribute("href") || one.getAttribute("xlink:href");
   return {
     width: root.clientWidth, pageWidth: root.scrollWidth, errors: frame.contentWindow.failed || [],
     wide: wide.map(one => one.tagName + " " + one.className + " " + one.textContent.slice(0, 60)),
     cut: cut.map(text => text.closest("figure").id + ": " + text.textContent),
     drawings: all("figure svg").length,
-    empty: all("figure svg").filter(one => box(one).height < 20).length,
+    shown: shown.length, empty: shown.filter(one => box(one).height < 20).length,
+    sideways: shown.filter(one => one.closest(".drawing")).filter(one => overflows(one.parentElement))
+      .map(one => one.closest("figure").id),
     missing: all("img").filter(one => !one.complete || one.naturalWidth === 0).length,
     loaded: frame.contentWindow.performance.getEntriesByType("resource").map(one => one.name),
     unresolved: all('a[href^="#"], use').filter(one => !page.getElementById(target(one).slice(1))).length,

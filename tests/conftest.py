@@ -5,12 +5,25 @@ import numpy as np
 import pytest
 
 from vasowave.datasets import control_network
-from vasowave.model import Model
-from vasowave.nominal import windkessels
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.walls import LinearWall, TangentWall
 from vasowave.recording import Inflow
-from vasowave.walls import LinearWall, TangentWall
 
 SHARED = Path(__file__).parents[1] / ".." / "shared" / "data"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _linear_algebra_on_one_thread():
+    """Let small matrices cost what they cost: threads that wait for each other spin, beside another worker above all.
+
+    The commands ask for this themselves (`threads.spare_threads`); what a test starts is not told by this.
+    """
+    import scipy.linalg  # noqa: F401  brings a library of its own, which is limited only if it is there
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -1,17 +1,20 @@
 """A cohort whose fits are made from formulas: real analyses and real results, no search behind them."""
 
-import json
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
 
 import made_fit
 from vasowave.animal.animal import Animal, Settings
+from vasowave.animal.law_result import LawResult, Measured
 from vasowave.animal.pipeline import result_of
+from vasowave.animal.result import AnimalResult
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import VasowaveWarning
+from vasowave.findings import OTHER
 from vasowave.recording import Recording
 from vasowave.selection.criteria import verdicts
 
@@ -41,16 +44,32 @@ def planted_results():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VasowaveWarning)
         results = made_results({"CTL": 3, "HPH": 3}, raw=1)
-    _plant(results[1], "linear/quantities", R_T=PLANTED)
-    _plant(results[0], "tangent/calibration", at_bound=np.array([True, False, False, False, False]))
-    results[2].attrs["notes"] = json.dumps(["the flow <ends> late & is odd"])
+    results[1] = changed(results[1], "linear/quantities", R_T=PLANTED)
+    results[0] = changed(results[0], "tangent/calibration", at_bound=np.array([True, False, False, False, False]))
+    results[2] = replace(results[2], noticed=(OTHER(text="the flow <ends> late & is odd"),))
     return results
 
 
-def _plant(result, group, **values):
-    """Replace variables of one group of a result."""
-    data = result[group].to_dataset()
-    result[group].dataset = data.assign({name: data[name].copy(data=value) for name, value in values.items()})
+def changed(result, group, **values):
+    """Return a result with variables of one stored group replaced."""
+    tree = result.to_datatree().copy(deep=True)
+    data = tree[group].to_dataset()
+    tree[group].dataset = data.assign({name: data[name].copy(data=value) for name, value in values.items()})
+    return AnimalResult.from_datatree(tree)
+
+
+def bare_result(name="mouse", group="CTL", **parts):
+    """Return a result that holds nothing but its name, its group and these parts."""
+    nothing = xr.Dataset()
+    measured = Measured(waves=nothing, impedance=nothing, quantities=nothing)
+    needed = {"network": control_network(), "recording": nothing, "nominal": nothing, "measured": measured}
+    return AnimalResult(name=name, group=group, **needed | parts)
+
+
+def bare_law(name, **parts):
+    """Return what a wall law says, of which nothing but these parts is there."""
+    needed = ("calibration", "simulation", "waves", "impedance", "vessels", "quantities")
+    return LawResult(name=name, **dict.fromkeys(needed, xr.Dataset()) | parts)
 
 
 def made_result(name, group, factor, rng, raw, walls, selection):
@@ -81,6 +100,4 @@ def voting(result, scores, likeliest):
             for name, value in zip(columns, row, strict=True):
                 columns[name].append(value)
     selection = xr.Dataset({name: ("candidate", np.array(values)) for name, values in columns.items()})
-    voter = result.copy()
-    voter["selection"] = xr.DataTree(selection.assign_attrs(preferred_covariance=likeliest))
-    return voter
+    return replace(result, selection=selection.assign_attrs(preferred_covariance=likeliest))

@@ -6,13 +6,14 @@ import xarray as xr
 
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.result import Fit
+from vasowave.calibration.uncertainty import UNDETERMINED
 from vasowave.datasets import control_network
-from vasowave.laws import find_law
-from vasowave.model import Model
-from vasowave.nominal import estimate_nominal
-from vasowave.outlets import Windkessel
+from vasowave.model.laws import find_law
+from vasowave.model.model import Model
+from vasowave.model.nominal import estimate_nominal
+from vasowave.model.outlets import Windkessel
+from vasowave.model.walls import area, wave_speed
 from vasowave.recording import Recording, resample
-from vasowave.walls import area, wave_speed
 
 PERIOD = 0.11
 PARAMETERS = {
@@ -51,7 +52,8 @@ def made_fit(
     correlation = pd.DataFrame(0.3 + 0.7 * np.eye(len(names)), index=names, columns=names)
     return Fit(
         wall, model, whole, nominal, made_parameters(values), correlation, made_starts(values, wall), simulation,
-        residual, float(np.sum(residual**2)), ("r1 is not determined by the data",) if wall == "tangent" else (),
+        residual, float(np.sum(residual**2)),
+        (UNDETERMINED(parameter="r1", low=0.5, high=2.5),) if wall == "tangent" else (),
     )  # fmt: skip
 
 

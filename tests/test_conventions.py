@@ -18,11 +18,11 @@ import vasowave
 from approval import approve
 from vasowave.datasets import control_network
 from vasowave.imaging import Volume
-from vasowave.laws import LAWS
-from vasowave.per_vessel import one_per_vessel
+from vasowave.model.laws import LAWS
+from vasowave.model.per_vessel import one_per_vessel
+from vasowave.model.walls import LinearWall
 from vasowave.recording import RawRecording, Recording
 from vasowave.settings import settings_of
-from vasowave.walls import LinearWall
 
 UNEVEN = [  # where panels may outnumber what is drawn, or laws their parameters
     "exchange/paraview.py",

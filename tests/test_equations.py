@@ -11,14 +11,14 @@ import pytest
 
 from made_fit import made_recording
 from vasowave.analysis import fourier_series, wave_intensity
-from vasowave.blood import Blood
 from vasowave.calibration import Search, calibrate
 from vasowave.datasets import control_network
-from vasowave.model import Model
-from vasowave.nominal import estimate_nominal, windkessels
+from vasowave.model.blood import Blood
+from vasowave.model.model import Model
+from vasowave.model.nominal import estimate_nominal, windkessels
+from vasowave.model.walls import LinearWall, TangentWall, area_compliance, stiffness
 from vasowave.recording import Recording
 from vasowave.solver import Numerics, simulate
-from vasowave.walls import LinearWall, TangentWall, area_compliance, stiffness
 
 TESTS = Path(__file__).parent
 EQUATIONS = 33

@@ -1,14 +1,18 @@
 import json
 import re
 import string
+import warnings
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import finding_codes as pages
 import vasowave as vw
 from vasowave import findings
+from vasowave.cli import app
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import VasowaveWarning
 from vasowave.findings import KINDS, OTHER, Finding, Severity, as_json, finding_of, from_json, kind, warn
@@ -40,11 +44,12 @@ def test_findings_come_back_from_json_as_they_were(some_kind):
     assert [row["text"] for row in json.loads(as_json(found))] == ["31.0 °C in 'lab'", "odd"]
 
 
-def test_a_finding_of_a_code_that_is_not_known_keeps_its_text(some_kind, monkeypatch):
+def test_a_finding_of_a_code_that_is_not_known_keeps_its_code_severity_and_text(some_kind, monkeypatch):
     stored = as_json([some_kind(degrees=31.0, room="lab")])
     findings.KINDS.pop(some_kind.code)
     (found,) = from_json(stored)
-    assert (found.code, str(found)) == ("other", "31.0 °C in 'lab'")
+    assert (found.code, found.severity, str(found)) == ("test.too-warm", Severity.LOOK, "31.0 °C in 'lab'")
+    assert from_json(as_json([found])) == (found,)
 
 
 def test_a_warning_carries_its_finding(some_kind):
@@ -58,14 +63,14 @@ def test_a_warning_carries_its_finding(some_kind):
 
 def test_file_names_in_a_finding_are_seen_from_a_folder(some_kind):
     found = some_kind(degrees=31.0, room="/study/a.txt").at("/study/a.txt").inside("/study/")
-    assert (found.file, dict(found.values)["room"]) == ("a.txt", "a.txt")
+    assert (found.place.file, dict(found.values)["room"]) == ("a.txt", "a.txt")
 
 
 def test_codes_name_a_room_and_what_was_noticed_and_every_look_has_a_remedy():
-    vw.read_recording, vw.average_beats, vw.virtual_mouse  # noqa: B018  loads what declares kinds
+    pages.load_all()
     for code, one in KINDS.items():
         assert re.fullmatch(r"other|[a-z]+\.[a-z-]+", code), code
-        assert one.severity is Severity.NOTE or one.remedy or code == "other", code
+        assert one.severity is not Severity.LOOK or one.remedy or code == "other", code
         assert all(field is None or field.isidentifier() for _, field, _, _ in string.Formatter().parse(one.text))
 
 
@@ -86,16 +91,74 @@ def odd_study(tmp_path):
     return tmp_path / "study.yaml"
 
 
+def say_nothing(monkeypatch):
+    for code, one in KINDS.items():
+        monkeypatch.setitem(KINDS, code, replace(one, text="no word of it", remedy=""))
+
+
 def test_other_words_change_nothing_of_what_check_finds(tmp_path, monkeypatch):
     study = odd_study(tmp_path)
 
     def seen():
         problems = check_study(study).problems
-        return [(one.place, one.error, getattr(one.message, "code", "")) for one in problems]
+        run = CliRunner().invoke(app, ["check", str(study)])
+        return run.exit_code, run.output.splitlines()[-1], [
+            (one.place, one.error, one.finding.code, one.same) for one in problems
+        ]  # fmt: skip
 
     before = seen()
-    codes = {code for *_, code in before}
-    assert {"baseline.drifts", "recording.zero-off"} <= codes
-    for code, one in KINDS.items():
-        monkeypatch.setitem(KINDS, code, replace(one, text="no word of it"))
+    assert before[:2] == (0, f"0 errors, {len(before[2])} warnings")
+    assert {"baseline.drifts", "recording.zero-off"} <= {code for _, _, code, _ in before[2]}
+    say_nothing(monkeypatch)
+    assert "baseline" not in str(check_study(study).problems[0])
     assert seen() == before
+
+
+def test_other_words_change_nothing_of_the_errors_that_check_finds(tmp_path, monkeypatch):
+    study = odd_study(tmp_path)
+    (tmp_path / "animals.csv").write_text(
+        "animal,group,network,recording\nm1,CTL,lung.csv,a.csv\nm1,CTL,lung.csv,b.csv\nm2,XX,lung.csv,a.csv\n", "utf-8"
+    )
+    (tmp_path / "study.yaml").write_text("groups: [CTL]\ncalibration: {starts: 0.5, wals: [linear]}\n", "utf-8")
+
+    def seen():
+        run = CliRunner().invoke(app, ["check", str(study)])
+        problems = check_study(study).problems
+        return run.exit_code, run.output.splitlines()[-1], [(one.place, one.finding.code) for one in problems]
+
+    before = seen()
+    assert before[:2] == (1, f"{len(before[2])} errors, 0 warnings")
+    assert {"setting.no-whole-number", "setting.unknown-key", "animals.no-file"} <= {code for _, code in before[2]}
+    say_nothing(monkeypatch)
+    assert seen() == before
+
+
+def test_other_words_change_nothing_of_a_fit(monkeypatch):
+    search = vw.Search(starts=1, bounds={"beta": (60.0, 400.0)}, fixed={"c1": 1.0})
+
+    def seen():
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            fit = vw.calibrate(vw.control_network(), vw.virtual_mouse(), search=search)
+        return fit.S, fit.parameters["determined"].tolist(), fit.findings, [finding_of(one.message) for one in caught]
+
+    before = seen()
+    assert {"fit.at-lower-bound", "fit.held", "network.pressure-unknown"} <= {one.code for one in before[2]}
+    say_nothing(monkeypatch)
+    assert seen() == before
+
+
+def test_other_words_change_nothing_of_a_study(tmp_path, monkeypatch):
+    def seen(folder):
+        folder.mkdir()
+        with ThreadPoolExecutor(1) as here:
+            done = vw.run_study(vw.read_study(odd_study(folder)), executor=here)
+        (result,) = vw.read_results(folder).in_order()
+        beats = result.beats["cause"].values.tolist()
+        found = [(one.code, one.severity, one.values, one.place) for one in result.findings]
+        return done.computed, done.failures, float(result.laws["linear"].calibration["S"]), beats, found
+
+    before = seen(tmp_path / "before")
+    assert {"recording.zero-off", "fit.harmonics-with-signal"} <= {code for code, *_ in before[-1]}
+    say_nothing(monkeypatch)
+    assert seen(tmp_path / "after") == before

@@ -4,11 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vasowave.blood import Blood
 from vasowave.calibration.parameters import parameter_space
-from vasowave.calibration.uncertainty import Spread, parameter_table, sentences
+from vasowave.calibration.uncertainty import Spread, fit_findings, parameter_table
 from vasowave.datasets import control_network, virtual_mouse
-from vasowave.nominal import estimate_nominal
+from vasowave.findings import texts
+from vasowave.model.blood import Blood
+from vasowave.model.nominal import estimate_nominal
 
 AGREE = pd.DataFrame({"agrees": [True, True]})
 NONE = pd.DataFrame()
@@ -25,7 +26,7 @@ def spread(errors, assumed=False):
 
 
 def said(space, x, one, correlation=NONE, starts=AGREE):
-    return sentences(parameter_table(space, x, one), correlation, starts, one)
+    return texts(fit_findings(parameter_table(space, x, one), correlation, starts, one))
 
 
 def test_a_parameter_is_determined_if_the_ends_of_its_interval_differ_by_at_most_a_factor_of_four(space):

@@ -15,10 +15,12 @@ PAGE = Path(__file__).parents[1] / "docs" / "findings.md"
 ABOUT = """\
 # Findings
 
-What vasowave notices of a recording, or of a posterior, has a code, numbers and a severity; its words are made from
-these. A *look* asks a person to look: `check` lists it, and commands warn of it. A *note* says how a number came about.
-Results keep code, severity, numbers and words (attribute `findings` of the groups `recording` and `WALL/inference`,
-JSON). `tools/finding_codes.py` makes this page; a test compares it with the program.
+What vasowave notices of files, recordings, networks, fits and posteriors has a code, numbers, a place and a severity;
+its words are made from these. An *error* must be corrected before a study can run. A *look* asks a person to look:
+`check` lists it, and commands warn of it. A *note* says how a number came about. Results keep code, severity, numbers,
+place and words (attribute `findings` of the root and of the groups `recording`, `WALL/calibration` and
+`WALL/inference`, JSON). No code looks into the words. `tools/finding_codes.py` makes this page; a test compares it with
+the program.
 
 | code | severity | words | what to do |
 |---|---|---|---|
@@ -33,8 +35,9 @@ def load_all() -> None:
 
 
 def words(kind: Kind) -> str:
-    """Return the words of a kind with its values by name."""
-    return re.sub(r"\{(\w+)[^}]*\}", r"*\1*", kind.text).replace("|", "/")
+    """Return the words of a kind with its values by name, without what to do."""
+    text = re.sub(r"[;,]? ?\{remedy\}", "", kind.text)
+    return re.sub(r"\{(\w+)[^}]*\}", r"*\1*", text).replace("|", "/")
 
 
 def page() -> str:

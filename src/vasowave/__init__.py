@@ -20,6 +20,7 @@ def _homes() -> dict[str, str]:
 
 
 _HOMES = _homes()
+_MODULES = ("walls",)
 __all__ = sorted(_HOMES)  # noqa: PLE0605  the stub lists them for editors
 
 
@@ -29,8 +30,8 @@ def __getattr__(name: str) -> Any:
         return import_module("importlib.metadata").version(__name__)
     if name not in _HOMES:
         raise AttributeError(f"module 'vasowave' has no attribute '{name}'; it has: {', '.join(__all__)}")
-    if _HOMES[name] == __name__:
-        return import_module(f"{__name__}.{name}")
+    if name in _MODULES:
+        return import_module(f"{_HOMES[name]}.{name}")
     return getattr(import_module(_HOMES[name]), name)
 
 

@@ -24,9 +24,12 @@ def main() -> None:
     leave_folder()
     if os.path.lexists(_STEERING):
         sys.exit(f"Error: {os.path.abspath(_STEERING)}: would change how the solver is compiled; remove it")
-    from vasowave.cli import run
+    try:
+        from vasowave.cli import run
 
-    run()
+        run()
+    except KeyboardInterrupt:  # while the program itself is loaded, before or after a command
+        sys.exit(130)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,16 @@
-"""What is said of numbers and wall laws: units, symbols, words, equations; where a fit starts and may go."""
+"""What is said of numbers, wall laws and beds: units, symbols, words, equations; where a fit starts and may go."""
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+LEVEL = 0.95
+"""Level of all intervals."""
+
+NORMAL = 1.959964
+"""Half width of such an interval of a normal distribution, in standard errors."""
+
+TAILS = (0.025, 0.5, 0.975)
+"""Shares below the lower end of such an interval, the median, and the upper end."""
 
 
 class Quantity(NamedTuple):
@@ -16,12 +26,18 @@ class Quantity(NamedTuple):
         In words.
     equation : str
         Number of the paper's equation, or its table.
+    words : str
+        The meaning in a few words, where `meaning` is long.
+    formula : callable, optional
+        Returns the number for a model, see `quantities.At`.
     """
 
     unit: str
     symbol: str
     meaning: str
     equation: str = ""
+    words: str = ""
+    formula: Callable[[Any], Any] | None = None
 
 
 class Parameter(NamedTuple):
@@ -37,6 +53,8 @@ class Parameter(NamedTuple):
         Bounds that only keep a search among possible animals.
     paper_bounds : (float, float), optional
         The paper's (Table "Bounds"); `bounds` where it has none.
+    spread : float
+        SD of the logarithm around the nominal value before the recording is seen, for a posterior.
     """
 
     unit: str
@@ -46,6 +64,7 @@ class Parameter(NamedTuple):
     nominal: float
     bounds: tuple[float, float]
     paper_bounds: tuple[float, float] | None = None
+    spread: float = 1.0  # right within a factor of 7 (95 %)
 
     def scale(self, beta0: float) -> float:
         """Return the number that turns multiples into values: β0 (mmHg) for a pressure, 1 otherwise."""
@@ -87,3 +106,33 @@ class Law(NamedTuple):
     stiffness: str = "stiffness"
     ratio: tuple[str, Quantity] | None = None
     linear_at: tuple[str, float] | None = None
+
+
+class BedLaw(NamedTuple):
+    """What is said of a kind of vascular beds.
+
+    Attributes
+    ----------
+    name : str
+        One word, by which it is chosen.
+    title : str
+        In words, as in "three-element Windkessels".
+    formula : str
+        Impedance.
+    equation : str
+        Number of the paper's equation, empty if it has none.
+    quantities : dict of str to Quantity
+        The class's fields.
+    factors : dict of str to Parameter
+        What is fitted: a factor of the nominal values of each field, all beds alike, in the order of the fields.
+    shared : (str, str), optional
+        The two factors between which the recording splits one resistance.
+    """
+
+    name: str
+    title: str
+    formula: str
+    equation: str
+    quantities: dict[str, Quantity]
+    factors: dict[str, Parameter]
+    shared: tuple[str, str] | None = None

@@ -11,7 +11,8 @@
 Every message says what is wrong, where, and what to do next.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 
 
@@ -31,7 +32,17 @@ class VasowaveWarning(UserWarning):
     """A result exists, but something about it needs a look."""
 
 
+@contextmanager
+def of_file(path: object) -> Iterator[None]:
+    """Put the name of a file before the errors of code that does not know it."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return ``" (did you mean 'x'?)"`` for the known word nearest to `word`, or an empty string."""
-    near = get_close_matches(word, list(known), n=1, cutoff=0.6)
-    return f" (did you mean '{near[0]}'?)" if near else ""
+    by_letters = {one.casefold(): one for one in known}
+    near = get_close_matches(word.casefold(), list(by_letters), n=1, cutoff=0.6)
+    return f" (did you mean '{by_letters[near[0]]}'?)" if near else ""

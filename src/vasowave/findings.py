@@ -2,17 +2,19 @@
 
 A kind of finding is declared beside the code that finds it. Calling it with its values makes a finding::
 
-    RANG = kind("recording.catheter-rings", Severity.LOOK, "its catheter rang at {frequency:.0f} Hz", remedy="flush it")
+    RANG = look_kind("recording.catheter-rings", "its catheter rang at {frequency:.0f} Hz", "Flush it.")
     notes.append(RANG(frequency=310.0))
 
-Nobody looks into a text: what is done about a finding follows from its code and its severity.
+Nobody looks into a text: what is done about a finding follows from its code and its severity. A text that says what to
+do takes it from the kind, as ``{remedy}``, where the table in the docs has it from, too.
 """
 
 import json
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Any, NamedTuple
 
 from vasowave.errors import VasowaveWarning
 
@@ -26,6 +28,40 @@ class Severity(StrEnum):
     """Nothing; it says how a number came about."""
     LOOK = "look"
     """A look: the data may not be what they are taken for."""
+    ERROR = "error"
+    """A correction: it cannot go on like this."""
+
+
+class Place(NamedTuple):
+    """Where something was noticed; what is clear, or does not apply, is empty.
+
+    Attributes
+    ----------
+    file : str
+    line : int
+        Counted from 1.
+    part : str
+        Of the line or the file: ``column 'group'``, ``header``.
+    animal : str
+    vessel : str
+    law : str
+        Name of a wall law.
+    """
+
+    file: str = ""
+    line: int = 0
+    part: str = ""
+    animal: str = ""
+    vessel: str = ""
+    law: str = ""
+
+    def __str__(self) -> str:
+        """Return the words that lead there in a file."""
+        parts = (self.file, f"line {self.line}" if self.line else "", self.part)
+        return ", ".join(filter(None, parts)) + (f" ('{self.animal}')" if self.animal else "")
+
+
+NOWHERE = Place()
 
 
 @dataclass(frozen=True)
@@ -38,9 +74,9 @@ class Kind:
         ``room.what``; it is stored and never changes its meaning.
     severity : Severity
     text : str
-        A format string of the values.
+        A format string of the values, the parts of the place, and ``remedy``.
     remedy : str
-        What a person can do about it, for the table in the docs; empty where there is nothing to do.
+        What a person can do about it; empty where there is nothing to do.
     """
 
     code: str
@@ -55,6 +91,21 @@ class Kind:
 
 KINDS: dict[str, Kind] = {}
 """All kinds by code, as the modules that declare them are loaded."""
+
+
+def note_kind(code: str, text: str) -> Kind:
+    """Declare a kind of finding that asks for nothing; raises as `kind`."""
+    return kind(code, Severity.NOTE, text)
+
+
+def look_kind(code: str, text: str, remedy: str) -> Kind:
+    """Declare a kind of finding that asks for a look; raises as `kind`."""
+    return kind(code, Severity.LOOK, text, remedy)
+
+
+def error_kind(code: str, text: str, remedy: str = "") -> Kind:
+    """Declare a kind of finding that must be corrected; raises as `kind`."""
+    return kind(code, Severity.ERROR, text, remedy)
 
 
 def kind(code: str, severity: Severity, text: str, remedy: str = "") -> Kind:
@@ -81,31 +132,37 @@ class Finding:
         Of its kind.
     values : tuple of (str, value)
         Numbers and names that its text is made of.
-    file : str
-        The file that it was noticed in; empty where it is clear.
+    place : Place
     """
 
     code: str
     values: tuple[tuple[str, Value], ...] = ()
-    file: str = ""
+    place: Place = NOWHERE
+
+    @property
+    def room(self) -> str:
+        """The first half of its code: what it is about."""
+        return self.code.partition(".")[0]
 
     @property
     def severity(self) -> Severity:
         """What it asks of a person."""
-        return KINDS[self.code].severity
+        return _kind_of(self).severity
 
-    def at(self, file: str) -> "Finding":
-        """Return the finding with the file that it was noticed in."""
-        return replace(self, file=file)
+    def at(self, file: str | None = None, **place: Any) -> "Finding":
+        """Return the finding with the file that it was noticed in, or another part of its place."""
+        place |= {} if file is None else {"file": file}
+        return replace(self, place=self.place._replace(**place))
 
     def inside(self, folder: str) -> "Finding":
         """Return the finding with file names as seen from a folder, given with its last separator."""
         seen = tuple((name, one.replace(folder, "") if isinstance(one, str) else one) for name, one in self.values)
-        return replace(self, values=seen, file=self.file.replace(folder, ""))
+        return replace(self, values=seen).at(self.place.file.replace(folder, ""))
 
     def __str__(self) -> str:
-        """Return its text, without the file."""
-        return KINDS[self.code].text.format(**dict(self.values))
+        """Return its text; of the place it holds what the text of its kind asks for."""
+        kind = _kind_of(self)
+        return kind.text.format(**self.place._asdict() | dict(self.values) | {"remedy": kind.remedy})
 
 
 OTHER = kind("other", Severity.LOOK, "{text}")
@@ -116,7 +173,7 @@ class FindingWarning(VasowaveWarning):
     """A finding on its way to whoever listens."""
 
     def __init__(self, finding: Finding) -> None:
-        super().__init__(f"{finding.file}: {finding}" if finding.file else str(finding))
+        super().__init__(f"{finding.place}: {finding}" if finding.place.file else str(finding))
         self.finding = finding
 
 
@@ -130,26 +187,56 @@ def finding_of(warning: Warning | str) -> Finding:
     return warning.finding if isinstance(warning, FindingWarning) else OTHER(text=str(warning))
 
 
+def found_in(caught: Iterable[warnings.WarningMessage]) -> tuple[Finding, ...]:
+    """Return the findings of our own among warnings that were recorded."""
+    return tuple(finding_of(one.message) for one in caught if issubclass(one.category, VasowaveWarning))
+
+
+def shared(by_law: Mapping[str, Sequence[Finding]]) -> list[Finding]:
+    """Return findings about wall laws: what several laws all share once, what is of one with its law."""
+    common = [one for one in next(iter(by_law.values()), ()) if all(one in other for other in by_law.values())]
+    common = common if len(by_law) > 1 else []
+    own = [one.at(law=law) for law, found in by_law.items() for one in found if one not in common]
+    return list(dict.fromkeys([*common, *own]))
+
+
 def texts(findings: Iterable[Finding]) -> list[str]:
-    """Return the texts of findings."""
-    return [str(one) for one in findings]
+    """Return the texts of findings; that of one law begins with its name."""
+    return [
+        f"{one.place.law} wall{_OF_ROOM.get(one.room, '')}: {one}" if one.place.law else str(one) for one in findings
+    ]
+
+
+_OF_ROOM = {"posterior": ", posterior"}
 
 
 def as_json(findings: Iterable[Finding]) -> str:
     """Return findings as a JSON list; each has its text too, for programs that know no codes."""
     rows = [
         {"code": one.code, "severity": one.severity, "text": str(one), "values": dict(one.values)}
-        | ({"file": one.file} if one.file else {})
+        | {name: part for name, part in one.place._asdict().items() if part}
         for one in findings
     ]
     return json.dumps(rows, ensure_ascii=False)
 
 
 def from_json(text: str) -> tuple[Finding, ...]:
-    """Return the findings of a JSON list; of a code that this program does not know, the text."""
-    return tuple(
-        Finding(row["code"], tuple(row["values"].items()), row.get("file", ""))
-        if row["code"] in KINDS
-        else Finding(OTHER.code, (("text", row["text"]),), row.get("file", ""))
-        for row in json.loads(text)
-    )
+    """Return the findings of a JSON list; one whose kind is not declared here keeps its code, severity and text."""
+    return tuple(_stored(row) for row in json.loads(text))
+
+
+def _stored(row: Mapping[str, Any]) -> Finding:
+    code, values = row["code"], row["values"]
+    place = {name: part for name, part in row.items() if name in Place._fields}
+    if code not in KINDS:
+        _STORED[code] = Kind(code, Severity(row["severity"]), "{text}")
+        values = values | {"text": row["text"]}
+    return Finding(code, tuple(values.items()), Place(**place))
+
+
+_STORED: dict[str, Kind] = {}
+"""Kinds that results speak of, of modules that are not loaded, or of another version."""
+
+
+def _kind_of(finding: Finding) -> Kind:
+    return KINDS.get(finding.code) or _STORED[finding.code]

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.textfile import regular_file
+from vasowave.io.textfile import regular_file
 
 _PROGRAMS = ("vasowave", "numpy", "scipy", "numba", "xarray", "netCDF4")
 

@@ -9,14 +9,30 @@ import inspect
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from functools import cache
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    Literal,
+    NamedTuple,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 from annotated_types import Ge, Gt, Le, Lt
 
 from vasowave.errors import InputError, did_you_mean
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Dataclass = TypeVar("Dataclass", bound="DataclassInstance")
 
 _SECTION = re.compile(r"^(?:Parameters|Attributes)\n-+\n(.*?)(?=^\S[^\n]*\n-+$|\Z)", re.MULTILINE | re.DOTALL)
 _ENTRY = re.compile(r"^(\S[^\n:]*?)(?: :[^\n]*)?\n((?:^ +[^\n]*\n?)+)", re.MULTILINE)  # "name : type", then its meaning
@@ -76,6 +92,15 @@ def settings_of(owner: Callable[..., Any]) -> dict[str, Setting]:
 def _settings_of(owner: Callable[..., Any]) -> dict[str, Setting]:
     kinds, meanings = get_type_hints(owner, include_extras=True), _meanings(owner)
     return {name: Setting(kinds[name], value, meanings.get(name, "")) for name, value in _defaults(owner).items()}
+
+
+def with_settings(values: Dataclass, settings: Mapping[str, Any]) -> Dataclass:
+    """Return a dataclass instance with some settings given by name; `InputError` for a name that it does not have."""
+    known = [one.name for one in fields(values)]
+    if wrong := next((name for name in settings if name not in known), None):
+        hint = did_you_mean(wrong, known)
+        raise InputError(f"there is no setting '{wrong}'{hint}; choose from: {', '.join(known)}")
+    return replace(values, **settings)
 
 
 def check_settings(values: Any) -> None:

@@ -12,12 +12,12 @@ MMHG = 1333.22
 
 _FACTORS = {
     "pressure": {
-        "mmhg": 1.0,
-        "torr": 1.0,
-        "kpa": 1e4 / MMHG,
-        "pa": 10.0 / MMHG,
+        "mmHg": 1.0,
+        "Torr": 1.0,
+        "kPa": 1e4 / MMHG,
+        "Pa": 10.0 / MMHG,
         "dyn/cm2": 1.0 / MMHG,
-        "cmh2o": 980.665 / MMHG,
+        "cmH2O": 980.665 / MMHG,
     },
     "flow": {
         "ml/s": 1.0,
@@ -33,7 +33,7 @@ _FACTORS = {
     "length": {"cm": 1.0, "mm": 0.1, "um": 1e-4, "m": 100.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
     "slope": {"cm/cm": 1.0, "mm/mm": 1.0, "um/um": 1.0, "1": 1.0, "um/mm": 1e-3, "%": 0.01},
-    "voltage": {"mv": 1.0, "v": 1e3, "uv": 1e-3},
+    "voltage": {"mV": 1.0, "V": 1e3, "uV": 1e-3},
 }
 
 CANONICAL = {"pressure": "mmHg", "flow": "ml/s", "length": "cm", "time": "s", "slope": "cm/cm", "voltage": "mV"}
@@ -54,10 +54,10 @@ def factor(unit: str, quantity: str) -> float:
     InputError
         If `unit` is not a unit of `quantity`.
     """
-    known = _FACTORS[quantity]
-    name = _plain(unit)
-    if name in known:
-        return known[name]
+    known, name = _FACTORS[quantity], _plain(unit)
+    for written, scale in known.items():
+        if written.lower() == name:
+            return scale
     hint = did_you_mean(name, known)
     raise InputError(f"'{unit}' is not a unit of {quantity}{hint}; known: {', '.join(known)}")
 

@@ -2,13 +2,13 @@
 
 import pytest
 
-from vasowave.blood import Blood, BoundaryLayer, Poiseuille
 from vasowave.datasets import control_network
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.exchange.solved import solve
-from vasowave.model import Model
-from vasowave.nominal import windkessels
-from vasowave.walls import LinearWall, TangentWall
+from vasowave.model.blood import Blood, BoundaryLayer, Poiseuille
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.walls import LinearWall, TangentWall
 
 LAWS = {"linear": LinearWall(57.0), "tangent": TangentWall(20.0, 2.0)}
 

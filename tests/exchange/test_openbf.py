@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 import yaml
 
-from vasowave import walls
-from vasowave.blood import PowerLaw
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.exchange import read_openbf
 from vasowave.exchange.openbf import write_openbf
-from vasowave.exchange.solved import solve, windkessel
+from vasowave.exchange.solved import circuit, solve
 from vasowave.exchange.tube_law import linear_tube
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.nominal import windkessels
-from vasowave.outlets import ImpedanceSpectrum
+from vasowave.model import walls
+from vasowave.model.blood import PowerLaw
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.outlets import ImpedanceSpectrum
+from vasowave.network.network import Network
 from vasowave.solver import Numerics, simulate
 from vasowave.units import MMHG
 
@@ -319,7 +319,7 @@ def test_a_body_of_77_tapering_arteries_is_read_and_every_taper_told(shared):
 def test_outlets_that_openbf_does_not_know_are_refused(linear, tmp_path):
     Z = linear.model.outlets.impedance_at(20, linear.inflow.period)
     with pytest.raises(InputError, match="this model has ImpedanceSpectrum"):
-        windkessel(linear.model.changed(outlets=ImpedanceSpectrum(Z)), "openBF")
+        circuit(linear.model.changed(outlets=ImpedanceSpectrum(Z)), "openBF", whole=True)
 
 
 def test_an_inflow_that_is_even_in_time_keeps_its_samples_and_any_other_its_course(linear, tmp_path):

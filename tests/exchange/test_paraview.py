@@ -14,7 +14,7 @@ from vasowave.errors import InputError
 from vasowave.exchange.axes import drawn_axes, read_axes
 from vasowave.exchange.paraview import write_paraview
 from vasowave.exchange.tubes import SIDES, ring_directions
-from vasowave.walls import pressure
+from vasowave.model.walls import pressure
 
 TYPES = {"Float32": "<f4", "Int32": "<i4"}
 SCRIPT = """

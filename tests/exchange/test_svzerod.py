@@ -9,7 +9,7 @@ import pytest
 
 from other_programs import environment_with
 from vasowave.exchange.svzerod import write_svzerod
-from vasowave.linear import _solve
+from vasowave.model.linear import _solve
 from vasowave.units import MMHG
 
 SCRIPT = """

@@ -9,7 +9,7 @@ from phantom import embed, render
 from vasowave.cli import app
 from vasowave.errors import VasowaveWarning
 from vasowave.imaging.places import written
-from vasowave.network import Network
+from vasowave.network.network import Network
 
 NETWORK = Network(
     ("1", "2", "3", "4", "5"),

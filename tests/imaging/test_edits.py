@@ -10,7 +10,7 @@ from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.revise.edits import _cut, edited, read_edits, root_of
 from vasowave.imaging.revise.parts import first_generations, largest_vessels, wider_than
 from vasowave.imaging.tree import Tree
-from vasowave.network import Network
+from vasowave.network.network import Network
 
 
 @pytest.fixture

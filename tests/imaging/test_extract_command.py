@@ -21,9 +21,9 @@ from vasowave.imaging.exchange.centerlines import read_centerlines
 from vasowave.imaging.kept.packing import read_value
 from vasowave.imaging.matching import match, unmatched
 from vasowave.imaging.measure.sizes import network_of
-from vasowave.network import Network
+from vasowave.network.network import Network
+from vasowave.network.vessel_table import write_network
 from vasowave.network_formats import read_network
-from vasowave.vessel_table import write_network
 
 
 def table(path):

@@ -14,9 +14,9 @@ from vasowave.datasets.virtual import TRUTH, virtual_mouse
 from vasowave.errors import VasowaveWarning
 from vasowave.imaging.matching import match
 from vasowave.imaging.places import written
+from vasowave.network.vessel_table import write_network
 from vasowave.network_formats import read_network
 from vasowave.study.results import read_results
-from vasowave.vessel_table import write_network
 
 
 def fitted(network, recording, output):
@@ -27,7 +27,7 @@ def fitted(network, recording, output):
         result = CliRunner().invoke(app, list(map(str, arguments)))
     assert result.exit_code == 0, result.output + repr(result.exception)
     (result,) = read_results(output).in_order()
-    return result["linear/calibration"], result["linear/quantities"]
+    return result.laws["linear"].calibration, result.laws["linear"].quantities
 
 
 @pytest.mark.validation

@@ -15,7 +15,7 @@ from vasowave.imaging.given import given
 from vasowave.imaging.kept.keys import Keys, image_key, keys_of, volume_key
 from vasowave.imaging.kept.stages import FOLDER, Stages
 from vasowave.imaging.places import written
-from vasowave.network import Network
+from vasowave.network.network import Network
 from vasowave.report.extraction import write_network_files
 
 NETWORK = Network(

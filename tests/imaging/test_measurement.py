@@ -17,7 +17,7 @@ from vasowave.imaging.measure.radii import densitometric_radii, windows
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.loops import loop_count, loops_of
-from vasowave.network import Network
+from vasowave.network.network import Network
 
 
 def cylinder_surface(length, radius, rng, points=4000):

@@ -7,13 +7,13 @@ from vasowave.imaging.exchange.centerlines import read_centerlines
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.revise.parts import largest_vessels
-from vasowave.linear import linear_solution
-from vasowave.model import Model
-from vasowave.network_remarks import implausible_sizes
-from vasowave.nominal import estimate_nominal
+from vasowave.model.linear import linear_solution
+from vasowave.model.model import Model
+from vasowave.model.nominal import estimate_nominal
+from vasowave.model.walls import LinearWall
+from vasowave.network.remarks import implausible_sizes
 from vasowave.recording import read_recording
 from vasowave.solver import Numerics, simulate
-from vasowave.walls import LinearWall
 
 VOXEL = 0.00427
 """cm, assumed: the file is in voxels and does not say their size."""

@@ -10,7 +10,7 @@ from vasowave.imaging import Options, Volume, extract, read_volume, write_volume
 from vasowave.imaging.exchange.tables import write_network_table
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.matching import match
-from vasowave.network import Network
+from vasowave.network.network import Network
 from vasowave.network_formats import read_network
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from made_tree import forked_tree
 
+from vasowave.findings import OTHER
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.revise.edits import edited, read_edits
 from vasowave.imaging.witness.doubts import Doubt
@@ -31,7 +32,7 @@ def taken(edits, tmp_path):
 
 @pytest.mark.parametrize("factor", [1.0, 1.02])
 def test_a_doubted_end_may_be_removed(tree, tmp_path, factor):
-    doubt = Doubt("topology", "the second tree has it not", ("5",), tree.lines[4].points[-1:])
+    doubt = Doubt("topology", OTHER(text="the second tree has it not"), ("5",), tree.lines[4].points[-1:])
     found = suggested(tree, doubt, doubt, factor=factor)
     assert len(found.edits) == 2  # the reason and the edit, once
     assert doubt.text in found.edits[0]
@@ -41,18 +42,18 @@ def test_a_doubted_end_may_be_removed(tree, tmp_path, factor):
 
 
 def test_a_doubted_inner_vessel_may_be_merged(tree, tmp_path):
-    doubt = Doubt("topology", "joins other vessels", ("2",), tree.lines[1].points[-1:])
+    doubt = Doubt("topology", OTHER(text="joins other vessels"), ("2",), tree.lines[1].points[-1:])
     after = edited(tree, taken(suggested(tree, doubt).edits, tmp_path))
     np.testing.assert_array_equal(after.parent, [-1, 0, 0, 0])
 
 
 def test_an_end_that_the_tree_lacks_is_an_outlet_to_add(tree):
     place = np.array([[0.0, -0.5, 1.6]])
-    found = suggested(tree, Doubt("topology", "one more end", ("3",), place))
+    found = suggested(tree, Doubt("topology", OTHER(text="one more end"), ("3",), place))
     assert found.edits == []
     np.testing.assert_array_equal(found.outlets, place)
 
 
 def test_a_number_in_doubt_proposes_nothing(tree):
-    found = suggested(tree, Doubt("length", "uncertain", ("2",), tree.lines[1].points[-1:]))
+    found = suggested(tree, Doubt("length", OTHER(text="uncertain"), ("2",), tree.lines[1].points[-1:]))
     assert found.edits == []

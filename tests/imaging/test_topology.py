@@ -20,7 +20,7 @@ from vasowave.imaging.measure.radii import densitometric_radius, densitometry
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.loops import euler_number
-from vasowave.network import Network
+from vasowave.network.network import Network
 
 SPACING = 2.2 / 256
 

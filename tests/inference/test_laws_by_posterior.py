@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.optimize import brentq
 from scipy.stats import norm
 
+from made_cohort import bare_law, bare_result
 from made_posterior import made_posterior
-from vasowave.animal.posterior import posterior_datasets
+from vasowave.animal.files import from_bytes, to_bytes
+from vasowave.animal.posterior import posterior_result
+from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError
 from vasowave.inference import compare_laws
 from vasowave.report.tables.laws import laws_by_posterior
@@ -58,10 +60,11 @@ def test_posteriors_that_cannot_be_compared_are_refused():
 
 def test_evidence_and_what_is_left_out_stand_in_the_results_and_in_the_report():
     laws = [made_posterior("linear", -3.0, 200), made_posterior("power", 0.0, 300, foretold=(0.1, 0.2, 0.3, 1.4))]
-    result = xr.DataTree.from_dict({"/laws": compare_laws(laws)} | posterior_datasets("power", laws[1]))
-    again = xr.open_datatree(bytes(result.to_netcdf()))
-    assert again["power/inference"]["left_out"].sel(block="3-4") == pytest.approx(1.4)
-    table = laws_by_posterior(again)
+    power = bare_law("power", posterior=posterior_result(laws[1]))
+    result = bare_result(laws={"power": power}, evidence=compare_laws(laws))
+    again = AnimalResult.from_datatree(from_bytes(to_bytes(result.to_datatree())))
+    assert again.laws["power"].posterior.table["left_out"].sel(block="3-4") == pytest.approx(1.4)
+    table = laws_by_posterior(again.evidence)
     assert table.header[:3] == ("wall law", "log evidence", "probability")
     assert list(table.rows[1])[:3] == ["power", "0.0 ± 0.1", "0.95"]
     assert table.rows[1][3] == "0.1?"  # Pareto k of 0.9

@@ -8,7 +8,6 @@ import pytest
 from posterior_modes import animal
 from vasowave.errors import NumericalError
 from vasowave.inference import posterior
-from vasowave.inference.derived import derived
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.findings import (
     FIT_ELSEWHERE,
@@ -24,6 +23,7 @@ from vasowave.inference.mode import climb
 from vasowave.inference.result import Diagnostics
 from vasowave.inference.rounds import Target
 from vasowave.inference.starts import find_modes
+from vasowave.quantities import derived
 
 SAMPLES, UNKNOWNS = 9, 3
 J = np.random.default_rng(7).normal(0, 1, (SAMPLES, UNKNOWNS))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from known_animals import tapered
-from vasowave.blood import Blood
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
 from vasowave.datasets import control_network, virtual_mouse
@@ -14,11 +13,12 @@ from vasowave.errors import InputError
 from vasowave.inference.priors import Priors
 from vasowave.inference.problem import Problem
 from vasowave.inference.unknowns import Unknowns
-from vasowave.model import Model
-from vasowave.nominal import estimate_nominal, windkessels
+from vasowave.model.blood import Blood
+from vasowave.model.model import Model
+from vasowave.model.nominal import estimate_nominal, windkessels
+from vasowave.model.walls import LinearWall
 from vasowave.recording.cycle import resample
 from vasowave.solver import Numerics, simulate
-from vasowave.walls import LinearWall
 
 
 def problem(priors=None, wall="linear", fixed=None, network=None):

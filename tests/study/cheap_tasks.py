@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.threads import threads
+from vasowave.runtime.threads import threads
 
 
 def decay_time(log: str, name: str, seconds: float = 0.0) -> float:
@@ -52,7 +52,7 @@ def process_and_wait(log: str, name: str) -> None:
 def compiles_first(log: str, name: str) -> float:
     """Return a time constant after a tenth of a second; the first one also compiles for a second."""
     if name == "first":
-        from vasowave import kernels
+        from vasowave.runtime import kernels
 
         kernels._clock.start()
         time.sleep(1.0)

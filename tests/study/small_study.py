@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.network import Network
+from vasowave.network.network import Network
+from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
-from vasowave.vessel_table import write_network
 
 SETTINGS = """\
 calibration:

@@ -11,11 +11,11 @@ from vasowave.cli import app
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual_files import labchart_text
+from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
 from vasowave.study.adding import add_files, told_network
 from vasowave.study.checking import check_study
 from vasowave.study.grouping import within
-from vasowave.vessel_table import write_network
 
 QUIET = Disturbances(pressure_drift=0.0)
 
@@ -122,7 +122,7 @@ def test_pressure_and_flow_in_files_of_their_own_are_one_animal(tmp_path):
     assert [(row["recording"], row["flow"]) for row in added.rows] == [
         ("recordings/CTL/p_C6.dat", "recordings/CTL/q_C6.dat")
     ]
-    assert any("p_C7.dat" in one and "flow is not among these" in one for one in added.said)
+    assert any("p_C7.dat" in one and "flow is not among these" in one for one in added.refused)
 
 
 def test_what_nothing_tells_is_said_and_left_empty_and_what_is_no_recording_is_named(lab, tmp_path):
@@ -134,7 +134,8 @@ def test_what_nothing_tells_is_said_and_left_empty_and_what_is_no_recording_is_n
     assert added.rows[0]["group"] == ""
     assert any("no group is told" in one and "M11" in one for one in added.said)
     assert any("there is no network" in one for one in added.said)
-    assert any("notes.txt" in one for one in added.said)
+    assert [one for one in added.refused if "notes.txt" in one] == list(added.refused)
+    assert added.refused
     nothing = CliRunner().invoke(app, ["add", str(study), str(tmp_path / "notes.txt")])
     assert nothing.exit_code != 0
     assert "no recording among these files" in str(nothing.exception)

@@ -13,15 +13,16 @@ from typer.testing import CliRunner
 from vasowave.animal.animal import Animal
 from vasowave.cli import app
 from vasowave.datasets import control_network, hypertensive_network, virtual_mouse
-from vasowave.network import Network
+from vasowave.network.network import Network
+from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
 from vasowave.study.animals import read_animals
-from vasowave.study.checking import NORMAL, check_study
+from vasowave.study.checking import check_study
 from vasowave.study.loading import load_animal
 from vasowave.study.overview import AnimalRead, read_of
+from vasowave.study.physiology import NORMAL
 from vasowave.study.plan import read_study
 from vasowave.study.rows import COLUMNS
-from vasowave.vessel_table import write_network
 
 
 def said(folder: Path) -> list[str]:
@@ -322,7 +323,7 @@ def test_any_table_is_understood_or_refused(tmp_path_factory, header, rows):
     path.write_text("\n".join(",".join(row) for row in [header, *rows]), encoding="utf-8", errors="replace")
     understood, problems = read_animals(path, ["CTL", "HPH"])
     assert understood or problems
-    assert all(problem.message for problem in problems)
+    assert all(str(problem.finding) for problem in problems)
 
 
 def test_recordings_of_other_units_are_converted(make_study, mice):

@@ -18,13 +18,13 @@ import cheap_tasks
 import pytest
 
 from vasowave.errors import InputError
-from vasowave.memory import is_starved
+from vasowave.runtime.memory import is_starved
+from vasowave.runtime.threads import cores
 from vasowave.study import engine, executors
 from vasowave.study.engine import Job, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
 from vasowave.study.lock import locked
 from vasowave.study.store import Store
-from vasowave.threads import cores
 
 HERE = Path(__file__).parent
 
@@ -197,6 +197,29 @@ def test_workers_end_when_their_program_is_killed(tmp_path):
         assert alive(worker)
         parent.send_signal(signal.SIGKILL)
     wait_until(lambda: not alive(worker), 10)
+
+
+def test_an_interrupt_while_a_process_starts_neither_ends_it_nor_is_lost(tmp_path):
+    """Ctrl-C goes to every process of a terminal: here every 20 ms, from before the first one is started."""
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import os, signal, threading\nfrom vasowave.study.executors import interrupts_held, process_pool\n"
+        "def interrupt():\n    while not over.wait(0.02):\n        os.killpg(0, signal.SIGINT)\n"
+        "if __name__ == '__main__':\n"
+        "    heard, over = [], threading.Event()\n"
+        "    signal.signal(signal.SIGINT, lambda *given: heard.append(given))\n"
+        "    teller = threading.Thread(target=interrupt, daemon=True)\n    teller.start()\n"
+        "    with process_pool(1, loaded=('decimal',)) as pool:\n"
+        "        print(pool.submit(int, '7').result(), len(heard) > 0)\n"
+        "    over.set()\n    teller.join()\n"
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "    try:\n        with interrupts_held():\n            os.kill(os.getpid(), signal.SIGINT)\n"
+        "            print('started')\n"
+        "    except KeyboardInterrupt:\n        print('heard')\n"
+    )
+    with subprocess.Popen([sys.executable, program], stdout=-1, stderr=-1, text=True, start_new_session=True) as done:
+        said = done.communicate()
+    assert said == ("7 True\nstarted\nheard\n", "")
 
 
 def test_two_runs_in_one_study_are_refused_and_a_dead_one_holds_nothing(tmp_path):

@@ -8,7 +8,6 @@ from typer.testing import CliRunner
 
 from vasowave.animal import fitting
 from vasowave.animal.failure import Failure, Stage
-from vasowave.animal.reading import wall_laws
 from vasowave.calibration import calibrate
 from vasowave.cli.app import app
 from vasowave.errors import NumericalError
@@ -72,7 +71,7 @@ def test_a_law_and_an_animal_that_failed_are_told_everywhere(study, mice):
 
     results = read_results(study)
     assert results.failures == done.failures
-    assert wall_laws(results["mouse 0"]) == ["linear"]
+    assert list(results["mouse 0"].laws) == ["linear"]
     index = json.loads((study / "results" / INDEX).read_text("utf-8"))
     assert [(one["animal"], one["law"], one["stage"]) for one in index["failures"]] == [
         ("mouse 1", "", "computing"),
@@ -102,6 +101,10 @@ def test_the_commands_tell_what_failed_and_end_with_status_3(study, monkeypatch)
         ("mouse 1", "", "computing"),
         ("mouse 0", "tangent", "fit"),
     ]
+    (missing,) = last["missing"]
+    assert (missing["group"], missing["animals"], missing["count"]) == ("CTL", ["mouse 1"], 2)
+    assert missing["pressures"] == pytest.approx([done.lost[0].mean_pressure])
+    assert missing["others"] == pytest.approx([done.failures[1].mean_pressure], rel=1e-3)
     plain = CliRunner().invoke(app, ["run", str(study), "--no-report"])
     assert plain.exit_code == 3
     assert "1 failed" in plain.output

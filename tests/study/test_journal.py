@@ -120,7 +120,7 @@ def test_a_run_that_is_killed_after_its_third_search_keeps_three_and_ends_with_t
     (other / "animals.csv").write_text("animal,group,network,recording\na,CTL,n.csv,recordings/0.csv\n")
     assert CliRunner().invoke(app, ["run", str(other), "--no-report", "--workers", "1"]).exit_code == 0
     whole = read_results(other)["a"]
-    assert resumed["linear/calibration"].identical(whole["linear/calibration"])
+    assert resumed.laws["linear"].calibration.identical(whole.laws["linear"].calibration)
 
 
 @pytest.mark.parametrize(("at_once", "expected"), [(2, 10.0 / 2 + 7 * 10.0 / 2), (1, 0.0 + 8 * 10.0)])

@@ -23,7 +23,7 @@ def test_a_recording_that_says_it_is_synthetic_is_synthetic_whatever_the_table_s
 def test_a_law_in_the_folder_of_a_study_is_found_and_a_changed_one_asks_for_new_results(tmp_path):
     law = tmp_path / "law_of_this_study.py"
     law.write_text(
-        "from vasowave.walls import LinearWall as _Linear\nfrom typing import NamedTuple\n"
+        "from vasowave.model.walls import LinearWall as _Linear\nfrom typing import NamedTuple\n"
         "class Own(NamedTuple):\n    beta: float\n"
         "    law = staticmethod(lambda: _Linear.law()._replace(name='own'))\n"
         "    pressure_at, ratio_at = staticmethod(_Linear.pressure_at), staticmethod(_Linear.ratio_at)\n"

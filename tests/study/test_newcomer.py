@@ -14,11 +14,11 @@ from typer.testing import CliRunner
 from lab_files import SMALL, exported, recorded, write_lab
 from vasowave.cli import app
 from vasowave.cli.progress import alive
+from vasowave.network.vessel_table import write_network
 from vasowave.study.adding import add_files
 from vasowave.study.grouping import proposed_groups, told_group
 from vasowave.study.overview import AnimalRead, overview_lines
 from vasowave.study.results import read_results
-from vasowave.vessel_table import write_network
 
 MICE = {"WT_101": 14.2, "WT_102": 15.3, "WT_103": 13.6, "HOX_1": 27.9, "HOX_2": 30.2, "HOX_3": 25.4}
 DRIFTS = {"WT_102": -4.0, "HOX_2": 6.0}
@@ -80,14 +80,16 @@ def test_six_labchart_files_become_results_with_four_commands_and_nothing_to_men
     again = typed("add", "../raw data ü")
     assert "0 new rows" in again
     assert "6 of these recordings are in the table already" in again
+    one = typed("add", "../raw data ü/WT_101.txt")  # a file, from inside the study
+    assert "1 of these recordings are in the table already" in one
     assert (study / "animals.csv").read_text("utf-8") == before
     quick(study)
     ran = typed("run", "--workers", "1", "--no-report")
     assert "6 animals computed, 0 kept from earlier, 0 failed." in ran
     results = read_results(study)
     for name, mean in MICE.items():
-        assert results[name]["recording"].attrs["source"] == f"../raw data ü/{name}.txt"
-        assert float(results[name]["recording"]["mPAP"]) == pytest.approx(mean, abs=0.25), name
+        assert results[name].recording.attrs["source"] == f"../raw data ü/{name}.txt"
+        assert float(results[name].recording["mPAP"]) == pytest.approx(mean, abs=0.25), name
     monkeypatch.chdir(lab.parent)
     assert "6 of 6 animals done; not being run" in typed("status", "my-study")
 
@@ -300,7 +302,7 @@ def test_fit_reads_what_add_reads_says_how_to_cut_a_gap_and_status_knows_it(lab,
     said = typed(*words, *proposed, "--channel", "pressure=pressure 1", "--cell-size", "0.3")
     assert "linear wall: beta" in said
     (result,) = read_results(tmp_path / "fit").in_order()
-    assert float(result["recording"]["mPAP"]) == pytest.approx(MICE["HOX_1"], abs=0.25)
+    assert float(result.recording["mPAP"]) == pytest.approx(MICE["HOX_1"], abs=0.25)
     assert typed("status", "fit") == "HOX_1: done\n1 of 1 animal done; not being run\n"
     wrong = CliRunner().invoke(app, [*map(str, words), "--channel", "presure=Pressure 1"])
     assert "--channel presure=Pressure 1: write pressure=… or flow=… or ecg=…" in str(wrong.exception)

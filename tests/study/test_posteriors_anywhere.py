@@ -15,7 +15,7 @@ def drawn(folder, **where):
     """Return the draws and the evidence of every animal after the study ran somewhere."""
     run_study(read_study(folder), **where)
     results = read_results(folder)
-    return {name: results[name]["linear/inference"] for name in results}
+    return {name: results[name].laws["linear"].posterior for name in results}
 
 
 @pytest.mark.validation
@@ -31,6 +31,6 @@ def test_draws_are_the_same_alone_in_processes_and_on_a_dask_cluster(make_study)
         distributed = drawn(folders[2], scheduler=cluster.scheduler_address)
     here = alone["mouse 0"]
     for there in (processes["mouse 0"], distributed["mouse 0"]):
-        xr.testing.assert_identical(there["posterior"].to_dataset(), here["posterior"].to_dataset())
+        xr.testing.assert_identical(there.groups["posterior"], here.groups["posterior"])
         # weights come of the emulator's sums, which linear algebra with other threads rounds otherwise
-        xr.testing.assert_allclose(there.to_dataset(), here.to_dataset(), rtol=1e-3, atol=1e-6)
+        xr.testing.assert_allclose(there.table, here.table, rtol=1e-3, atol=1e-6)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 from small_study import SETTINGS
-
 from test_laws import EXPONENTIAL
+
 from vasowave.study.checking import check_study
 from vasowave.study.plan import read_study
 from vasowave.study.results import read_results
@@ -65,7 +65,7 @@ def test_workers_run_the_law_that_the_study_names_and_its_results_are_read_witho
         import sys
         import vasowave as vw
         results = vw.read_results({str(study)!r})
-        print(float(results["mouse 0"]["exponential/calibration"]["RMSE"]))
+        print(float(results["mouse 0"].laws["exponential"].calibration["RMSE"]))
         print([one for one in sys.modules if "_law_" in one])
     """
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split("\n")

@@ -15,7 +15,9 @@ import xarray as xr
 from small_study import make_study_in
 
 from vasowave.animal.failure import Stage
+from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.study import reporting
 from vasowave.study.plan import RESULTS, read_study
 from vasowave.study.reporting import report_study
 from vasowave.study.results import read_results
@@ -38,7 +40,7 @@ def finish(folder: Path) -> Done:
         return run_study(read_study(folder), executor=executor)
 
 
-def results(folder: Path) -> dict[str, xr.DataTree]:
+def results(folder: Path) -> dict[str, AnimalResult]:
     results = read_results(folder)
     return {name: results[name] for name in results}
 
@@ -47,16 +49,16 @@ def test_every_tree_names_its_files_with_their_hashes(undisturbed):
     import hashlib
 
     folder, _ = undisturbed
-    found = results(folder)["mouse 1"].attrs
+    found = results(folder)["mouse 1"].origin
     for role, name in (("network", "n.csv"), ("recording", "recordings/1.csv")):
         assert found[f"sha256 of {role}"] == f"{hashlib.sha256((folder / name).read_bytes()).hexdigest()} ({name})"
 
 
-def assert_same(one: dict[str, xr.DataTree], other: dict[str, xr.DataTree]) -> None:
+def assert_same(one: dict[str, AnimalResult], other: dict[str, AnimalResult]) -> None:
     """Compare every value, coordinate and attribute of all animals."""
     assert list(one) == list(other)
     for name in one:
-        xr.testing.assert_identical(one[name], other[name])
+        xr.testing.assert_identical(one[name].to_datatree(), other[name].to_datatree())
 
 
 @pytest.fixture(scope="module")
@@ -265,6 +267,37 @@ def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed
     assert len(list((folder / RESULTS / "cache").iterdir())) == 1
 
 
+def test_a_report_says_that_the_study_changed_since_it_was_run(undisturbed, tmp_path, recwarn, monkeypatch):
+    folder = copied(undisturbed, tmp_path / "study")
+    monkeypatch.setattr(reporting, "write_cohort_report", lambda *given, **more: folder)
+    report_study(folder)
+    assert len(recwarn) == 0
+    table, settings = folder / "animals.csv", folder / "study.yaml"
+    first, second, *others = table.read_text().splitlines()[1:]
+    header = table.read_text().splitlines()[0]
+    moved = second.replace(",CTL,", ",HPH,")
+    table.write_text("\n".join([header, first, moved, *others, first.replace("mouse 0", "mouse 9")]) + "\n")
+    settings.write_text(f"title: Another\n{settings.read_text()}")
+    with pytest.warns(VasowaveWarning, match="changed since it was run") as caught:
+        report_study(folder)
+    said = str(caught[0].message)
+    assert "another group: mouse 1 (HPH, was CTL); " in said
+    assert "program) changed: mouse 1; new animals: mouse 9; settings: title" in said
+    table.write_text("\n".join([header, first, *others]) + "\n")
+    with pytest.warns(VasowaveWarning, match="no longer in the table: mouse 1; settings"):
+        report_study(folder)
+
+
+def test_a_folder_one_level_too_deep_is_told_where_the_study_is(tmp_path):
+    for name in ("study.yaml", "results/index.json", "report/report.html"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    with pytest.raises(InputError, match=f"the study is {tmp_path}$"):
+        read_study(tmp_path / "report")
+    with pytest.raises(InputError, match=f"they are those of {tmp_path}$"):
+        read_results(tmp_path / "report")
+
+
 def test_a_second_run_at_once_is_refused(undisturbed, tmp_path):
     from vasowave.study.lock import locked
 
@@ -274,6 +307,7 @@ def test_a_second_run_at_once_is_refused(undisturbed, tmp_path):
             said = program.communicate()[0]
         assert program.returncode == 1
         assert f"being run by process {os.getpid()}" in said
+        assert "compil" not in said
 
 
 def smallest_piece(folder: Path) -> int:

@@ -2,17 +2,18 @@
 
 import gc
 import json
+from dataclasses import replace
 
 import pytest
 import xarray as xr
 
+from made_cohort import bare_result
 from vasowave.animal.failure import Failure, Stage
-from vasowave.animal.files import KIND, to_bytes
-from vasowave.animal.reading import at_inlets, name_of, root_vessel, simulated
+from vasowave.animal.files import to_bytes
 from vasowave.cohort.cohort import gathered
 from vasowave.errors import InputError
-from vasowave.memory import seldom_collected
 from vasowave.report.write import write_report
+from vasowave.runtime.memory import seldom_collected
 from vasowave.study.reporting import report_study
 from vasowave.study.results import INDEX, _digest, read_results, write_results
 from vasowave.study.settings import StudyFile
@@ -30,8 +31,8 @@ def stored(tmp_path):
     pieces = {}
     for number, name in enumerate(NAMES):
         key = f"key{number}"
-        result = xr.DataTree(xr.Dataset({"x": float(number)}, attrs={"title": KIND, "animal": name, "key": key}))
-        pieces[name, "CTL"] = store.keep(key, to_bytes(result))
+        result = bare_result(name, recording=xr.Dataset({"x": float(number)}), origin={"key": key})
+        pieces[name, "CTL"] = store.keep(key, to_bytes(result.to_datatree()))
     write_results(folder, pieces, [LOST], StudyFile())
     return folder
 
@@ -39,8 +40,8 @@ def stored(tmp_path):
 def test_every_animal_comes_back_by_its_name_whatever_the_name(stored):
     results = read_results(stored)
     assert list(results) == NAMES
-    assert [float(results[name]["x"]) for name in NAMES] == [0, 1, 2, 3]
-    assert [results[name].attrs["animal"] for name in NAMES] == NAMES
+    assert [float(results[name].recording["x"]) for name in NAMES] == [0, 1, 2, 3]
+    assert [results[name].name for name in NAMES] == NAMES
     assert results.failures == (LOST,)
     assert results.lost == (LOST,)
     assert len(list((stored / "animals").iterdir())) == len(NAMES)
@@ -49,7 +50,7 @@ def test_every_animal_comes_back_by_its_name_whatever_the_name(stored):
 def test_the_report_of_an_animal_that_is_not_there_names_some_that_are(stored):
     with pytest.raises(InputError, match=r"no result of 'nobody'; there are: CTL 1, Å é, x{300} and A$"):
         report_study(stored, animal="nobody")
-    store, result = Store(stored), xr.DataTree(xr.Dataset(attrs={"title": KIND}))
+    store, result = Store(stored), bare_result().to_datatree()
     pieces = {(f"mouse {number}", "CTL"): store.keep(f"{number}", to_bytes(result)) for number in range(9)}
     write_results(stored, pieces, {}, StudyFile())
     with pytest.raises(InputError, match=r"there are: mouse 0, .*mouse 5 and 3 more$"):
@@ -65,7 +66,7 @@ def test_a_file_that_changed_or_is_gone_is_refused_and_the_others_are_read(store
         results[NAMES[0]]
     with pytest.raises(InputError, match="there is no such file"):
         results[NAMES[1]]
-    assert float(results["A"]["x"]) == 3
+    assert float(results["A"].recording["x"]) == 3
 
 
 @pytest.mark.parametrize(
@@ -120,31 +121,32 @@ def test_the_group_that_the_study_names_first_is_the_reference_of_its_report(tmp
 
     store, pieces, told = Store(tmp_path / "results"), {}, {}
     for name, group in (("a", "CTL"), ("b", "HPH"), ("c", "CTL"), ("d", "HPH")):
-        tree = xr.DataTree(xr.Dataset(attrs={"title": KIND, "animal": name, "group": group}))
-        pieces[name, group] = store.keep(name, to_bytes(tree))
+        pieces[name, group] = store.keep(name, to_bytes(bare_result(name, group).to_datatree()))
     write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["HPH", "CTL"]))
     monkeypatch.setattr(
         reporting, "gathered", lambda trees, first, whole, **_: told.update(trees=trees, reference=first)
     )
+    monkeypatch.setattr(reporting, "looks_of", lambda bare, species: ())
     monkeypatch.setattr(reporting, "write_cohort_report", lambda *arguments, **more: None)
     reporting.report_study(tmp_path)
     assert told["reference"] == "HPH"
-    assert [tree.attrs["animal"] for tree in told["trees"]] == ["b", "d", "a", "c"]
+    assert [tree.name for tree in told["trees"]] == ["b", "d", "a", "c"]
 
 
 def test_light_results_hold_the_inlets_and_everything_else_and_what_is_shown_is_whole(cohort_results):
-    light = [at_inlets(one) for one in cohort_results]
+    light = [one.at_inlets() for one in cohort_results]
     for one, little in zip(cohort_results, light, strict=True):
-        assert little["linear/simulation"].to_dataset().nbytes < 0.1 * one["linear/simulation"].to_dataset().nbytes
-        assert little["linear/simulation"].attrs == one["linear/simulation"].attrs
+        assert little.laws["linear"].simulation.nbytes < 0.1 * one.laws["linear"].simulation.nbytes
+        assert little.laws["linear"].simulation.attrs == one.laws["linear"].simulation.attrs
         for quantity in ("pressure", "flow"):
-            which = one, "linear", quantity, root_vessel(one)
-            assert simulated(little, *which[1:]).identical(simulated(*which))
-        for path in ("linear/calibration", "recording", "measured/waves"):
-            assert little[path].to_dataset().identical(one[path].to_dataset())
-    whole = {name_of(one): one for one in cohort_results}
+            inlet = (law.laws["linear"].simulated(quantity, one.root) for law in (little, one))
+            assert next(inlet).identical(next(inlet))
+        assert little.laws["linear"].calibration is one.laws["linear"].calibration
+        assert little.recording is one.recording
+        assert little.measured is one.measured
+    whole = {one.name: one for one in cohort_results}
     shown = gathered(light, whole=whole.__getitem__).shown
-    assert {group: whole[name_of(one)] is one for group, one in shown.items()} == {"CTL": True, "HPH": True}
+    assert {group: whole[one.name] is one for group, one in shown.items()} == {"CTL": True, "HPH": True}
 
 
 @pytest.mark.validation
@@ -154,9 +156,8 @@ def test_a_report_made_in_processes_is_the_one_made_here(cohort_results, tmp_pat
         folder = tmp_path / str(workers)
         store, pieces = Store(folder / "results"), {}
         for number in range(20):
-            tree = cohort_results[number % len(cohort_results)].copy()
-            tree.attrs |= {"animal": f"mouse {number}"}
-            pieces[f"mouse {number}", str(tree.attrs["group"])] = store.keep(f"{number}", to_bytes(tree))
+            one = replace(cohort_results[number % len(cohort_results)], name=f"mouse {number}")
+            pieces[one.name, one.group] = store.keep(f"{number}", to_bytes(one.to_datatree()))
         write_results(folder / "results", pieces, {}, settings)
         report_study(folder, workers=workers)
     here, there = (tmp_path / name / "report" / "figures" for name in ("1", "2"))

@@ -116,7 +116,7 @@ TREES = st.recursive(LEAVES, lambda t: st.lists(t, max_size=3) | st.dictionaries
 def test_any_tree_of_values_is_understood_or_refused_with_a_place(result):
     found, problems = parse_settings(yaml.safe_dump(result, allow_unicode=True).encode())
     assert (found is None) == bool(problems)
-    assert all(problem.place.startswith("study.yaml") and problem.message for problem in problems)
+    assert all(problem.place.file == "study.yaml" and str(problem.finding) for problem in problems)
 
 
 @given(st.binary(max_size=60) | st.text("ab:[]{}-&*!|>#'\"\n\t %@?,1", max_size=60).map(str.encode))

@@ -11,9 +11,12 @@ from fuzzing.forms import Form
 from fuzzing.mutations import mutate_binary, mutate_text
 from fuzzing.recordings import cycle_table
 from fuzzing.vessels import network_table
-from vasowave.animal.files import KIND, to_bytes
+from vasowave.animal.files import to_bytes
+from vasowave.animal.law_result import Measured
+from vasowave.animal.result import AnimalResult
+from vasowave.datasets import control_network
 from vasowave.errors import VasowaveWarning
-from vasowave.laws import find_law
+from vasowave.model.laws import find_law
 from vasowave.study.checking import check_study
 from vasowave.study.plan import Study, inspect_study
 from vasowave.study.problems import refuse
@@ -29,8 +32,8 @@ def study(folder: Path) -> None:
     for i in range(4):
         cycle_table(folder / f"{i}.csv")
         rows.append(f"mouse {i},{'CTL' if i < 2 else 'HPH'},n.csv,{i}.csv,0.11,0.2")
-    (folder / "animals.csv").write_text("\n".join(rows) + "\n")
-    (folder / "study.yaml").write_text(study_text())
+    (folder / "animals.csv").write_text("\n".join(rows) + "\n", "utf-8")
+    (folder / "study.yaml").write_text(study_text(), "utf-8")
 
 
 def read(folder: Path) -> Study:
@@ -52,10 +55,10 @@ def study_with_a_law(folder: Path) -> None:
     """Write a study of one animal that names a law of its own."""
     study(folder)
     rows = (folder / "animals.csv").read_text().splitlines()
-    (folder / "animals.csv").write_text("\n".join(rows[:2]) + "\n")
+    (folder / "animals.csv").write_text("\n".join(rows[:2]) + "\n", "utf-8")
     text = "groups: [CTL]\nmodel_selection: false\ncalibration: {walls: ['our_laws:ExponentialWall'], starts: 1}\n"
-    (folder / "study.yaml").write_text(text)
-    (folder / "our_laws.py").write_text(LAW)
+    (folder / "study.yaml").write_text(text, "utf-8")
+    (folder / "our_laws.py").write_text(LAW, "utf-8")
 
 
 def checked_law(folder: Path) -> Any:
@@ -76,8 +79,12 @@ def results(folder: Path) -> None:
     store, pieces = Store(folder), {}
     for i in range(3):
         data = xr.Dataset({"pressure": ("time", np.sin(np.arange(64.0) + i)), "name": ("wall", np.array(["a", "b"]))})
-        result = xr.DataTree.from_dict({"/": xr.Dataset(attrs={"title": KIND, "animal": f"m {i}"}), "/recording": data})
-        pieces[(f"m {i}", "CTL")] = store.keep(f"k{i}", to_bytes(result))
+        nothing = xr.Dataset()
+        measured = Measured(waves=nothing, impedance=nothing, quantities=nothing)
+        result = AnimalResult(
+            name=f"m {i}", group="CTL", network=control_network(), recording=data, nominal=nothing, measured=measured
+        )
+        pieces[(f"m {i}", "CTL")] = store.keep(f"k{i}", to_bytes(result.to_datatree()))
     write_results(folder, pieces, {}, StudyFile(groups=["CTL"]))
     first = next((folder / "animals").glob("m 0-*.nc"))
     content = first.read_bytes()
@@ -94,7 +101,7 @@ def _results(damaged: str, text: bool) -> Form:
     return Form(
         results, ".", damaged, mutate_text if text else mutate_binary, _stored,
         lambda pair: (pair[0].animals, pair[0].settings, pair[0].failures),
-        lambda pair: [result["recording"]["pressure"].values for result in pair[1]], text=text,
+        lambda pair: [result.recording["pressure"].values for result in pair[1]], text=text,
     )  # fmt: skip
 
 

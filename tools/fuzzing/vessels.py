@@ -22,9 +22,9 @@ from vasowave.imaging.exchange.polydata import read_polydata
 from vasowave.imaging.exchange.swc import write_swc
 from vasowave.imaging.revise.edits import read_edits
 from vasowave.imaging.tree import Line, Tree
-from vasowave.network import Network
+from vasowave.network.network import Network
+from vasowave.network.vessel_table import COUNT, write_network
 from vasowave.network_formats import read_network
-from vasowave.vessel_table import COUNT, write_network
 
 
 def tree() -> Tree:

@@ -5,7 +5,7 @@ import pandas as pd
 
 from vasowave.analysis.impedance import impedance
 from vasowave.errors import InputError
-from vasowave.nominal import characteristic_impedance, upstroke
+from vasowave.model.nominal import characteristic_impedance, upstroke
 from vasowave.recording import Recording
 
 

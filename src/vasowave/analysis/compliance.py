@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.walls import area_compliance
+from vasowave.model.model import Model
+from vasowave.model.walls import area_compliance
+from vasowave.network.network import Network
 
 
 @dataclass(frozen=True, eq=False)

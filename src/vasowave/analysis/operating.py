@@ -9,8 +9,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.model import Model
-from vasowave.walls import area, wave_speed
+from vasowave.model.model import Model
+from vasowave.model.walls import area, wave_speed
 
 WavesAt = Literal["mean pressure", "paper"]
 """Where waves take area and wave speed from: at mean pressure, or as the paper does."""

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 
 from vasowave.errors import InputError
-from vasowave.model import Model
-from vasowave.network import Network, from_root
-from vasowave.walls import area, wave_speed
+from vasowave.model.model import Model
+from vasowave.model.walls import area, wave_speed
+from vasowave.network.network import Network, from_root
 
 
 def wave_speeds(model: Model, pressure: float | np.ndarray) -> pd.DataFrame:

@@ -9,15 +9,15 @@ from typing import Annotated, Any, Literal
 from annotated_types import Ge
 
 from vasowave.analysis import WavesAt
-from vasowave.blood import Blood
 from vasowave.calibration import Search
 from vasowave.calibration.calibrate import NUMERICS
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.errors import InputError, did_you_mean
 from vasowave.inference.priors import Priors
-from vasowave.law_files import is_unread, named
-from vasowave.laws import ENTRY_POINTS, LAWS, find_law
-from vasowave.network import Network
+from vasowave.model.blood import Blood
+from vasowave.model.law_files import is_unread, named
+from vasowave.model.laws import BEDS, ENTRY_POINTS, LAWS, find_bed, find_law
+from vasowave.network.network import Network
 from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
 from vasowave.settings import Check, settings_of
 from vasowave.solver import Numerics
@@ -82,6 +82,17 @@ def _wall(name: str) -> str:
     return name
 
 
+def _bed(name: str) -> str:
+    name = named(name)
+    if not is_unread(name):
+        find_bed(name)
+    return name
+
+
+def _bed_schema() -> dict[str, Any]:
+    return {"anyOf": [{"enum": [*BEDS]}, {"pattern": ":"}]}
+
+
 def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
     if not names or len(set(names)) < len(names):
         raise InputError(f"{', '.join(map(str, names)) or 'nothing'}: choose at least one, each once")
@@ -101,6 +112,9 @@ class Settings(Search):
     ----------
     walls : tuple of str
         Wall laws to fit, by name (linear, tangent, power), or a class of your own as module:Class; see `laws.find_law`.
+    beds : str
+        What stands behind the terminal vessels: windkessel, rc, resistance, or a class of your own as module:Class; see
+        `laws.find_bed`.
     model_selection : bool
         Whether the wall laws are compared by AICc and BIC.
     selection_optima : tuple of {"OLS", "GLS"}
@@ -133,6 +147,7 @@ class Settings(Search):
     """
 
     walls: Annotated[tuple[Annotated[str, Check(_wall, _wall_schema)], ...], Check(_each_once)] = ("linear", "tangent")
+    beds: Annotated[str, Check(_bed, _bed_schema)] = "windkessel"
     model_selection: bool = True
     selection_optima: Annotated[tuple[Literal["OLS", "GLS"], ...], Check(_each_once)] = ("OLS",)
     blood: Blood = field(default_factory=Blood)
@@ -147,15 +162,19 @@ class Settings(Search):
         for name in ("walls", "selection_optima"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "walls", tuple(map(named, self.walls)))
+        object.__setattr__(self, "beds", named(self.beds))
         super().__post_init__()
-        known = known_parameters(self.walls)
+        names = [find_law(one).law().name for one in self.walls if not is_unread(one)]
+        if len(set(names)) < len(names):
+            raise InputError(f"{', '.join(names)}: two of these wall laws have one name; give each law() its own")
+        known = known_parameters(self.walls, self.beds) if self.bounds or self.fixed else []
         for name in (*self.bounds, *self.fixed):
             if name not in known:
                 raise InputError(f"no parameter '{name}'{did_you_mean(name, known)}; there are: {', '.join(known)}")
 
-    def search(self, wall: str) -> Search:
+    def search(self, wall: str | type) -> Search:
         """Return how to search with one wall law: the bounds and fixed values of the parameters that it has."""
-        own = fitted_parameters(wall)
+        own = fitted_parameters(wall, self.beds)
         bounds = {name: (float(low), float(high)) for name, (low, high) in self.bounds.items() if name in own}
         fixed = {name: float(value) for name, value in self.fixed.items() if name in own}
         kept = {name: getattr(self, name) for name in settings_of(Search)}
@@ -169,6 +188,6 @@ class Settings(Search):
         return json.dumps(plain, sort_keys=True)
 
 
-def known_parameters(walls: Sequence[str]) -> list[str]:
-    """Return the parameters that the wall laws `walls`, or those of `laws.LAWS`, have."""
-    return list(dict.fromkeys(name for wall in (*LAWS, *walls) for name in fitted_parameters(wall)))
+def known_parameters(walls: Sequence[str], bed: str = "windkessel") -> list[str]:
+    """Return the parameters that the beds, and the wall laws `walls` or those of `laws.LAWS`, have."""
+    return list(dict.fromkeys(name for wall in (*LAWS, *walls) for name in fitted_parameters(wall, bed)))

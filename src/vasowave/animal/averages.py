@@ -1,17 +1,25 @@
-"""What the wall laws of one animal say together, as labelled data."""
+"""Which wall law one animal prefers, and what the laws say together, as labelled data."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
 
-from vasowave.animal.quantities import SHARES
+from vasowave.animal.animal import Settings
+from vasowave.calibration import Fit
+from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError
-from vasowave.noise.spectrum import LEVEL
-from vasowave.selection.averaging import averaged, law_weights
+from vasowave.quantities import ACROSS_LAWS, SHARES
+from vasowave.selection import Comparing, averaged, compare_models, law_weights
 
-AVERAGED = ("wave_speed", "area_compliance", "R_T", "a", "C_p")
-"""Quantities that mean the same under every law."""
+
+def compared_laws(
+    fits: Sequence[Fit], settings: Settings, quantities: Mapping[str, xr.Dataset]
+) -> dict[str, xr.Dataset | None]:
+    """Return AICc and BIC of every wall law, ``selection``, and the ``averages`` of `quantities` over the laws."""
+    comparing = Comparing(seed=settings.seed)
+    selection = compare_models(fits, comparing, optima=settings.selection_optima, numerics=settings.numerics)
+    return {"selection": selection, "averages": averages_dataset(selection, quantities)}
 
 
 def averages_dataset(selection: xr.Dataset, quantities: Mapping[str, xr.Dataset]) -> xr.Dataset | None:
@@ -27,7 +35,7 @@ def averages_dataset(selection: xr.Dataset, quantities: Mapping[str, xr.Dataset]
     Returns
     -------
     Dataset
-        ``weight`` by ``covariance`` and ``wall``, and each quantity of `AVERAGED`, with its 95 % interval and
+        ``weight`` by ``covariance`` and ``wall``, and each quantity of `ACROSS_LAWS`, with its 95 % interval and
         ``between_laws`` (the share of its variance that lies between laws) as attributes: the laws weighted under the
         likeliest noise model, which stands first, is named in the attribute ``covariance`` and makes the weights.
     """
@@ -38,7 +46,7 @@ def averages_dataset(selection: xr.Dataset, quantities: Mapping[str, xr.Dataset]
     first = weights.isel(covariance=0)
     laws = [str(wall) for wall in first["wall"].values]
     values: dict[str, xr.Variable | xr.DataArray] = {"weight": weights}
-    for name in AVERAGED:
+    for name in (one for one in ACROSS_LAWS if all(one in quantities[wall] for wall in laws)):
         each = [quantities[wall][name] for wall in laws]
         if all(_error(one) is not None for one in each):
             values[name] = _variable(each, first.values)

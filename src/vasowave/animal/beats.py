@@ -1,10 +1,14 @@
 """The beats of a continuous recording and a few seconds of it, as labelled data."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import xarray as xr
 
 from vasowave.animal.datasets import recording_dataset
-from vasowave.recording import EnsembleAverage, RawRecording, Recording
+from vasowave.findings import Finding
+from vasowave.recording import Beat, EnsembleAverage, RawRecording, Recording
+from vasowave.recording.rejection import cause
 
 EXCERPT = 6.0
 """Length of the stretch of raw signals that is kept for a figure, s."""
@@ -13,15 +17,15 @@ EXCERPT = 6.0
 def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Dataset:
     """Return onset, length, level and fate of every beat, and an excerpt of the signals around the averaged ones."""
     beats, baseline = average.beats, average.baseline
+    here = np.searchsorted(baseline.time, [beat.start for beat in beats])  # others are beside what is read
     variables = {
         "onset": _along("beat", [beat.start for beat in beats], "s", "start of the beat"),
         "length": _along("beat", [beat.end - beat.start for beat in beats], "s", "length of the beat"),
         "kept": _along("beat", np.array([beat.averaged for beat in beats], dtype=np.int8), "1", "part of the average"),
-        "reason": xr.Variable(
-            "beat", np.array([beat.rejected for beat in beats], dtype=object), {"long_name": "why it was rejected"}
-        ),
-        "level": _along("beat", baseline.level, "mmHg", "diastolic level of the beat"),
-        "drift": _along("beat", baseline.trend, "mmHg", "drift of the level since the zero of the transducer"),
+        "reason": _why(beats, str, "why it was rejected"),
+        "cause": _why(beats, cause, "the same in one word"),
+        "level": _along("beat", baseline.level[here], "mmHg", "diastolic level of the beat"),
+        "drift": _along("beat", baseline.trend[here], "mmHg", "drift of the level since the zero of the transducer"),
         "delay": xr.Variable((), average.delay, {"units": "s", "long_name": "flow behind pressure (p-q delay)"}),
     }
     done = {
@@ -50,7 +54,7 @@ def _excerpt(average: EnsembleAverage, raw: RawRecording) -> xr.Dataset:
     """Return the signals from the first averaged beat on, or as near as the recording's end allows."""
     used = [beat for beat in average.beats if beat.averaged]
     count = min(len(raw.pressure), round(EXCERPT * raw.sampling_rate))
-    middle = 0.5 * (used[0].start + used[-1].end) * raw.sampling_rate
+    middle = (0.5 * (used[0].start + used[-1].end) - raw.origin) * raw.sampling_rate
     first = int(np.clip(middle - count / 2, 0, len(raw.pressure) - count))
     part = slice(first, first + count)
     traces = {
@@ -60,6 +64,11 @@ def _excerpt(average: EnsembleAverage, raw: RawRecording) -> xr.Dataset:
     if raw.ecg is not None:
         traces["trace_ecg"] = _along("trace_time", raw.ecg[part], "mV", "ECG as recorded")
     return xr.Dataset(traces, coords={"trace_time": _along("trace_time", raw.time[part], "s", "time")})
+
+
+def _why(beats: Sequence[Beat], text: Callable[[Finding], str], meaning: str) -> xr.Variable:
+    words = [text(beat.rejected) if beat.rejected else "" for beat in beats]
+    return xr.Variable("beat", np.array(words, dtype=object), {"long_name": meaning})
 
 
 def _along(dim: str, values: object, unit: str, meaning: str) -> xr.Variable:

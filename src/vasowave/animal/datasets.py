@@ -1,15 +1,4 @@
-"""Calibrations as labelled data: one netCDF-4 file with groups, every variable with its unit.
-
-::
-
-    /                        provenance
-    ├── network              topology and morphometry, by vessel
-    ├── recording            measured pressure and flow, hemodynamic indices
-    ├── nominal              what the fit started from
-    └── linear, tangent, …   one group per wall law
-        ├── calibration      parameters, correlations, starts, residuals, outlets
-        └── simulation       pressure, flow, area by time, vessel, station; numerics in the attributes
-"""
+"""Recording, nominal parameters and calibration of an animal as labelled data, every variable with its unit."""
 
 import json
 from dataclasses import asdict
@@ -21,38 +10,13 @@ import xarray as xr
 
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.calibration.result import Fit
-from vasowave.columns import split_unit
 from vasowave.findings import as_json
-from vasowave.network import MEASURED, Network
-from vasowave.nominal import Nominal
-from vasowave.outlets import Windkessel
+from vasowave.io.columns import split_unit
+from vasowave.model.laws import bed_quantities, full_name, identity, parameter_names
+from vasowave.model.nominal import Nominal
+from vasowave.network.network import Network
+from vasowave.quantities import QUANTITIES, lacking
 from vasowave.recording import Recording
-from vasowave.recording.cycle import INDEX_UNITS
-
-OUTLET_UNITS = {name: what.unit for name, what in Windkessel.quantities().items()}
-
-_KNOWN = {
-    "radius_sd": ("cm", "standard deviation of the radius, NaN where not known"),
-    "taper": ("1", "fall of the radius along the vessel, NaN where not measured"),
-    "taper_sd": ("1", "standard deviation of the taper"),
-}
-
-
-def network_dataset(network: Network) -> xr.Dataset:
-    """Return topology and morphometry by vessel; the root's parent is empty."""
-    parents = [network.name[row] if row >= 0 else "" for row in network.parent]
-    known = {field: getattr(network, field) for field in MEASURED if getattr(network, field) is not None}
-    return xr.Dataset(
-        {
-            "parent": ("vessel", np.array(parents, dtype=object), {"long_name": "name of the parent vessel"}),
-            "length": _variable("vessel", network.length, "cm", "length"),
-            "radius": _variable("vessel", network.radius, "cm", "radius at the pressure of the image"),
-            "image_pressure": _variable((), network.pressure, "mmHg", "pressure of the image, 0 where not known"),
-            "flow_fraction": _variable("vessel", network.flow_fraction, "1", "share of the root's mean flow (eq. 11)"),
-            **{field: _variable("vessel", values, *_KNOWN[field]) for field, values in known.items()},
-        },
-        coords={"vessel": np.array(network.name, dtype=object)},
-    )
 
 
 def recording_dataset(recording: Recording) -> xr.Dataset:
@@ -66,7 +30,7 @@ def recording_dataset(recording: Recording) -> xr.Dataset:
         if (error := getattr(recording, f"{name}_error")) is not None:
             words = f"standard error of the amplitude of each harmonic of the {name}, the mean first"
             measured[f"{name}_error"] = _variable(f"{name}_harmonic", error, unit, words)
-    indices = {name: _variable((), value, INDEX_UNITS[name], name) for name, value in recording.indices().items()}
+    indices = {name: _quantity(name, value) for name, value in recording.indices().items()}
     return xr.Dataset(
         measured | indices,
         coords={
@@ -82,10 +46,10 @@ def nominal_dataset(nominal: Nominal, network: Network) -> xr.Dataset:
     (flow, pressure), (time, falling) = nominal.upstroke, nominal.decay
     return xr.Dataset(
         {
-            "Z_c": _variable((), nominal.characteristic_impedance, "mmHg s/ml", "characteristic impedance (eq. 8)"),
-            "beta": _variable((), nominal.beta, "mmHg", "nominal stiffness (eq. 9)"),
-            "R_T": _variable((), nominal.total_resistance, "mmHg s/ml", "nominal total resistance"),
-            "tau": _variable((), nominal.time_constant, "s", "time constant of the diastolic decay (eq. 12)"),
+            "Z_c": _quantity("Z_c", nominal.characteristic_impedance, "characteristic impedance (eq. 8)"),
+            "beta": _quantity("beta", nominal.beta, "nominal stiffness (eq. 9)"),
+            "R_T": _quantity("R_T", nominal.total_resistance, "nominal total resistance"),
+            "tau": _quantity("tau", nominal.time_constant, "time constant of the diastolic decay (eq. 12)"),
             "upstroke_flow": _variable("upstroke", flow, "ml/s", "flow of the samples behind Z_c"),
             "upstroke_pressure": _variable("upstroke", pressure, "mmHg", "pressure of the samples behind Z_c"),
             "decay_time": _variable("decay", time, "s", "time of the samples behind tau"),
@@ -110,7 +74,7 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
         },
     )
     for name in ("symbol", "meaning"):
-        kept = [getattr(one, name) for one in fitted_parameters(type(fit.model.wall)).values()]
+        kept = [getattr(one, name) for one in fitted_parameters(type(fit.model.wall), type(fit.model.outlets)).values()]
         parameters[name] = ("parameter", np.array(kept, dtype=object))
     parts = [_fitted(fit), parameters, correlation, starts, harmonics_dataset(fit)]
     return xr.merge(parts, combine_attrs="override", join="exact")
@@ -118,15 +82,15 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
 
 def _fitted(fit: Fit) -> xr.Dataset:
     """Return the model that was fitted, the numbers that sum it up, its residual, and what is said of its law."""
-    law, wall = fit.model.wall.law(), fit.model.wall
+    wall, kind, law = fit.model.wall, type(fit.model.wall), fit.model.wall.law()
     walls = {
         name: _variable("vessel", value, what.unit, what.meaning)
-        for name, value, what in zip(wall._fields, wall, law.parameters, strict=True)
+        for name, value, what in zip(parameter_names(kind), wall, law.parameters, strict=True)
     }
     return xr.Dataset(
         {
             **walls,
-            **_outlets(fit.model.outlets),  # type: ignore[arg-type]
+            **_outlets(fit.model.outlets),
             **scalars(fit),
             "pressure_residual": _variable("time", fit.pressure_residual, "mmHg", "measured minus simulated pressure"),
         },
@@ -137,11 +101,13 @@ def _fitted(fit: Fit) -> xr.Dataset:
         },
         attrs={
             "wall": fit.wall,
+            "law": identity(kind),
             "title": law.title,
             "formula": law.formula,
             "equation": law.equation,
-            "stiffness": law.stiffness,
-            "warnings": json.dumps(fit.warnings),
+            **_bed(type(fit.model.outlets)),
+            "stiffness": law.stiffness if law.stiffness == "stiffness" else full_name(kind, law.stiffness),
+            "findings": as_json(fit.findings),
             **_blood(fit),
         },
     )
@@ -165,21 +131,20 @@ def harmonics_dataset(fit: Fit) -> xr.Dataset:
         "choice": compared.choice,
         "with_signal": compared.errors.with_signal,
         "error_source": compared.errors.source,
-        "said": " ".join(compared.sentences()),
     }
     return xr.Dataset(variables, coords={"harmonic": ("harmonic", table.index.to_numpy(), {"units": "1"})})
 
 
 def scalars(fit: Fit) -> dict[str, xr.Variable]:
-    """Return the numbers that sum up a fit: S, N, RMSE, R_T, a, C_p."""
+    """Return the numbers that sum up a fit: S, N, RMSE, R_T, and where its beds have them a, C_p."""
+    shares = {"a": fit.resistance_ratio, "C_p": fit.peripheral_compliance}
     return {
-        "S": _variable((), fit.S, "mmHg2", "objective at the optimum (eq. 14)"),
+        "S": _quantity("S", fit.S),
         "N": _variable((), fit.N, "1", "number of pressure samples compared"),
         "mean_square": _variable((), fit.mean_square, "mmHg2", "S/N, mean square of the pressure residual"),
-        "RMSE": _variable((), fit.rmse, "mmHg", "root-mean-square pressure residual"),
-        "R_T": _variable((), fit.total_resistance, "mmHg s/ml", "total resistance of the vascular beds"),
-        "a": _variable((), fit.resistance_ratio, "1", "resistance ratio R1/R_T"),
-        "C_p": _variable((), fit.peripheral_compliance, "ml/mmHg", "weighted compliance of the vascular beds"),
+        "RMSE": _quantity("RMSE", fit.rmse),
+        "R_T": _quantity("R_T", fit.total_resistance),
+        **{name: _quantity(name, value) for name, value in shares.items() if name not in lacking(fit.model.outlets)},
     }
 
 
@@ -212,11 +177,27 @@ def _terminals(network: Network) -> dict[str, Any]:
     return {"terminal": ("terminal", np.array([network.name[row] for row in network.terminals], dtype=object))}
 
 
-def _outlets(outlets: Windkessel) -> dict[str, xr.Variable]:
+def _quantity(name: str, value: float, meaning: str = "") -> xr.Variable:
+    return _variable((), value, QUANTITIES[name].unit, meaning or QUANTITIES[name].meaning)
+
+
+def _outlets(outlets: Any) -> dict[str, xr.Variable]:
+    said = bed_quantities(type(outlets))
     return {
-        name: _variable("terminal", getattr(outlets, name), what.unit, what.meaning)
-        for name, what in outlets.quantities().items()
+        name: _variable("terminal", value, what.unit, what.meaning)
+        for (name, what), value in zip(said.items(), outlets, strict=True)
     }
+
+
+def _bed(kind: Any) -> dict[str, str]:
+    """Return what is stored of the kind of beds: by what it is found again, and what it is in words."""
+    said = kind.bed()
+    fitted = (
+        f"{field} = {full_name(kind, factor)}·{field}⁰"
+        for field, factor in zip(said.quantities, said.factors, strict=True)
+    )
+    return {"bed": identity(kind), "bed_title": said.title, "bed_formula": said.formula, "bed_equation": said.equation,
+            "bed_factors": ", ".join(fitted)}  # fmt: skip
 
 
 def _blood(fit: Fit) -> dict[str, Any]:

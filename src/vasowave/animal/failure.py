@@ -1,21 +1,12 @@
 """What failed of an animal: as a whole, with one wall law, or a part of what was asked of that law."""
 
-import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from enum import StrEnum
-from pathlib import Path
 from typing import Any, TypeVar
 
-import xarray as xr
-
-from vasowave.animal.files import root_attribute
 from vasowave.errors import VasowaveError
-from vasowave.memory import is_starved
-
-ATTRIBUTE = "failures"
-"""Attribute of an animal's result that holds its failures, a JSON list."""
-
+from vasowave.runtime.memory import is_starved
 
 _LONGEST = 300  # letters of what a foreign error says; a compiler's goes on for pages
 
@@ -86,19 +77,6 @@ def as_plain(failures: Iterable[Failure]) -> list[dict[str, Any]]:
 def from_plain(entries: Iterable[Mapping[str, Any]]) -> tuple[Failure, ...]:
     """Return the failures that `as_plain` wrote; raises `ValueError` or `TypeError` for anything else."""
     return tuple(Failure(**{**entry, "stage": Stage(entry["stage"])}) for entry in entries)
-
-
-def failures_in(path: Path) -> tuple[Failure, ...]:
-    """Return what failed of an animal by the file of its result, of which no more is read; none of a damaged file."""
-    try:
-        return from_plain(json.loads(root_attribute(path, ATTRIBUTE)))
-    except (OSError, AttributeError, ValueError, TypeError, KeyError):
-        return ()
-
-
-def failures_of(result: xr.DataTree) -> tuple[Failure, ...]:
-    """Return what failed of an animal that has a result."""
-    return from_plain(json.loads(result.attrs.get(ATTRIBUTE, "[]")))
 
 
 def attempted(work: Callable[[], T], failed: Callable[[str], None]) -> T | None:

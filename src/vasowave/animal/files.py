@@ -6,22 +6,22 @@ by the system and not by the library, and bytes can be checked before the librar
 """
 
 import hashlib
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from vasowave.animal.failure import Failure, from_plain
+from vasowave.animal.result import FAILURES, AnimalResult
 from vasowave.errors import InputError
-from vasowave.files import write_file
-
-KIND = "vasowave animal"
-"""Title of the files; a file with another title is not one of ours."""
+from vasowave.io.files import write_file
 
 _ROOM = 1 << 20  # bytes to begin with; the library takes more as it needs
 
 
-def write_result(result: xr.DataTree, path: Path) -> None:
+def write_result(result: AnimalResult, path: Path) -> None:
     """Write the result of one animal to the netCDF-4 file `path`, whole or not at all.
 
     Raises
@@ -29,10 +29,10 @@ def write_result(result: xr.DataTree, path: Path) -> None:
     InputError
         The file cannot be written; what stood there before is untouched.
     """
-    write_file(Path(path), to_bytes(result))
+    write_file(Path(path), to_bytes(result.to_datatree()))
 
 
-def read_result(path: Path, sha256: str | None = None) -> xr.DataTree:
+def read_result(path: Path, sha256: str | None = None, laws: bool = True) -> AnimalResult:
     """Return the result of one animal from a file that `write_result` made, wholly in memory; the file is closed again.
 
     Parameters
@@ -40,6 +40,8 @@ def read_result(path: Path, sha256: str | None = None) -> xr.DataTree:
     path : Path
     sha256 : str, optional
         What the file's SHA-256 must be; it is compared before anything else is done.
+    laws : bool
+        Whether to read what the wall laws say; without them it is quick.
 
     Raises
     ------
@@ -55,43 +57,45 @@ def read_result(path: Path, sha256: str | None = None) -> xr.DataTree:
     if sha256 is not None and hashlib.sha256(content).hexdigest() != sha256:
         raise InputError(f"{path}: damaged or changed since it was written (SHA-256); run again, it is made anew")
     try:
-        result = from_bytes(content)
+        return AnimalResult.from_datatree(from_bytes(content, laws))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     except (OSError, RuntimeError, ValueError, LookupError, AttributeError, TypeError) as error:
         raise InputError(f"{path}: not a netCDF-4 file, or damaged ({error}); make it again") from None
-    if result.attrs.get("title") != KIND:
-        raise InputError(f"{path}: not the result of one animal (its title is not '{KIND}')")
-    return result
 
 
-def to_bytes(result: xr.DataTree) -> bytes:
-    """Return a result as the bytes of a netCDF-4 file, encoded as xarray does it."""
+def to_bytes(tree: xr.DataTree) -> bytes:
+    """Return a tree of labelled data as the bytes of a netCDF-4 file, encoded as xarray does it."""
     import netCDF4
 
     file = netCDF4.Dataset("result.nc", "w", format="NETCDF4", memory=_ROOM)
     values: list[tuple[Any, np.ndarray]] = []
-    for node in result.subtree:
+    for node in tree.subtree:
         values += _define(file if node.path == "/" else file.createGroup(node.path), node.to_dataset(inherit=False))
     for stored, array in values:  # after everything is defined: between two definitions the library tidies the file
         stored[...] = array
     return bytes(file.close())
 
 
-def root_attribute(path: Path, name: str) -> str:
-    """Return an attribute of a result from its file, of which no more is read; raises `AttributeError` or `OSError`."""
+def failures_in(path: Path) -> tuple[Failure, ...]:
+    """Return what failed of an animal by the file of its result, of which no more is read; none of a damaged file."""
     import netCDF4
 
-    with netCDF4.Dataset(path, "r") as file:
-        return str(file.getncattr(name))
+    try:
+        with netCDF4.Dataset(path, "r") as file:
+            return from_plain(json.loads(file.getncattr(FAILURES)))
+    except (OSError, AttributeError, ValueError, TypeError, KeyError):
+        return ()
 
 
-def from_bytes(content: bytes) -> xr.DataTree:
-    """Return the result that `to_bytes` made bytes of."""
+def from_bytes(content: bytes, laws: bool = True) -> xr.DataTree:
+    """Return the tree that `to_bytes` made bytes of, or what of it belongs to no wall law."""
     import netCDF4
 
     groups: dict[str, xr.Dataset] = {}
     with netCDF4.Dataset("result.nc", "r", memory=content) as file:
         file.set_auto_maskandscale(False)
-        _read_groups(file, "/", groups)
+        _read_groups(file, "/", groups, laws)
     return xr.DataTree.from_dict(groups)
 
 
@@ -118,7 +122,7 @@ def _define(group: Any, data: xr.Dataset) -> list[tuple[Any, np.ndarray]]:
     return values
 
 
-def _read_groups(group: Any, path: str, groups: dict[str, xr.Dataset]) -> None:
+def _read_groups(group: Any, path: str, groups: dict[str, xr.Dataset], laws: bool) -> None:
     """Add the data of `group` and of all groups in it to `groups`."""
     variables = {name: _read_variable(stored) for name, stored in group.variables.items()}
     coordinates = {name for name, variable in variables.items() if variable.dims == (name,)}
@@ -128,7 +132,8 @@ def _read_groups(group: Any, path: str, groups: dict[str, xr.Dataset]) -> None:
     along = {name: variable for name, variable in variables.items() if name in coordinates}
     groups[path] = xr.Dataset(data, along, _attributes(group))
     for name, inner in group.groups.items():
-        _read_groups(inner, f"{path.rstrip('/')}/{name}", groups)
+        if laws or "calibration" not in inner.groups:
+            _read_groups(inner, f"{path.rstrip('/')}/{name}", groups, laws)
 
 
 def _read_variable(stored: Any) -> xr.Variable:

@@ -9,7 +9,7 @@ from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.failure import Failure, Stage, attempted
 from vasowave.calibration import Ends, Fit, calibrate
 from vasowave.inference import Posterior, Priors, posterior
-from vasowave.laws import find_law
+from vasowave.model.laws import find_law
 
 Progress = Callable[[str, int, int, float], None]
 """Called with the wall law, its finished starts, all its starts, and the best S so far (mmHg²)."""
@@ -65,6 +65,7 @@ def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progres
         animal.network,
         animal.recording,
         wall,
+        bed=settings.beds,
         blood=settings.blood,
         search=settings.search(wall),
         numerics=settings.numerics,
@@ -82,8 +83,9 @@ def posteriors_of(
 
     def drawn(fit: Fit) -> Posterior:
         return posterior(
-            animal.network, animal.recording, type(fit.model.wall), fit=fit, blood=settings.blood,
-            search=settings.search(fit.wall), numerics=settings.numerics, seed=settings.seed,
+            animal.network, animal.recording, type(fit.model.wall), bed=type(fit.model.outlets), fit=fit,
+            blood=settings.blood,
+            search=settings.search(type(fit.model.wall)), numerics=settings.numerics, seed=settings.seed,
             priors=Priors(zero=settings.zero_sd),
             path=kept.simulations(fit.wall) if kept is not None else None,
         )  # fmt: skip

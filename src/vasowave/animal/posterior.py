@@ -1,11 +1,10 @@
 """The posterior of one animal and wall law as labelled data beside its fit."""
 
-import json
-
 import numpy as np
 import xarray as xr
 
 from vasowave.animal.datasets import table_dataset
+from vasowave.animal.law_result import PosteriorResult
 from vasowave.findings import as_json
 from vasowave.inference import Posterior
 
@@ -13,14 +12,13 @@ SHARES = ("recording", "image", "model", "prior")
 """Where the variance of a quantity comes from."""
 
 
-def posterior_datasets(wall: str, drawn: Posterior) -> dict[str, xr.Dataset]:
-    """Return the groups of a posterior, by their place in the result of an animal.
+def posterior_result(drawn: Posterior) -> PosteriorResult:
+    """Return a posterior as it is stored.
 
-    ``WALL/inference`` holds the table by ``quantity`` (``median, interval_low, interval_high, prior_low, prior_high,
-    contraction`` and the shares of the variance, ``share_recording, share_image, share_model, share_prior``), how well
-    each ``block`` of harmonics is foretold by the others (``left_out``, ``left_out_k_hat``), and the diagnostics.
-    Its attributes say whether it is ``trusted``, the ``warnings``, and the ``findings``
-    with their numbers (both JSON). The groups in it are those that ArviZ reads (``posterior``, ``sample_stats``, …).
+    The table has, by ``quantity``, ``median, interval_low, interval_high, prior_low, prior_high, contraction`` and the
+    shares of the variance, ``share_recording, share_image, share_model, share_prior``, how well each ``block`` of
+    harmonics is foretold by the others (``left_out``, ``left_out_k_hat``), and the diagnostics. Its attributes say
+    whether it is ``trusted``, and the ``findings`` with their numbers (JSON).
     """
     summary = drawn.summary.rename(columns={name: f"share_{name}" for name in SHARES})
     table = table_dataset(summary.rename_axis("quantity").reset_index(), "quantity")
@@ -32,11 +30,9 @@ def posterior_datasets(wall: str, drawn: Posterior) -> dict[str, xr.Dataset]:
         table[name] = ((), float(value), {"units": "1"})
     table.attrs = {
         "trusted": int(drawn.diagnostics.trusted),
-        "warnings": json.dumps(drawn.warnings, ensure_ascii=False),
         "findings": as_json(drawn.findings),
     }
-    parts = {name: node.to_dataset() for name, node in drawn.data.children.items()}
-    return {f"{wall}/inference": table} | {f"{wall}/inference/{name}": _plain(part) for name, part in parts.items()}
+    return PosteriorResult(table, {str(name): _plain(node.to_dataset()) for name, node in drawn.data.children.items()})
 
 
 def _plain(part: xr.Dataset) -> xr.Dataset:

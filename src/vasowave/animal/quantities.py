@@ -1,77 +1,35 @@
 """The single numbers of an animal, each with its unit, symbol, equation and, where it was fitted, its 95 % interval."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from vasowave.analysis import compliance
 from vasowave.animal.signals import Station
 from vasowave.calibration import Fit
-from vasowave.descriptions import Quantity
-from vasowave.model import Model
-from vasowave.noise.spectrum import LEVEL, NORMAL
-from vasowave.nominal import Nominal
-from vasowave.outlets import Windkessel
+from vasowave.descriptions import LEVEL, NORMAL, Quantity
+from vasowave.model.laws import bed_factors, full_name, parameter_names
+from vasowave.model.model import Model
+from vasowave.model.nominal import Nominal
+from vasowave.quantities import QUANTITIES, SHARES, derived
 from vasowave.recording import Recording
-from vasowave.walls import area_compliance, stiffness, wave_speed
-
-_RESISTANCE, _COMPLIANCE = "mmHg s/ml", "ml/mmHg"
-
-QUANTITIES: dict[str, Quantity] = {
-    "HR": Quantity("beats/min", "HR", "heart rate", "Table 1"),
-    "CO": Quantity("ml/s", "CO", "cardiac output", "Table 1"),
-    "mPAP": Quantity("mmHg", "mPAP", "mean pressure", "Table 1"),
-    "sPAP": Quantity("mmHg", "sPAP", "systolic pressure", "Table 1"),
-    "dPAP": Quantity("mmHg", "dPAP", "diastolic pressure", "Table 1"),
-    "pPAP": Quantity("mmHg", "pPAP", "pulse pressure", "Table 1"),
-    "PVR": Quantity(_RESISTANCE, "PVR", "total pulmonary vascular resistance, mean pressure over mean flow", "Table 1"),
-    "Z_c": Quantity(_RESISTANCE, "Z_c", "characteristic impedance, up-slope", "8"),
-    "Z_0": Quantity(_RESISTANCE, "Z_0", "impedance at zero frequency", "19"),
-    "I_R": Quantity("1", "I_R", "wave reflection coefficient", "17"),
-    "beta": Quantity("mmHg", "β", "wall stiffness", "3"),
-    "stiffness": Quantity("mmHg", "β(0)", "stiffness β of the linear law with the same slope at zero pressure", "24"),
-    "wave_speed": Quantity("cm/s", "c", "wave speed in the root at the measured mean pressure", "31, 32"),
-    "area_compliance": Quantity(
-        "cm2/mmHg", "dA/dp", "area compliance of the root at the measured mean pressure", "26, 27"
-    ),
-    "R_T": Quantity(_RESISTANCE, "R_T", "total resistance of the vascular beds", "11"),
-    "a": Quantity("1", "a = R_1/R_T", "resistance ratio", "7"),
-    "C_p": Quantity(_COMPLIANCE, "C_p", "weighted compliance of the vascular beds", "30"),
-    "C_v": Quantity(_COMPLIANCE, "C_v", "compliance of the network, series/parallel rule", "28, 29"),
-    "C_v_plain": Quantity(_COMPLIANCE, "ΣC", "compliance of the network, sum over vessels", "25"),
-    "C_T": Quantity(_COMPLIANCE, "C_T", "total compliance, with C_v by the series/parallel rule", "30"),
-    "C_T_plain": Quantity(_COMPLIANCE, "C_T (sum)", "total compliance, with the sum over vessels", "30"),
-    "C_p_over_C_T": Quantity("1", "C_p/C_T", "share of the beds in the total compliance", "30"),
-    "C_p_over_C_T_plain": Quantity("1", "C_p/C_T (sum)", "share of the beds, with the sum over vessels", "30"),
-    "tau": Quantity("s", "τ", "time constant: of the diastolic decay if measured, R_T C_T of a model", "12"),
-    "tau_plain": Quantity("s", "τ (sum)", "time constant R_T C_T, with the sum over vessels", "12"),
-    "pressure_drop": Quantity("mmHg", "Δp", "fall of the mean pressure to the terminals, their average"),
-    "S": Quantity("mmHg2", "S", "objective at the optimum", "14"),
-    "RMSE": Quantity("mmHg", "RMSE", "root-mean-square pressure residual"),
-}
-"""All quantities by the name of their variable; a wall law and the outlets own theirs, see `quantities_of`."""
 
 _LOG_STEP = 1e-4  # of the central differences, in the logarithm of a parameter
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 
 
-SHARES = ("a", "C_p_over_C_T", "C_p_over_C_T_plain")
-"""Quantities that cannot exceed 1."""
-
-
-def quantities_of(law: Any) -> dict[str, Quantity]:
-    """Return all quantities of a model with the wall law (its class), in the order of tables."""
-    said = law.law()
-    own = {name: Quantity(*one[:4]) for name, one in zip(law._fields, said.parameters, strict=True)}
-    factors = {name: Quantity(*one[:4]) for name, one in Windkessel.factors().items()}
-    names = list(QUANTITIES)
-    before, after = names[: names.index("beta")], names[names.index("stiffness") : names.index("pressure_drop")]
-    known = {name: QUANTITIES[name] for name in names if name != "beta"}
-    ordered = [*before, *own, *dict([said.ratio] if said.ratio else []), *after, *factors, *names]
-    every = known | own | dict([said.ratio] if said.ratio else []) | factors
-    return {name: every[name] for name in dict.fromkeys(ordered) if name in every}
+def quantities_of(law: Any, bed: Any) -> dict[str, Quantity]:
+    """Return all quantities of a model with the wall law and the beds (classes), in the order of tables."""
+    described = law.law()
+    own = {name: Quantity(*one[:4]) for name, one in zip(parameter_names(law), described.parameters, strict=True)}
+    own |= {full_name(law, described.ratio[0]): described.ratio[1]} if described.ratio else {}
+    factors = {name: Quantity(*one[:4]) for name, one in bed_factors(bed).items()}
+    ordered: dict[str, Quantity] = {}
+    for name, one in QUANTITIES.items():  # the wall's parameters stand where β does, the beds' before Δp
+        ordered |= own if name == "beta" else (factors if name == "pressure_drop" else {}) | {name: one}
+    return ordered | own
 
 
 def measured_quantities(recording: Recording, nominal: Nominal, station: Station, waves: xr.Dataset) -> xr.Dataset:
@@ -98,15 +56,10 @@ def model_quantities(
     fit: Fit, station: Station, waves: xr.Dataset, impedance: xr.Dataset, vessels: xr.Dataset
 ) -> xr.Dataset:
     """Return what the calibrated model says; what follows from the parameters alone carries its 95 % interval."""
-    diastolic, mean = vessels["diastolic_pressure"].to_numpy(), fit.recording.mean_pressure
-
-    def derive(values: Mapping[str, float]) -> dict[str, float]:
-        return derived(model_of(fit, values), values, diastolic, mean)
-
-    parameters = _values(fit)
+    derive = partial(derived_of, fit, diastolic=vessels["diastolic_pressure"].to_numpy())
     estimator = {str(name): float(value) for name, value in zip(impedance["estimator"].values, impedance["Z_c"].values)}
     values = station.recording.indices() | {
-        **derive(parameters),
+        **derive(_values(fit)),
         "Z_c": estimator["up-slope"],
         "Z_0": float(impedance["modulus"][0]),
         "I_R": float(waves["I_R"]),
@@ -114,7 +67,9 @@ def model_quantities(
         "S": fit.S,
         "RMSE": fit.rmse,
     }
-    dataset = quantities_dataset(values, quantities_of(type(fit.model.wall)), errors_of(fit, derive))
+    dataset = quantities_dataset(
+        values, quantities_of(type(fit.model.wall), type(fit.model.outlets)), errors_of(fit, derive)
+    )
     bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
     for name, value in dataset.data_vars.items():
         low, high = bounds.get(str(name), (0.0, 1.0 if name in SHARES else np.inf))
@@ -124,49 +79,19 @@ def model_quantities(
     return dataset
 
 
-def derived(model: Model, values: Mapping[str, float], diastolic: np.ndarray, mean: float) -> dict[str, float]:
-    """Return the parameters and what follows from them without a simulation.
-
-    Parameters
-    ----------
-    model : Model
-        With one value of every wall parameter for all vessels.
-    values : mapping
-        Its parameters.
-    diastolic : array, shape (vessel,)
-        Diastolic pressure of the vessels, mmHg, at which their compliance is taken.
-    mean : float
-        Pressure at which the wave speed is taken, mmHg.
-    """
-    quantities = dict(values)
-    at_diastole = compliance(model, diastolic)
-    speed = np.asarray(wave_speed(model.wall, mean, model.blood.inertia))
-    slope = np.asarray(area_compliance(model.wall, mean, model.area0))
-    if ratio := model.wall.law().ratio:
-        first, second = model.wall._fields
-        quantities[ratio[0]] = values[first] / values[second]
-    return quantities | {
-        "stiffness": float(np.broadcast_to(stiffness(model.wall), len(model.network))[model.network.root]),
-        "wave_speed": float(speed[model.network.root]),
-        "area_compliance": float(slope[model.network.root]),
-        "R_T": model.outlets.total_resistance(),
-        "a": model.outlets.resistance_ratio(),
-        "C_p": at_diastole.peripheral,
-        "C_v": at_diastole.network_published,
-        "C_v_plain": at_diastole.network_sum,
-        "C_T": at_diastole.total(),
-        "C_T_plain": at_diastole.total(published=False),
-        "C_p_over_C_T": at_diastole.peripheral_share(),
-        "C_p_over_C_T_plain": at_diastole.peripheral_share(published=False),
-        "tau": at_diastole.time_constant(),
-        "tau_plain": at_diastole.time_constant(published=False),
-    }
+def derived_of(fit: Fit, values: Mapping[str, float], diastolic: np.ndarray) -> dict[str, float]:
+    """Return the parameters `values` of a fit's model, and what follows from them without a simulation."""
+    law, model = type(fit.model.wall), model_of(fit, values)
+    ratio, wall = law.law().ratio, [values[name] for name in parameter_names(law)]
+    share = {full_name(law, ratio[0]): wall[0] / wall[1]} if ratio else {}
+    return {**values, **share, **derived(model, fit.recording.mean_pressure, diastolic)}
 
 
 def model_of(fit: Fit, values: Mapping[str, float]) -> Model:
     """Return the model of a fit with other values of its parameters."""
-    wall = type(fit.model.wall)(*(values[name] for name in fit.model.wall._fields))
-    outlets = fit.nominal.outlets.scaled(*(values[name] for name in Windkessel.factors()))
+    law = type(fit.model.wall)
+    wall = law(*(values[name] for name in parameter_names(law)))
+    outlets = fit.nominal.outlets.scaled(*(values[name] for name in bed_factors(type(fit.nominal.outlets))))
     return Model(fit.model.network, wall, outlets, fit.model.blood)
 
 

@@ -16,8 +16,8 @@ from vasowave.analysis import (
     wave_intensity,
 )
 from vasowave.calibration import Fit
-from vasowave.network import Network
-from vasowave.nominal import Nominal
+from vasowave.model.nominal import Nominal
+from vasowave.network.network import Network
 from vasowave.recording import EnsembleAverage, Recording
 
 _WAVE_COLUMNS = {

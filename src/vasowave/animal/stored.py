@@ -4,54 +4,75 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-import xarray as xr
-
 from vasowave.animal.animal import Settings
-from vasowave.animal.reading import data_of, network, settings_of, wall_laws
-from vasowave.blood import FRICTIONS, Blood
+from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import from_json
-from vasowave.laws import find_law
-from vasowave.model import Model
-from vasowave.outlets import Windkessel
+from vasowave.model.blood import FRICTIONS, Blood
+from vasowave.model.law_files import plain
+from vasowave.model.laws import bed_quantities, find_bed, find_law, parameter_names
+from vasowave.model.model import Model
 from vasowave.recording import Recording
 from vasowave.solver import Numerics
 
 
-def stored_recording(result: xr.DataTree) -> Recording:
+def stored_recording(result: AnimalResult) -> Recording:
     """Return the averaged cycle of an animal's stored results, with its notes and the errors of its harmonics."""
-    data = data_of(result, "recording")
+    data = result.recording
     errors = {name: data[name].values for name in ("pressure_error", "flow_error") if name in data}
     return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"],
                      from_json(data.attrs["findings"]), **errors)  # fmt: skip
 
 
-def stored_settings(result: xr.DataTree) -> Settings:
+def stored_settings(result: AnimalResult) -> Settings:
     """Return the settings that an animal was analyzed with."""
-    data = settings_of(result)
+    data = dict(result.settings)
     return Settings(**data | {"blood": _blood(data["blood"]), "numerics": Numerics(**data["numerics"])})
 
 
 def _blood(data: Mapping[str, Any]) -> Blood:
     friction = dict(data["friction"])
     kind = {one.__name__: one for one in FRICTIONS.values()}[friction.pop("law")]
-    return Blood(data["density"], data["viscosity"], kind(**friction))
+    return Blood(float(data["density"]), float(data["viscosity"]), kind(**friction))
 
 
-def stored_model(result: xr.DataTree, wall: str = "") -> Model:
-    """Return the model that was fitted to an animal, to the last bit.
+def stored_law(result: AnimalResult, wall: str | type = "") -> tuple[str, Any]:
+    """Return the name under which a law that was fitted is stored, and its class.
 
     Parameters
     ----------
-    result : DataTree
-        Of one animal, as `read_results` gives it.
-    wall : str
-        The wall law; by default the first that was fitted.
+    result : AnimalResult
+    wall : str or class
+        Name of the law; of one of a user's own also ``our_laws:Class`` or the class. By default the first law.
 
     Raises
     ------
     InputError
-        The results hold no fit with this law.
+        The results hold no fit with this law, or the law itself is not here.
+    """
+    stored = {name: str(law.calibration.attrs["law"]) for name, law in result.laws.items()}
+    asked: Any = wall or next(iter(stored), "")
+    text = asked if isinstance(asked, str) else asked.law().name
+    name = next((name for name, law in stored.items() if text in (name, law, plain(law))), None)
+    if name is None:
+        hint, known = did_you_mean(text, stored), ", ".join(stored) or "none"
+        raise InputError(f"no fit with the wall law '{text}'{hint}; there are: {known}")
+    return name, find_law(stored[name] if isinstance(asked, str) else asked)
+
+
+def stored_model(result: AnimalResult, wall: str | type = "") -> Model:
+    """Return the model that was fitted to an animal, to the last bit.
+
+    Parameters
+    ----------
+    result : AnimalResult
+    wall : str or class
+        The wall law, see `stored_law`; by default the first that was fitted.
+
+    Raises
+    ------
+    InputError
+        The results hold no fit with this law, or the law, one of a user's own, is not here.
 
     Examples
     --------
@@ -61,12 +82,8 @@ def stored_model(result: xr.DataTree, wall: str = "") -> Model:
     >>> vw.stored_model(result)
     Model(LinearWall(beta ...), Windkessel, Network(21 vessels, ...))
     """
-    known = list(wall_laws(result))
-    wall = wall or known[0]
-    if wall not in known:
-        raise InputError(f"no fit with the wall law '{wall}'{did_you_mean(wall, known)}; there are: {', '.join(known)}")
-    data = data_of(result, f"{wall}/calibration")
-    law = find_law(wall)
+    name, law = stored_law(result, wall)
+    data = result.laws[name].calibration
     blood = _blood(
         {
             "density": data.attrs["blood_density_g_per_ml"],
@@ -74,5 +91,6 @@ def stored_model(result: xr.DataTree, wall: str = "") -> Model:
             "friction": json.loads(data.attrs["friction"]),
         }
     )
-    outlets = Windkessel(*(data[name].values for name in Windkessel._fields))
-    return Model(network(result), law(*(data[name].values for name in law._fields)), outlets, blood)
+    bed = find_bed(str(data.attrs["bed"]))
+    outlets = bed(*(data[name].values for name in bed_quantities(bed)))
+    return Model(result.network, law(*(data[name].values for name in parameter_names(law))), outlets, blood)

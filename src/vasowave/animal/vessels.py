@@ -3,10 +3,12 @@
 import numpy as np
 import xarray as xr
 
-from vasowave import walls
 from vasowave.analysis import compliance, pressure_drop, wave_speeds
 from vasowave.animal.datasets import table_dataset
+from vasowave.animal.quantities import quantities_dataset
 from vasowave.calibration import Fit
+from vasowave.model import walls
+from vasowave.quantities import QUANTITIES
 
 _ABOVE, _POINTS = 1.05, 101  # how far the curve of the law is drawn, of the highest pressure; its points
 
@@ -35,14 +37,8 @@ def vessels_dataset(fit: Fit) -> xr.Dataset:
         name: ("vessel", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in meanings.items()
     }
     dataset = xr.merge([speeds.assign(own), drops], combine_attrs="override", join="exact")
-    sums = {
-        "C_v": (at_diastole.network_published, "compliance of the network, series/parallel rule (eqs. 28, 29)"),
-        "C_v_plain": (at_diastole.network_sum, "compliance of the network, sum over vessels (eq. 25)"),
-    }
-    dataset = dataset.assign(
-        {name: ((), v, {"units": "ml/mmHg", "long_name": text}) for name, (v, text) in sums.items()}
-    )
-    return dataset.merge(_law_curve(fit))
+    sums = quantities_dataset({"C_v": at_diastole.network_published, "C_v_plain": at_diastole.network_sum}, QUANTITIES)
+    return dataset.merge(sums).merge(_law_curve(fit))
 
 
 def _law_curve(fit: Fit) -> xr.Dataset:

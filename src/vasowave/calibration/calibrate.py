@@ -1,7 +1,6 @@
 """Calibrate a model to one recording from several starts in parallel."""
 
 import threading
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal
@@ -10,7 +9,6 @@ import numpy as np
 import pandas as pd
 from annotated_types import Ge, Le
 
-from vasowave.blood import Blood
 from vasowave.calibration import search as searching
 from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, checked_harmonics, compared_part
 from vasowave.calibration.objective import Objective, Stopped
@@ -18,18 +16,20 @@ from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
 from vasowave.calibration.search import SearchEnd
 from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
-from vasowave.calibration.uncertainty import correlations, parameter_table, sentences, spread_of
-from vasowave.errors import NumericalError, VasowaveWarning
-from vasowave.findings import texts
-from vasowave.law_files import in_words
-from vasowave.network import Network
-from vasowave.network_remarks import unknown_pressure
-from vasowave.nominal import estimate_nominal, oddities
-from vasowave.recording import Recording
-from vasowave.settings import Check, Positive, Range, check_settings
+from vasowave.calibration.uncertainty import correlations, fit_findings, parameter_table, spread_of
+from vasowave.errors import NumericalError
+from vasowave.findings import look_kind, warn
+from vasowave.model.blood import Blood
+from vasowave.model.law_files import in_words
+from vasowave.model.laws import find_bed
+from vasowave.model.nominal import estimate_nominal, oddities
+from vasowave.network.network import Network, a_network
+from vasowave.network.remarks import unknown_pressure
+from vasowave.recording import EnsembleAverage, Recording, one_cycle
+from vasowave.runtime.threads import threads
+from vasowave.settings import Check, Positive, Range, check_settings, with_settings
 from vasowave.solver.dataset import as_dataset
 from vasowave.solver.simulate import Numerics
-from vasowave.threads import threads
 
 NUMERICS = Numerics(tolerance=1e-7)
 """How a fit simulates unless told otherwise."""
@@ -38,6 +38,17 @@ _SEEN = 1e-3  # mmHg: starts agree, too, if their root-mean-square residuals dif
 _COARSE_SAMPLES = 64  # the searches choose their step in multiples of this
 _LOOSEST = 1e-6  # mmHg, tolerance of a fit
 _COARSER = 10.0  # ratio of the searches' tolerance to that of the final one
+
+INTERRUPTED = look_kind(
+    "fit.interrupted",
+    "Interrupted: {done} of {starts} starts had finished.",
+    "Run again: what had finished is not computed twice.",
+)
+NOT_AGAIN = look_kind(
+    "fit.best-not-repeated",
+    "the best {lost} of {ends} ends could not be simulated a second time; the next was taken",
+    "Look at the table of starts, and fit again with narrower bounds.",
+)
 
 
 def _harmonics_schema() -> dict[str, Any]:
@@ -96,27 +107,34 @@ class Search:
 @in_words()
 def calibrate(
     network: Network,
-    recording: Recording,
+    recording: Recording | EnsembleAverage,
     wall: str | type = "linear",
     *,
+    bed: str | type = "windkessel",
     blood: Blood | None = None,
     search: Search | None = None,
     numerics: Numerics | None = None,
     progress: Callable[[int, int, float], None] | None = None,
     ends: Ends | None = None,
+    **settings: Any,
 ) -> Fit:
     """Find the parameters that minimize S (eq. 14) between measured and simulated pressure and flow at the inlet.
 
     Parameters
     ----------
     network : Network
-    recording : Recording
+    recording : Recording or EnsembleAverage
     wall : str or class
         Name of a wall law (``linear``: fits {β, r1, r2, c1}; ``tangent``: {p1, γ, r1, r2, c1}), or a class of your own;
         see `laws.find_law`.
+    bed : str or class
+        What stands behind the terminals: ``windkessel``, ``rc``, ``resistance``, or a class of your own; see
+        `laws.find_bed`.
     blood : Blood, optional
     search : Search, optional
         Starts, method, bounds.
+    settings
+        Those of `Search` by name, ``starts=4``, in place of what `search` says of them.
     numerics : Numerics, optional
         Its `samples` is ignored: the simulation has the recording's (at most 1024). A tolerance above 1e-6 mmHg
         becomes 1e-6.
@@ -144,9 +162,9 @@ def calibrate(
     >>> vw.calibrate(vw.control_network(), vw.virtual_mouse(), "linear", search=search)
     Fit(linear wall: beta ..., r1 ..., r2 ..., c1 ...; S ..., N ..., RMSE ... mmHg)
     """
-    plan = search or Search()
-    blood = blood or Blood()
-    nominal = estimate_nominal(network, recording, blood)
+    plan = with_settings(search or Search(), settings)
+    blood, network, recording = blood or Blood(), a_network(network), one_cycle(recording)
+    nominal = estimate_nominal(network, recording, blood, find_bed(bed))
     space = parameter_space(wall, network, nominal, blood, plan.bounds, plan.fixed, plan.paper_bounds)
     compared = compared_part(recording, plan.pressure_harmonics)
     numerics = _for_fits(numerics, min(len(recording.pressure), MOST_SAMPLES))
@@ -157,15 +175,13 @@ def calibrate(
     spread = spread_of(space, jacobian, residual, compared)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
     table_of_starts = _starts_table(space, searched, len(residual))
-    notes = [*texts(recording.notes), *compared.sentences(), *unknown_pressure(network), *oddities(nominal)]
-    notes += sentences(table, correlation, table_of_starts, spread)
-    if stopped:
-        notes.insert(0, f"Interrupted: {len(searched)} of {plan.starts} starts had finished.")
     run = objective.run(best.x)
-    notes += run.notes
+    found = [INTERRUPTED(done=len(searched), starts=plan.starts)] if stopped else []
+    found += [compared.finding(), *unknown_pressure(network), *oddities(nominal)]
+    found += [*fit_findings(table, correlation, table_of_starts, spread), *run.notes]
     return Fit(
         space.law.law().name, run.model, compared, nominal, table, correlation, table_of_starts, as_dataset(run),
-        residual, float(residual @ residual), tuple(notes),
+        residual, float(residual @ residual), tuple(found),
     )  # fmt: skip
 
 
@@ -194,8 +210,7 @@ def _polish(
         again = searching.search(objective, one.x, plan.method)
         if np.isfinite(again.S):
             if place:
-                said = f"the best {place} of {len(ends)} ends could not be simulated a second time; the next was taken"
-                warnings.warn(said, VasowaveWarning, stacklevel=3)
+                warn(NOT_AGAIN(lost=place, ends=len(ends)), stacklevel=3)
             return objective, again
     raise NumericalError(f"no optimum of the {len(ends)} starts could be simulated a second time; {again.message}")
 

@@ -11,12 +11,29 @@ import numpy as np
 import pandas as pd
 
 from vasowave.errors import InputError
+from vasowave.findings import Finding, note_kind
 from vasowave.recording import HarmonicErrors, Recording, harmonic_errors, resample, samples_needed
 from vasowave.recording.waveform import amplitudes
 from vasowave.solver.result import Run, at_samples
 
 FEWEST = 8
 """Harmonics that are compared at least: with fewer, the parameters of a fit leave no residual to judge it by."""
+
+_OWN_LEVEL = "the rounding and the own high-frequency level of the averaged cycle"
+_COMPARED = "Compared are harmonics 0 to {harmonics} of the pressure ({samples} samples)"
+_ENDS = "signal stands out of {level} up to harmonic {signal}"
+SIGNAL_OF_BEATS = note_kind("fit.harmonics-with-signal", f"{_COMPARED}: above them no signal stands out of {{level}}.")
+SIGNAL_OF_CYCLE = note_kind(
+    "fit.harmonics-of-averaged-cycle",
+    f"{SIGNAL_OF_BEATS.text} The scatter of its beats is not known, and smoothing hides it: fewer harmonics may be "
+    "real; see how the answer moves with their number (`pressure_harmonics`).",
+)
+FEWEST_COMPARED = note_kind("fit.harmonics-fewest", f"{_COMPARED}: {_ENDS}, and fewer leave nothing to judge a fit by.")
+AS_ASKED = note_kind("fit.harmonics-as-asked", f"{_COMPARED}, as asked; {_ENDS}.")
+ABOVE_SIGNAL = note_kind(
+    "fit.harmonics-above-signal",
+    f"{_COMPARED}, as asked; {_ENDS}, and what lies above it is no evidence for or against a wall law.",
+)
 
 MOST_SAMPLES = 1024
 """The paper's number of samples; a longer recording is compared at these, which carry all its harmonics."""
@@ -97,32 +114,17 @@ class Compared:
             index=pd.RangeIndex(len(measured), name="harmonic"),
         )
 
-    def sentences(self) -> list[str]:
-        """Say which harmonics are compared, and why."""
-        signal, source = self.errors.with_signal, _SOURCES[self.errors.source]
-        compared = f"Compared are harmonics 0 to {self.harmonics} of the pressure ({self.samples} samples)"
+    def finding(self) -> Finding:
+        """Return which harmonics are compared, and why."""
+        signal, beats = self.errors.with_signal, self.errors.source == "beats"
         if self.choice == "signal" and signal >= self.harmonics:
-            return [f"{compared}: above them no signal stands out of {source}.{self._hidden()}"]
-        ends = f"signal stands out of {source} up to harmonic {signal}"
-        if self.choice == "signal":
-            return [f"{compared}: {ends}, and fewer leave nothing to judge a fit by."]
-        if self.harmonics <= signal:
-            return [f"{compared}, as asked; {ends}."]
-        return [f"{compared}, as asked; {ends}, and what lies above it is no evidence for or against a wall law."]
-
-    def _hidden(self) -> str:
-        if self.errors.source == "beats":
-            return ""
-        return (
-            " The scatter of its beats is not known, and smoothing hides it: fewer harmonics may be real; see how the "
-            "answer moves with their number (`pressure_harmonics`)."
-        )
-
-
-_SOURCES = {
-    "beats": "the scatter of the beats",
-    "file": "the rounding and the own high-frequency level of the averaged cycle",
-}
+            which = SIGNAL_OF_BEATS if beats else SIGNAL_OF_CYCLE
+        elif self.choice == "signal":
+            which = FEWEST_COMPARED
+        else:
+            which = AS_ASKED if self.harmonics <= signal else ABOVE_SIGNAL
+        level = "the scatter of the beats" if beats else _OWN_LEVEL
+        return which(harmonics=self.harmonics, samples=self.samples, signal=signal, level=level)
 
 
 def compared_part(recording: Recording, harmonics: int | str = "signal") -> Compared:

@@ -1,8 +1,8 @@
 """Coordinates in which a search finds its way: what the data see, in place of the parameters' logarithms.
 
 A recording shows how much the vessels are stretched at its mean pressure, the total resistance, and how that is shared
-between R1 and R2. The stiffness of a stiffening wall at zero pressure, and r1 and r2 apart, follow only from all of
-these together, so that in their own logarithms the objective is a long curved valley.
+between its two parts. The stiffness of a stiffening wall at zero pressure, and the two parts apart, follow only from
+all of these together, so that in their own logarithms the objective is a long curved valley.
 """
 
 from dataclasses import dataclass
@@ -27,8 +27,8 @@ class Coordinates:
 
     The stiffness becomes the logarithm of the area strain at mean pressure, where the law is proportional to its first
     parameter; near the largest strain of a law that has one, its distance from it takes the strain's place, so that no
-    coordinate lies beyond; r1 and r2, if both are free, become the logarithm of the resistance and the logit of its
-    ratio; all others are logarithms.
+    coordinate lies beyond; the two parts of the resistance (`Space.shared`), if both are free, become the logarithm of
+    the resistance and the logit of its ratio; all others are logarithms.
 
     Attributes
     ----------
@@ -50,13 +50,13 @@ class Coordinates:
 
     @cached_property
     def shared(self) -> tuple[int, int] | None:
-        """Places of r1 and r2 among all parameters, if both are free."""
-        places = tuple(self.space.names.index(name) for name in ("r1", "r2"))
-        return (places[0], places[1]) if self.space.free[list(places)].all() else None
+        """Places of the two parts of the resistance among all parameters, if both are free."""
+        places = [self.space.names.index(name) for name in self.space.shared]
+        return (places[0], places[1]) if places and self.space.free[places].all() else None
 
     @cached_property
     def proximal(self) -> float:
-        """Share of R1 in the nominal resistance."""
+        """Share of the first part in the nominal resistance."""
         return self.space.outlets.resistance_ratio()
 
     def of(self, x: np.ndarray) -> np.ndarray:

@@ -7,26 +7,26 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.blood import Blood
 from vasowave.descriptions import Parameter
 from vasowave.errors import InputError, did_you_mean
-from vasowave.laws import find_law
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.nominal import Nominal
-from vasowave.outlets import Windkessel
+from vasowave.model.blood import Blood
+from vasowave.model.laws import bed_factors, find_bed, find_law, full_name, parameter_names
+from vasowave.model.model import Model
+from vasowave.model.nominal import Nominal
+from vasowave.model.outlets import Bed
+from vasowave.network.network import Network
 
 
-def fitted_parameters(wall: str | type) -> dict[str, Parameter]:
-    """Return every parameter of a fit by its name: the wall law's, then the factors of the outlets.
+def fitted_parameters(wall: str | type, bed: str | type = "windkessel") -> dict[str, Parameter]:
+    """Return every parameter of a fit by its name: the wall law's, then the factors of the beds.
 
     Raises
     ------
     InputError
-        An unknown wall law.
+        An unknown wall law or bed.
     """
     law = find_law(wall)
-    return dict(zip(law._fields, law.law().parameters, strict=True)) | Windkessel.factors()
+    return dict(zip(parameter_names(law), law.law().parameters, strict=True)) | bed_factors(find_bed(bed))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +52,24 @@ class Space:
     upper: np.ndarray
     free: np.ndarray
     network: Network
-    outlets: Windkessel
+    outlets: Bed
     blood: Blood
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all parameters."""
         return tuple(self.parameters)
+
+    @property
+    def wall_names(self) -> tuple[str, ...]:
+        """Names of the wall law's parameters, in the order of its fields."""
+        return self.names[: len(self.law._fields)]
+
+    @property
+    def shared(self) -> tuple[str, ...]:
+        """The two factors of the beds between which the recording splits one resistance, if there are two."""
+        bed = type(self.outlets)
+        return tuple(full_name(bed, name) for name in bed.bed().shared or ())
 
     @property
     def free_names(self) -> tuple[str, ...]:
@@ -98,7 +109,7 @@ def parameter_space(
     InputError
         An unknown wall or parameter, bounds that are not positive and ordered, or nothing left to fit.
     """
-    law, parameters = find_law(wall), fitted_parameters(wall)
+    law, parameters = find_law(wall), fitted_parameters(wall, type(nominal.outlets))
     for name in (*bounds, *fixed):
         if name not in parameters:
             raise InputError(

@@ -7,6 +7,7 @@ import xarray as xr
 
 from vasowave.calibration.generalized import Optimum, Whiten, least_squares_optimum, reoptimize
 from vasowave.calibration.result import Fit
+from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError, NumericalError
 from vasowave.solver.simulate import Numerics
 
@@ -117,7 +118,7 @@ def _dataset(name: str, ends: Sequence[Optimum], metric: Whiten) -> xr.Dataset:
             "S": ("point", S, {"units": "mmHg2", "long_name": "objective (eq. 14), pressure only"}),
             "converged": ("point", np.array([end.converged for end in ends])),
         },
-        attrs={"parameter": name, "level": 0.95, "lower": float(np.exp(lower)), "upper": float(np.exp(upper))},
+        attrs={"parameter": name, "level": LEVEL, "lower": float(np.exp(lower)), "upper": float(np.exp(upper))},
     )
 
 

@@ -1,16 +1,25 @@
 """What a calibration returns: the optimum, how well the data determine it, and how it was found."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from vasowave.calibration.compared import Compared
-from vasowave.model import Model
-from vasowave.nominal import Nominal
-from vasowave.notebook import card
+from vasowave.findings import Finding, texts
+from vasowave.model.model import Model
+from vasowave.model.nominal import Nominal
+from vasowave.notebook import card, upstairs
 from vasowave.recording import Recording
+
+if TYPE_CHECKING:
+    from vasowave.animal.result import AnimalResult
+    from vasowave.figures.fitted import FitPlots
+    from vasowave.inference import Posterior
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +37,7 @@ class Fit:
     nominal : Nominal
         Where the starts came from.
     parameters : DataFrame
-        One row per parameter (index: the wall law's, then r1, r2, c1), columns ``unit, nominal, lower, upper,
+        One row per parameter (index: the wall law's, then the beds' factors), columns ``unit, nominal, lower, upper,
         value, standard_error`` (if every sample had independent noise), ``standard_error_correlated`` (for the smooth
         noise that the residual shows, `noise.spectrum`), ``interval_low, interval_high`` (95 %, from the latter),
         ``at_bound, free, determined``.
@@ -43,8 +52,9 @@ class Fit:
     S : float
         Objective (eq. 14) at the optimum, mmHg²: a sum over N samples, so that only `mean_square` compares with fits to
         other numbers of them.
-    warnings : tuple of str
-        What a reader must know: parameters at a bound, not determined, starts that disagree.
+    findings : tuple of Finding
+        What a reader must know: parameters at a bound, not determined, starts that disagree. What was noticed of the
+        recording stands with it.
 
     Examples
     --------
@@ -52,6 +62,10 @@ class Fit:
     >>> fit = vw.calibrate(vw.control_network(), vw.virtual_mouse(), search=vw.Search(starts=1))
     >>> fit.parameters.loc["beta", ["interval_low", "value", "interval_high"]].is_monotonic_increasing
     True
+    >>> fit.plot.residuals().get_ylabel()
+    'residual pressure [mmHg]'
+    >>> fit.summary().loc["wave_speed", "unit"]
+    'cm/s'
     """
 
     wall: str
@@ -64,7 +78,7 @@ class Fit:
     simulation: xr.Dataset
     pressure_residual: np.ndarray
     S: float
-    warnings: tuple[str, ...]
+    findings: tuple[Finding, ...]
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} {value:.4g}" for name, value in self.parameters["value"].items())
@@ -83,7 +97,11 @@ class Fit:
         facts["starts"] = (
             f"{int(self.starts['agrees'].sum())} of {len(self.starts)} came to this optimum or into its bowl"
         )
-        return card(f"Fit, {self.wall} wall: {self.model.wall.law().formula}", facts, self.warnings)
+        return card(
+            f"Fit, {self.wall} wall: {self.model.wall.law().formula}",
+            facts,
+            texts((*self.recording.notes, *self.findings)),
+        )
 
     @property
     def recording(self) -> Recording:
@@ -124,3 +142,63 @@ class Fit:
     def peripheral_compliance(self) -> float:
         """Weighted compliance Σ Ĉ_p of the vascular beds, ml/mmHg."""
         return float(self.model.outlets.weighted_compliance().sum())
+
+    @cached_property
+    def result(self) -> "AnimalResult":
+        """Everything about the animal, as `analyze` returns it."""
+        whole: AnimalResult = upstairs("animal.pipeline:result_of_fit")(self)
+        return whole
+
+    @property
+    def plot(self) -> "FitPlots":
+        """Panels: ``fit.plot.pressure(ax)``, ``residuals``, ``autocorrelation``, ``pressure_area``, ``impedance``."""
+        panels: FitPlots = upstairs("figures.fitted:FitPlots")(self.result)
+        return panels
+
+    def summary(self) -> pd.DataFrame:
+        """Return parameters and what follows from them, one a row: ``value, interval_low, interval_high`` (95 %),
+        ``unit``, ``meaning``; the interval is NaN where nothing tells it.
+        """
+        quantities = self.result.laws[self.wall].quantities.data_vars
+        keys = {"interval_low": np.nan, "interval_high": np.nan, "units": "", "long_name": ""}
+        rows = [{"value": float(one)} | {key: one.attrs.get(key, none) for key, none in keys.items()}
+                for one in quantities.values()]  # fmt: skip
+        table = pd.DataFrame(rows, pd.Index(list(map(str, quantities)), name="quantity"))
+        return table.rename(columns={"units": "unit", "long_name": "meaning"})
+
+    def sample(self, **settings: Any) -> "Posterior":
+        """Return the posterior of the same animal, law and beds; the settings are those of `posterior`: ``draws=200``.
+
+        Parameters that the fit held at a value stay there.
+        """
+        held = {str(name): float(row["value"]) for name, row in self.parameters.iterrows() if not row["free"]}
+        search = upstairs("calibration:Search")(fixed=held)
+        own = {"bed": type(self.model.outlets), "fit": self, "blood": self.model.blood, "search": search}
+        drawn: Posterior = upstairs("inference:posterior")(
+            self.model.network, self.recording, type(self.model.wall), **own | settings
+        )
+        return drawn
+
+    def to_netcdf(self, path: str | Path) -> Path:
+        """Write `result` as netCDF-4, one group a part; returns the path.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
+        upstairs("animal.files:write_result")(self.result, Path(path))
+        return Path(path)
+
+    def report(self, folder: str | Path, *, pdf: bool = False) -> Path:
+        """Write the report of this fit into `folder` and return its page.
+
+        The folder holds no results; `vasowave fit` keeps those that `vasowave posterior` and others go on from.
+
+        Raises
+        ------
+        InputError
+            The folder holds another report or cannot be written.
+        """
+        page: Path = upstairs("report.write:write_report")([self.result], Path(folder), pdf=pdf)
+        return page

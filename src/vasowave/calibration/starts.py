@@ -18,8 +18,8 @@ from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import Space
 from vasowave.calibration.search import ROUGH, SearchEnd, search
 from vasowave.errors import NumericalError
+from vasowave.runtime.threads import threads
 from vasowave.solver.simulate import Numerics
-from vasowave.threads import threads
 
 Progress = Callable[[int, int, float], None]
 

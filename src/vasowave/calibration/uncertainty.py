@@ -1,4 +1,4 @@
-"""What the data determine: standard errors, 95 % intervals and correlations, and sentences about them."""
+"""What the data determine: standard errors, 95 % intervals and correlations, and what is found of them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,9 @@ import pandas as pd
 
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
-from vasowave.noise.spectrum import NORMAL, known_variance, least_squares_covariance, likely_spectra
+from vasowave.descriptions import NORMAL
+from vasowave.findings import Finding, look_kind, note_kind
+from vasowave.noise.spectrum import known_variance, least_squares_covariance, likely_spectra
 
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 _NEAR_BOUND = 1e-3  # in the logarithm
@@ -16,6 +18,33 @@ WIDEST = 4.0
 """A parameter is determined if the ends of its 95 % interval differ by at most this factor."""
 
 _INSEPARABLE = 0.95  # correlation above which two parameters are named together
+
+_BOUND = (
+    "{{parameter}} = {{value:.4g}} lies at its {} bound: the best fit would be at a {} value, so this is the bound's "
+    "number and not the data's, and the intervals of the others hold for it as it stands."
+)
+_WIDER = "Widen its bounds, or ask whether the law suits this animal."
+AT_LOWER = look_kind("fit.at-lower-bound", _BOUND.format("lower", "smaller"), _WIDER)
+AT_UPPER = look_kind("fit.at-upper-bound", _BOUND.format("upper", "larger"), _WIDER)
+HELD = note_kind("fit.held", "Held, not fitted: {values}.")
+UNDETERMINED = note_kind(
+    "fit.undetermined", "The data do not determine {parameter}: its 95 % interval reaches from {low:.3g} to {high:.3g}."
+)
+INSEPARABLE = note_kind(
+    "fit.inseparable",
+    "{one} and {other} can hardly be told apart (correlation {correlation:.3f}): a change of one is made up for by the "
+    "other, and neither means much without it.",
+)
+NOISE_ASSUMED = note_kind(
+    "fit.noise-assumed",
+    "The residual hardly tells how strong the noise is that the fit hides at the lowest harmonics: the width of the "
+    "intervals rests on the assumption that it is known within a factor of 4.",
+)
+STARTS_DISAGREE = note_kind(
+    "fit.starts-disagree",
+    "{agree} of {starts} starts ended at the best optimum; the others found worse ones or failed (see the table of "
+    "starts).",
+)
 
 
 def covariance(jacobian: np.ndarray, residual: np.ndarray) -> np.ndarray:
@@ -93,69 +122,43 @@ def correlations(space: Space, spread: Spread) -> pd.DataFrame:
     return pd.DataFrame(matrix, index=list(space.free_names), columns=list(space.free_names))
 
 
-def sentences(table: pd.DataFrame, correlation: pd.DataFrame, starts: pd.DataFrame, spread: Spread) -> list[str]:
-    """Say in words what a reader of the optimum must know."""
+def fit_findings(table: pd.DataFrame, correlation: pd.DataFrame, starts: pd.DataFrame, spread: Spread) -> list[Finding]:
+    """Return what a reader of the optimum must know."""
+    agree = int(starts["agrees"].sum())
     return [
         *_at_bounds(table),
         *undetermined(table),
         *_inseparable(correlation),
-        *_assumed(spread),
-        *_disagreeing(starts),
+        *([NOISE_ASSUMED()] if spread.assumed else []),
+        *([STARTS_DISAGREE(agree=agree, starts=len(starts))] if agree < len(starts) else []),
     ]
 
 
-def _at_bounds(table: pd.DataFrame) -> list[str]:
-    said = []
+def _at_bounds(table: pd.DataFrame) -> list[Finding]:
+    found = []
     for name, row in table[table["at_bound"]].iterrows():
         low = abs(np.log(row["value"] / row["lower"])) < _NEAR_BOUND
-        end, further = ("lower", "smaller") if low else ("upper", "larger")
-        said.append(
-            f"{name} = {row['value']:.4g} lies at its {end} bound: the best fit would be at a {further} value, so this "
-            "is the bound's number and not the data's, and the intervals of the others hold for it as it stands."
-        )
+        found.append((AT_LOWER if low else AT_UPPER)(parameter=str(name), value=float(row["value"])))
     held = table[~table["free"]]
     if len(held):
-        values = ", ".join(f"{name} = {row['value']:.4g}" for name, row in held.iterrows())
-        said.append(f"Held, not fitted: {values}.")
-    return said
+        found.append(HELD(values=", ".join(f"{name} = {row['value']:.4g}" for name, row in held.iterrows())))
+    return found
 
 
-def undetermined(table: pd.DataFrame) -> list[str]:
-    """Name the free parameters inside their bounds that the data do not determine."""
+def undetermined(table: pd.DataFrame) -> list[Finding]:
+    """Return the free parameters inside their bounds that the data do not determine."""
     loose = table[table["free"] & ~table["determined"] & ~table["at_bound"]]
     return [
-        f"The data do not determine {name}: its 95 % interval reaches from {row['interval_low']:.3g} to "
-        f"{row['interval_high']:.3g}."
+        UNDETERMINED(parameter=str(name), low=float(row["interval_low"]), high=float(row["interval_high"]))
         for name, row in loose.iterrows()
     ]
 
 
-def _inseparable(correlation: pd.DataFrame) -> list[str]:
+def _inseparable(correlation: pd.DataFrame) -> list[Finding]:
     names: Sequence[str] = list(correlation.index)
     pairs = [(one, other) for i, one in enumerate(names) for other in names[i + 1 :]]
     return [
-        f"{one} and {other} can hardly be told apart (correlation {correlation[other][one]:.3f}): a change of one is "
-        "made up for by the other, and neither means much without it."
+        INSEPARABLE(one=one, other=other, correlation=float(correlation[other][one]))
         for one, other in pairs
         if abs(float(correlation[other][one])) > _INSEPARABLE
-    ]
-
-
-def _assumed(spread: Spread) -> list[str]:
-    """Say where an assumption of `noise.spectrum` decides the width of the intervals."""
-    if not spread.assumed:
-        return []
-    return [
-        "The residual hardly tells how strong the noise is that the fit hides at the lowest harmonics: the width of "
-        "the intervals rests on the assumption that it is known within a factor of 4."
-    ]
-
-
-def _disagreeing(starts: pd.DataFrame) -> list[str]:
-    agree = int(starts["agrees"].sum())
-    if agree == len(starts):
-        return []
-    return [
-        f"{agree} of {len(starts)} starts ended at the best optimum; the others found worse ones or failed (see the "
-        "table of starts)."
     ]

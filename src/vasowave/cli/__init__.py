@@ -18,8 +18,8 @@ _INTERRUPTED = 130  # exit status after Ctrl-C
 def run() -> None:
     """Run the command line; every error of ours becomes one readable message and its exit status."""
     from vasowave.errors import InputError, VasowaveError, VasowaveWarning
-    from vasowave.memory import is_starved
-    from vasowave.threads import spare_threads
+    from vasowave.runtime.memory import is_starved
+    from vasowave.runtime.threads import spare_threads
 
     def show(message: Warning | str, category: type[Warning], *rest: object, **more: object) -> None:
         if issubclass(category, VasowaveWarning):

@@ -27,6 +27,7 @@ def export(
     period: Annotated[float | None, models.PERIOD] = None,
     animal: Annotated[str, models.ANIMAL] = "",
     wall: Annotated[str, models.WALL] = "",
+    bed: Annotated[str, models.BED] = "",
     friction: Annotated[str, models.FRICTION] = "",
     cell_size: Annotated[float | None, models.CELL] = None,
     accuracy: Annotated[float | None, models.ACCURACY] = None,
@@ -34,7 +35,7 @@ def export(
     """Write a model and its waves for ParaView, MATLAB, openBF or svZeroDSolver."""
     from vasowave.exchange import export_model
 
-    model, flow = models.model_from(network, recording or [], period, animal, wall, friction)
+    model, flow = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
     numerics = models.numerics_from(cell_size, accuracy)
     said = export_model(model, flow, program, output, centerlines=centerlines, numerics=numerics)
     typer.echo(repr(model))

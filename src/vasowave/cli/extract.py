@@ -10,7 +10,7 @@ import typer
 from vasowave.cli.app import app
 
 if TYPE_CHECKING:
-    from vasowave.network import Network
+    from vasowave.network.network import Network
 
 
 @app.command(
@@ -74,7 +74,7 @@ def centerlines(
     from vasowave.imaging.measure.measurement import filled_at
     from vasowave.imaging.options import check_wishes
     from vasowave.imaging.revise.parts import wanted_part
-    from vasowave.network_remarks import ROOT_RADIUS, unlike_the_species
+    from vasowave.network.remarks import ROOT_RADIUS, unlike_the_species
     from vasowave.report.centerlines import check_centerlines_folder, write_centerline_network
 
     check_wishes(generations, vessels, min_radius)
@@ -116,8 +116,8 @@ def match(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="CSV of the pairs.")] = None,
 ) -> None:
     """Pair the vessels of two networks one to one, by topology and size, and list those left over."""
-    from vasowave.files import check_file, write_file
     from vasowave.imaging import matching
+    from vasowave.io.files import check_file, write_file
     from vasowave.network_formats import read_network
 
     if output is not None:

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 import typer
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from vasowave.animal.animal import Animal
-    from vasowave.blood import Blood
-    from vasowave.model import Model
+    from vasowave.animal.result import AnimalResult
+    from vasowave.model.blood import Blood
+    from vasowave.model.model import Model
     from vasowave.recording import Inflow, Recording
     from vasowave.solver import Numerics
     from vasowave.study.settings import StudyFile
@@ -25,18 +24,24 @@ RECORDING = typer.Argument(
 PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
 ANIMAL = typer.Option(help="Animal of a study.")
 WALL = typer.Option(help="Wall law: linear, tangent, power, or module:Class; of a fit, the first that was fitted.")
+BED = typer.Option(help="Vascular beds: windkessel, rc, resistance, or module:Class; of a fit, its own.")
 FRICTION = typer.Option(help="boundary-layer (the paper's eq. 2), poiseuille, or power-law; of a fit, its own.")
 CELL = typer.Option(help="Longest cell, cm.")
 ACCURACY = typer.Option(help="Largest numerical error of the pressure, mmHg: cells and steps are chosen from it.")
+DATA = ".nc"
+"""How the name of a netCDF file ends."""
 _OPENBF = (".yaml", ".yml")
 
 
 def model_from(
-    network: Path, recording: Sequence[Path], period: float | None, animal: str, wall: str, friction: str
+    network: Path, recording: Sequence[Path], period: float | None, animal: str, kinds: tuple[str, str], friction: str
 ) -> "tuple[Model, Recording | Inflow]":
-    """Return the nominal model of a network and a cycle, the fitted one of a folder, or openBF's, and what flows in."""
-    from vasowave.blood import FRICTIONS, Blood
+    """Return the nominal model of a network and a cycle, the fitted one of a folder, or openBF's, and what flows in.
+
+    `kinds` are the wall law and the beds, each empty unless it was given.
+    """
     from vasowave.errors import InputError, did_you_mean
+    from vasowave.model.blood import FRICTIONS, Blood
 
     if friction and friction not in FRICTIONS:
         hint = did_you_mean(friction, FRICTIONS)
@@ -44,9 +49,12 @@ def model_from(
     blood = Blood(friction=FRICTIONS[friction]()) if friction else None
     alone = network.is_dir() or network.suffix.lower() in _OPENBF
     if not alone:
-        return _nominal(network, recording, period, wall, blood or Blood())
+        return _nominal(network, recording, period, kinds, blood or Blood())
     if recording:
         raise InputError(f"{network} brings the flow into it along; leave the recording out")
+    wall, bed = kinds
+    if bed:
+        raise InputError(f"{network} brings its vascular beds along; leave --bed out")
     model, flow = _fitted(network, animal, wall) if network.is_dir() else _openbf(network, wall)
     return (model.changed(blood=blood) if blood else model), flow
 
@@ -75,16 +83,17 @@ def _openbf(file: Path, wall: str) -> "tuple[Model, Inflow]":
     return read_openbf(file)
 
 
-def _nominal(network: Path, recording: Sequence[Path], period: float | None, wall: str, blood: "Blood"
+def _nominal(network: Path, recording: Sequence[Path], period: float | None, kinds: tuple[str, str], blood: "Blood"
              ) -> "tuple[Model, Recording]":  # fmt: skip
-    from vasowave.laws import find_law
-    from vasowave.model import Model
-    from vasowave.nominal import estimate_nominal
+    from vasowave.model.laws import find_bed, find_law
+    from vasowave.model.model import Model
+    from vasowave.model.nominal import estimate_nominal
     from vasowave.study.settings import StudyFile
 
     cells = {} if period is None else {"period [s]": repr(period)}
     one = animal_from(network, recording, cells, StudyFile.model_validate({}))
-    nominal = estimate_nominal(one.network, one.recording, blood)
+    wall, bed = kinds
+    nominal = estimate_nominal(one.network, one.recording, blood, find_bed(bed or "windkessel"))
     return Model(one.network, nominal.wall(find_law(wall or "linear")), nominal.outlets, blood), one.recording
 
 
@@ -106,7 +115,7 @@ def animal_from(
     return one
 
 
-def stored_animal(folder: Path, animal: str) -> "xr.DataTree":
+def stored_animal(folder: Path, animal: str) -> "AnimalResult":
     """Return the stored result of one animal of a fit or a study."""
     from vasowave.errors import InputError
     from vasowave.study.results import read_results

@@ -11,7 +11,7 @@ from vasowave.cli.app import FAILED, app
 if TYPE_CHECKING:
     from vasowave.animal.animal import Settings
     from vasowave.inference import Posterior
-    from vasowave.network import Network
+    from vasowave.network.network import Network
     from vasowave.recording import Recording
     from vasowave.study.plan import Study
 
@@ -52,12 +52,11 @@ def _fit(study: "Study") -> None:
     from vasowave.study.results import read_results
     from vasowave.study.running import run_alone
 
-    typer.echo("The first fit with a wall law compiles the solver, which takes half a minute once.")
     with watched(study, as_json=False):
         done = run_alone(study)
     typer.echo(f"Results: {done.results}{'' if done.computed else ' (kept from earlier)'}")
     (result,) = read_results(study.folder).in_order()
-    for sentence in fit_sentences(result):
+    for sentence in fit_sentences(result, done.warnings.get(result.name, ())):
         typer.echo(f"  {sentence}")
     with alive("writing the report"):
         page = report_study(study.folder)
@@ -79,27 +78,28 @@ def posterior(
     recording: Annotated[list[Path] | None, models.RECORDING] = None,
     output: Annotated[Path, _DRAWS] = Path("posterior.nc"),
     wall: Annotated[str, models.WALL] = "",
+    bed: Annotated[str, models.BED] = "",
     animal: Annotated[str, models.ANIMAL] = "",
     draws: Annotated[int, typer.Option(help="Draws that are simulated and weighted.")] = 400,
     given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Say which parameters are compatible with one animal's recording when image and model are uncertain, too."""
     from vasowave.cli.progress import alive
-    from vasowave.files import check_file
     from vasowave.inference import Priors
     from vasowave.inference import posterior as posterior_of
+    from vasowave.io.files import check_file
 
-    check_file(output)
-    vessels, cycle, settings = _known(network, recording or [], animal, dict(given or {}))
-    law, made = wall or settings.walls[0], [0]
-    typer.echo(f"Posterior under the {law} wall. The first simulation compiles the solver.")
+    check_file(output, models.DATA)
+    (name, law), vessels, cycle, settings = _known(network, recording or [], animal, (wall, bed), dict(given or {}))
+    made = [0]
+    typer.echo(f"Posterior under the {name} wall. The first simulation compiles the solver.")
 
     def count(simulations: int) -> None:
         made[0] = simulations
 
-    with alive(lambda: f"posterior, {law} wall: {made[0]} simulations"):
+    with alive(lambda: f"posterior, {name} wall: {made[0]} simulations"):
         found = posterior_of(
-            vessels, cycle, law, priors=Priors(zero=settings.zero_sd), blood=settings.blood,
+            vessels, cycle, law, bed=settings.beds, priors=Priors(zero=settings.zero_sd), blood=settings.blood,
             search=settings.search(law), numerics=settings.numerics, draws=draws, seed=settings.seed, progress=count,
         )  # fmt: skip
     found.write(output)
@@ -108,26 +108,33 @@ def posterior(
     raise typer.Exit(0 if found.diagnostics.trusted else FAILED)
 
 
-def _known(network: Path, recording: list[Path], animal: str, options: dict[str, Any]
-           ) -> "tuple[Network, Recording, Settings]":  # fmt: skip
-    """Return vessels, cycle and settings: of files and options, or all of the folder of a fit."""
-    from vasowave.animal import reading, stored
+def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, str], options: dict[str, Any]
+           ) -> "tuple[tuple[str, Any], Network, Recording, Settings]":  # fmt: skip
+    """Return the law (name, class), vessels, cycle, settings: of files and options, or all of the folder of a fit."""
+    from dataclasses import replace
+
+    from vasowave.animal import stored
     from vasowave.cli.options import flag
     from vasowave.cli.row_options import row_cells
     from vasowave.cli.study_options import read_settings
     from vasowave.errors import InputError
+    from vasowave.model.laws import find_law
     from vasowave.study.settings import animal_settings
 
     if network.is_dir():
-        if recording or options:
-            surplus = ", ".join([*map(str, recording), *map(flag, options)])
+        if recording or options or kinds[1]:
+            surplus = ", ".join([*map(str, recording), *map(flag, options), *(["--bed"] if kinds[1] else [])])
             raise InputError(f"{network} brings recording and settings along; leave out {surplus}")
         result = models.stored_animal(network, animal)
-        return reading.network(result), stored.stored_recording(result), stored.stored_settings(result)
+        known = result.network, stored.stored_recording(result), stored.stored_settings(result)
+        return stored.stored_law(result, kinds[0]), *known
     cells = row_cells(options)
     settings = read_settings(options, "posterior", "animal")
     one = models.animal_from(network, recording, cells, settings)
-    return one.network, one.recording, animal_settings(settings)
+    chosen = animal_settings(settings)
+    chosen = replace(chosen, beds=kinds[1] or chosen.beds)
+    law = find_law(kinds[0] or chosen.walls[0])
+    return (law.law().name, law), one.network, one.recording, chosen
 
 
 def _say(found: "Posterior") -> None:
@@ -151,5 +158,5 @@ def _say(found: "Posterior") -> None:
         f"{one.simulations} simulations, {one.harmonics} harmonics compared, "
         f"ln evidence {one.log_evidence:.2f} ± {one.log_evidence_error:.2f}"
     )
-    for note in found.warnings:
+    for note in found.findings:
         tell(f"note: {note}")

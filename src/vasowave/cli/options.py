@@ -6,8 +6,8 @@ from typing import Any
 import typer
 from typer.main import get_command
 
-_OF_FITS = ("walls", "starts", "method", "paper_bounds", "bounds", "model_selection", "selection_optima", "waves_at",
-            "inference", "pdf", "law", "quantities")  # fmt: skip
+_OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "model_selection", "selection_optima",
+            "waves_at", "inference", "pdf", "law", "quantities")  # fmt: skip
 """Settings of a fit and its report that a posterior does not know."""
 
 

@@ -21,9 +21,9 @@ SAY = 60.0
 
 def show_read(read: "Sequence[AnimalRead]", settings: "StudyFile") -> None:
     """Print what was read of every animal, and how much there is to compute."""
-    from vasowave.law_files import plain
+    from vasowave.model.law_files import plain
+    from vasowave.runtime.threads import cores
     from vasowave.study.overview import expected_seconds, overview_lines
-    from vasowave.threads import cores
 
     width = terminal_width()
     for line in overview_lines(read, width):

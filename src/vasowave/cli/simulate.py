@@ -32,6 +32,7 @@ def simulate(
     period: Annotated[float | None, models.PERIOD] = None,
     animal: Annotated[str, models.ANIMAL] = "",
     wall: Annotated[str, models.WALL] = "",
+    bed: Annotated[str, models.BED] = "",
     values: Annotated[list[str] | None, typer.Option("--set", metavar="NAME=VALUE", help="Another value.")] = None,
     friction: Annotated[str, models.FRICTION] = "",
     cell_size: Annotated[float | None, models.CELL] = None,
@@ -39,10 +40,10 @@ def simulate(
 ) -> None:
     """Simulate a network with nominal, given or fitted parameters and write the waveforms of every vessel."""
     from vasowave import solver
-    from vasowave.files import check_file
+    from vasowave.io.files import check_file
 
-    check_file(output)
-    model, cycle = models.model_from(network, recording or [], period, animal, wall, friction)
+    check_file(output, models.DATA)
+    model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
     model = solver.changed_model(model, _pairs(values or []))
     result = solver.simulate(model, cycle, models.numerics_from(cell_size, accuracy))
     _write(result, output)
@@ -72,6 +73,7 @@ def sweep(
     period: Annotated[float | None, models.PERIOD] = None,
     animal: Annotated[str, models.ANIMAL] = "",
     wall: Annotated[str, models.WALL] = "",
+    bed: Annotated[str, models.BED] = "",
     friction: Annotated[str, models.FRICTION] = "",
     cell_size: Annotated[float | None, models.CELL] = None,
     accuracy: Annotated[float | None, models.ACCURACY] = None,
@@ -79,9 +81,12 @@ def sweep(
     """Simulate every combination of parameter values; keeps the root's pressure and what each vessel has of it."""
     from vasowave import solver
     from vasowave.cli.progress import alive
+    from vasowave.io.files import check_file
 
-    _check_places(output, plot)
-    model, cycle = models.model_from(network, recording or [], period, animal, wall, friction)
+    check_file(output, ".csv", models.DATA)
+    if plot is not None:
+        check_file(plot, *_PICTURES)
+    model, cycle = models.model_from(network, recording or [], period, animal, (wall, bed), friction)
     grid = {name: _numbers(name, text) for name, text in _split(vary or [])}
     numerics, made = models.numerics_from(cell_size, accuracy), [0, 0]
     with alive(lambda: f"{made[0]} of {made[1]} simulations"), _bar() as show:
@@ -99,17 +104,6 @@ def sweep(
                + (f", {plot}" if plot else ""))  # fmt: skip
 
 
-def _check_places(output: Path, plot: Path | None) -> None:
-    from vasowave.errors import InputError
-    from vasowave.files import check_file
-
-    check_file(output)
-    if plot is not None:
-        check_file(plot)
-        if plot.suffix.lower() not in _PICTURES:
-            raise InputError(f"{plot}: a picture ends in {', '.join(_PICTURES)}")
-
-
 @contextmanager
 def _bar() -> "Iterator[Callable[[int, int], None]]":
     """Show a bar on a terminal; gives what takes the simulations that are done and all."""
@@ -122,8 +116,8 @@ def _bar() -> "Iterator[Callable[[int, int], None]]":
 
 
 def _write_sweep(result: "xr.Dataset", output: Path) -> None:
-    from vasowave.columns import spreadsheet_cell
-    from vasowave.files import write_file
+    from vasowave.io.columns import spreadsheet_cell
+    from vasowave.io.files import write_file
     from vasowave.solver.sweep import sweep_table
 
     if output.suffix.lower() != ".csv":
@@ -141,7 +135,7 @@ def _draw(result: "xr.Dataset", plot: Path) -> None:
     from vasowave.figures.rendering import svg
     from vasowave.figures.style import style
     from vasowave.figures.sweep import sweep_figure
-    from vasowave.files import write_file
+    from vasowave.io.files import write_file
 
     with style():
         figure = sweep_figure(result)
@@ -185,6 +179,6 @@ def _write(result: "xr.Dataset", output: Path) -> None:
     import xarray as xr
 
     from vasowave.animal.files import to_bytes
-    from vasowave.files import write_file
+    from vasowave.io.files import write_file
 
     write_file(output, to_bytes(xr.DataTree(result)))

@@ -5,13 +5,18 @@ import sys
 import time
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vasowave.cli.app import FAILED, app
 from vasowave.cli.progress import alive, show_read, tell
-from vasowave.threads import cores
+from vasowave.runtime.threads import cores
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from vasowave.study.problems import Problem
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
 _STATUS = typer.Argument(help="The folder of a study or of a fit, or a study.yaml.")
@@ -42,11 +47,15 @@ def new(
     """Make a study: a commented study.yaml, an empty animals.csv, and folders for the files."""
     from vasowave.study.template import new_study
 
-    for path in new_study(folder, [label.strip() for label in groups.split(",")]):
+    labels = [label.strip() for label in groups.split(",")]
+    for path in new_study(folder, labels):
         typer.echo(f"  {path}")
+    if len(labels) == 1:
+        tell(f"note: '{labels[0]}' is one group, and nothing is compared with it; commas separate groups: CTL,HPH")
     typer.echo(
-        f"Next: vasowave add {folder} FILES… (or put the files into {folder / 'networks'} and {folder / 'recordings'} "
-        f"and one row per animal into {folder / 'animals.csv'}; then vasowave check {folder})"
+        f"Next: vasowave add {_typed(folder)} FILES… (or put the files into {folder / 'networks'} and "
+        f"{folder / 'recordings'} and one row per animal into {folder / 'animals.csv'}; then vasowave check "
+        f"{_typed(folder)})"
     )
 
 
@@ -63,7 +72,10 @@ def add(
     network: Annotated[Path | None, typer.Option(help="The vessel table of all of them.")] = None,
     given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
-    """Put files into a study: a row in its table for every recording, and what was read of it."""
+    """Put files into a study: a row in its table for every recording, and what was read of it.
+
+    Exit status 3 if a file could not be read.
+    """
     from vasowave.cli.row_options import row_cells
     from vasowave.study.adding import add_files
     from vasowave.study.checking import check_study
@@ -80,13 +92,29 @@ def add(
         show_read(new, settings)
     for said in added.said:
         tell(f"note: {said}")
-    errors = [problem for problem in problems if problem.error]
-    for problem in errors:
-        tell(f"error: {problem}")
+    touched = names | set(added.updated)
+    own = [problem for problem in problems if not problem.animals or touched & set(problem.animals)]
+    _tell_problems(own)
+    for why in added.refused:
+        tell(f"error: not added: {why}")
+    errors = sum(problem.error for problem in problems)
+    if len(own) < len(problems):
+        tell(f"{_counted(len(problems) - len(own), 'problem')} of animals that were there: see vasowave check "
+             f"{_typed(place)}")  # fmt: skip
     if errors:
-        tell(f"{_counted(len(errors), 'error')} in the study: mend them, and see vasowave check {_typed(place)}")
+        tell(f"{_counted(errors, 'error')} in the study: mend them, and see vasowave check {_typed(place)}")
     else:
         tell(f"The study can run: vasowave run {_typed(place)}")
+    if added.refused:
+        tell(
+            f"{_counted(len(added.refused), 'file')} of these could not be read: no row of the table holds such a file"
+        )
+        raise typer.Exit(FAILED)
+
+
+def _tell_problems(problems: "Sequence[Problem]") -> None:
+    for problem in problems:
+        tell(f"{'error' if problem.error else 'warning'}: {problem}")
 
 
 def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
@@ -94,9 +122,10 @@ def _study_here(study: Path, paths: list[Path]) -> tuple[Path, list[Path]]:
     from vasowave.errors import InputError
     from vasowave.study.reading import STUDY_FILE, study_path
 
-    if not study_path(study).is_file() and Path(STUDY_FILE).is_file():
+    is_study = study_path(study).is_file() and (study.is_dir() or study.suffix in (".yaml", ".yml"))
+    if not is_study and Path(STUDY_FILE).is_file():
         return Path(), [study, *paths]
-    if study.is_file() and study.name != STUDY_FILE and study.suffix not in (".yaml", ".yml"):
+    if study.is_file() and not is_study:
         raise InputError(f"{study} is no study; name the study's folder before the files (`vasowave new` makes one)")
     if not paths:
         raise InputError(f"{study}: which files? Name recordings and networks, or their folders: vasowave add "
@@ -126,8 +155,7 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
     errors = [problem for problem in problems if problem.error]
     if settings is not None and read:
         show_read(read, settings)
-    for problem in problems:
-        tell(f"{'error' if problem.error else 'warning'}: {problem}")
+    _tell_problems(problems)
     count = len(problems) - len(errors)
     said = f"{_counted(len(errors), 'error')}, {_counted(count, 'warning')}"
     typer.echo(said if problems else "Nothing is wrong or odd.")
@@ -183,13 +211,13 @@ def _run(
     from vasowave.study.checking import doubled_animals
     from vasowave.study.plan import read_study
     from vasowave.study.problems import refuse
-    from vasowave.study.reporting import report_study
+    from vasowave.study.reporting import missing_of, report_study
     from vasowave.study.running import run_study
 
     plan = read_study(study)
     refuse(doubled_animals(plan))
     say = (lambda text: None) if as_json else typer.echo
-    say(f"{_counted(len(plan.animals), 'animal')}. The first compiles the solver, which takes a minute once.")
+    say(f"{_counted(len(plan.animals), 'animal')}.")
     begun = time.monotonic()
     try:
         with watched(plan, as_json) as show:
@@ -208,8 +236,15 @@ def _run(
     if page is not None:
         say(f"Report: {page} ({time.monotonic() - computed:.0f} s)")
     if as_json:
+        missing = [one.as_plain() for one in missing_of(plan.path)] if done.failures else []
+        warned = [{"animal": name, "code": one.code, "text": str(one)}
+                  for name, found in done.warnings.items() for one in found]  # fmt: skip
         event("done", results=str(done.results), report=None if page is None else str(page),
-              failures=as_plain(done.failures))  # fmt: skip
+              failures=as_plain(done.failures), missing=missing, warnings=warned)  # fmt: skip
+    else:
+        for name, found in done.warnings.items():
+            for warning in found:
+                tell(f"warning: {name}: {warning}")
     for one in done.failures:
         typer.echo(f"failed: {one.animal}: {one}", err=True)
     raise typer.Exit(FAILED if done.failures else 0)

@@ -7,6 +7,7 @@ import typer
 from pydantic import BaseModel
 
 from vasowave.cli.options import flag, help_of
+from vasowave.findings import Place
 from vasowave.study.document import Document
 from vasowave.study.problems import refuse
 from vasowave.study.reading import validated
@@ -20,10 +21,10 @@ _NOT_FOR_ONE = ("title", "animals", "species", "groups")
 class GivenOptions(Document):
     """Settings given as options; their places are the options' names."""
 
-    def place(self, path: Any, key: bool = False) -> str:
+    def place(self, path: Any, key: bool = False) -> Place:
         """Return the option that the value at `path` was given with."""
         words = [str(part) for part in path if str(part) not in self.values]
-        return flag((words or list(path))[0])
+        return Place(part=flag((words or list(path))[0]))
 
 
 def read_settings(given: Mapping[str, Any], title: str, group: str) -> StudyFile:

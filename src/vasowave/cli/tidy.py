@@ -29,10 +29,10 @@ def tidy(
 ) -> None:
     """Repair a network: join what does not divide, merge what is too short for a wave; every repair is listed."""
     from vasowave.errors import InputError
-    from vasowave.files import check_file
+    from vasowave.io.files import check_file
+    from vasowave.network.tidying import SHORTEST, tidy
+    from vasowave.network.vessel_table import write_network
     from vasowave.network_formats import read_network
-    from vasowave.tidying import SHORTEST, tidy
-    from vasowave.vessel_table import write_network
 
     check_file(output)
     if output.exists() and output.samefile(network):

@@ -16,7 +16,7 @@ from vasowave.errors import VasowaveError
 def told() -> Iterator[None]:
     """Say versions before what is done inside, and afterwards time, memory and the place of an error."""
     from vasowave.provenance import versions
-    from vasowave.threads import threads
+    from vasowave.runtime.threads import threads
 
     used = ", ".join(f"{name} {number}" for name, number in versions().items())
     typer.echo(f"Python {platform.python_version()}, {used}; {platform.platform()}, {threads()} threads", err=True)

@@ -21,6 +21,7 @@ from vasowave.study.status import POSTERIOR, searches_of
 
 _LOOK = 1.0  # s between looks into the journals
 _WORDS = {"kept": "kept from earlier", "computed": "computed", "failed": "FAILED"}
+_BEGIN = "reading files; what was never compiled here is compiled, a minute once"
 Searches = Mapping[str, Mapping[str, tuple[int, int]]]
 
 
@@ -91,7 +92,7 @@ class Rows:
         self.rows: dict[str, TaskID] = {}
         self.finished: set[str] = set()
         self.stages: dict[str, str] = {}
-        self.idle = "reading files, compiling the solver"
+        self.idle = _BEGIN
 
     def step(self, step: Progress) -> None:
         """Tell that an animal is done."""
@@ -112,6 +113,8 @@ class Rows:
                 self.rows[name] = self.bars.add_task(name, total=None, left="")
             done, count = (sum(one[i] for one in under_way[name].values() if one[1]) for i in (0, 1))
             self.bars.update(self.rows[name], completed=done, total=count, left=stage)
+        if stages and not self.finished:
+            self.bars.update(self.bars.task_ids[0], left="")
         self.stages = stages
 
     def doing(self) -> str:
@@ -142,7 +145,7 @@ def _watch(study: Study, show: Show, ended: threading.Event) -> None:
 def _bars(console: Console, count: int) -> Bars:
     columns = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()]
     bars = Bars(*columns, TextColumn("{task.fields[left]}"), console=console, disable=not console.is_terminal)
-    bars.add_task("animals", total=count, left="")
+    bars.add_task("animals", total=count, left=_BEGIN)
     return bars
 
 

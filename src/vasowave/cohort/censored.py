@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.descriptions import TAILS
+
 _MEANS, _SPREADS = 801, 41  # of the grid on which the likelihood is maximized
 _REACH = 8.0  # of the grid beyond the outermost values, in scales of the animals and their errors
 
@@ -49,7 +51,7 @@ def pooled_censored(values: np.ndarray, errors: np.ndarray, beyond: np.ndarray) 
     spreads = np.append(1e-6 * scale, np.geomspace(1e-3, 10.0, _SPREADS) * scale)
     profile = _likelihood(values, errors, beyond, means, spreads).max(axis=1)
     deviance = 2 * (profile.max() - profile)
-    t = float(stdtrit(inside - 1, 0.975))
+    t = float(stdtrit(inside - 1, TAILS[-1]))
     within = np.flatnonzero(deviance <= inside * np.log1p(t**2 / (inside - 1)))
     first, last = int(within[0]), int(within[-1])
     limit = inside * np.log1p(t**2 / (inside - 1))

@@ -9,11 +9,14 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.failure import Failure, failures_of
-from vasowave.animal.reading import StoredLaw, data_of, group_of, law_of, name_of, settings_of, sources, wall_laws
-from vasowave.cohort.table import INDICES, cohort_table, columns, rows_of
+from vasowave.animal.failure import Failure
+from vasowave.animal.law_result import LawResult
+from vasowave.animal.networks import network_dataset
+from vasowave.animal.result import AnimalResult
+from vasowave.cohort.table import cohort_table, columns, rows_of
 from vasowave.cohort.votes import Ballots, stored
 from vasowave.errors import InputError
+from vasowave.quantities import INDICES
 
 _CONTROL = "CTL"
 """The group that others are compared with unless another is named."""
@@ -25,9 +28,9 @@ class Cohort:
 
     Attributes
     ----------
-    groups : dict of str to list of DataTree
+    groups : dict of str to list of AnimalResult
         The results of the animals, the reference group first.
-    shown : dict of str to DataTree
+    shown : dict of str to AnimalResult
         Of each group, the animal whose measured indices are nearest to the group's medians.
     table : DataFrame
         From `cohort_table`: one row per animal and source.
@@ -35,20 +38,20 @@ class Cohort:
         Animals that have no result.
     """
 
-    groups: dict[str, list[xr.DataTree]]
-    shown: dict[str, xr.DataTree]
+    groups: dict[str, list[AnimalResult]]
+    shown: dict[str, AnimalResult]
     table: pd.DataFrame
     lost: tuple[Failure, ...] = ()
 
     @cached_property
-    def results(self) -> list[xr.DataTree]:
+    def results(self) -> list[AnimalResult]:
         """All animals, group by group."""
         return [result for results in self.groups.values() for result in results]
 
     @cached_property
     def failures(self) -> tuple[Failure, ...]:
         """Everything that failed: animals that have no result, and parts of those that have one."""
-        return (*self.lost, *(one for result in self.results for one in failures_of(result)))
+        return (*self.lost, *(one for result in self.results for one in result.failures))
 
     @property
     def reference(self) -> str:
@@ -63,7 +66,7 @@ class Cohort:
     @cached_property
     def walls(self) -> list[str]:
         """Wall laws that were calibrated in any animal."""
-        return list(dict.fromkeys(wall for result in self.results for wall in wall_laws(result)))
+        return list(dict.fromkeys(wall for result in self.results for wall in result.laws))
 
     @property
     def sources(self) -> list[str]:
@@ -73,24 +76,24 @@ class Cohort:
     @cached_property
     def symbols(self) -> dict[str, str]:
         """Symbol of every quantity, as stored."""
-        return self._said("symbol", sources)
+        return self._said("symbol", lambda result: list(result.sources))
 
     @cached_property
     def meanings(self) -> dict[str, str]:
         """What every quantity is, in words; a model's go before those of a measured index, which are special."""
-        return self._said("long_name", lambda result: sources(result)[::-1])
+        return self._said("long_name", lambda result: [*result.sources][::-1])
 
-    def _said(self, attribute: str, order: Callable[[xr.DataTree], list[str]]) -> dict[str, str]:
+    def _said(self, attribute: str, order: Callable[[AnimalResult], list[str]]) -> dict[str, str]:
         said: dict[str, str] = {}
         for result in self.results:
             for source in order(result):
-                for name, value in data_of(result, f"{source}/quantities").variables.items():
+                for name, value in result.sources[source].quantities.variables.items():
                     said.setdefault(str(name), str(value.attrs.get(attribute, name)))
         return said
 
     def name(self, group: str) -> str:
         """Return how captions call the animal that stands for a group."""
-        name = name_of(self.shown[group])
+        name = self.shown[group].name
         return name if self.single else f"{name} ({group})"
 
     @property
@@ -98,61 +101,61 @@ class Cohort:
         """The groups whose shown animals have the same network, together."""
         alike: list[list[str]] = []
         for group, result in self.shown.items():
-            own = data_of(result, "network")
+            own = network_dataset(result.network)
             for groups in alike:
-                if own.identical(data_of(self.shown[groups[0]], "network")):
+                if own.identical(network_dataset(self.shown[groups[0]].network)):
                     groups.append(group)
                     break
             else:
                 alike.append([group])
         return alike
 
-    def calibrated(self, wall: str) -> list[xr.DataTree]:
+    def calibrated(self, wall: str) -> list[AnimalResult]:
         """Return the animals that were calibrated with a wall law."""
-        return [result for result in self.results if wall in wall_laws(result)]
+        return [result for result in self.results if wall in result.laws]
 
     @cached_property
     def ballots(self) -> list[Ballots]:
         """What the comparisons of the wall laws came to, animal by animal."""
-        return [stored(result) for result in self.compared]
+        return [stored(result.selection) for result in self.compared if result.selection is not None]
 
     @property
-    def compared(self) -> list[xr.DataTree]:
+    def compared(self) -> list[AnimalResult]:
         """The animals whose wall laws were compared by AICc and BIC."""
-        return [result for result in self.results if "selection" in result.children]
+        return [result for result in self.results if result.selection is not None]
 
     def calibrations(self, wall: str) -> list[xr.Dataset]:
         """Return what the calibrations with a wall law came to, animal by animal."""
-        return [data_of(result, f"{wall}/calibration") for result in self.calibrated(wall)]
+        return [result.laws[wall].calibration for result in self.calibrated(wall)]
 
-    def law(self, wall: str) -> StoredLaw:
-        """Return what is said of a wall law."""
-        return law_of(self.calibrated(wall)[0], wall)
+    def law(self, wall: str) -> LawResult:
+        """Return what the first animal with a wall law says of it."""
+        return self.calibrated(wall)[0].laws[wall]
 
     @cached_property
     def settings(self) -> dict[str, Any]:
         """The settings that all animals share; those that differ are left out."""
-        first, *others = map(settings_of, self.results)
+        first, *others = (result.settings for result in self.results)
         return {key: value for key, value in first.items() if all(one.get(key) == value for one in others)}
 
     @property
     def differing_settings(self) -> list[str]:
         """Names of the settings that are not the same for all animals."""
-        return [key for key in dict.fromkeys(key for result in self.results for key in settings_of(result))
+        return [key for key in dict.fromkeys(key for result in self.results for key in result.settings)
                 if key not in self.settings]  # fmt: skip
 
 
 def gathered(
-    results: Sequence[xr.DataTree],
+    results: Sequence[AnimalResult],
     reference: str | None = None,
-    whole: Callable[[str], xr.DataTree] | None = None,
+    whole: Callable[[str], AnimalResult] | None = None,
     lost: Iterable[Failure] = (),
 ) -> Cohort:
     """Return the animals in their groups.
 
     Parameters
     ----------
-    results : sequence of DataTree
+    results : sequence of AnimalResult
         One per animal.
     reference : str, optional
         Group that the others are compared with; by default CTL, or the first.
@@ -168,12 +171,12 @@ def gathered(
     """
     if not results:
         raise InputError("there is no animal to report")
-    labels = list(dict.fromkeys(group_of(result) for result in results))
+    labels = list(dict.fromkeys(result.group for result in results))
     first = reference or (_CONTROL if _CONTROL in labels else labels[0])
     if first not in labels:
         raise InputError(f"no animal is of the reference group '{first}'; there are: {', '.join(labels)}")
     labels.sort(key=lambda label: label != first)
-    groups = {label: [result for result in results if group_of(result) == label] for label in labels}
+    groups = {label: [result for result in results if result.group == label] for label in labels}
     table = cohort_table([result for members in groups.values() for result in members])
     typical = {label: typical_animal(table, label) for label in groups}
     if whole is None:
@@ -192,5 +195,5 @@ def typical_animal(table: pd.DataFrame, group: str) -> str:
     return str(rows.index[int(np.argmin((away**2).sum(axis=1)))])
 
 
-def _named(results: Iterable[xr.DataTree], name: str) -> xr.DataTree:
-    return next(result for result in results if name_of(result) == name)
+def _named(results: Iterable[AnimalResult], name: str) -> AnimalResult:
+    return next(result for result in results if result.name == name)

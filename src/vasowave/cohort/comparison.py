@@ -12,8 +12,9 @@ from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.contrasts import leave_one_out, pairwise_contrasts
 from vasowave.cohort.effects import importance_index
 from vasowave.cohort.rank_tests import holm, several_groups
-from vasowave.cohort.table import INDICES, column, columns, rows_of
+from vasowave.cohort.table import column, columns, rows_of
 from vasowave.errors import InputError
+from vasowave.quantities import INDICES
 
 PARAMETERS = ("R_T", "C_T", "C_v", "C_p", "tau", "I_R", "a")
 """Quantities of a model that are compared beside the stiffness of its wall law: the paper's "ParAll_change"."""

@@ -8,11 +8,12 @@ import pandas as pd
 from vasowave.cohort.effects import hedges_g, importance_index
 from vasowave.cohort.rank_tests import holm, mann_whitney
 from vasowave.cohort.table import values_of
+from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError
 
 
 def contrasts(
-    table: pd.DataFrame, quantities: list[str], reference: str, other: str, level: float = 0.95
+    table: pd.DataFrame, quantities: list[str], reference: str, other: str, level: float = LEVEL
 ) -> pd.DataFrame:
     """Compare two groups: η (eq. 20), ratio of geometric means with Welch interval, Mann-Whitney, Holm.
 
@@ -43,7 +44,7 @@ def contrasts(
     return result
 
 
-def pairwise_contrasts(table: pd.DataFrame, quantities: list[str], level: float = 0.95) -> pd.DataFrame:
+def pairwise_contrasts(table: pd.DataFrame, quantities: list[str], level: float = LEVEL) -> pd.DataFrame:
     """`contrasts` of every pair of groups, first-named as reference; Holm runs over all pairs and quantities."""
     labels = table["group"].unique().tolist() if "group" in table.columns else []
     parts = []

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from vasowave.animal.reading import data_of
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 
 FEWEST = 5
@@ -35,7 +34,7 @@ def discrepancies(cohort: Cohort, wall: str) -> pd.DataFrame:
     animals = cohort.calibrated(wall)
     if len(animals) < FEWEST:
         return pd.DataFrame()
-    moduli = [data_of(result, f"{wall}/calibration") for result in animals]
+    moduli = [result.laws[wall].calibration for result in animals]
     count = min(one.sizes["harmonic"] for one in moduli)
     if count < 2:
         return pd.DataFrame()
@@ -65,10 +64,10 @@ def rayleigh(phases: np.ndarray) -> np.ndarray:
     return np.asarray(np.exp(np.sqrt(1 + 4 * n + 4 * (n**2 - together**2)) - (1 + 2 * n)))
 
 
-def _turned(result: xr.DataTree, wall: str, count: int) -> np.ndarray:
+def _turned(result: AnimalResult, wall: str, count: int) -> np.ndarray:
     """Return harmonics 1 … of the residual, mmHg, as of a cycle in which the pressure's first one has phase 0."""
-    residual = data_of(result, f"{wall}/calibration")["pressure_residual"].values
-    pressure = data_of(result, "recording")["pressure"].values
+    residual = result.laws[wall].calibration["pressure_residual"].values
+    pressure = result.recording["pressure"].values
     amplitudes = 2 * np.fft.rfft(residual)[1:count] / len(residual)
     begin = np.angle(np.fft.rfft(pressure)[1])
     return np.asarray(amplitudes * np.exp(-1j * np.arange(1, count) * begin))

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError
 
 
@@ -10,7 +11,7 @@ def importance_index(reference: float, other: float) -> float:
     return (other - reference) / reference
 
 
-def hedges_g(x: np.ndarray, y: np.ndarray, level: float = 0.95) -> tuple[float, float, float]:
+def hedges_g(x: np.ndarray, y: np.ndarray, level: float = LEVEL) -> tuple[float, float, float]:
     """Hedges' g of y against x with its interval, by inverting the noncentral t distribution (equal variances).
 
     Raises

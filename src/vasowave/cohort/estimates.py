@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from vasowave.animal.reading import data_of
-
-_NORMAL = 1.959964  # half width of a 95 % interval, in standard errors
+from vasowave.animal.law_result import PosteriorResult
+from vasowave.animal.result import AnimalResult
+from vasowave.descriptions import NORMAL
 
 
 class Estimates(NamedTuple):
@@ -40,15 +40,16 @@ class Estimates(NamedTuple):
         return Estimates(self.logs[kept], self.errors[kept], self.shared[kept], self.image[kept], self.origin)
 
 
-def estimates_of(results: Sequence[xr.DataTree], source: str, name: str) -> Estimates:
+def estimates_of(results: Sequence[AnimalResult], source: str, name: str) -> Estimates:
     """Return what is known of a quantity of a source, a wall law or ``measured``, in animals that have it."""
     image = _images(results)
-    if results and all(_has_posterior(result, source, name) for result in results):
-        middle, spread, share = np.transpose([_drawn(result, source, name) for result in results])
+    drawn = [one for result in results if (one := _posterior(result, source, name)) is not None]
+    if results and len(drawn) == len(results):
+        middle, spread, share = np.transpose([_drawn(one, name) for one in drawn])
         several = np.bincount(image)[image] > 1
         shared = np.where(several, spread * np.sqrt(share), 0.0)
         return Estimates(middle, np.sqrt(spread**2 - shared**2), shared, image, "posterior")
-    values = [data_of(result, f"{source}/quantities")[name] for result in results]
+    values = [result.sources[source].quantities[name] for result in results]
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(np.array([float(value) for value in values]))
     errors = np.array([_log_error(value) for value in values])
@@ -86,26 +87,24 @@ def image_unknown(one: Estimates, other: np.ndarray, source: str) -> bool:
     return shared > 1 / other.sum() + 1 / (~other).sum()
 
 
-def _has_posterior(result: xr.DataTree, source: str, name: str) -> bool:
-    if source not in result.children or "inference" not in result[source].children:
-        return False
-    table = data_of(result, f"{source}/inference")
-    if not table.attrs.get("trusted", 0) or name not in table["quantity"].values:
-        return False
-    return bool(np.all(data_of(result, f"{source}/inference/posterior")[name].values > 0))
+def _posterior(result: AnimalResult, source: str, name: str) -> PosteriorResult | None:
+    """Return the posterior that knows a positive quantity, if there is one that can be trusted."""
+    one = result.laws[source].posterior if source in result.laws else None
+    if one is None or not one.trusted or name not in one.table["quantity"].values:
+        return None
+    return one if np.all(one.draws(name) > 0) else None
 
 
-def _drawn(result: xr.DataTree, source: str, name: str) -> tuple[float, float, float]:
+def _drawn(posterior: PosteriorResult, name: str) -> tuple[float, float, float]:
     """Return mean and SD of the logarithm of a quantity's draws, and the image's share of their variance."""
-    logs = np.log(data_of(result, f"{source}/inference/posterior")[name].values)
-    share = float(data_of(result, f"{source}/inference")["share_image"].sel(quantity=name))
+    logs = np.log(posterior.draws(name))
+    share = float(posterior.table["share_image"].sel(quantity=name))
     return float(logs.mean()), float(logs.std(ddof=1)), share
 
 
-def _images(results: Sequence[xr.DataTree]) -> np.ndarray:
+def _images(results: Sequence[AnimalResult]) -> np.ndarray:
     """Return a number for each network, the same for equal lengths and radii."""
-    networks = [data_of(result, "network") for result in results]
-    keys = [one["length"].values.tobytes() + one["radius"].values.tobytes() for one in networks]
+    keys = [result.network.length.tobytes() + result.network.radius.tobytes() for result in results]
     return np.array([keys.index(key) for key in keys], dtype=int)
 
 
@@ -115,5 +114,5 @@ def _log_error(value: xr.DataArray) -> float:
         return float(value.attrs["standard_error"]) / float(value)
     if "interval_low" in value.attrs:
         ends = np.log([value.attrs["interval_low"], value.attrs["interval_high"]])
-        return float(np.diff(ends)[0] / (2 * _NORMAL))
+        return float(np.diff(ends)[0] / (2 * NORMAL))
     return np.nan

@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.animal.reading import data_of, name_of
 from vasowave.cohort.cohort import Cohort
 
 CLEAR = 20.0
@@ -51,16 +50,17 @@ def evidences(cohort: Cohort, reference: str) -> list[Evidence]:
     """Return what the stored comparisons of posteriors say of `reference` against each other law; none without them."""
     found: dict[str, Evidence] = {}
     for result in cohort.results:
-        if "laws" not in result.children:
+        if result.evidence is None:
             continue
-        logs = data_of(result, "laws")["log_evidence"].to_series()
+        logs = result.evidence["log_evidence"].to_series()
         if reference not in logs:
             continue
-        trusted = {wall: bool(data_of(result, f"{wall}/inference").attrs.get("trusted", 0)) for wall in logs.index}
+        posteriors = {wall: result.laws[wall].posterior for wall in logs.index}
+        trusted = {wall: one is not None and one.trusted for wall, one in posteriors.items()}
         for wall in (one for one in logs.index if one != reference):
             one = found.setdefault(wall, Evidence(wall, {}, []))
             if trusted[wall] and trusted[reference]:
-                one.ratios[name_of(result)] = float(np.exp(np.clip(logs[reference] - logs[wall], -700, 700)))
+                one.ratios[result.name] = float(np.exp(np.clip(logs[reference] - logs[wall], -700, 700)))
             else:
-                one.untrusted.append(name_of(result))
+                one.untrusted.append(result.name)
     return list(found.values())

@@ -5,13 +5,12 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from vasowave.animal.reading import data_of
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.censored import Pooled, pooled_censored
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.estimates import Estimates, estimates_of
 from vasowave.cohort.pooling import pooled_mean
-
-_NORMAL = 1.959964  # half width of a 95 % interval, in standard errors
+from vasowave.descriptions import NORMAL, TAILS
 
 
 class Exponent(NamedTuple):
@@ -53,10 +52,10 @@ def exponent_of(cohort: Cohort, wall: str) -> Exponent | None:
     Of several animals it is pooled on logarithms: from their posteriors, where all have one that can be trusted, else
     from their fits (`pooled_censored`). An animal whose search stopped at a bound counts as one that lies beyond it.
     """
-    results = [result for result in cohort.calibrated(wall) if "stiffening" in result[wall].children]
-    if not results:
+    said = [(one, stiffens) for one in cohort.calibrated(wall) if (stiffens := one.laws[wall].stiffening) is not None]
+    if not said:
         return None
-    each = [data_of(result, f"{wall}/stiffening")["exponent"] for result in results]
+    results, each = [one for one, _ in said], [stiffens["exponent"] for _, stiffens in said]
     name, linear = str(each[0].attrs["parameter"]), float(each[0].attrs["linear_at"])
     drawn = estimates_of(results, wall, name)
     beyond = np.array([_beyond(result, wall, one) for result, one in zip(results, each, strict=True)])
@@ -69,10 +68,10 @@ def exponent_of(cohort: Cohort, wall: str) -> Exponent | None:
     return Exponent(name, linear, value, low, high, len(each), below, above, drawn.origin == "posterior")
 
 
-def _of_fits(results: list[xr.DataTree], wall: str, each: list[xr.DataArray], beyond: np.ndarray) -> Pooled:
+def _of_fits(results: list[AnimalResult], wall: str, each: list[xr.DataArray], beyond: np.ndarray) -> Pooled:
     logs = np.log([float(one) for one in each])
     if len(each) > 1:
-        own = [data_of(one, f"{wall}/calibration").sel(parameter=each[0].attrs["parameter"]) for one in results]
+        own = [one.laws[wall].calibration.sel(parameter=each[0].attrs["parameter"]) for one in results]
         errors = [float(one["standard_error_correlated"] / one["value"]) for one in own]
         return pooled_censored(logs, np.array(errors), beyond)
     low, high = np.log([float(each[0].attrs[f"interval_{end}"]) for end in ("low", "high")])
@@ -84,21 +83,21 @@ def _of_posteriors(drawn: Estimates) -> Pooled:
     from scipy.special import stdtrit
 
     if len(drawn.logs) == 1:
-        reach = _NORMAL * float(np.hypot(drawn.errors[0], drawn.shared[0]))
+        reach = NORMAL * float(np.hypot(drawn.errors[0], drawn.shared[0]))
         return Pooled(drawn.logs[0], drawn.logs[0] - reach, drawn.logs[0] + reach)
     mean = pooled_mean(drawn.logs, drawn.errors)
     of_images = sum(
         float(np.mean(own) ** 2 * np.mean(drawn.shared[own] ** 2))
         for own in (drawn.image == number for number in np.unique(drawn.image))
     )
-    reach = float(stdtrit(mean.freedom, 0.975)) * float(np.sqrt(mean.error**2 + of_images))
+    reach = float(stdtrit(mean.freedom, TAILS[-1])) * float(np.sqrt(mean.error**2 + of_images))
     return Pooled(mean.value, mean.value - reach, mean.value + reach)
 
 
-def _beyond(result: xr.DataTree, wall: str, exponent: xr.DataArray) -> int:
+def _beyond(result: AnimalResult, wall: str, exponent: xr.DataArray) -> int:
     """Return -1 or 1 for a search that stopped at its lower or upper bound, else 0."""
     if not int(exponent.attrs["at_bound"]):
         return 0
-    bounds = data_of(result, f"{wall}/calibration").sel(parameter=exponent.attrs["parameter"])
+    bounds = result.laws[wall].calibration.sel(parameter=exponent.attrs["parameter"])
     lower, upper = float(bounds["lower"]), float(bounds["upper"])
     return -1 if float(exponent) ** 2 < lower * upper else 1

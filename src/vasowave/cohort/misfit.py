@@ -2,9 +2,8 @@
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from vasowave.animal.reading import data_of, group_of, name_of, wall_laws
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 
 WORSE_THAN_BEST = 2.0
@@ -23,19 +22,19 @@ def misfits(cohort: Cohort) -> pd.DataFrame:
     """
     rows = []
     for result in cohort.results:
-        left = {wall: float(data_of(result, f"{wall}/calibration")["RMSE"]) for wall in wall_laws(result)}
-        pulse, error = float(data_of(result, "measured/quantities")["pPAP"]), _cycle_error(result)
+        left = {wall: float(result.laws[wall].calibration["RMSE"]) for wall in result.laws}
+        pulse, error = float(result.measured.quantities["pPAP"]), _cycle_error(result)
         for wall, rmse in left.items():
             share, over = rmse / pulse, rmse / min(left.values())
             missed = (over > WORSE_THAN_BEST or share > WORST_SHARE) and not rmse < error
-            rows.append((name_of(result), group_of(result), wall, rmse, error, share, over, missed))
+            rows.append((result.name, result.group, wall, rmse, error, share, over, missed))
     return pd.DataFrame(rows, columns=["animal", "group", "wall", "RMSE", "error", "share", "over best", "missed"])
 
 
-def _cycle_error(result: xr.DataTree) -> float:
+def _cycle_error(result: AnimalResult) -> float:
     """Return the standard error of the averaged pressure from the scatter of its beats, mmHg."""
-    recording = data_of(result, "recording")
-    if "pressure_sd" not in recording.data_vars or "beats" not in result.children:
+    recording = result.recording
+    if "pressure_sd" not in recording.data_vars or result.beats is None:
         return np.nan
-    beats = int(data_of(result, "beats")["kept"].sum())
+    beats = int(result.beats["kept"].sum())
     return float(np.sqrt((recording["pressure_sd"] ** 2).mean() / max(beats, 1)))

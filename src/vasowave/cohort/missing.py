@@ -1,12 +1,11 @@
 """Which animals a comparison of groups misses, and what that may do: animals fall out because of what they are."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 
 import numpy as np
-import xarray as xr
 
-from vasowave.animal.reading import data_of, name_of, wall_laws
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 
 
@@ -56,29 +55,33 @@ class Missing:
         higher = np.mean(self.pressures) > np.median(self.others)
         return Standing.HIGHER if higher else Standing.LOWER
 
+    def as_plain(self) -> dict[str, object]:
+        """Return the attributes and the standing as JSON can hold them."""
+        return asdict(self) | {"standing": str(self.standing)}
 
-def missing_animals(cohort: Cohort, law: str) -> list[Missing]:
+
+def missing_animals(cohort: Cohort, law: str) -> tuple[Missing, ...]:
     """Return, group by group, who is missing from a comparison by a wall law: without a result, or without that law.
 
     Where no animal has a law (`law` is empty) only those count that have no result.
     """
     groups = [*cohort.groups, *dict.fromkeys(one.group for one in cohort.lost if one.group not in cohort.groups)]
     found = [_of(cohort, group, law) for group in groups]
-    return [one for one in found if one.animals]
+    return tuple(one for one in found if one.animals)
 
 
 def _of(cohort: Cohort, group: str, law: str) -> Missing:
     lost = [one for one in cohort.lost if one.group == group]
     members = cohort.groups.get(group, [])
-    without = [result for result in members if law and law not in wall_laws(result)]
-    there = [result for result in members if not law or law in wall_laws(result)]
+    without = [result for result in members if law and law not in result.laws]
+    there = [result for result in members if not law or law in result.laws]
     known = tuple(one.mean_pressure for one in lost if one.mean_pressure is not None)
     names = tuple(one.animal for one in lost)
     return Missing(
-        group, (*names, *map(name_of, without)), names, len(members) + len(lost),
+        group, (*names, *(one.name for one in without)), names, len(members) + len(lost),
         (*known, *map(_pressure, without)), tuple(map(_pressure, there)),
     )  # fmt: skip
 
 
-def _pressure(result: xr.DataTree) -> float:
-    return float(data_of(result, "measured/quantities")["mPAP"])
+def _pressure(result: AnimalResult) -> float:
+    return float(result.measured.quantities["mPAP"])

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError
 
 
@@ -122,7 +123,7 @@ class Ratio(NamedTuple):
 def pooled_ratio(
     reference: tuple[np.ndarray, np.ndarray],
     other: tuple[np.ndarray, np.ndarray],
-    level: float = 0.95,
+    level: float = LEVEL,
     shared: float = 0.0,
 ) -> Ratio:
     """Return the ratio of a group over its reference, each pooled by itself; without errors, Welch's interval.
@@ -168,8 +169,10 @@ def _between(values: np.ndarray, variances: np.ndarray) -> np.ndarray:
     grid = np.concatenate([[least], np.geomspace(low, high, 2 + int(np.log(high / low) / np.log(_STEP)))])
     weights = 1 / (grid[:, np.newaxis] + variances)
     whole = weights.sum(axis=-1)
-    misfit = centered**2 @ weights.T - (centered @ weights.T) ** 2 / whole
-    best = np.argmin(misfit - np.log(weights).sum(axis=-1) + np.log(whole), axis=-1)
+    likelihood = np.square(centered @ (weights / np.sqrt(whole)[:, np.newaxis]).T)
+    likelihood -= centered**2 @ weights.T
+    likelihood += np.log(weights).sum(axis=-1) - np.log(whole)
+    best = np.argmax(likelihood, axis=-1)
     lowest, highest = grid[np.maximum(best - 1, 0)], grid[np.minimum(best + 1, len(grid) - 1)]
     found = grid[best]
     for _ in range(_TURNS):
@@ -180,7 +183,8 @@ def _between(values: np.ndarray, variances: np.ndarray) -> np.ndarray:
 def _scoring(between: np.ndarray, centered: np.ndarray, variances: np.ndarray) -> np.ndarray:
     """Return the step of Fisher scoring towards the maximum of the restricted likelihood."""
     weights = 1 / (between[..., np.newaxis] + variances)
-    whole, square, cube = (np.asarray((weights**power).sum(axis=-1)) for power in (1, 2, 3))
-    mean = (weights * centered).sum(axis=-1) / whole
-    misfit = (weights**2 * (centered - mean[..., np.newaxis]) ** 2).sum(axis=-1)
+    squares, one = weights * weights, np.ones(variances.shape)  # products with `one` are sums, and faster
+    whole, square, cube = weights @ one, squares @ one, (squares * weights) @ one
+    mean = (weights * centered) @ one / whole
+    misfit = np.square(weights * (centered - mean[..., np.newaxis])) @ one
     return np.asarray((misfit - whole + square / whole) / (square - 2 * cube / whole + (square / whole) ** 2))

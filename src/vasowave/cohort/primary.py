@@ -7,25 +7,19 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from vasowave.animal.reading import group_of, name_of, wall_laws
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.estimates import Estimates, estimates_of, image_unknown, shared_error
+from vasowave.cohort.missing import Missing, missing_animals
 from vasowave.cohort.permutation import smallest_family_p
 from vasowave.cohort.pooling import Ratio, pooled_ratio
 from vasowave.cohort.simultaneous import Row, Simultaneous, simultaneous
-from vasowave.cohort.table import INDICES, column, rows_of
-from vasowave.columns import split_unit
+from vasowave.cohort.table import column, rows_of
+from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError, did_you_mean
-
-QUESTIONS = {
-    "Pressure and flow": INDICES,
-    "Large arteries": ("stiffness", "wave_speed", "C_v", "C_v_plain"),
-    "Small vessels": ("R_T", "C_p", "C_T", "C_T_plain", "tau", "tau_plain", "a"),
-    "Waves": ("I_R",),
-}
-"""What a quantity tells of; a quantity that is none of these tells of itself."""
+from vasowave.io.columns import split_unit
+from vasowave.quantities import INDICES, question_of
 
 
 @dataclass(frozen=True)
@@ -52,7 +46,7 @@ class Compared(NamedTuple):
     Attributes
     ----------
     name, source, unit : str
-    results : list of DataTree
+    results : list of AnimalResult
         Animals of both groups that have it.
     known : Estimates
     other : array of bool, shape (animal,)
@@ -61,16 +55,16 @@ class Compared(NamedTuple):
     name: str
     source: str
     unit: str
-    results: list[xr.DataTree]
+    results: list[AnimalResult]
     known: Estimates
     other: np.ndarray
 
     @property
     def names(self) -> list[str]:
         """Names of the animals."""
-        return [name_of(result) for result in self.results]
+        return [result.name for result in self.results]
 
-    def ratio(self, kept: np.ndarray | slice = slice(None), level: float = 0.95) -> Ratio:
+    def ratio(self, kept: np.ndarray | slice = slice(None), level: float = LEVEL) -> Ratio:
         """Return the pooled ratio of the second group over the first, of the animals kept."""
         one, other = self.known.of(kept), self.other[kept]
         reference = one.logs[~other], one.errors[~other]
@@ -145,6 +139,9 @@ class Primary:
         Quantities and groups that could not be compared, and why.
     assurance : Assurance, optional
         How far p and intervals can be relied on; none without rows.
+    missing : tuple of Missing
+        Of each group that misses any, the animals without a result or without the primary law: how many, of how many,
+        and where their measured mPAP lies among the others'.
     """
 
     law: str
@@ -152,6 +149,7 @@ class Primary:
     others: pd.DataFrame
     left_out: dict[str, str]
     assurance: Assurance | None = None
+    missing: tuple[Missing, ...] = ()
 
 
 def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
@@ -163,21 +161,22 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
         A law that no animal was calibrated with, or a quantity that no source has.
     """
     family = family or Family()
-    law = _law(cohort, family)
+    law = primary_law(cohort, family)
     _check(cohort, family, law)
     names = family.quantities if law else tuple(name for name in family.quantities if name in INDICES)
     left_out: dict[str, str] = {}
+    missing = missing_animals(cohort, law)
     pairs = {other: _usable(cohort, names, law, other, left_out) for other in list(cohort.groups)[1:]}
     found = [(other, one) for other, usable in pairs.items() for one in usable]
     if not found:
-        return Primary(law, pd.DataFrame(), pd.DataFrame(), left_out)
+        return Primary(law, pd.DataFrame(), pd.DataFrame(), left_out, missing=missing)
     together = simultaneous(_joint([one for _, one in found]))
     rows = [
         _row(cohort.reference, other, one, p, together.critical, len(pairs))
         for (other, one), p in zip(found, together.p.tolist(), strict=True)
     ]
     beside = _beside(cohort, law, pairs, 1 - together.critical)
-    return Primary(law, pd.DataFrame(rows), pd.DataFrame(beside), left_out, _assurance(found, together))
+    return Primary(law, pd.DataFrame(rows), pd.DataFrame(beside), left_out, _assurance(found, together), missing)
 
 
 def _beside(cohort: Cohort, law: str, pairs: Mapping[str, Sequence[Compared]], level: float) -> list[dict[str, object]]:
@@ -192,11 +191,6 @@ def _beside(cohort: Cohort, law: str, pairs: Mapping[str, Sequence[Compared]], l
     ]
 
 
-def question_of(name: str) -> str:
-    """Return what a quantity tells of."""
-    return next((question for question, names in QUESTIONS.items() if name in names), name)
-
-
 def source_of(name: str, law: str) -> str:
     """Return where a quantity of the family comes from: the recording, or the law."""
     return "measured" if name in INDICES else law
@@ -207,7 +201,14 @@ def smallest_p(sizes: tuple[int, int], pairs: int = 1) -> float:
     return min(1.0, pairs * smallest_family_p(*sizes))
 
 
-def _law(cohort: Cohort, family: Family) -> str:
+def primary_law(cohort: Cohort, family: Family) -> str:
+    """Return the law whose quantities are primary; empty where no animal was calibrated.
+
+    Raises
+    ------
+    InputError
+        No animal was calibrated with the law that `family` names.
+    """
     if family.law and family.law not in cohort.walls:
         known = ", ".join(cohort.walls) or "none"
         hint = did_you_mean(family.law, cohort.walls)
@@ -219,7 +220,7 @@ def _check(cohort: Cohort, family: Family, law: str) -> None:
     """Refuse a name that nothing has; what only this law or these animals lack is left out and named."""
     known = [str(label).split(" [")[0] for label in cohort.table.columns]
     for name in family.quantities:
-        if name not in known and (law or name in INDICES):
+        if name not in known and question_of(name) == name and (law or name in INDICES):
             raise InputError(f"no animal has the quantity '{name}'{did_you_mean(name, known)}; see the table Groups")
 
 
@@ -246,11 +247,9 @@ def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | 
     results = [
         result
         for result in cohort.results
-        if group_of(result) in pair
-        and (source == "measured" or source in wall_laws(result))
-        and np.isfinite(values[name_of(result)])
+        if result.group in pair and (source == "measured" or source in result.laws) and np.isfinite(values[result.name])
     ]
-    of_other = np.array([group_of(result) == other for result in results])
+    of_other = np.array([result.group == other for result in results])
     return Compared(name, source, split_unit(label)[1], results, estimates_of(results, source, name), of_other)
 
 
@@ -313,4 +312,4 @@ def _influence(one: Compared, ratio: Ratio) -> dict[str, object]:
     count = len(one.results)
     left = [one.ratio(np.arange(count) != row).value for row in range(count)]
     farthest = int(np.argmax(np.abs(np.log(left) - np.log(ratio.value))))
-    return {"without": name_of(one.results[farthest]), "ratio without": left[farthest]}
+    return {"without": one.results[farthest].name, "ratio without": left[farthest]}

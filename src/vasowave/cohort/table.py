@@ -6,15 +6,12 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.reading import group_of, name_of
-from vasowave.columns import split_unit
+from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError
-
-INDICES = ("HR", "CO", "mPAP", "sPAP", "dPAP", "pPAP", "PVR")
-"""The measured indices of Table 1, compared as one family."""
+from vasowave.io.columns import split_unit
 
 
-def cohort_table(results: Sequence[xr.DataTree]) -> pd.DataFrame:
+def cohort_table(results: Sequence[AnimalResult]) -> pd.DataFrame:
     """Return the single numbers of all animals: one row per animal and source (measured, and each wall law).
 
     Columns ``animal, group, source``, then one per quantity, ``NAME [unit]``; NaN where a source has no such quantity.
@@ -24,18 +21,17 @@ def cohort_table(results: Sequence[xr.DataTree]) -> pd.DataFrame:
     InputError
         Two animals of the same name, or a quantity in two units.
     """
-    names = [name_of(result) for result in results]
+    names = [result.name for result in results]
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"two animals are called '{name}'; give every animal its own name")
     units: dict[str, str] = {}
     return pd.DataFrame(
         [
-            {"animal": name_of(result), "group": group_of(result), "source": str(source)}
-            | _labelled(node["quantities"].to_dataset(), units, name_of(result))
+            {"animal": result.name, "group": result.group, "source": source}
+            | _labelled(one.quantities, units, result.name)
             for result in results
-            for source, node in result.children.items()
-            if "quantities" in node.children
+            for source, one in result.sources.items()
         ]
     )
 

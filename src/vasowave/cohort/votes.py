@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.reading import data_of
+from vasowave.descriptions import TAILS
 
 UNDECIDED, DISCARDED = "undecided", "discarded"
 NOISE = ("covariance", "sharing", "optimum")
@@ -17,13 +17,13 @@ DECISIVE = 5.0
 """Difference of AICc, over all animals together, below which nothing is decided; the verdicts on one animal use it."""
 
 
-def ballots(result: xr.DataTree) -> pd.DataFrame:
+def ballots(selection: xr.Dataset) -> pd.DataFrame:
     """Return one row per noise model of one animal, in the order stored, discarded ones last.
 
     Columns: those of `NOISE` that there are; ``CRITERION LAW`` and ``CRITERION prefers`` (a law, "undecided" where
     the runner-up is too close, or "discarded"); ``λ``, ``N``, and ``D LAW``.
     """
-    candidates = data_of(result, "selection").to_dataframe().reset_index(drop=True)
+    candidates = selection.to_dataframe().reset_index(drop=True)
     keys = [key for key in NOISE if key in candidates.columns]
     rows = []
     for which, laws in candidates.groupby(keys, sort=False):
@@ -38,12 +38,12 @@ def ballots(result: xr.DataTree) -> pd.DataFrame:
     return table.iloc[(table["AICc prefers"] == DISCARDED).argsort(kind="stable")]
 
 
-def vote(result: xr.DataTree) -> str:
+def vote(selection: xr.Dataset) -> str:
     """Return the law that AICc prefers under the likeliest noise model at the least-squares optimum.
 
     "undecided" where the runner-up is too close, "discarded" where no noise model is kept.
     """
-    animal = stored(result)
+    animal = stored(selection)
     return str(_under(animal, animal.likeliest)["AICc prefers"])
 
 
@@ -54,12 +54,10 @@ class Ballots(NamedTuple):
     likeliest: str
 
 
-def stored(result: xr.DataTree) -> Ballots:
+def stored(selection: xr.Dataset) -> Ballots:
     """Return what the comparison of one animal came to."""
-    table = ballots(result)
-    return Ballots(
-        table, str(data_of(result, "selection").attrs.get("preferred_covariance", table["covariance"].iloc[0]))
-    )
+    table = ballots(selection)
+    return Ballots(table, str(selection.attrs.get("preferred_covariance", table["covariance"].iloc[0])))
 
 
 def differences(animals: Sequence[Ballots], reference: str, covariance: str = "") -> pd.DataFrame:
@@ -119,7 +117,7 @@ def _mean_and_interval(values: np.ndarray) -> tuple[float, float, float]:
     mean, n = float(values.mean()), len(values)
     if n < 2:
         return mean, np.nan, np.nan
-    reach = float(stdtrit(n - 1, 0.975) * values.std(ddof=1) / np.sqrt(n))
+    reach = float(stdtrit(n - 1, TAILS[-1]) * values.std(ddof=1) / np.sqrt(n))
     return mean, mean - reach, mean + reach
 
 

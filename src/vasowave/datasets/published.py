@@ -6,7 +6,7 @@ from importlib.resources import as_file, files
 import pandas as pd
 
 from vasowave.errors import InputError, did_you_mean
-from vasowave.network import Network
+from vasowave.network.network import Network
 from vasowave.network_formats import read_network
 
 _TABLES = (

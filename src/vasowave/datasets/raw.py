@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.findings import Severity, kind
+from vasowave.findings import note_kind
 from vasowave.recording import RawRecording, Recording, resample
 
 _WAVES = ((-0.022, 0.0035, 0.12), (-0.0022, 0.0009, -0.15), (0.0, 0.0011, 1.0), (0.0026, 0.0012, -0.35))
@@ -16,10 +16,9 @@ _T_WAVE = (0.17, 0.07, 0.18)
 _FINE = 4096  # samples of the cycle from which beats of any length are read
 
 
-SYNTHETIC = kind("recording.synthetic", Severity.NOTE, "synthetic: made from one cycle, not measured")
-FROM_PARAMETERS = kind(
+SYNTHETIC = note_kind("recording.synthetic", "synthetic: made from one cycle, not measured")
+FROM_PARAMETERS = note_kind(
     "recording.from-parameters",
-    Severity.NOTE,
     "This recording is synthetic: vasowave made it from {which} parameters and added noise.",
 )
 

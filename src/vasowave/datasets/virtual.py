@@ -4,11 +4,11 @@ import numpy as np
 
 from vasowave.datasets.published import control_network
 from vasowave.datasets.raw import FROM_PARAMETERS
-from vasowave.model import Model
-from vasowave.nominal import windkessels
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.walls import LinearWall
 from vasowave.recording import Inflow, Recording
 from vasowave.solver import Numerics, simulate
-from vasowave.walls import LinearWall
 
 TRUTH = {"beta": 57.0, "R_T": 76.0, "a": 0.12, "tau": 0.12}
 """Parameters of the virtual mouse: mmHg, mmHg s/ml, 1, s; near those of the published control mouse 6."""

@@ -13,13 +13,13 @@ import pandas as pd
 from vasowave.datasets.published import control_network, hypertensive_network, published_table
 from vasowave.datasets.raw import FROM_PARAMETERS, Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual import ejection
-from vasowave.linear import linear_solution
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.nominal import windkessels
+from vasowave.model.linear import linear_solution
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.walls import LinearWall, TangentWall
+from vasowave.network.network import Network
 from vasowave.recording import Inflow, RawRecording, Recording
 from vasowave.solver import Numerics, simulate
-from vasowave.walls import LinearWall, TangentWall
 
 SAMPLES = 512  # a cycle
 PUBLISHED_SAMPLES = 1024

@@ -7,25 +7,15 @@ import numpy as np
 import pandas as pd
 
 from vasowave.datasets.virtual_cohort import VirtualAnimal
-from vasowave.files import made_inside, write_file
-from vasowave.network import Network
+from vasowave.io.files import made_inside, write_file
+from vasowave.network.network import Network
+from vasowave.quantities import QUANTITIES
 from vasowave.recording import RawRecording
 
 SYNTHETIC = "SYNTHETIC: made by vasowave from published parameters, no animal was measured"
 """Stands in every file of the cohort."""
 
-_UNITS = {
-    "beta": "mmHg",
-    "p1": "mmHg",
-    "gamma": "1",
-    "R_T": "mmHg s/ml",
-    "a": "1",
-    "C_p": "ml/mmHg",
-    "tau": "s",
-    "discrepancy": "mmHg",
-    "HR": "beats/min",
-    "CO": "ml/s",
-}
+_UNITS = {name: one.unit for name, one in QUANTITIES.items()} | {"p1": "mmHg", "gamma": "1", "discrepancy": "mmHg"}
 
 
 def write_virtual_cohort(animals: Sequence[VirtualAnimal], folder: Path) -> Path:

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.columns import read_columns
 from vasowave.errors import InputError
 from vasowave.figures.network import layout
-from vasowave.network import Network
+from vasowave.io.columns import read_columns
+from vasowave.network.network import Network
 
 _APART = np.radians(75.0)  # between the outermost daughters of a vessel
 

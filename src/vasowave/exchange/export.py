@@ -11,8 +11,8 @@ from vasowave.exchange.paraview import write_paraview
 from vasowave.exchange.solved import Solved, solve
 from vasowave.exchange.svzerod import write_svzerod
 from vasowave.exchange.tables import write_tables
-from vasowave.files import check_writable, write_folder
-from vasowave.model import Model
+from vasowave.io.files import check_writable, write_folder
+from vasowave.model.model import Model
 from vasowave.recording import Inflow, Recording
 from vasowave.solver import Numerics
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.exchange.solved import Solved
-from vasowave.outlets import Windkessel
+from vasowave.model.outlets import Bed
 from vasowave.solver.dataset import STATIONS, as_dataset
 
 FILE = "waves.mat"
@@ -36,7 +36,8 @@ def _variables(solved: Solved) -> dict[str, Any]:
     model, network = solved.model, solved.network
     data = as_dataset(replace(solved.run, cells=solved.run.cells[:, :0]))  # by station, not by cell
     outlets = model.outlets._asdict()  # type: ignore[attr-defined]
-    units = {"Z": "mmHg s/ml"} | {name: one.unit for name, one in Windkessel.quantities().items()}
+    said = model.outlets.bed().quantities if isinstance(model.outlets, Bed) else {}
+    units = {"Z": "mmHg s/ml"} | {name: one.unit for name, one in said.items()}
     parameters = {name: one.unit for name, one in zip(model.wall._fields, model.wall.law().parameters, strict=True)}
     return {
         "time": data["time"].values,

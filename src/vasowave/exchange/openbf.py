@@ -5,16 +5,15 @@ number ζ (``gamma_profile``) a vessel and one viscosity μ for all.
 """
 
 import math
-import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
-from vasowave.errors import VasowaveWarning
-from vasowave.exchange.solved import Solved, windkessel
+from vasowave.exchange.solved import Solved, circuit
 from vasowave.exchange.tube_law import LinearTube, linear_tube
+from vasowave.findings import look_kind, warn
 from vasowave.units import MMHG
 
 FILE, INLET = "openbf.yaml", "openbf_inlet.dat"
@@ -27,6 +26,12 @@ POISSON = 0.75
 _THICKNESS = 0.1  # h0/R0 that is written; E follows, only their product matters
 _LONGEST_CELL, _FEWEST_CELLS = 0.025, 5  # cm; openBF's own limit
 _LEAST_PROFILE, _ROUNDED_PROFILE = 2, 10  # lowest exponent that openBF documents; from 10 on rounding costs below 4.2 %
+
+CROWDED = look_kind(
+    "openbf.more-than-two-daughters",
+    "vessel '{vessel}' has more than two daughters; openBF refuses that before its general junctions of 2026",
+    "Use a later openBF.",
+)
 
 
 def write_openbf(solved: Solved, folder: Path) -> list[str]:
@@ -45,8 +50,7 @@ def write_openbf(solved: Solved, folder: Path) -> list[str]:
     network, tube = solved.network, linear_tube(solved)
     crowded = [network.name[row] for row, daughters in enumerate(network.daughters) if len(daughters) > 2]
     if crowded:
-        warnings.warn(f"vessel '{crowded[0]}' has more than two daughters; openBF refuses that before its general "
-                      "junctions of 2026", VasowaveWarning, stacklevel=2)  # fmt: skip
+        warn(CROWDED().at(vessel=crowded[0]))
     viscosity, profiles, error = _friction(solved)
     content = {
         "project_name": "openbf",
@@ -104,7 +108,7 @@ def _friction_note(error: float) -> str:
 
 def _vessels(solved: Solved, tube: LinearTube, profiles: np.ndarray) -> list[dict[str, Any]]:
     network, nodes = solved.network, _nodes(solved)
-    beds = dict(zip(network.terminals.tolist(), zip(*map(np.asarray, windkessel(solved.model, "openBF"))), strict=True))
+    beds = dict(zip(network.terminals.tolist(), zip(*circuit(solved.model, "openBF", whole=True)), strict=True))
     vessels = []
     for row in np.concatenate(network.generations).tolist():
         radius = 1e-2 * math.sqrt(tube.area0[row] / math.pi)
@@ -121,8 +125,8 @@ def _vessels(solved: Solved, tube: LinearTube, profiles: np.ndarray) -> list[dic
             "gamma_profile": int(profiles[row]),
         }
         if row in beds:
-            R1, R2, C = beds[row]
-            vessel |= {"R1": float(R1) * PA * 1e6, "R2": float(R2) * PA * 1e6, "Cc": float(C) * 1e-6 / PA}
+            proximal, distal, compliance = map(float, beds[row])
+            vessel |= {"R1": proximal * PA * 1e6, "R2": distal * PA * 1e6, "Cc": compliance * 1e-6 / PA}
             vessel["inlet_impedance_matching"] = False
         vessels.append(vessel)
     return vessels

@@ -1,7 +1,6 @@
 """openBF's YAML back to a model and its inflow."""
 
 import math
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -9,21 +8,35 @@ from typing import Any
 import numpy as np
 import yaml
 
-from vasowave.blood import Blood, PowerLaw
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
 from vasowave.exchange.openbf import PA, POISSON
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.outlets import Windkessel
+from vasowave.findings import Finding, note_kind, warn
+from vasowave.io.textfile import read_lines, regular_file
+from vasowave.model.blood import Blood, PowerLaw
+from vasowave.model.model import Model
+from vasowave.model.outlets import Windkessel
+from vasowave.model.walls import LinearWall
+from vasowave.network.network import Network
 from vasowave.recording import Inflow
-from vasowave.textfile import read_lines, regular_file
-from vasowave.walls import LinearWall
 
 _LARGEST = 8 << 20  # bytes; no network is longer
 _FEWEST_SAMPLES = 512  # of an inflow that is not even in time
 _MOST_FLOW = 1.0  # m³/s, a thousand hearts: the column is a pressure
 _PROFILE = 2.0  # openBF's default
 _DEFAULT_THICKNESS = (0.2802, -505.3, 0.1324, -11.14)  # a, b, c, d of h0 = R0 (a exp(b R0) + c exp(d R0)), R0 in m
+
+TAPERS = note_kind(
+    "openbf.tapers", "tapers from {proximal:.3g} to {distal:.3g} mm; the cylinder of its volume was taken"
+)
+VISCOELASTIC = note_kind("openbf.viscoelastic", "its wall is viscoelastic; the elastic part was taken")
+MATCHED = note_kind(
+    "openbf.matched-bed", "its Windkessel was given R1 = ρ c0/A0 = {first:.3g} Pa s/m³, out of {whole:.3g} in all"
+)
+PROFILES = note_kind(
+    "openbf.profiles",
+    "gamma_profile differs between vessels ({low:g} to {high:g}); {mean:.3g}, with the same losses of the mean flow, "
+    "was taken for all",
+)
 
 
 def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
@@ -115,8 +128,8 @@ class _Vessel:
             raise InputError(f"{self.place}: '{key}' is {number:g}; nodes are whole numbers")
         return int(number)
 
-    def warn(self, message: str) -> None:
-        warnings.warn(f"{self.place}: {message}", VasowaveWarning, stacklevel=4)
+    def warn(self, finding: Finding) -> None:
+        warn(finding.at(self.place), stacklevel=4)
 
 
 def _config(path: Path) -> Mapping[str, Any]:
@@ -167,9 +180,9 @@ def _wall(one: _Vessel) -> tuple[float, float]:
     if radius <= 0:
         raise InputError(f"{one.place}: its radius is zero")
     if abs(proximal - distal) > 1e-9 * radius:
-        one.warn(f"tapers from {1e3 * proximal:.3g} to {1e3 * distal:.3g} mm; the cylinder of its volume was taken")
+        one.warn(TAPERS(proximal=1e3 * proximal, distal=1e3 * distal))
     if one.values.get("visco-elastic"):
-        one.warn("its wall is viscoelastic; the elastic part was taken")
+        one.warn(VISCOELASTIC())
     a, b, c, d = _DEFAULT_THICKNESS
     thickness = one.number("h0", radius * (a * math.exp(b * radius) + c * math.exp(d * radius)))
     beta, outside = one.number("E") * thickness / (POISSON * radius), one.number("Pext", 0.0, least=-math.inf)
@@ -194,7 +207,7 @@ def _bed(one: _Vessel, density: float, beta: float, radius: float) -> tuple[floa
                 f"{one.place}: its resistance {whole:.3g} Pa s/m³ lies below its own impedance {first:.3g}"
             )
         second = whole - first
-        one.warn(f"its Windkessel was given R1 = ρ c0/A0 = {first:.3g} Pa s/m³, out of {whole:.3g} in all")
+        one.warn(MATCHED(first=first, whole=whole))
     return first / (1e6 * PA), second / (1e6 * PA), 1e6 * PA * one.number("Cc")
 
 
@@ -205,8 +218,7 @@ def _profile(network: Network, vessels: list[_Vessel]) -> float:
         return float(exponents[0])
     weight = network.flow_fraction**2 * network.length / network.radius**4
     mean = float(np.sum(weight * (exponents + 2)) / np.sum(weight)) - 2.0
-    vessels[0].warn(f"gamma_profile differs between vessels ({exponents.min():g} to {exponents.max():g}); {mean:.3g}, "
-                    "with the same losses of the mean flow, was taken for all")  # fmt: skip
+    vessels[0].warn(PROFILES(low=float(exponents.min()), high=float(exponents.max()), mean=float(mean)))
     return mean
 
 

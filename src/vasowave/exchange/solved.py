@@ -1,17 +1,17 @@
 """A model with its inflow and its periodic waves: what the files of other programs are written from."""
 
-import warnings
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from vasowave import walls
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.outlets import Windkessel
+from vasowave.errors import InputError
+from vasowave.findings import warn
+from vasowave.model import walls
+from vasowave.model.model import Model
+from vasowave.model.outlets import Bed, Circuit
+from vasowave.network.network import Network
 from vasowave.recording import Inflow, Recording
 from vasowave.solver import Numerics
 from vasowave.solver.result import Run
@@ -109,15 +109,19 @@ def solve(model: Model, inflow: Inflow | Recording, numerics: Numerics | None = 
     flow = inflow.inflow if isinstance(inflow, Recording) else inflow
     run = simulate_run(model, flow, replace(numerics or Numerics(), every_cell=True))
     for note in run.notes:
-        warnings.warn(note, VasowaveWarning, stacklevel=2)
+        warn(note)
     return Solved(run, flow)
 
 
-def windkessel(model: Model, program: str) -> Windkessel:
-    """Return the model's outlets; `InputError` if they are no Windkessels, the only ones that `program` knows."""
-    if not isinstance(model.outlets, Windkessel):
-        kind = type(model.outlets).__name__
-        raise InputError(
-            f"{program} knows Windkessel outlets only, this model has {kind}; give it Windkessel(R1, R2, C)"
-        )
-    return model.outlets
+def circuit(model: Model, program: str, whole: bool = False) -> Circuit:
+    """Return what the beds are to the flow; `InputError` if they are none of what `program` knows.
+
+    If `whole`, it knows only three-element Windkessels, with a resistance before and behind each capacitor.
+    """
+    if isinstance(model.outlets, Bed):
+        parts = model.outlets.circuit()
+        if not whole or all(np.all(np.asarray(one) > 0) for one in parts):
+            return parts
+    kind = type(model.outlets).__name__
+    knows = "three-element Windkessels" if whole else "resistances and Windkessels"
+    raise InputError(f"{program} knows {knows} as outlets only, this model has {kind}; give it Windkessel(R1, R2, C)")

@@ -1,4 +1,4 @@
-"""A model as input of svZeroDSolver: a resistor, a capacitor and an inductor a vessel, Windkessels, the inflow.
+"""A model as input of svZeroDSolver: a resistor, a capacitor and an inductor a vessel, the beds, the inflow.
 
 The vessels are taken at their mean pressure: C = L dA/dp, inertance ρ L/A; their resistance is that of the mean flow
 (`Solved.resistance`). Units are those usual there: cm, s, g, so that pressures are dyn/cm² (1333.22 make 1 mmHg).
@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from vasowave import walls
-from vasowave.exchange.solved import Solved, windkessel
+from vasowave.exchange.solved import Solved, circuit
+from vasowave.model import walls
 from vasowave.units import MMHG
 
 FILE = "svzerod.json"
@@ -26,11 +26,11 @@ def write_svzerod(solved: Solved, folder: Path) -> list[str]:
     Raises
     ------
     InputError
-        Outlets that are no Windkessels.
+        Outlets that are no circuits.
     """
     network, period = solved.network, solved.inflow.period
-    outlets = windkessel(solved.model, "svZeroDSolver")
-    longest = float(np.max(outlets.time_constants()))
+    _, distal, compliance = circuit(solved.model, "svZeroDSolver")
+    longest = float(np.max(distal * compliance))
     cycles = max(_FEWEST_CYCLES, int(np.ceil(_TIME_CONSTANTS * longest / period)))
     content = {
         "description": {"units": "cm, s, g; pressure dyn/cm^2 (1 mmHg is 1333.22), flow cm^3/s", "made by": "vasowave"},
@@ -67,15 +67,15 @@ def _inflow(solved: Solved) -> dict[str, Any]:
 
 
 def _beds(solved: Solved) -> list[dict[str, Any]]:
-    R1, R2, C = map(np.asarray, windkessel(solved.model, "svZeroDSolver"))
-    return [
-        {
-            "bc_name": f"OUT{row}",
-            "bc_type": "RCR",
-            "bc_values": {"Rp": R1[i] * MMHG, "Rd": R2[i] * MMHG, "C": C[i] / MMHG, "Pd": 0.0},
-        }
-        for i, row in enumerate(solved.network.terminals.tolist())
-    ]
+    parts = zip(solved.network.terminals.tolist(), *circuit(solved.model, "svZeroDSolver"), strict=True)
+    return [{"bc_name": f"OUT{row}", **_bed(*map(float, values))} for row, *values in parts]
+
+
+def _bed(proximal: float, distal: float, compliance: float) -> dict[str, Any]:
+    if not compliance:
+        return {"bc_type": "RESISTANCE", "bc_values": {"R": proximal * MMHG, "Pd": 0.0}}
+    values = {"Rp": proximal * MMHG, "Rd": distal * MMHG, "C": compliance / MMHG, "Pd": 0.0}
+    return {"bc_type": "RCR", "bc_values": values}
 
 
 def _vessels(solved: Solved) -> list[dict[str, Any]]:

@@ -4,12 +4,13 @@ import csv
 import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from vasowave.exchange.solved import Solved, windkessel
-from vasowave.outlets import Windkessel
-from vasowave.vessel_table import write_network
+from vasowave.exchange.solved import Solved, circuit
+from vasowave.model.laws import bed_quantities, parameter_names
+from vasowave.network.vessel_table import write_network
 
 NETWORK, PARAMETERS, INFLOW = "network.csv", "parameters.csv", "inflow.csv"
 
@@ -20,19 +21,16 @@ def write_tables(solved: Solved, folder: Path) -> list[str]:
     Raises
     ------
     InputError
-        Outlets that are no Windkessels.
+        Outlets without parameters.
     """
     network, wall, inflow = solved.network, solved.model.wall, solved.inflow
     write_network(network, folder / NETWORK)
-    units = {name: one.unit for name, one in zip(wall._fields, wall.law().parameters, strict=True)}
-    beds = {name: one.unit for name, one in Windkessel.quantities().items()}
-    at_ends = dict(
-        zip(
-            network.terminals.tolist(),
-            zip(*map(np.asarray, windkessel(solved.model, "This table")), strict=True),
-            strict=True,
-        )
-    )
+    names = parameter_names(type(wall))
+    units = {name: one.unit for name, one in zip(names, wall.law().parameters, strict=True)}
+    circuit(solved.model, "This table")
+    outlets: Any = solved.model.outlets
+    beds = {name: one.unit for name, one in bed_quantities(type(outlets)).items()}
+    at_ends = dict(zip(network.terminals.tolist(), zip(*map(np.asarray, outlets), strict=True), strict=True))
     rows = ([name, *(value[row] for value in wall), *at_ends.get(row, [""] * len(beds))]
             for row, name in enumerate(network.name))  # fmt: skip
     header = ["vessel", *(f"{name} [{unit}]" for name, unit in (units | beds).items())]

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave import walls
 from vasowave.errors import InputError
 from vasowave.exchange.solved import Solved
+from vasowave.model import walls
 
 
 class LinearTube(NamedTuple):

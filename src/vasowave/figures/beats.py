@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vasowave.animal.reading import data_of
+from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError
 from vasowave.figures.style import DATA, label_axes
 
@@ -84,7 +84,7 @@ def plot_baseline(ax: "Axes", beats: "xr.Dataset") -> "Axes":
     return label_axes(ax, "time [s]", "diastolic level [mmHg]")
 
 
-def plot_ensemble(ax: "Axes", result: "xr.DataTree", signal: str = "pressure") -> "Axes":
+def plot_ensemble(ax: "Axes", result: AnimalResult, signal: str = "pressure") -> "Axes":
     """Draw the averaged cycle of pressure or flow with a band of one standard deviation of the beats.
 
     Raises
@@ -94,12 +94,12 @@ def plot_ensemble(ax: "Axes", result: "xr.DataTree", signal: str = "pressure") -
     """
     if signal not in ("pressure", "flow"):
         raise InputError(f"signal '{signal}' is neither 'pressure' nor 'flow'")
-    recording = data_of(result, "recording")
-    if f"{signal}_sd" not in recording.data_vars or "beats" not in result.children:
+    recording = result.recording
+    if f"{signal}_sd" not in recording.data_vars or result.beats is None:
         raise InputError("the cycle came averaged; the scatter of its beats is not known")
     mean, deviation = recording[signal].values, recording[f"{signal}_sd"].values
     time = recording["time" if signal == "pressure" else "flow_time"].values
-    count = int(data_of(result, "beats")["kept"].sum())
+    count = int(result.beats["kept"].sum())
     ax.fill_between(time, mean - deviation, mean + deviation, color="0.6", lw=0)
     ax.plot(time, mean, color=DATA, lw=0.9, label=f"mean of {count} beats ± SD")
     ax.set_xlim(0.0, recording.attrs["period"])

@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vasowave.animal.reading import data_of, group_of, name_of
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.marks import mark
 from vasowave.figures.panels import COLUMN, shared_legend
@@ -35,10 +34,10 @@ def _draw(ax: "Axes", cohort: Cohort, wall: str, table: "pd.DataFrame") -> None:
     looks = group_looks(cohort.groups)
     harmonic = table["harmonic"].to_numpy()
     for result in cohort.calibrated(wall):
-        own = data_of(result, f"{wall}/calibration")["residual_modulus"].values[1 : len(harmonic) + 1]
-        look = looks[group_of(result)]
+        own = result.laws[wall].calibration["residual_modulus"].values[1 : len(harmonic) + 1]
+        look = looks[result.group]
         (line,) = ax.plot(harmonic, np.maximum(own, _LEAST), color=look.color, linewidth=0.6, alpha=0.6)
-        mark(line, f"{name_of(result)} ({group_of(result)})", name_of(result))
+        mark(line, f"{result.name} ({result.group})", result.name)
     left, common, error = (np.maximum(table[f"{what} [mmHg]"], _LEAST) for what in ("residual", "common", "error"))
     ax.plot(harmonic, left, color=DATA, label="left of the pressure, all animals")
     ax.plot(harmonic, common, color=DATA, linestyle=":", label="left alike in all")

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vasowave.animal.reading import data_of, period, residual_autocorrelation, root_vessel, simulated, wall_laws
+from vasowave.animal.reading import residual_autocorrelation
+from vasowave.animal.result import AnimalResult
 from vasowave.figures.style import CTL, DATA, FAINT, closed, closed_time, label_axes, legend_above, wall_lines
 
 if TYPE_CHECKING:
@@ -12,21 +13,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def plot_pressure(ax: "Axes", result: "xr.DataTree", color: str = CTL) -> "Axes":
+def plot_pressure(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
     """Draw measured pressure, and each wall law's at the inlet of the root vessel, over one cycle."""
-    recording = data_of(result, "recording")
+    recording = result.recording
     ax.plot(_closed_time(recording["time"], result), closed(recording["pressure"].values), color=DATA, label="measured")
     _plot_simulated(ax, result, "pressure", color)
     ax.legend()
     return label_axes(ax, "time [s]", "pressure [mmHg]")
 
 
-def plot_flow(ax: "Axes", result: "xr.DataTree", color: str = CTL) -> "Axes":
+def plot_flow(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
     """Draw measured flow, and each wall law's at the inlet of the root vessel, over one cycle.
 
     The measured flow is the model's inflow, so the curves coincide.
     """
-    recording = data_of(result, "recording")
+    recording = result.recording
     ax.plot(
         _closed_time(recording["flow_time"], result), closed(recording["flow"].values), color=DATA, label="measured"
     )
@@ -34,11 +35,11 @@ def plot_flow(ax: "Axes", result: "xr.DataTree", color: str = CTL) -> "Axes":
     return label_axes(ax, "time [s]", "flow [ml/s]")
 
 
-def plot_residuals(ax: "Axes", result: "xr.DataTree", color: str = CTL) -> "Axes":
+def plot_residuals(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
     """Draw measured minus simulated pressure over one cycle."""
     ax.axhline(0.0, color=FAINT, linewidth=0.8)
-    for wall, line in wall_lines(wall_laws(result), color).items():
-        calibration = data_of(result, f"{wall}/calibration")
+    for wall, line in wall_lines(result.laws, color).items():
+        calibration = result.laws[wall].calibration
         rmse = f"{wall}, RMSE {float(calibration['RMSE']):.2f} mmHg"
         residual = calibration["pressure_residual"].values
         ax.plot(calibration["time"].values, residual, **(line | {"label": rmse}))
@@ -46,25 +47,25 @@ def plot_residuals(ax: "Axes", result: "xr.DataTree", color: str = CTL) -> "Axes
     return label_axes(ax, "time [s]", "residual pressure [mmHg]")
 
 
-def plot_autocorrelation(ax: "Axes", result: "xr.DataTree", color: str = CTL) -> "Axes":
+def plot_autocorrelation(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
     """Draw the circular autocorrelation of the residuals up to half a period, and the 95 % band of white noise."""
-    lines = wall_lines(wall_laws(result), color)
+    lines = wall_lines(result.laws, color)
     curves = {wall: residual_autocorrelation(result, wall) for wall in lines}
     for wall, rho in curves.items():
         ax.plot(rho["lag"].values, rho.values, **lines[wall])
     if curves:
         band = max(rho.attrs["white_noise"] for rho in curves.values())
         ax.axhspan(-band, band, color="0.9", zorder=0, label="white noise, 95 %")
-    ax.set(xlim=(0, period(result) / 2), ylim=(-1.05, 1.05))
+    ax.set(xlim=(0, result.period / 2), ylim=(-1.05, 1.05))
     legend_above(ax, columns=3)
     return label_axes(ax, "lag [s]", "autocorrelation [1]")
 
 
-def _plot_simulated(ax: "Axes", result: "xr.DataTree", quantity: str, color: str) -> None:
-    for wall, line in wall_lines(wall_laws(result), color).items():
-        values = simulated(result, wall, quantity, root_vessel(result))
+def _plot_simulated(ax: "Axes", result: AnimalResult, quantity: str, color: str) -> None:
+    for wall, line in wall_lines(result.laws, color).items():
+        values = result.laws[wall].simulated(quantity, result.root)
         ax.plot(_closed_time(values["time"], result), closed(values.values), **line)
 
 
-def _closed_time(time: "xr.DataArray", result: "xr.DataTree") -> np.ndarray:
-    return closed_time(time.values, period(result))
+def _closed_time(time: "xr.DataArray", result: AnimalResult) -> np.ndarray:
+    return closed_time(time.values, result.period)

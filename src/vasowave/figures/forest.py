@@ -15,10 +15,25 @@ if TYPE_CHECKING:
 _LANE = 0.14  # cm: what is drawn of one quantity stands in lanes below each other, and covers nothing
 _LEAST, _GAP = 3.6, 1.8  # lanes of a row for its letters, and between what is drawn of two rows
 _CLEARANCE = 0.5  # lanes that a diamond is larger than what stands below it
+_TITLES = 5.2  # lanes that the titles of the columns stand above the first row
 _DOT = 3.8  # points
-_AXIS = 4.7  # cm: a little less than the middle panel is wide
 _MOST_LANES = 12
 """Lanes of one group's animals in a row; with more animals than these hold, points overlap."""
+
+
+class Form(NamedTuple):
+    """How wide a forest plot is and its axis (a little less than its panel, cm), and where the words of a row stand.
+
+    `above` is how many lanes they stand above the interval; at 0 they stand beside it.
+    """
+
+    width: float
+    axis: float
+    above: float = 0.0
+
+
+WIDE, NARROW = Form(17, 4.7), Form(11, 9.8, above=2.6)
+"""For a sheet of paper or a screen, and for a phone."""
 
 
 class Point(NamedTuple):
@@ -74,34 +89,57 @@ def forest_figure(
     sources: Mapping[str, SourceLook],
     axis: str,
     columns: tuple[str, str],
+    form: Form = WIDE,
 ) -> "Figure":
     """Draw rows on one logarithmic axis called `axis`; `columns` name the numbers at the right."""
     limits = _limits(rows)
-    lanes = [_lanes(row, limits) for row in rows]
-    places = _places(rows, lanes)
+    lanes = [_lanes(row, limits, form.axis) for row in rows]
+    places = _places(rows, lanes, form.above)
     bottom = places[-1] - max(_LEAST, lanes[-1].height + _CLEARANCE) if rows else 0.0
-    figure = new_figure(17, 2.6 - _LANE * bottom)
-    widths = [4.5, 6.7, 5.0] if columns[1] else [4.5, 5.5, 6.2]  # values with their units are long
-    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=widths)
-    for ax in (left, right):
-        ax.set_axis_off()
+    figure = new_figure(form.width, 2.7 + _LANE * (_TITLES - 3.2 + form.above - bottom))
+    middle = _beside(figure, places, rows, columns) if form is WIDE else _above(figure, places, rows, columns)
     for y, row, own in zip(places, rows, lanes, strict=True):
-        _draw(middle, y, row, own, groups, sources)
-        _write(left, 1.0, y, row.label, ha="right")
-        _write(right, 0.0, y, row.effect)
-        _write(right, 1.0, y, row.aside, ha="right")
-    for y, heading in _headings(rows, places):
-        _write(left, 0.0, y, heading, fontweight="bold")
-    _write(right, 0.0, 2.6, columns[0], color="0.35")
-    _write(right, 1.0, 2.6, columns[1], color="0.35", ha="right")
-    middle.set_ylim(bottom - 0.5, 4.5)
-    for ax in (left, right):
-        ax.set_xlim(0, 1)
+        _draw(middle, y, row, own, groups, sources, limits)
+        top, end = (y + 1, y - own.height - _CLEARANCE) if form.above else (4.5, bottom - 0.5)
+        middle.plot([1, 1], [top, end], color=FAINT, lw=0.9, zorder=0)
+    middle.set_ylim(bottom - 0.5, _TITLES + 1.3 + form.above)
     _legend(figure, rows, groups, sources)
     _scale(middle, limits)
     label_axes(middle, axis, "").tick_params(axis="y", length=0, labelleft=False)
     middle.spines["left"].set_visible(False)
     return figure
+
+
+def _beside(figure: "Figure", places: Sequence[float], rows: Sequence[Row], columns: tuple[str, str]) -> "Axes":
+    """Write the words of the rows left and right of a panel, and return the panel."""
+    widths = [4.5, 6.5, 5.2] if columns[1] else [4.5, 5.5, 6.2]  # values with their units are long
+    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=widths)
+    for ax in (left, right):
+        ax.set_axis_off()
+    for y, row in zip(places, rows, strict=True):
+        _write(left, 1.0, y, row.label, ha="right")
+        _write(right, 0.0, y, row.effect)
+        _write(right, 1.0, y, row.aside, ha="right")
+    for y, heading in _headings(rows, places):
+        _write(left, 0.0, y, heading, fontweight="bold")
+    _write(right, 0.0, _TITLES, columns[0], color="0.35")
+    _write(right, 1.0, _TITLES, columns[1], color="0.35", ha="right")
+    return middle
+
+
+def _above(figure: "Figure", places: Sequence[float], rows: Sequence[Row], columns: tuple[str, str]) -> "Axes":
+    """Write the words of the rows above their intervals, and return the panel."""
+    panel = figure.subplots()
+    effect = 0.86 if columns[1] else 1.0
+    for y, row in zip(places, rows, strict=True):
+        _write(panel, 0.0, y + NARROW.above, row.label)
+        _write(panel, effect, y + NARROW.above, row.effect, ha="right")
+        _write(panel, 1.0, y + NARROW.above, row.aside, ha="right")
+    for y, heading in _headings(rows, places):
+        _write(panel, 0.0, y + NARROW.above, heading, fontweight="bold")
+    _write(panel, effect, _TITLES + NARROW.above, columns[0], color="0.35", ha="right")
+    _write(panel, 1.0, _TITLES + NARROW.above, columns[1], color="0.35", ha="right")
+    return panel
 
 
 class _Lanes(NamedTuple):
@@ -111,9 +149,9 @@ class _Lanes(NamedTuple):
     height: int
 
 
-def _lanes(row: Row, limits: tuple[float, float]) -> _Lanes:
+def _lanes(row: Row, limits: tuple[float, float], axis: float) -> _Lanes:
     """Return lanes in which no point covers another: first the other sources', then those of each group."""
-    length = _AXIS / 2.54 * 72 / float(np.log(limits[1] / limits[0]))  # points of a factor of e
+    length = axis / 2.54 * 72 / float(np.log(limits[1] / limits[0]))  # points of a factor of e
     lanes, first = [0] * len(row.dots), 1 + len(row.beside)
     for group in dict.fromkeys(dot.group for dot in row.dots):
         own = sorted((dot.value, place) for place, dot in enumerate(row.dots) if dot.group == group)
@@ -130,11 +168,11 @@ def _lanes(row: Row, limits: tuple[float, float]) -> _Lanes:
 
 
 def _write(ax: "Axes", x: float, y: float, text: str, **look: Any) -> None:
-    """Write into a column; its width is given, whatever the text."""
-    ax.text(x, y, text, va="center", fontsize=8.5, **look).set_in_layout(False)
+    """Write at a share of a panel's width, which is given, whatever the text."""
+    ax.text(x, y, text, va="center", fontsize=8.5, transform=ax.get_yaxis_transform(), **look).set_in_layout(False)
 
 
-def _places(rows: Sequence[Row], lanes: Sequence[_Lanes]) -> list[float]:
+def _places(rows: Sequence[Row], lanes: Sequence[_Lanes], above: float) -> list[float]:
     """Return the height of every row's interval, in lanes, with room above the first of each heading."""
     places: list[float] = []
     y, heading = 0.0, ""
@@ -142,7 +180,7 @@ def _places(rows: Sequence[Row], lanes: Sequence[_Lanes]) -> list[float]:
         y -= 0.0 if row.heading == heading or not places else 3.2
         heading = row.heading
         places.append(y)
-        y -= max(_LEAST, own.height + _CLEARANCE + _GAP)
+        y -= max(_LEAST, own.height + _CLEARANCE + _GAP) + above
     return places
 
 
@@ -154,22 +192,34 @@ def _headings(rows: Sequence[Row], places: Sequence[float]) -> list[tuple[float,
 
 
 def _draw(
-    ax: "Axes", y: float, row: Row, lanes: _Lanes, groups: Mapping[str, GroupLook], sources: Mapping[str, SourceLook]
+    ax: "Axes",
+    y: float,
+    row: Row,
+    lanes: _Lanes,
+    groups: Mapping[str, GroupLook],
+    sources: Mapping[str, SourceLook],
+    limits: tuple[float, float],
 ) -> None:
     for dot, lane in zip(row.dots, lanes.dots, strict=True):
         look = groups[dot.group]
         (drawn,) = ax.plot([dot.value], [y - _CLEARANCE - lane], look.marker, color=look.color, ms=_DOT, mec="none")
         mark(drawn, dot.tip, dot.animal)
-    _point(ax, y, row.point, DATA, "D", 6, 1.6)
+    _point(ax, y, row.point, DATA, "D", 6, 1.6, limits)
     for place, point in enumerate(row.beside, start=1):
-        _point(ax, y - _CLEARANCE - place, point, "0.45", sources[point.source].marker, 3.5, 0.9)
+        _point(ax, y - _CLEARANCE - place, point, "0.45", sources[point.source].marker, 3.5, 0.9, limits)
 
 
-def _point(ax: "Axes", y: float, point: Point, color: str, marker: str, size: float, width: float) -> None:
+def _point(
+    ax: "Axes", y: float, point: Point, color: str, marker: str, size: float, width: float, limits: tuple[float, float]
+) -> None:
+    """Draw a point with its interval; an arrow stands where the interval goes on beyond the axis."""
     ax.plot([point.low, point.high], [y, y], color=color, lw=width, solid_capstyle="butt", zorder=3)
     face = color if marker == "D" else "none"
     (drawn,) = ax.plot([point.value], [y], marker, color=color, mfc=face, ms=size, zorder=4)
     mark(drawn, point.tip)
+    for end, arrow, beyond in zip(limits, "<>", (point.low < limits[0], point.high > limits[1]), strict=True):
+        if beyond:
+            ax.plot([end], [y], arrow, color=color, ms=size, mec="none", clip_on=False, zorder=4)
 
 
 def _limits(rows: Sequence[Row]) -> tuple[float, float]:
@@ -189,7 +239,6 @@ def _scale(ax: "Axes", limits: tuple[float, float]) -> None:
     ticks = [tick for tick in ratio_ticks(low, high) if low <= tick <= high]
     ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     ax.minorticks_off()
-    ax.axvline(1, color=FAINT, lw=0.9, zorder=0)
 
 
 def _legend(

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vasowave.animal.reading import data_of, name_of, period
+from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError
 from vasowave.figures.marks import mark
 from vasowave.figures.style import (
@@ -24,7 +24,6 @@ from vasowave.figures.style import (
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
     from matplotlib.axes import Axes
 
 
@@ -115,15 +114,15 @@ def plot_ratios(ax: "Axes", contrasts: "pd.DataFrame") -> "Axes":
     return label_axes(ax, "ratio of geometric means [1]", "")
 
 
-def plot_waveforms(ax: "Axes", results: "Sequence[xr.DataTree]", quantity: str, color: str, shown: str = "") -> "Axes":
+def plot_waveforms(ax: "Axes", results: "Sequence[AnimalResult]", quantity: str, color: str, shown: str = "") -> "Axes":
     """Draw the measured cycle of every animal of a group, the one called `shown` in black (the paper's "hemoData")."""
     for result in results:
-        recording = data_of(result, "recording")
+        recording = result.recording
         time = recording["time" if quantity == "pressure" else "flow_time"].values
-        first = name_of(result) == shown
+        first = result.name == shown
         look: dict[str, Any] = {"color": DATA, "linewidth": 1.8, "zorder": 4} if first else {"color": color, "lw": 0.9}
-        (line,) = ax.plot(closed_time(time, period(result)), closed(recording[quantity].values), **look)
-        mark(line, name_of(result), name_of(result))
+        (line,) = ax.plot(closed_time(time, result.period), closed(recording[quantity].values), **look)
+        mark(line, result.name, result.name)
     return label_axes(ax, "time [s]", {"pressure": "pressure [mmHg]", "flow": "flow [ml/s]"}[quantity])
 
 

@@ -4,22 +4,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vasowave.animal.reading import law_curve, network, root_vessel, simulated, wall_laws
+from vasowave.animal.reading import law_curve
+from vasowave.animal.result import AnimalResult
 from vasowave.figures.style import CTL, FAINT, label_axes, wall_lines
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 
-def plot_pressure_area(ax: "Axes", result: "xr.DataTree", color: str = CTL) -> "Axes":
+def plot_pressure_area(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
     """Draw pressure against area at the middle of the root vessel over the cycle, and thinly the law, if stored."""
-    vessels, root = network(result), root_vessel(result)
-    for wall, line in wall_lines(wall_laws(result), color).items():
-        pressure, area = (simulated(result, wall, what, root, "middle").values for what in ("pressure", "area"))
+    vessels, root = result.network, result.root
+    for wall, line in wall_lines(result.laws, color).items():
+        pressure, area = (result.laws[wall].simulated(what, root, "middle").values for what in ("pressure", "area"))
         # An elastic wall goes up and down the same curve; in order of pressure its dashes do not cover each other.
         order = np.argsort(pressure)
-        if (curve := law_curve(result, wall)) is not None:
+        if (curve := law_curve(result.laws[wall])) is not None:
             ax.plot(*reversed(curve), **(line | {"linewidth": 0.8, "label": None}))
         ax.plot(area[order], pressure[order], **(line | {"linewidth": 2.2}))
     at_rest = vessels.area[vessels.root]

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
-from vasowave.animal.reading import data_of, name_of, network
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.beats import plot_baseline, plot_detected_beats, plot_ensemble
 from vasowave.figures.groups import plot_waveforms
@@ -25,18 +25,16 @@ def hemodynamics_figure(cohort: Cohort) -> "Figure":
     """Measured pressure, flow, impedance modulus and phase, one column per group ("hemoData")."""
     figure, axes = grid(cohort, 4, 19)
     for column, (group, results) in enumerate(cohort.groups.items()):
-        color, shown = group_looks(cohort.groups)[group].color, name_of(cohort.shown[group])
+        color, shown = group_looks(cohort.groups)[group].color, cohort.shown[group].name
         if not cohort.single:
             axes[0, column].set_title(f"{short(group)} (n = {len(results)}); black: {short(shown)}")
         for row, quantity in enumerate(("pressure", "flow")):
             plot_waveforms(axes[row, column], results, quantity, color, shown)
-        for result in sorted(
-            results, key=lambda result: name_of(result) == shown
-        ):  # the shown one last, above the others
-            above = name_of(result) == shown
+        for result in sorted(results, key=lambda result: result.name == shown):  # the shown one last, above the others
+            above = result.name == shown
             line = {"linewidth": 1.8} if above else {"color": color, "linewidth": 0.8, "markersize": 2}
-            plot_modulus(axes[2, column], data_of(result, "measured/impedance"), **line)
-            plot_phase(axes[3, column], data_of(result, "measured/impedance"), **line)
+            plot_modulus(axes[2, column], result.measured.impedance, **line)
+            plot_phase(axes[3, column], result.measured.impedance, **line)
     return outer(figure, axes)
 
 
@@ -44,12 +42,12 @@ def networks_figure(cohort: Cohort) -> "Figure":
     """The directed graph of every group's network ("Network", c); the same one only once."""
     distinct = cohort.shown_networks
     results = [cohort.shown[groups[0]] for groups in distinct]
-    heights = [min(40.0, max(4.0, 0.85 * len(network(result).terminals))) for result in results]
-    deepest = max(len(network(result).generations) for result in results)
+    heights = [min(40.0, max(4.0, 0.85 * len(result.network.terminals))) for result in results]
+    deepest = max(len(result.network.generations) for result in results)
     figure = new_figure(min(_FARTHEST, max(12.0, 2.1 * deepest)), sum(heights))
     axes = figure.subplots(len(results), 1, squeeze=False, height_ratios=heights)[:, 0]
     for ax, result, groups in zip(axes, results, distinct, strict=True):
-        plot_network(ax, network(result), group_looks(cohort.groups)[groups[0]].color)
+        plot_network(ax, result.network, group_looks(cohort.groups)[groups[0]].color)
         if not cohort.single:
             ax.set_title(" and ".join(map(short, groups)))
     return figure
@@ -60,9 +58,9 @@ def nominal_figure(cohort: Cohort) -> "Figure":
     return shown_figure(cohort, [plot_upstroke, plot_decay], 13, share="none")
 
 
-def beats_figure(result: xr.DataTree) -> "Figure":
+def beats_figure(result: AnimalResult) -> "Figure":
     """What was detected and kept of one animal's continuous recording, its baseline, and the averaged cycle."""
-    beats = data_of(result, "beats")
+    beats = result.beats if result.beats is not None else xr.Dataset()
     signals = [name for name in ("ecg", "pressure", "flow") if f"trace_{name}" in beats.data_vars]
     levels = ["level"] if {"level", "drift"} <= set(beats.data_vars) else []
     rows: list[Any] = [*([name, name] for name in [*signals, *levels]), ["p", "q"]]

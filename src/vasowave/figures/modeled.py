@@ -3,9 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
-from vasowave.animal.reading import data_of, network, sources, wall_laws
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_residuals
 from vasowave.figures.loop import plot_pressure_area
@@ -34,7 +32,7 @@ _ROOM = {"left": 0.11, "right": 0.985, "bottom": 0.09, "top": 0.95, "wspace": 0.
 _WIDE_RANGE = 3.0  # a waterfall that rises more gets a logarithmic axis
 
 
-def fit_figure(result: xr.DataTree, color: str = CTL) -> "Figure":
+def fit_figure(result: AnimalResult, color: str = CTL) -> "Figure":
     """Measured and fitted pressure and flow, and the residuals."""
     figure = new_figure(17, 12)
     figure.set_layout_engine("none")  # of every animal there is one: finding the room takes as long as drawing
@@ -45,9 +43,9 @@ def fit_figure(result: xr.DataTree, color: str = CTL) -> "Figure":
     return figure
 
 
-def vessels_figure(result: xr.DataTree, color: str = CTL) -> "Figure":
+def vessels_figure(result: AnimalResult, color: str = CTL) -> "Figure":
     """Pressure and flow at the middle of the vessels that carry most flow: one column each, one scale a row."""
-    whole = network(result)
+    whole = result.network
     vessels = main_vessels(whole)
     figure = new_figure(max(8.0, 1.5 + 3.4 * len(vessels)), 11.5)
     axes = figure.subplots(2, len(vessels), sharex=True, sharey="row", squeeze=False)
@@ -71,7 +69,7 @@ def residuals_figure(cohort: Cohort) -> "Figure":
     """Residuals and their autocorrelation ("Residuals")."""
     figure = shown_figure(cohort, [plot_residuals, plot_autocorrelation], 12.5)
     for ax, (group, result) in zip(figure.axes, cohort.shown.items(), strict=False):
-        errors = [f"{wall} {float(data_of(result, f'{wall}/calibration')['RMSE']):.2f}" for wall in wall_laws(result)]
+        errors = [f"{wall} {float(result.laws[wall].calibration['RMSE']):.2f}" for wall in result.laws]
         whose = "" if cohort.single else f"{short(cohort.name(group), 40)}\n"
         ax.set_title(f"{whose}RMSE [mmHg]: {', '.join(errors)}")
     return shared_legend(figure, figure.axes[-1], 3)
@@ -81,10 +79,10 @@ def impedance_figure(cohort: Cohort) -> "Figure":
     """Measured and simulated impedance spectra ("Impd")."""
 
     def panel(plot: Callable[..., "Axes"]) -> Panel:
-        def draw(ax: "Axes", result: xr.DataTree, color: str) -> None:
-            plot(ax, data_of(result, "measured/impedance"), label="measured", linewidth=1.4)
-            for wall, line in wall_lines(wall_laws(result), color).items():
-                plot(ax, data_of(result, f"{wall}/impedance"), **(line | {"markersize": 2}))
+        def draw(ax: "Axes", result: AnimalResult, color: str) -> None:
+            plot(ax, result.measured.impedance, label="measured", linewidth=1.4)
+            for wall, line in wall_lines(result.laws, color).items():
+                plot(ax, result.laws[wall].impedance, **(line | {"markersize": 2}))
 
         return draw
 
@@ -96,10 +94,10 @@ def along_network_figure(cohort: Cohort) -> "Figure":
     """Wave speed at mean pressure and fall of the mean pressure, against the distance from the inlet ("Tree")."""
 
     def panel(distance: str, quantity: str, label: str) -> Panel:
-        def draw(ax: "Axes", result: xr.DataTree, color: str) -> None:
-            looks = source_looks(wall_laws(result))
+        def draw(ax: "Axes", result: AnimalResult, color: str) -> None:
+            looks = source_looks(result.laws)
             for wall, line in wall_lines(looks, color).items():
-                data, look = data_of(result, f"{wall}/tree"), looks[wall]
+                data, look = result.laws[wall].vessels, looks[wall]
                 ax.plot(data[distance], data[quantity], look.marker, color=line["color"], ms=4, label=line["label"],
                         mfc=line["color"] if look.filled else "none")  # fmt: skip
             label_axes(ax, "distance from the inlet [cm]", label)
@@ -115,12 +113,12 @@ def along_network_figure(cohort: Cohort) -> "Figure":
 def waves_figure(cohort: Cohort, group: str) -> "Figure":
     """Separated pressure and wave intensity of a group's shown animal, measured and of each wall law ("WIA")."""
     result, color = cohort.shown[group], group_looks(cohort.groups)[group].color
-    every = sources(result)
+    every = result.sources
     figure = new_figure(17, 1.5 + 4.8 * len(every))
     axes = figure.subplots(len(every), 2, sharex=True, sharey="col", squeeze=False)
     for row, source in enumerate(every):
-        plot_separated_pressure(axes[row, 0], data_of(result, f"{source}/waves"), color)
-        plot_wave_intensity(axes[row, 1], data_of(result, f"{source}/waves"), color)
+        plot_separated_pressure(axes[row, 0], result.sources[source].waves, color)
+        plot_wave_intensity(axes[row, 1], result.sources[source].waves, color)
         axes[row, 0].set_title(source if source == "measured" else f"{source} wall")
     for ax in axes[:-1].flat:
         ax.set_xlabel("")
@@ -134,8 +132,8 @@ def waterfall_figure(cohort: Cohort) -> "Figure":
     looks = group_looks(cohort.groups)
     for ax, wall in zip(axes, cohort.walls, strict=True):
         for group, results in cohort.groups.items():
-            for place, result in enumerate(result for result in results if wall in wall_laws(result)):
-                plot_waterfall(ax, data_of(result, f"{wall}/calibration"), color=looks[group].color,
+            for place, result in enumerate(result for result in results if wall in result.laws):
+                plot_waterfall(ax, result.laws[wall].calibration, color=looks[group].color,
                                marker=looks[group].marker, label=None if place else short(group))  # fmt: skip
         ax.set_title(f"{wall} wall")
     for ax in axes[1:]:

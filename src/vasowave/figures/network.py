@@ -7,7 +7,7 @@ import numpy as np
 
 from vasowave.figures.marks import mark
 from vasowave.figures.style import CTL, DATA, short
-from vasowave.network import Network
+from vasowave.network.network import Network
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

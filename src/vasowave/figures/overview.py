@@ -3,16 +3,15 @@
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
-from vasowave.animal.reading import data_of, name_of, network, wall_laws
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.fit import plot_flow, plot_pressure
 from vasowave.figures.groups import plot_waveforms
 from vasowave.figures.marks import mark, readable
 from vasowave.figures.network import plot_network
 from vasowave.figures.style import SCALE, group_looks, new_figure, short
-from vasowave.network import Network
+from vasowave.network.network import Network
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,15 +47,15 @@ def _one_animal(cohort: Cohort) -> "Figure":
     plot_flow(flow, result, color)
     for ax in (pressure, flow):
         for line in ax.get_lines():
-            mark(line, str(line.get_label()), name_of(result))
+            mark(line, str(line.get_label()), result.name)
         readable(ax)
     pressure.set_xlabel("")
     return figure
 
 
-def _plot_scatter(ax: "Axes", result: xr.DataTree) -> None:
+def _plot_scatter(ax: "Axes", result: AnimalResult) -> None:
     """Draw a band of one standard deviation of the beats, where they are known."""
-    recording = data_of(result, "recording")
+    recording = result.recording
     if "pressure_sd" in recording.data_vars:
         mean, deviation = recording["pressure"].values, recording["pressure_sd"].values
         ax.fill_between(
@@ -66,14 +65,14 @@ def _plot_scatter(ax: "Axes", result: xr.DataTree) -> None:
 
 def tree_figure(cohort: Cohort, wall: str) -> "Figure":
     """The network of each group's shown animal, coloured by the mean pressure that a wall law gives."""
-    results = {group: result for group, result in cohort.shown.items() if wall in wall_laws(result)}
+    results = {group: result for group, result in cohort.shown.items() if wall in result.laws}
     means = {group: mean_pressures(result, wall) for group, result in results.items()}
-    figure = new_figure(12.0, sum(_height(network(result)) for result in results.values()) + 1.2)
-    heights = [_height(network(result)) for result in results.values()]
+    figure = new_figure(12.0, sum(_height(result.network) for result in results.values()) + 1.2)
+    heights = [_height(result.network) for result in results.values()]
     axes = figure.subplots(len(results), 1, squeeze=False, height_ratios=heights)[:, 0]
     scale = _Scale(np.concatenate(list(means.values())))
     for ax, (group, result) in zip(axes, results.items(), strict=True):
-        whole = network(result)
+        whole = result.network
         plot_network(ax, whole, scale.colors(means[group]), _tips(result, wall, whole, means[group]), size=6.5)
         if not cohort.single:
             ax.set_title(short(cohort.name(group), 40))
@@ -81,10 +80,10 @@ def tree_figure(cohort: Cohort, wall: str) -> "Figure":
     return figure
 
 
-def mean_pressures(result: xr.DataTree, wall: str) -> np.ndarray:
+def mean_pressures(result: AnimalResult, wall: str) -> np.ndarray:
     """Return the mean pressure at the middle of every vessel, mmHg, in the order of the network."""
-    pressure = data_of(result, f"{wall}/simulation")["pressure"].sel(station="middle").mean("time")
-    return pressure.sel(vessel=list(network(result).name)).values
+    pressure = result.laws[wall].simulation["pressure"].sel(station="middle").mean("time")
+    return pressure.sel(vessel=list(result.network.name)).values
 
 
 class _Scale:
@@ -110,10 +109,8 @@ def _height(whole: Network) -> float:
     return min(14.0, max(2.4, 0.5 * len(whole.terminals)))
 
 
-def _tips(result: xr.DataTree, wall: str, whole: Network, mean: np.ndarray) -> list[str]:
-    speed = dict(
-        zip(data_of(result, f"{wall}/tree")["vessel"].values, data_of(result, f"{wall}/tree")["wave_speed"].values)
-    )
+def _tips(result: AnimalResult, wall: str, whole: Network, mean: np.ndarray) -> list[str]:
+    speed = dict(zip(result.laws[wall].vessels["vessel"].values, result.laws[wall].vessels["wave_speed"].values))
     return [
         f"vessel {name}: radius {whole.radius[row]:.3g} cm, length {whole.length[row]:.3g} cm, "
         f"{100 * whole.flow_fraction[row]:.2g} % of the flow; mean pressure {mean[row]:.1f} mmHg, wave speed "

@@ -3,8 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Literal
 
-import xarray as xr
-
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.style import group_looks, new_figure, short
 
@@ -17,7 +16,7 @@ COLUMN = 8.5  # cm, width of one group's panels
 _LEAST = 11.0  # cm, width of a figure
 
 Share = Literal["none", "row"]
-Panel = Callable[["Axes", xr.DataTree, str], object]
+Panel = Callable[["Axes", AnimalResult, str], object]
 
 
 def grid(cohort: Cohort, rows: int, height: float, share: Share = "row") -> tuple["Figure", "np.ndarray"]:

@@ -5,12 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vasowave.animal.reading import data_of, group_of, name_of, root_vessel, simulated, wall_laws
+from vasowave.animal.result import AnimalResult
 from vasowave.figures.marks import mark
 from vasowave.figures.style import DATA, closed, group_looks, new_figure, short, source_looks, wall_lines
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -21,18 +20,18 @@ _WIDTH, _PANEL = 17.0, 2.7  # cm; the height of a panel with its title
 _SMALL = 6.5  # pt, of what stands in a panel
 
 
-def sheets(results: Sequence["xr.DataTree"]) -> list[list["xr.DataTree"]]:
+def sheets(results: Sequence[AnimalResult]) -> list[list[AnimalResult]]:
     """Return the animals that were calibrated, those with the largest error first, as many as a sheet holds."""
-    fitted = sorted((result for result in results if wall_laws(result)), key=_error, reverse=True)
+    fitted = sorted((result for result in results if result.laws), key=_error, reverse=True)
     return [fitted[first : first + ON_A_SHEET] for first in range(0, len(fitted), ON_A_SHEET)]
 
 
-def sheet_figure(results: Sequence["xr.DataTree"], groups: Sequence[str]) -> "Figure":
+def sheet_figure(results: Sequence[AnimalResult], groups: Sequence[str]) -> "Figure":
     """Draw measured and fitted pressure of up to `ON_A_SHEET` animals, each over one cycle in a panel of its own.
 
     Parameters
     ----------
-    results : sequence of DataTree
+    results : sequence of AnimalResult
     groups : sequence of str
         All groups of the study in their order, which sets the colors.
     """
@@ -43,24 +42,24 @@ def sheet_figure(results: Sequence["xr.DataTree"], groups: Sequence[str]) -> "Fi
     room = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 1 - 0.8 / height, "wspace": 0.08, "hspace": 0.75}
     axes = figure.subplots(rows, _ABREAST, squeeze=False, gridspec_kw=room).ravel()
     for ax, result in zip(axes, results, strict=False):
-        _draw(ax, result, looks[group_of(result)].color)
+        _draw(ax, result, looks[result.group].color)
     for ax in axes:
         ax.set_axis_off()
     return figure
 
 
-def _draw(ax: "Axes", result: "xr.DataTree", color: str) -> None:
-    pressure = data_of(result, "recording")["pressure"].values
+def _draw(ax: "Axes", result: AnimalResult, color: str) -> None:
+    pressure = result.recording["pressure"].values
     (line,) = ax.plot(*_thinned(pressure), color=DATA, linewidth=0.9)
-    for wall, look in wall_lines(wall_laws(result), color).items():
-        inlet = simulated(result, wall, "pressure", root_vessel(result)).values
+    for wall, look in wall_lines(result.laws, color).items():
+        inlet = result.laws[wall].simulated("pressure", result.root).values
         ax.plot(*_thinned(inlet), **(look | {"linewidth": 0.9}))
-    looks = source_looks(wall_laws(result))
+    looks = source_looks(result.laws)
     errors = ", ".join(f"{looks[wall].short} {error:.2f}" for wall, error in _errors(result).items())
-    ax.set_title(f"{short(name_of(result), 16)}\n{errors}", fontsize=_SMALL, pad=2)
+    ax.set_title(f"{short(result.name, 16)}\n{errors}", fontsize=_SMALL, pad=2)
     ax.text(0.98, 0.98, f"{pressure.min():.0f} to {pressure.max():.0f}", transform=ax.transAxes, fontsize=_SMALL,
             ha="right", va="top")  # fmt: skip
-    mark(line, f"{name_of(result)} ({group_of(result)}), RMSE [mmHg]: {errors}", name_of(result))
+    mark(line, f"{result.name} ({result.group}), RMSE [mmHg]: {errors}", result.name)
 
 
 def _thinned(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -70,10 +69,10 @@ def _thinned(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return chosen / (len(whole) - 1), whole[chosen]
 
 
-def _errors(result: "xr.DataTree") -> dict[str, float]:
-    return {wall: float(data_of(result, f"{wall}/calibration")["RMSE"]) for wall in wall_laws(result)}
+def _errors(result: AnimalResult) -> dict[str, float]:
+    return {wall: law.rmse for wall, law in result.laws.items()}
 
 
-def _error(result: "xr.DataTree") -> float:
+def _error(result: AnimalResult) -> float:
     """Return the error of the law that fits best, mmHg."""
     return min(_errors(result).values())

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vasowave.network import Network
+from vasowave.network.network import Network
 
 _SPREAD = np.radians(75.0)
 """Angle between the outer daughters of a junction; in lungs of mice it is about that."""

@@ -4,12 +4,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vasowave.animal.reading import data_of, period, root_vessel, simulated, wall_laws
+from vasowave.animal.result import AnimalResult
 from vasowave.figures.style import CTL, DATA, closed, closed_time, label_axes, quantity_label, wall_lines
-from vasowave.network import Network
+from vasowave.network.network import Network
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 
@@ -37,20 +36,20 @@ def _main_path(network: Network, row: int) -> list[int]:
 
 def plot_vessel(
     ax: "Axes",
-    result: "xr.DataTree",
+    result: AnimalResult,
     vessel: str,
     quantity: str = "pressure",
     color: str = CTL,
     station: str = "middle",
 ) -> "Axes":
     """Draw one simulated quantity at one station of one vessel, one line per wall law; data where measured."""
-    if vessel == root_vessel(result) and quantity == "pressure":
-        measured = data_of(result, "recording")["pressure"]
-        time = closed_time(measured["time"].values, period(result))
+    if vessel == result.root and quantity == "pressure":
+        measured = result.recording["pressure"]
+        time = closed_time(measured["time"].values, result.period)
         ax.plot(time, closed(measured.values), color=DATA, linewidth=1.0, label="measured (inlet)")
     label = quantity
-    for wall, line in wall_lines(wall_laws(result), color).items():
-        values = simulated(result, wall, quantity, vessel, station)
+    for wall, line in wall_lines(result.laws, color).items():
+        values = result.laws[wall].simulated(quantity, vessel, station)
         label = quantity_label(values.attrs, quantity)
-        ax.plot(closed_time(values["time"].values, period(result)), closed(values.values), **line)
+        ax.plot(closed_time(values["time"].values, result.period), closed(values.values), **line)
     return label_axes(ax, "time [s]", label)

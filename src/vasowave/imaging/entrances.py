@@ -1,20 +1,25 @@
 """Where the blood enters and leaves: whether the places that the user gave can be meant."""
 
-import warnings
-
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
+from vasowave.findings import look_kind, warn
 from vasowave.imaging.axes.paths import long_tips, minimal_paths, paths_to
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.places import written
-from vasowave.network import Network
-from vasowave.network_remarks import unlike_the_species
+from vasowave.network.network import Network
+from vasowave.network.remarks import unlike_the_species
 
 SCALE_LIMIT = 0.2
 """A cannula that is off by more than this share is no matter of scale: the root or the voxel size is wrong."""
+
+WIDER_THAN_ROOT = look_kind(
+    "image.wider-than-root",
+    "vessel {vessel} (radius {radius:.3g} cm) is wider than the root ({root:.3g}): is the root where the blood enters?",
+    "Set the root with `root` or an edit.",
+)
 
 
 def root_wanted(lumen: Segmentation) -> InputError:
@@ -71,9 +76,5 @@ def check_root(network: Network, scale: float, cannula: float, species: str) -> 
         )
     widest = int(np.argmax(network.radius))
     if network.radius[widest] > 1.15 * network.radius[network.root]:
-        warnings.warn(
-            f"vessel {network.name[widest]} (radius {network.radius[widest]:.3g} cm) is wider than the root "
-            f"({network.radius[network.root]:.3g}): is the root where the blood enters?",
-            VasowaveWarning,
-            stacklevel=3,
-        )
+        radius, root = float(network.radius[widest]), float(network.radius[network.root])
+        warn(WIDER_THAN_ROOT(radius=radius, root=root).at(vessel=network.name[widest]), stacklevel=3)

@@ -4,10 +4,12 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from vasowave.errors import VasowaveWarning
+from vasowave.findings import Finding, found_in, warn
 from vasowave.imaging.axes.vessels import begun_elsewhere, tree_of
 from vasowave.imaging.entrances import check_root, deepest_near, require_reached, root_wanted
 from vasowave.imaging.given import Given, given
@@ -32,7 +34,8 @@ from vasowave.imaging.witness.loops import loop_doubts, told_loops
 from vasowave.imaging.witness.misfit import surface_misfit
 from vasowave.imaging.witness.skeleton import Branches, skeleton_branches
 from vasowave.imaging.witness.witness import doubts_about
-from vasowave.network import Network
+from vasowave.network.network import Network
+from vasowave.settings import with_settings
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +63,7 @@ class Extraction:
         How far the lumen is from a round tube, as a share of the radius, see `surface_misfit`.
     doubts : tuple of Doubt
         What contradicts the answer, by vessel.
-    notes : tuple of str
+    notes : tuple of Finding
         The warnings of this extraction.
     """
 
@@ -74,7 +77,7 @@ class Extraction:
     options: Options
     misfit: np.ndarray
     doubts: tuple[Doubt, ...] = ()
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
 
     @property
     def network(self) -> Network:
@@ -89,9 +92,10 @@ class Extraction:
 
 def extract(
     image: Volume | str | Path,
-    options: Options,
+    options: Options | None = None,
     progress: Callable[[str], None] | None = None,
     stages: Stages | None = None,
+    **settings: Any,
 ) -> Extraction:
     """Return the vessel network in `image`.
 
@@ -99,11 +103,13 @@ def extract(
     ----------
     image : Volume or path
         See `read_volume`.
-    options : Options
+    options : Options, optional
     progress : callable, optional
         Called with the name of each stage as it begins.
     stages : Stages, optional
         What an earlier extraction kept; what still holds is not computed again, and the result is the same.
+    settings
+        Those of `Options` by name, ``root=(0.3, 0.2, 0.1)``, in place of what `options` says of them.
 
     Raises
     ------
@@ -116,17 +122,31 @@ def extract(
     VasowaveWarning
         The cannula contradicts the file's voxel size by more than 1 %; at another threshold vessels are not in the
         lumen; the lumen closes loops; a vessel wider than the root; every doubt of the witness.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vasowave as vw
+    >>> from vasowave.imaging import Volume
+    >>> z, y, x = np.indices((90, 60, 30)) * 0.002  # cm
+    >>> side = np.where(z < 0.09, 0.0, 0.5 * (z - 0.09))  # a vessel that divides at z = 0.09 cm
+    >>> axis = np.minimum(np.abs(y - 0.06 - side), np.abs(y - 0.06 + side))
+    >>> grey = 200.0 * ((np.hypot(axis, x - 0.03) < 0.011) & (z < 0.17))
+    >>> scan = Volume(grey, (0.002,) * 3, (0, 0, 0))
+    >>> found = vw.extract(scan, root=(0.0, 0.06, 0.03), threshold=100, species="other", cannula=0)
+    >>> len(found.network), bool(np.allclose(found.network.radius, 0.011, atol=0.001))
+    (3, True)
     """
-    say = progress or (lambda stage: None)
-    notes: tuple[str, ...] = ()
+    say, wanted = progress or (lambda stage: None), with_settings(options or Options(), settings)
+    notes: tuple[Finding, ...] = ()
     try:
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always", VasowaveWarning)
-            extraction = _extracted(image, options, say, stages or Stages())
+            extraction = _extracted(image, wanted, say, stages or Stages())
     finally:  # an error is easier to understand with the warnings that led to it
-        notes = tuple(dict.fromkeys(str(one.message) for one in told if issubclass(one.category, VasowaveWarning)))
+        notes = tuple(dict.fromkeys(found_in(told)))
         for note in notes:
-            warnings.warn(note, VasowaveWarning, stacklevel=2)
+            warn(note)
     return replace(extraction, notes=notes)
 
 
@@ -180,7 +200,7 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
     told = (one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
     doubts = tuple(replace(one, places=world(one.places)) for one in told)
     for doubt in doubts:
-        warnings.warn(doubt.text, VasowaveWarning, stacklevel=2)
+        warn(doubt.finding)
     misfit = misfit[[measured.network.name.index(name) for name in kept.network.name]]
     kept = with_errors(filled_at(kept, options.pressure))
     return Extraction(kept, scale, factor, lumen, image, None, world(root), options, misfit, doubts)

@@ -4,7 +4,7 @@ from itertools import permutations
 
 import numpy as np
 
-from vasowave.network import Network
+from vasowave.network.network import Network
 
 
 def match(first: Network, second: Network) -> dict[int, int]:

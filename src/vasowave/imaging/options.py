@@ -8,7 +8,7 @@ from annotated_types import Ge, Le, Lt
 
 from vasowave.errors import InputError
 from vasowave.imaging.places import Place, Places, Region
-from vasowave.network import HIGHEST
+from vasowave.network.network import HIGHEST
 from vasowave.settings import check_settings
 
 

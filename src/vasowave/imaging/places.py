@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vasowave import units
-from vasowave.columns import read_columns
 from vasowave.errors import InputError
+from vasowave.io.columns import read_columns
 from vasowave.settings import Text
 
 

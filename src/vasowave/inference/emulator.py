@@ -101,7 +101,7 @@ def fit_emulator(
         Those of an emulator that knew less, from which the choice begins.
     """
     there = coordinates(around)
-    center, spread = there.mean(axis=0), np.cov(there.T)
+    center, spread = there.mean(axis=0), np.atleast_2d(np.cov(there.T))
     to_local = np.linalg.inv(np.linalg.cholesky(spread + 1e-9 * np.diag(np.diag(spread)))).T
     local, base = (coordinates(points) - center) @ to_local, outputs.mean(axis=0)
     target = (outputs - base) / scale

@@ -1,11 +1,11 @@
-"""What speaks against a posterior, or against the fit beside it: values with a code and numbers, not sentences."""
+"""What speaks against a posterior, or against the fit beside it: values with a code and numbers."""
 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.findings import Finding, Severity, kind
+from vasowave.findings import Finding, look_kind
 
 HALVES = 0.5
 """Posterior SD by which the means of two independent halves of the draws may differ in any case."""
@@ -17,45 +17,35 @@ _BETTER = 4.0  # nats by which the fit's optimum may be likelier than the best d
 _COMPARED = ("wave_speed", "R_T")  # what fits and posteriors both determine
 
 
-_DOUBT = (
-    "Do not believe these numbers: {}. There may be a mode that neither holds. Start from a fit with many starts, take "
-    "another seed, or give narrower priors."
-)
+_DOUBT = "Do not believe these numbers: {}. There may be a mode that neither holds. {{remedy}}"
 _AGAIN = "Start from a fit with many starts, take another seed, or give narrower priors."
-HALVES_DIFFER = kind(
+HALVES_DIFFER = look_kind(
     "posterior.halves-differ",
-    Severity.LOOK,
     _DOUBT.format(
         "two independent halves of the search differ by {distance:.1f} posterior SD, where chance explains {limit:.1f}"
     ),
     _AGAIN,
 )
-HALF_EMPTY = kind(
-    "posterior.half-empty",
-    Severity.LOOK,
-    _DOUBT.format("one of two independent halves of the search found nothing"),
-    _AGAIN,
+HALF_EMPTY = look_kind(
+    "posterior.half-empty", _DOUBT.format("one of two independent halves of the search found nothing"), _AGAIN
 )
-SEVERAL_MODES = kind(
+SEVERAL_MODES = look_kind(
     "posterior.several-modes",
-    Severity.LOOK,
     "The recording has {modes:.0f} separate explanations; the likeliest holds {share:.0%} of the probability, and "
     "intervals span all of them.",
     "Look at the draws: what the modes differ in is not determined.",
 )
 _AWAY = "The fit's optimum lies {distance:.1f} posterior SD away (wave speed or R_T) and is "
-FIT_LIKELIER = kind(
+FIT_LIKELIER = look_kind(
     "posterior.fit-likelier",
-    Severity.LOOK,
     f"{_AWAY}likelier than every draw, by {{nats:.1f}} nats of the log-likelihood: the priors keep the posterior away "
     "from it. Either they or the fit are wrong for this animal.",
     "Question the priors (radii, pressure of the image, zero) and the bounds of the fit.",
 )
-FIT_ELSEWHERE = kind(
+FIT_ELSEWHERE = look_kind(
     "posterior.fit-elsewhere",
-    Severity.LOOK,
     f"{_AWAY}less likely than the best draw, by {{nats:.1f}} nats of the log-likelihood: the fit ended elsewhere, or "
-    "explains by the wall what may be geometry. Fit again with more starts.",
+    "explains by the wall what may be geometry. {remedy}",
     "Fit again with more starts.",
 )
 

@@ -7,14 +7,11 @@ import xarray as xr
 
 from vasowave.errors import InputError
 from vasowave.inference.result import Posterior
-
-AVERAGED = ("stiffness", "wave_speed", "R_T", "a", "C_p")
-"""Quantities that mean the same under every law."""
+from vasowave.quantities import ACROSS_LAWS
+from vasowave.selection.averaging import averaged_draws
 
 CLEAR = 20.0
 """Ratio of two evidences from which one law is called clearly likelier: with equal chances before, 95 % after."""
-
-_TAILS = (0.025, 0.5, 0.975)  # median and ends of a 95 % interval
 
 
 def compare_laws(posteriors: Sequence[Posterior]) -> xr.Dataset:
@@ -64,19 +61,13 @@ def compare_laws(posteriors: Sequence[Posterior]) -> xr.Dataset:
 
 def _averages(posteriors: Sequence[Posterior], weight: np.ndarray) -> xr.Dataset:
     """Return the quantities over the mixture of all draws."""
-    rows = []
-    for name in AVERAGED:
-        logs = [np.log(one.draws(name)) for one in posteriors]
-        each = np.concatenate([np.full(len(own), w / len(own)) for own, w in zip(logs, weight, strict=True)])
-        ends = np.exp(np.quantile(np.concatenate(logs), _TAILS, method="inverted_cdf", weights=each))
-        means, within = np.array([own.mean() for own in logs]), np.array([own.var() for own in logs])
-        between = float(weight @ (means - weight @ means) ** 2)
-        rows.append([*ends, between / (between + float(weight @ within))])
-    table = dict(zip(("interval_low", "median", "interval_high", "between_laws"), np.transpose(rows), strict=True))
+    names = [name for name in ACROSS_LAWS if all(name in one.summary.index for one in posteriors)]
+    rows = [averaged_draws([one.draws(name) for one in posteriors], weight) for name in names]
+    table = dict(zip(("median", "interval_low", "interval_high", "between_laws"), np.transpose(rows), strict=True))
     units = posteriors[0].summary["unit"]
     return xr.Dataset(
         {name: ("quantity", values) for name, values in table.items()},
-        {"quantity": np.array(AVERAGED, object), "unit": ("quantity", [units[name] for name in AVERAGED])},
+        {"quantity": np.array(names, object), "unit": ("quantity", [units[name] for name in names])},
     )
 
 

@@ -5,12 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.blood import Blood
 from vasowave.calibration import Fit, Search
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
 from vasowave.errors import InputError
-from vasowave.inference.derived import derived
 from vasowave.inference.findings import Optimum
 from vasowave.inference.mixture import explore
 from vasowave.inference.priors import Priors
@@ -21,11 +19,14 @@ from vasowave.inference.rounds import Target
 from vasowave.inference.simulations import Simulations
 from vasowave.inference.starts import find_modes
 from vasowave.inference.unknowns import Unknowns
-from vasowave.network import Network
-from vasowave.nominal import estimate_nominal
-from vasowave.recording import Recording
+from vasowave.model.blood import Blood
+from vasowave.model.laws import find_bed
+from vasowave.model.nominal import estimate_nominal
+from vasowave.network.network import Network, a_network
+from vasowave.quantities import derived
+from vasowave.recording import EnsembleAverage, Recording, one_cycle
+from vasowave.runtime.threads import threads
 from vasowave.solver.simulate import Numerics
-from vasowave.threads import threads
 
 _OPEN = 2.0  # SD of the prior at which a search begins where a fit ended farther away: what a fit leaves open runs away
 FEWEST_DRAWS = 40  # with fewer no draw lies in the 2.5 % at either end
@@ -33,9 +34,10 @@ FEWEST_DRAWS = 40  # with fewer no draw lies in the 2.5 % at either end
 
 def posterior(
     network: Network,
-    recording: Recording,
+    recording: Recording | EnsembleAverage,
     wall: str | type = "linear",
     *,
+    bed: str | type = "windkessel",
     priors: Priors | None = None,
     fit: Fit | None = None,
     blood: Blood | None = None,
@@ -57,9 +59,9 @@ def posterior(
     Parameters
     ----------
     network : Network
-    recording : Recording
+    recording : Recording or EnsembleAverage
         One that comes from averaged beats brings the standard errors of its harmonics along.
-    wall : str or class
+    wall, bed : str or class
         As for `calibrate`.
     priors : Priors, optional
         What is assumed before.
@@ -91,12 +93,15 @@ def posterior(
     Examples
     --------
     >>> import vasowave as vw
-    >>> vw.posterior(vw.control_network(), vw.virtual_mouse(), draws=40)
-    Posterior(linear wall: beta ... [..., ...], r1 ...; Pareto k ...)
+    >>> network = vw.Network(("1",), [-1], [0.4], [0.05])  # a quick one: one vessel, and one unknown
+    >>> search = vw.Search(fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0})
+    >>> priors = vw.Priors(radius=0, length=0, radius_scale=0, length_scale=0, stiffening=0)
+    >>> vw.posterior(network, vw.virtual_mouse(), priors=priors, search=search, draws=40)
+    Posterior(linear wall: beta ... [..., ...], stiffness ...; Pareto k ...)
     """
     if draws < FEWEST_DRAWS:
         raise InputError(f"{draws} draws are too few for a 95 % interval; at least {FEWEST_DRAWS}")
-    problem = _problem(network, recording, wall, priors, blood, search, numerics, workers)
+    problem = _problem(network, recording, (wall, bed), priors, blood, search, numerics, workers)
     given = [] if fit is None else [np.clip(_scores(problem.unknowns, fit), -_OPEN, _OPEN)]
     place = None if path is None else Path(path)
     simulations = Simulations(problem.simulate, place, problem.key, progress)
@@ -111,8 +116,8 @@ def posterior(
 
 def _problem(
     network: Network,
-    recording: Recording,
-    wall: str | type,
+    recording: Recording | EnsembleAverage,
+    kinds: tuple[str | type, str | type],
     priors: Priors | None,
     blood: Blood | None,
     search: Search | None,
@@ -120,8 +125,9 @@ def _problem(
     workers: int | None,
 ) -> Problem:
     blood, plan = blood or Blood(), search or Search()
-    nominal = estimate_nominal(network, recording, blood)
-    space = parameter_space(wall, network, nominal, blood, {}, plan.fixed, False)
+    network, recording = a_network(network), one_cycle(recording)
+    nominal = estimate_nominal(network, recording, blood, find_bed(kinds[1]))
+    space = parameter_space(kinds[0], network, nominal, blood, {}, plan.fixed, False)
     unknowns = Unknowns(space, nominal, priors or Priors())
     return Problem(
         unknowns, compared_part(recording, plan.pressure_harmonics), numerics or Numerics(), workers or threads()
@@ -130,8 +136,10 @@ def _problem(
 
 def _scores(unknowns: Unknowns, fit: Fit) -> np.ndarray:
     """Return the scores of the fit's optimum."""
-    if type(fit.model.wall) is not unknowns.space.law:
-        raise InputError(f"the fit is one of the {fit.wall} wall, not of {unknowns.space.law.law().name}")
+    if type(fit.model.wall) is not unknowns.space.law or type(fit.model.outlets) is not type(unknowns.space.outlets):
+        raise InputError(
+            f"the fit is one of the {fit.wall} wall, or with other beds, not of {unknowns.space.law.law().name}"
+        )
     return unknowns.scores({str(name): float(value) for name, value in fit.parameters["value"].items()})
 
 

@@ -10,14 +10,6 @@ from vasowave.settings import Positive, check_settings
 
 Spread = Annotated[float, Ge(0), Le(2)]
 
-PARAMETERS = {"r2": 0.5}
-"""SD of the logarithm of a parameter around its nominal value, where it is not `UNKNOWN`.
-
-R2 carries nearly all of the resistance, which mean pressure over mean flow gives within a few ten percent.
-"""
-UNKNOWN = 1.0
-"""SD of the logarithm of every other parameter: the nominal value is right within a factor of 7 (95 %)."""
-
 
 @dataclass(frozen=True)
 class Priors:
@@ -27,7 +19,7 @@ class Priors:
     ----------
     parameters : mapping of str to (float, float)
         Median (in the unit of the parameter) and SD of the logarithm of single parameters of the model, in place of
-        the nominal value and 1 (0.5 for r2).
+        the nominal value and the parameter's own (`descriptions.Parameter.spread`).
     radius_scale : float
         SD of the logarithm of a factor common to all radii: threshold and voxel size of the image.
     radius : float

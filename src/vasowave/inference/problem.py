@@ -13,8 +13,8 @@ from vasowave.calibration.compared import Compared
 from vasowave.errors import NumericalError, VasowaveError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.unknowns import Unknowns
-from vasowave.linear import linear_solution
-from vasowave.model import Model
+from vasowave.model.linear import linear_solution
+from vasowave.model.model import Model
 from vasowave.noise.spectrum import fourier, harmonics
 from vasowave.recording import Recording, resample
 from vasowave.solver.result import Run
@@ -97,13 +97,13 @@ class Problem:
         In place of the wall law's first two parameters: the logarithms of compliance and strain at mean pressure, in a
         vessel of usual radius, because k moves those of the root least where the whole tree's are moved most.
         """
-        law, names = self.unknowns.space.law, list(self.unknowns.all)
+        space, law, names = self.unknowns.space, self.unknowns.space.law, list(self.unknowns.all)
         values, seen = self.unknowns.values(points), np.array(points)
         stiffer: Any = self._usual_radius ** -values["k"]
-        parameters = [values[name] * self.unknowns.space.parameters[name].scale(stiffer) for name in law._fields]
+        parameters = [values[name] * space.parameters[name].scale(stiffer) for name in space.wall_names]
         mean = self.recording.mean_pressure
         shown = (law.slope_at(mean, *parameters), law.ratio_at(mean, *parameters) - 1.0)
-        for name, quantity in zip(law._fields, shown, strict=False):
+        for name, quantity in zip(space.wall_names, shown, strict=False):
             if name in names:
                 seen[:, names.index(name)] = np.log(np.maximum(quantity, _LEAST))
         return seen
@@ -163,7 +163,14 @@ class Problem:
     def key(self) -> str:
         """SHA-256 of everything that enters a simulation and its harmonics."""
         unknowns, network = self.unknowns, self.unknowns.network
-        parts = [unknowns.space.law, unknowns.space.free_names, unknowns.all, network.name, self.unknowns.space.blood]
+        parts = [
+            unknowns.space.law,
+            type(unknowns.space.outlets),
+            unknowns.space.free_names,
+            unknowns.all,
+            network.name,
+            self.unknowns.space.blood,
+        ]
         numbers = [network.parent, network.length, network.radius, self.recording.flow, unknowns.space.nominal]
         numbers += [unknowns.fall] if unknowns.fall.any() else []
         text = repr([parts, self._numerics, self.samples, self.recording.period, version("vasowave")])

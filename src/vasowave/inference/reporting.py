@@ -1,10 +1,10 @@
-"""From explored points to the posterior as a value: equally weighted draws, table, shares, words."""
+"""From explored points to the posterior as a value: equally weighted draws, table, shares, findings."""
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.inference.derived import QUANTITIES, derived
+from vasowave.descriptions import TAILS
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.findings import Optimum, findings
 from vasowave.inference.left_out import left_out
@@ -12,12 +12,13 @@ from vasowave.inference.mixture import Explored
 from vasowave.inference.problem import Problem
 from vasowave.inference.result import Diagnostics, Posterior
 from vasowave.inference.shares import variance_shares
-from vasowave.inference.wording import sentences, zero_unseen
+from vasowave.inference.wording import meanings, trust, zero_unseen
+from vasowave.quantities import OF_PARAMETERS, QUANTITIES, derived
 
 CHAINS = 4  # into which independent draws are divided, for programs that compare chains
 _PRIOR_DRAWS = 400  # enough to draw the prior beside the posterior
+_HELD = 1e-24  # variance before of a quantity that held parameters leave no freedom: rounding
 _STEP = 1e-3  # of the central differences, in SD of the prior
-_TAILS = (0.025, 0.5, 0.975)  # median and ends of a 95 % interval
 
 
 def reported(
@@ -47,12 +48,12 @@ def reported(
     units = _units(problem)
     summary = _summary(values, before, units).join(_shares(problem, noise, explored, rows))
     scores = pd.Series(np.median(explored.points[rows], axis=0), index=list(problem.unknowns.all))
-    zero = zero_unseen(problem.recording, problem.unknowns.priors.zero)
-    said = sentences(summary, scores, problem.unknowns.all, diagnostics, found, zero)
+    meaning = meanings(summary, scores, problem.unknowns.all)
+    found = (*trust(diagnostics), *found, *meaning, *zero_unseen(problem.recording, problem.unknowns.priors.zero))
     wall = problem.unknowns.space.law.law().name
     tree = _tree(problem, explored, rows, values, before, units)
     blocks = left_out(noise, explored.residuals, explored.weights.log_weight)
-    return Posterior(wall, tree, summary, diagnostics, blocks, said, found)
+    return Posterior(wall, tree, summary, diagnostics, blocks, found)
 
 
 def _resampled(log_weight: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -68,13 +69,13 @@ def _values(problem: Problem, points: np.ndarray) -> dict[str, np.ndarray]:
     unknowns, mean = problem.unknowns, problem.recording.mean_pressure
     known = {name: value for name, value in unknowns.values(points).items() if name in unknowns.all}
     rows = [derived(unknowns.model(point), mean) for point in points]
-    return known | {name: np.array([row[name] for row in rows]) for name in QUANTITIES}
+    return known | {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 def _units(problem: Problem) -> dict[str, tuple[str, str]]:
     """Return unit and meaning of every variable."""
     units = {name: (one.unit, one.meaning) for name, one in problem.unknowns.all.items()}
-    units |= {name: (one.unit, one.meaning) for name, one in QUANTITIES.items()}
+    units |= {name: (QUANTITIES[name].unit, QUANTITIES[name].meaning) for name in OF_PARAMETERS}
     return units | {"discrepancy": ("mmHg", "standard deviation of what no parameters of the model explain")}
 
 
@@ -83,10 +84,11 @@ def _summary(
 ) -> pd.DataFrame:
     rows = {}
     for name, draws in values.items():
-        low, middle, high = np.quantile(draws, _TAILS)
-        first, _, last = np.quantile(before[name], _TAILS)
+        low, middle, high = np.quantile(draws, TAILS)
+        first, _, last = np.quantile(before[name], TAILS)
         scale = np.log if draws.min() > 0 and before[name].min() > 0 else np.asarray
-        contraction = 1 - np.var(scale(draws)) / np.var(scale(before[name]))
+        known = np.var(scale(before[name]))
+        contraction = 1 - np.var(scale(draws)) / known if known > _HELD else np.nan
         rows[name] = (units[name][0], middle, low, high, first, last, contraction)
     columns = ["unit", "median", "interval_low", "interval_high", "prior_low", "prior_high", "contraction"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("quantity")

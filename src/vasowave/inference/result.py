@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.files import write_file
-from vasowave.findings import Finding
+from vasowave.findings import Finding, texts
 from vasowave.inference.findings import halves_limit
 from vasowave.inference.reweighting import trusted
+from vasowave.io.files import write_file
 from vasowave.notebook import card
 
 
@@ -90,16 +90,15 @@ class Posterior:
         How well each block of harmonics is foretold by the others, the block's name as index: ``log_density`` (of the
         block's orthonormal Fourier coefficients in mmHg; of two laws the larger one foretells better) and ``k_hat``
         (Pareto k; above 0.7 the block decides by itself where the posterior lies, and the number is rough).
-    warnings : tuple of str
-        What a reader must know.
     findings : tuple of Finding
-        What speaks against the posterior or the fit beside it, each a ``code`` with ``numbers``.
+        What a reader must know: what speaks against the posterior or the fit beside it, and what the numbers mean.
 
     Examples
     --------
     >>> import vasowave as vw
-    >>> network, mouse = vw.control_network(), vw.virtual_mouse()
-    >>> drawn = vw.posterior(network, mouse, priors=vw.Priors(radius=0, length=0), draws=40)
+    >>> network, search = vw.Network(("1",), [-1], [0.4], [0.05]), vw.Search(fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0})
+    >>> priors = vw.Priors(radius=0, length=0, radius_scale=0, length_scale=0, stiffening=0)
+    >>> drawn = vw.posterior(network, vw.virtual_mouse(), priors=priors, search=search, draws=40)
     >>> drawn.summary.loc["wave_speed", ["interval_low", "median", "interval_high"]].is_monotonic_increasing
     True
     """
@@ -109,7 +108,6 @@ class Posterior:
     summary: pd.DataFrame
     diagnostics: Diagnostics
     left_out: pd.DataFrame
-    warnings: tuple[str, ...]
     findings: tuple[Finding, ...] = ()
 
     def __repr__(self) -> str:
@@ -123,11 +121,15 @@ class Posterior:
             f"[{row['interval_low']:.3g}, {row['interval_high']:.3g}]"
             for name, row in self.summary.iterrows()
         }
-        return card(f"Posterior, {self.wall} wall", facts, self.warnings)
+        return card(f"Posterior, {self.wall} wall", facts, texts(self.findings))
 
     def draws(self, name: str) -> np.ndarray:
         """Return the equally weighted draws of an unknown or derived quantity, shape (draw,)."""
         return np.asarray(self.data["posterior"][name].values).ravel()
+
+    def to_datatree(self) -> xr.DataTree:
+        """Return the draws as ArviZ reads them: `data`."""
+        return self.data
 
     def write(self, path: str | Path) -> Path:
         """Write the draws as netCDF with one group each, which ``arviz.from_netcdf`` reads; returns the path.

@@ -106,7 +106,7 @@ class Component:
     def covers(self, mode: Climbed, target: Target) -> bool:
         """Whether another mode lies among the walkers, and the emulator foretells its height."""
         away = mode.middle - self.walkers.mean(axis=0)
-        if away @ np.linalg.solve(np.cov(self.walkers.T), away) > 2 * len(away):
+        if away @ np.linalg.solve(np.atleast_2d(np.cov(self.walkers.T)), away) > 2 * len(away):
             return False
         true = target.log_likelihood(mode.output[np.newaxis]) + log_prior(mode.middle[np.newaxis])
         return bool(abs(self.surrogate.log_posterior(mode.middle[np.newaxis]) - true)[0] < _FORETOLD)

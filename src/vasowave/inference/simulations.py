@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.files import write_file
+from vasowave.io.files import write_file
 
 Simulate = Callable[[np.ndarray], np.ndarray]
 """Maps points (point, unknown) to outputs (point, output); a row of NaN where a point cannot be simulated."""

@@ -9,11 +9,11 @@ import numpy as np
 
 from vasowave.calibration.parameters import Space
 from vasowave.errors import InputError, did_you_mean
-from vasowave.inference.priors import PARAMETERS, UNKNOWN, Priors
-from vasowave.model import Model
-from vasowave.network import MEASURED, Network
-from vasowave.nominal import Nominal, windkessels
-from vasowave.tapering import tapered
+from vasowave.inference.priors import Priors
+from vasowave.model.model import Model
+from vasowave.model.nominal import Nominal, nominal_beds
+from vasowave.model.tapering import tapered
+from vasowave.network.network import MEASURED, Network
 
 
 class Unknown(NamedTuple):
@@ -87,9 +87,8 @@ class Unknowns:
     def _parameters(self) -> dict[str, Unknown]:
         parameters, values = {}, dict(zip(self.space.names, self.space.nominal, strict=True))
         for name in self.space.free_names:
-            usual = (values[name], PARAMETERS.get(name, UNKNOWN))
-            center, spread = self.priors.parameters.get(name, usual)
             said = self.space.parameters[name]
+            center, spread = self.priors.parameters.get(name, (values[name], said.spread))
             parameters[name] = Unknown(said.unit, said.meaning, float(center), float(spread), True, "recording")
         return parameters
 
@@ -143,8 +142,9 @@ class Unknowns:
         network = replace(self.network, **changed)
         stiffer = (network.radius / network.radius[network.root]) ** -value["k"]
         law = self.space.law
-        wall = law(*(value[name] * self.space.parameters[name].scale(stiffer) for name in law._fields))
-        beds = windkessels(network, self.nominal.total_resistance, self.nominal.time_constant)
+        wall = law(*(value[name] * self.space.parameters[name].scale(stiffer) for name in self.space.wall_names))
+        kind, nominal = type(self.space.outlets), self.nominal
+        beds = nominal_beds(kind, network, nominal.total_resistance, nominal.time_constant)
         factors = (float(value[name]) for name in self.space.names[len(law._fields) :])
         return Model(network, wall, beds.scaled(*factors), self.space.blood)
 

@@ -1,11 +1,11 @@
-"""What a posterior means, in sentences a physiologist acts on."""
+"""What a posterior means, as findings a physiologist acts on."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
 
-from vasowave.findings import Finding
+from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.inference.result import Diagnostics
 from vasowave.inference.reweighting import UNTRUSTED, trusted
 from vasowave.inference.unknowns import Unknown
@@ -16,104 +16,83 @@ FEWEST_EFFECTIVE = 100.0
 
 _SILENT = 0.1  # contraction below which the data count as saying nothing
 _FAR = 2.0  # SD of the prior between its median and the posterior's, from which they disagree
-_MAINLY = 0.5  # share of the variance from one source that is worth a sentence
+_MAINLY = 0.5  # share of the variance from one source that is worth a finding
 _WIDEST = 4.0  # ratio of the ends of an interval beyond which a number is not determined
 
-
-def sentences(
-    summary: pd.DataFrame,
-    scores: pd.Series,
-    unknowns: dict[str, Unknown],
-    diagnostics: Diagnostics,
-    found: Sequence[Finding],
-    zero: str,
-) -> tuple[str, ...]:
-    """Say what a reader must know; `scores` are the medians of the unknowns in SD of their priors, `zero` as said."""
-    return (
-        *_trust(diagnostics),
-        *map(str, found),
-        *_silent(summary, unknowns),
-        *_wide(summary, unknowns),
-        *_conflicts(scores, unknowns),
-        *_sources(summary),
-        *([zero] if zero else []),
-    )
-
-
-def zero_unseen(recording: Recording, sd: float) -> str:
-    """Say what the zero of an averaged cycle is taken for; nothing of a cycle whose beats were looked at for drift."""
-    if recording.pressure_error is not None:
-        return ""
-    return (
-        f"An averaged cycle does not show whether the pressure's zero drifted: it is taken to be right within "
-        f"{2 * sd:.2g} mmHg (two SD, `zero_sd`). Every mmHg that it is off moves R_T by "
-        f"{100 / recording.mean_pressure:.0f} %."
-    )
-
-
-def _trust(diagnostics: Diagnostics) -> list[str]:
-    said = []
-    if not trusted(diagnostics.k_hat, diagnostics.effective / diagnostics.draws):
-        said.append(
-            "Do not believe these numbers: the weights of the draws have a heavy tail (Pareto k "
-            f"{diagnostics.k_hat:.2f}, above {UNTRUSTED}). Ask for more draws, start from another fit, or give "
-            "narrower priors."
-        )
-    if diagnostics.effective < FEWEST_EFFECTIVE:
-        said.append(
-            f"The draws are worth {diagnostics.effective:.0f} independent ones: medians hold, the ends of intervals "
-            "are rough. Ask for more draws."
-        )
-    return said
-
-
-def _silent(summary: pd.DataFrame, unknowns: dict[str, Unknown]) -> list[str]:
-    names = list(summary.index[(summary["contraction"] < _SILENT) & summary.index.isin(list(unknowns))])
-    if not names:
-        return []
-    return [
-        f"The recording says nothing about {_listed(names)}: posterior and prior are the same, and the interval is "
-        "that of the assumption."
-    ]
-
-
-def _wide(summary: pd.DataFrame, unknowns: dict[str, Unknown]) -> list[str]:
-    silent = (summary["contraction"] < _SILENT) & summary.index.isin(list(unknowns))
-    loose = summary[
-        (summary["prior_low"] > 0) & (summary["interval_high"] > _WIDEST * summary["interval_low"]) & ~silent
-    ]
-    return [
-        f"{name} is known only within a factor of {row['interval_high'] / row['interval_low']:.1f} "
-        f"({row['interval_low']:.3g} to {row['interval_high']:.3g})."
-        for name, row in loose.iterrows()
-    ]
-
-
-def _conflicts(scores: pd.Series, unknowns: dict[str, Unknown]) -> list[str]:
-    return [
-        f"Recording and assumption disagree about {name} ({unknowns[str(name)].meaning}): the median lies "
-        f"{abs(score):.1f} SD of the prior {'above' if score > 0 else 'below'} its center. Either the assumption or "
-        "the model is wrong for this animal."
-        for name, score in scores.items()
-        if abs(score) > _FAR
-    ]
-
-
-_REMEDIES = {
-    "image": "a better image would narrow it, more beats would not",
-    "model": "it is what the model leaves out, and neither a better image nor more beats would narrow it",
-    "recording": "a better recording would narrow it",
+_ASK = "Ask for more draws, start from another fit, or give narrower priors."
+HEAVY_TAIL = look_kind(
+    "posterior.heavy-tail",
+    "Do not believe these numbers: the weights of the draws have a heavy tail (Pareto k {k_hat:.2f}, above {limit:g}). "
+    "{remedy}",
+    _ASK,
+)
+FEW_DRAWS = look_kind(
+    "posterior.few-draws",
+    "The draws are worth {effective:.0f} independent ones: medians hold, the ends of intervals are rough. {remedy}",
+    "Ask for more draws.",
+)
+SILENT = note_kind(
+    "posterior.silent",
+    "The recording says nothing about {names}: posterior and prior are the same, and the interval is that of the "
+    "assumption.",
+)
+WIDE = note_kind("posterior.wide", "{name} is known only within a factor of {factor:.1f} ({low:.3g} to {high:.3g}).")
+CONFLICT = look_kind(
+    "posterior.prior-conflict",
+    "Recording and assumption disagree about {name} ({meaning}): the median lies {distance:.1f} SD of the prior {side} "
+    "its center. Either the assumption or the model is wrong for this animal.",
+    "Question the assumption (image, pressure, zero) and the wall law.",
+)
+ZERO_UNSEEN = note_kind(
+    "posterior.zero-unseen",
+    "An averaged cycle does not show whether the pressure's zero drifted: it is taken to be right within {within:.2g} "
+    "mmHg (two SD, `zero_sd`). Every mmHg that it is off moves R_T by {percent:.0f} %.",
+)
+_MOSTLY = "Mostly from the {} comes the uncertainty of {{names}}: {}."
+MOSTLY = {
+    source: note_kind(f"posterior.mostly-{source}", _MOSTLY.format(source, remedy))
+    for source, remedy in {
+        "image": "a better image would narrow it, more beats would not",
+        "model": "it is what the model leaves out, and neither a better image nor more beats would narrow it",
+        "recording": "a better recording would narrow it",
+    }.items()
 }
+"""By the source that most of the variance comes from."""
 
 
-def _sources(summary: pd.DataFrame) -> list[str]:
-    said = []
-    for source, remedy in _REMEDIES.items():
+def meanings(summary: pd.DataFrame, scores: pd.Series, unknowns: dict[str, Unknown]) -> Iterator[Finding]:
+    """Yield what the numbers mean; `scores` are the medians of the unknowns in SD of their priors."""
+    untold = (summary["contraction"] < _SILENT) & summary.index.isin(list(unknowns))
+    if untold.any():
+        yield SILENT(names=_listed(list(summary.index[untold])))
+    factor = summary["interval_high"] / summary["interval_low"]
+    for name, row in summary[(summary["prior_low"] > 0) & (factor > _WIDEST) & ~untold].iterrows():
+        low, high = float(row["interval_low"]), float(row["interval_high"])
+        yield WIDE(name=str(name), factor=high / low, low=low, high=high)
+    for name, score in scores.items():
+        if abs(score) > _FAR:
+            side, meaning = "above" if score > 0 else "below", unknowns[str(name)].meaning
+            yield CONFLICT(name=str(name), meaning=meaning, distance=float(abs(score)), side=side)
+    for source, mostly in MOSTLY.items():
         rows = summary.index[(summary[source] > _MAINLY) & (summary["contraction"] >= _SILENT)]
-        parts = [f"{name} ({100 * np.round(summary.loc[name, source], 2):.0f} %)" for name in rows]
-        if parts:
-            said.append(f"Mostly from the {source} comes the uncertainty of {_listed(parts)}: {remedy}.")
-    return said
+        if len(rows):
+            parts = [f"{name} ({100 * np.round(summary.loc[name, source], 2):.0f} %)" for name in rows]
+            yield mostly(names=_listed(parts))
+
+
+def zero_unseen(recording: Recording, sd: float) -> list[Finding]:
+    """Return what the zero of an averaged cycle is taken for; nothing where its beats were looked at for drift."""
+    if recording.pressure_error is not None:
+        return []
+    return [ZERO_UNSEEN(within=2 * sd, percent=100 / recording.mean_pressure)]
+
+
+def trust(diagnostics: Diagnostics) -> Iterator[Finding]:
+    """Yield why the draws should not be believed."""
+    if not trusted(diagnostics.k_hat, diagnostics.effective / diagnostics.draws):
+        yield HEAVY_TAIL(k_hat=float(diagnostics.k_hat), limit=UNTRUSTED)
+    if diagnostics.effective < FEWEST_EFFECTIVE:
+        yield FEW_DRAWS(effective=float(diagnostics.effective))
 
 
 def _listed(names: list[str]) -> str:

@@ -3,17 +3,17 @@
 A file is known by what it holds. What a network cannot hold of it (walls, beds, inflow) is said and left out.
 """
 
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.network import Network
+from vasowave.errors import InputError
+from vasowave.findings import Finding, warn
+from vasowave.io.textfile import read_start, regular_file
+from vasowave.network.network import Network
+from vasowave.network.remarks import implausible_sizes
+from vasowave.network.vessel_table import read_vessel_table
 from vasowave.network_formats import first_blood, ncsu, svonesolver
-from vasowave.network_remarks import implausible_sizes
-from vasowave.textfile import read_start, regular_file
-from vasowave.vessel_table import read_vessel_table
 
 
 class Format(NamedTuple):
@@ -27,13 +27,13 @@ class Format(NamedTuple):
     recognizes : callable
         Tells from a file's path and its first bytes whether it is one.
     read : callable
-        Returns the network, and sentences on what was left out; lengths times the number that it is given.
+        Returns the network, and what was left out; lengths times the number that it is given.
     """
 
     name: str
     has_unit: bool
     recognizes: Callable[[Path, bytes], bool]
-    read: Callable[[Path, float], tuple[Network, list[str]]]
+    read: Callable[[Path, float], tuple[Network, list[Finding]]]
 
 
 FORMATS = (
@@ -95,8 +95,8 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
             "`vasowave tidy FILE --unit '0.0036 cm' -o network.csv`, or read_network(path, unit='mm')"
         )
     network, left_out = form.read(path, ncsu.scale_of(unit) if unit is not None else 1.0)
-    for message in (*left_out, *implausible_sizes(network)):
-        warnings.warn(f"{path}: {message}", VasowaveWarning, stacklevel=2)
+    for one in (*left_out, *implausible_sizes(network)):
+        warn(one.at(str(path)))
     return network
 
 

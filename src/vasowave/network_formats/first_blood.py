@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.network import Network
+from vasowave.findings import Finding
+from vasowave.io.textfile import read_lines
+from vasowave.network.network import Network
+from vasowave.network.remarks import LEFT_OUT
 from vasowave.network_formats.nodes import parents_of_edges
-from vasowave.textfile import read_lines
 
 _VESSELS = ("vis", "vis_f")
 _SIZES = ("start_diameter[SI]", "end_diameter[SI]", "length[SI]")
@@ -22,7 +24,7 @@ def is_edges(path: Path, start: bytes) -> bool:
     return all(title.encode() in head for title in _COLUMNS)
 
 
-def read_edges(path: Path, scale: float) -> tuple[Network, list[str]]:
+def read_edges(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     """Read the rows of vessels; beds, the heart and what nodes leak are left out."""
     titles: list[str] = []
     lines, cells, others = list[int](), list[dict[str, str]](), set[str]()
@@ -49,7 +51,7 @@ def read_edges(path: Path, scale: float) -> tuple[Network, list[str]]:
         lambda row: f"{path}, line {lines[row]}", **({"taper": taper} if np.any(taper) else {}),
     )  # fmt: skip
     left = ", ".join(sorted(others))
-    return network, [f"rows of the types {left}, walls and beds are no part of a network and were left out"]
+    return network, [LEFT_OUT(what=f"rows of the types {left}, walls and beds")]
 
 
 def _number(path: Path, line: int, text: str) -> float:

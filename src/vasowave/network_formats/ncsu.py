@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.network import Network
+from vasowave.findings import Finding
+from vasowave.io.textfile import read_lines
+from vasowave.network.network import Network
+from vasowave.network.remarks import LEFT_OUT, UNKNOWN_VARIABLE
 from vasowave.recording.matlab import read_mat
-from vasowave.textfile import read_lines
 from vasowave.units import factor
 
 DIMENSIONS, CONNECTIVITY = "dimensions.txt", "connectivity.txt"
@@ -34,7 +36,7 @@ def is_mat(path: Path, start: bytes) -> bool:
     return path.suffix.lower() == ".mat" or start.startswith(_MAT)
 
 
-def read_mat_network(path: Path, scale: float) -> tuple[Network, list[str]]:
+def read_mat_network(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     """Read ``dim_mat`` (number, length, radius), ``ves_conn`` (number, daughters), and ``r_std`` if it is there."""
     variables = read_mat(path)
     missing = [name for name in ("dim_mat", "ves_conn") if name not in variables]
@@ -52,9 +54,9 @@ def read_mat_network(path: Path, scale: float) -> tuple[Network, list[str]]:
     where = _placed(f"{path}, dim_mat row")
     read = {"alpha", "beta", "lrr", "net3D", "term", "dim_mat", "ves_conn", "r_std"}
     left = [name for name in variables if name in ("alpha", "beta", "lrr")]
-    said = [f"{', '.join(left)} (of structured trees) are no part of a network and were left out"] if left else []
-    said += [f"the variable '{name}' is not known and was left out" for name in variables if name not in read]
-    return Network(names, np.array(parent), length, radius, where, radius_sd=spread), said
+    found = [LEFT_OUT(what=f"{', '.join(left)} (of structured trees)")] if left else []
+    found += [UNKNOWN_VARIABLE(name=name) for name in variables if name not in read]
+    return Network(names, np.array(parent), length, radius, where, radius_sd=spread), found
 
 
 def is_dimensions(path: Path, start: bytes) -> bool:
@@ -62,7 +64,7 @@ def is_dimensions(path: Path, start: bytes) -> bool:
     return path.name.lower() in (DIMENSIONS, CONNECTIVITY)
 
 
-def read_dimensions(path: Path, scale: float) -> tuple[Network, list[str]]:
+def read_dimensions(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     """Read length and both radii of every vessel, and its number with those of its daughters, from two files."""
     beside = {one.name.lower(): one for one in path.parent.iterdir()}
     for name in (DIMENSIONS, CONNECTIVITY):

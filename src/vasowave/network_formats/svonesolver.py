@@ -6,9 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.network import Network
+from vasowave.findings import Finding
+from vasowave.io.textfile import read_lines
+from vasowave.network.network import Network
+from vasowave.network.remarks import LEFT_OUT
 from vasowave.network_formats.nodes import parents_of_edges
-from vasowave.textfile import read_lines
 
 _SEGMENT_WORDS = 8  # of a segment, that say its place and its size
 _LEFT_OUT = {
@@ -33,7 +35,7 @@ def is_input(path: Path, start: bytes) -> bool:
     return path.suffix.lower() == ".in" and any(card in start for card in (b"MODEL", b"NODE", b"SEGMENT", b"# ="))
 
 
-def read_input(path: Path, scale: float) -> tuple[Network, list[str]]:
+def read_input(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     """Read the segments, cm; what joins them are the joints, and where there are none the nodes that they share."""
     segments: list[_Segment] = []
     joints: dict[str, list[int]] = {}
@@ -61,7 +63,7 @@ def read_input(path: Path, scale: float) -> tuple[Network, list[str]]:
         lambda row: f"{path}, line {segments[row].line}", **({"taper": taper} if np.any(taper) else {}),
     )  # fmt: skip
     left = [what for card, what in _LEFT_OUT.items() if card in cards]
-    return network, [f"{', '.join(left)} are no part of a network and were left out"] if left else []
+    return network, [LEFT_OUT(what=", ".join(left))] if left else []
 
 
 def _segment(path: Path, line: int, words: list[str]) -> _Segment:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from vasowave.kernels import kept
+from vasowave.runtime.kernels import kept
 
 _OPTIONS: Any = {"nogil": True, "error_model": "numpy"}
 _STEP = 1e-5  # of the central differences

@@ -10,11 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-LEVEL = 0.95
-"""Level of all intervals."""
-
-NORMAL = 1.959964
-"""Half width of such an interval of a normal distribution, in standard errors."""
+from vasowave.descriptions import LEVEL, NORMAL
 
 HARMONICS = 20
 """Harmonics by which spectra are judged: those that the averaged cycle of a mouse carries."""

@@ -3,16 +3,15 @@
 from vasowave.recording.baseline import Baseline, Step
 from vasowave.recording.beats import Beats, find_beats
 from vasowave.recording.catheter import Catheter, correct_catheter, ringing, suspect_catheter
-from vasowave.recording.cycle import INDEX_UNITS, Inflow, Recording, resample, samples_needed
+from vasowave.recording.cycle import Inflow, Recording, resample, samples_needed
 from vasowave.recording.describe import FileDescription, describe_recording
-from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats
+from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats, one_cycle
 from vasowave.recording.harmonics import HarmonicErrors, harmonic_errors
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
 from vasowave.recording.read_raw import read_raw_recording
 
 __all__ = [
-    "INDEX_UNITS",
     "Baseline",
     "Beat",
     "Beats",
@@ -29,6 +28,7 @@ __all__ = [
     "describe_recording",
     "find_beats",
     "harmonic_errors",
+    "one_cycle",
     "read_raw_recording",
     "read_recording",
     "resample",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vasowave.findings import Finding, Severity, kind
+from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.recording.breaths import breathing
 from vasowave.recording.smooth import Curve, smooth_curve
 
@@ -24,8 +24,14 @@ _LOW = 0.15
 _KNOTS = 2.0
 """Distance of the knots of the trend, s: about three breaths of a ventilated rodent."""
 
+_REACH = 0.25
+"""A trend is carried on to the zero over this share of its own length, where no beats are."""
+
 _SIDE = 8
 """Beats on either side of a step by which it is judged."""
+
+_GAPPY = 1.5
+"""A window of beats that lasts this many times as long as usual has a gap in it."""
 
 _STANDS_OUT = 7.0
 """A step is this many times the usual height of what the same windows find elsewhere."""
@@ -39,7 +45,7 @@ _OWN = 0.05
 """The animal changes itself if pulse or flow changes by this fraction while the level moves."""
 
 
-STEADY = kind("baseline.steady", Severity.NOTE, "baseline: the diastolic level is steady within {within:.2g} mmHg")
+STEADY = note_kind("baseline.steady", "baseline: the diastolic level is steady within {within:.2g} mmHg")
 _DRIFT = (
     "baseline: the diastolic level drifts by {size:+.2g} ± {error:.1g} mmHg from {zero:.3g} to {far:.3g} s, breaths "
     "set apart ({here:+.2g} mmHg in the averaged beats); {done}. The zero is taken to be right at {zero:.3g} s"
@@ -49,10 +55,16 @@ _STEP = (
     "calibration) is; {done}"
 )
 _WATCH = "Say with `zero_time` when the zero was right, or average a shorter stretch."
-DRIFTS = kind("baseline.drifts", Severity.LOOK, _DRIFT, _WATCH)
-DRIFTS_LITTLE = kind("baseline.drifts-little", Severity.NOTE, _DRIFT)
-STEPS = kind("baseline.steps", Severity.LOOK, _STEP, _WATCH)
-STEPS_LITTLE = kind("baseline.steps-little", Severity.NOTE, _STEP)
+DRIFTS = look_kind("baseline.drifts", _DRIFT, _WATCH)
+DRIFTS_LITTLE = note_kind("baseline.drifts-little", _DRIFT)
+STEPS = look_kind("baseline.steps", _STEP, _WATCH)
+STEPS_LITTLE = note_kind("baseline.steps-little", _STEP)
+CHANGED_BESIDE = look_kind(
+    "baseline.changed-beside",
+    "baseline: beside the stretch that is read the level moves, and with it {what}, as when the animal itself changes; "
+    "the drift is judged in this stretch alone, and the zero is taken to be right at {zero:.3g} s",
+    _WATCH,
+)
 
 
 @dataclass(frozen=True)
@@ -62,16 +74,13 @@ class Step:
     Attributes
     ----------
     time : float
-        s since the first sample.
+        s since the start of the recording.
     height : float
         mmHg.
-    beat : int
-        The first beat that stands wholly at the new level.
     """
 
     time: float
     height: float
-    beat: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +90,8 @@ class Baseline:
     Attributes
     ----------
     time : float array, shape (beat,)
-        Middle of the beats, s since the first sample.
+        Middle of the diastolic part of the beats, s since the start of the recording; beats beside the stretch that is
+        averaged are among them.
     level : float array, shape (beat,)
         Diastolic level of every beat, mmHg: the mean of the samples at which the median beat is lowest.
     trend : float array, shape (beat,)
@@ -90,8 +100,13 @@ class Baseline:
         Sudden shifts, in order.
     error : float
         Standard error of the drift from the zero to the end farthest from it, mmHg.
+    zero : float
+        The instant at which the zero is taken to be right, s: the one asked for, or the beat nearest to it if no beat
+        is near.
     own : str
         Why the trend may be the animal's own, empty if pulse and flow stayed what they were.
+    elsewhere : str
+        Why only the stretch that is averaged was judged: what changes with the level beside it.
     removed : bool
         Whether the trend was subtracted before the beats were averaged.
     """
@@ -101,7 +116,9 @@ class Baseline:
     trend: np.ndarray
     steps: tuple[Step, ...]
     error: float
+    zero: float
     own: str = ""
+    elsewhere: str = ""
     removed: bool = False
 
     @property
@@ -121,7 +138,7 @@ class Baseline:
 
     def drift_at(self, time: np.ndarray) -> np.ndarray:
         """Return the drift at any times, s, in mmHg."""
-        smooth = self.trend - sum((s.height * (self.time >= self.time[s.beat]) for s in self.steps), np.zeros(1))
+        smooth = self.trend - sum((s.height * (self.time >= s.time) for s in self.steps), np.zeros(1))
         drift = np.interp(time, self.time, smooth)
         for step in self.steps:
             drift = drift + step.height * (np.asarray(time) >= step.time)
@@ -139,11 +156,12 @@ class Baseline:
         return abs(self.mean_drift(first, last)) if self.sure and not self.removed else 0.0
 
 
-def baseline_findings(baseline: Baseline, first: float, last: float, zero_time: float) -> list[Finding]:
+def baseline_findings(baseline: Baseline, first: float, last: float) -> list[Finding]:
     """Return the drift, what was done about it, and its size in the beats averaged from first to last."""
     far = float(baseline.time[np.argmax(np.abs(baseline.trend))])
+    apart = [CHANGED_BESIDE(what=baseline.elsewhere, zero=baseline.zero)] if baseline.elsewhere else []
     if not baseline.sure:
-        return [STEADY(within=float(max(abs(baseline.size), baseline.error)))]
+        return [*apart, STEADY(within=float(max(abs(baseline.size), baseline.error)))]
     done = "removed" if baseline.removed else "left in"
     if baseline.own:
         done += f" because {baseline.own} changes with it, as when the animal itself changes; average a shorter stretch"
@@ -151,10 +169,11 @@ def baseline_findings(baseline: Baseline, first: float, last: float, zero_time: 
         done += "; it counts as an error of the mean pressure"
     drifts, steps = (DRIFTS, STEPS) if baseline.alarming else (DRIFTS_LITTLE, STEPS_LITTLE)
     drift = drifts(
-        size=float(baseline.size), error=float(baseline.error), zero=zero_time, far=far,
+        size=float(baseline.size), error=float(baseline.error), zero=baseline.zero, far=far,
         here=float(baseline.mean_drift(first, last)), done=done,
     )  # fmt: skip
-    return [drift, *(steps(height=float(one.height), time=float(one.time), done=done) for one in baseline.steps)]
+    said = (steps(height=float(one.height), time=float(one.time), done=done) for one in baseline.steps)
+    return [*apart, drift, *said]
 
 
 def find_baseline(
@@ -177,16 +196,17 @@ def find_baseline(
     """
     if good.sum() < _FEWEST:
         none = np.zeros(len(starts))
-        return Baseline(0.5 * (starts + ends), pressure.min(axis=1), none, (), np.inf)
+        return Baseline(0.5 * (starts + ends), pressure.min(axis=1), none, (), np.inf, zero_time)
     low = np.argsort(np.median(pressure[good], axis=0))[: max(2, int(_LOW * pressure.shape[1]))]
     level = pressure[:, low].mean(axis=1)
     time = starts + (ends - starts) * low.mean() / (pressure.shape[1] - 1)
+    zero_time = _known_zero(zero_time, time[good])
     first: list[int] = []
     good = good.copy()
     while True:
         shifts = (np.arange(len(time))[:, None] >= np.array(first, dtype=int)).astype(float)
         breathless, curve = _without_breaths(time, level, good, shifts, zero_time)
-        step = _sharpest_step(breathless - shifts @ curve.extra, good)
+        step = _sharpest_step(time, breathless - shifts @ curve.extra, good)
         if step is None or len(first) == _MOST_STEPS:
             break
         first.append(step)
@@ -197,8 +217,14 @@ def find_baseline(
     own = ""
     if first or abs(trend[far]) > _SURE * curve.error[far]:
         own = _own_change(pressure[good], flow[good], trend[good])
-    steps = (Step(float(t), float(h), at) for t, h, at in sorted(zip(times, curve.extra, first, strict=True)))
-    return Baseline(time, level, trend, tuple(steps), float(curve.error[far]), own)
+    steps = (Step(float(t), float(h)) for t, h in sorted(zip(times, curve.extra, strict=True)))
+    return Baseline(time, level, trend, tuple(steps), float(curve.error[far]), zero_time, own)
+
+
+def _known_zero(zero_time: float, known: np.ndarray) -> float:
+    """Return the instant of the zero, or the known instant nearest to it where a trend cannot be carried so far."""
+    nearest = float(np.clip(zero_time, known[0], known[-1]))
+    return zero_time if abs(zero_time - nearest) <= _REACH * np.ptp(known) else nearest
 
 
 def _without_breaths(
@@ -212,11 +238,11 @@ def _without_breaths(
     return breathless, smooth_curve(time, breathless, good, _KNOTS, zero_time, shifts)
 
 
-def _sharpest_step(level: np.ndarray, good: np.ndarray) -> int | None:
+def _sharpest_step(time: np.ndarray, level: np.ndarray, good: np.ndarray) -> int | None:
     """Return the first beat after the sharpest step, None if no step stands out.
 
     A straight line with a step in its middle is fitted to every window of 16 good beats; a step has to stand out from
-    the scatter and from all other windows.
+    the scatter and from all other windows. Over a gap the line goes on, and a step is the less sure the longer it is.
     """
     here = np.flatnonzero(good)
     if len(here) < 4 * _SIDE:
@@ -225,6 +251,12 @@ def _sharpest_step(level: np.ndarray, good: np.ndarray) -> int | None:
     design = np.stack([np.ones(2 * _SIDE), place, place > 0], axis=1)
     weights = np.linalg.pinv(design)[2]
     heights = np.correlate(level[here], weights, "valid")
+    lasts = time[here[2 * _SIDE - 1 :]] - time[here[: len(heights)]]
+    for window in np.flatnonzero(lasts > _GAPPY * np.median(lasts)):
+        part = here[window : window + 2 * _SIDE]
+        design[:, 1] = time[part] - time[part].mean()
+        own = np.linalg.pinv(design)[2]
+        heights[window] = own @ level[part] * np.linalg.norm(weights) / np.linalg.norm(own)
     scatter = np.median(np.abs(np.diff(level[here]))) / 0.954
     usual = max(float(np.median(np.abs(heights))) / 0.6745, float(scatter * np.linalg.norm(weights)))
     best = int(np.argmax(np.abs(heights)))

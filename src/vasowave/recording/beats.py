@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vasowave.errors import InputError, NumericalError
-from vasowave.findings import Finding, Severity, kind
+from vasowave.findings import Finding, look_kind
 from vasowave.recording.raw import RawRecording
 
 HEART_RATES = (250.0, 900.0)
@@ -26,9 +26,8 @@ _MISSED = 1.6
 """An interval longer than this many beat lengths is searched again with a lower threshold."""
 
 
-SILENT_ECG = kind(
+SILENT_ECG = look_kind(
     "recording.ecg-silent",
-    Severity.LOOK,
     "the ECG does not beat; beats were found from the pressure",
     "Look at the ECG's channel; `fiducial: pressure` says that the pressure is meant.",
 )
@@ -41,7 +40,7 @@ class Beats:
     Attributes
     ----------
     times : float array, shape (beat,)
-        s since the first sample.
+        s since the start of the whole recording.
     fiducial : str
         ``ecg`` (R wave) or ``pressure`` (foot of the upstroke).
     notes : tuple of Finding
@@ -113,7 +112,7 @@ def _find_by(raw: RawRecording, fiducial: str, heart_rates: tuple[float, float])
     offset = _extremum(shape_of_beat) if fiducial == "ecg" else -_foot_before(raw, times, length)
     times = times + offset
     times = times[(times >= 0) & (times <= len(shape) - 1)] / raw.sampling_rate
-    return Beats(times, fiducial)
+    return Beats(raw.origin + times, fiducial)
 
 
 def _band(values: np.ndarray, rate: float, low: float, high: float) -> np.ndarray:

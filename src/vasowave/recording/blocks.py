@@ -3,13 +3,13 @@
 from pathlib import Path
 
 from vasowave.errors import InputError
+from vasowave.io.textfile import Progress, read_start
 from vasowave.recording.channels import Block
 from vasowave.recording.edf import is_edf, read_edf
 from vasowave.recording.labchart_mat import is_labchart_mat, read_labchart_mat
 from vasowave.recording.labchart_text import is_labchart_text, read_labchart_text
 from vasowave.recording.mat_variables import read_variables
 from vasowave.recording.number_table import read_number_table
-from vasowave.textfile import Progress, read_start
 
 _ADICHT = (
     "LabChart's own binary file, which only LabChart opens. In LabChart: open it, select the stretch to use (nothing "

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.findings import Finding, Severity, kind
+from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.recording.cycle import Recording
 from vasowave.recording.harmonics import harmonic_errors
 
@@ -44,21 +44,16 @@ _LARGEST = 20.0
 _RANG = "the pressure looks as if its catheter rang at about {frequency:.0f} Hz (damping {damping:.2g}); if so, "
 _FLUSHED = ". Was it flushed and free of bubbles? `catheter: [natural frequency, damping]` of a flush test corrects it"
 _FLUSH = "Give natural frequency and damping of a flush test as `catheter` in the study file."
-RINGS = kind(
+RINGS = look_kind(
     "recording.catheter-rings",
-    Severity.LOOK,
     f"{_RANG}the pulse pressure is {{true_pulse:.3g}} mmHg, not {{pulse:.3g}}{_FLUSHED}",
     _FLUSH,
 )
-RINGS_BEYOND_REPAIR = kind(
-    "recording.catheter-rings-beyond-repair",
-    Severity.LOOK,
-    f"{_RANG}what it lost cannot be recovered{_FLUSHED}",
-    _FLUSH,
+RINGS_BEYOND_REPAIR = look_kind(
+    "recording.catheter-rings-beyond-repair", f"{_RANG}what it lost cannot be recovered{_FLUSHED}", _FLUSH
 )
-CORRECTED = kind(
+CORRECTED = note_kind(
     "recording.catheter-corrected",
-    Severity.NOTE,
     "the pressure was corrected for a catheter of {frequency:.3g} Hz and damping {damping:.2g}, up to harmonic {last}",
 )
 

@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vasowave.findings import Finding, Severity, kind
+from vasowave.findings import Finding, look_kind
 
-CUT_OFF = kind(
+CUT_OFF = look_kind(
     "recording.cut-off",
-    Severity.LOOK,
     "the last line has no line end, so the file may have been cut off; {what} was left out",
     "Export the file again.",
 )

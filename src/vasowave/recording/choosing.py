@@ -7,7 +7,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from vasowave import units
 from vasowave.errors import InputError, did_you_mean
-from vasowave.findings import Finding, Severity, kind
+from vasowave.findings import Finding, note_kind
 
 DIMENSIONS = {"pressure": "pressure", "flow": "flow", "ecg": "voltage"}
 """What is looked for, and the kind of unit that it has."""
@@ -29,7 +29,7 @@ _HOW_TO_NAME = (
 )
 
 
-TAKEN = kind("recording.channel-taken", Severity.NOTE, "'{title}' was taken for {name}: {why}")
+TAKEN = note_kind("recording.channel-taken", "'{title}' was taken for {name}: {why}")
 
 
 class Titled(Protocol):
@@ -91,7 +91,7 @@ def choose(channels: Sequence[T], titles: Mapping[str, str | None]) -> Choice[T]
         elif title is not None:
             problems.append(f"no channel '{title}'{did_you_mean(title, [c.title for c in channels])}")
         elif name != "ecg":
-            problems.append(f"no channel says that it holds {name}, name it")
+            problems.append(f"no channel says that it holds {name}{_of_elsewhere(channels, name)}, name it")
     return Choice(picked, guessed, tuple(problems))
 
 
@@ -151,6 +151,12 @@ def _found(
     by_unit = [c for c in free if not quantity_of(c.title) and _has_unit(c, name) and c.title.strip()]
     by_unit = [c for c in by_unit if not _words(c.title) & set(_ELSEWHERE)]
     return (by_unit, "no other has such a unit") if len(by_unit) == 1 else ([], "")
+
+
+def _of_elsewhere(channels: Sequence[T], name: str) -> str:
+    """Say which channels have the unit of a quantity and are passed over because their titles speak of other places."""
+    said = [f"'{c.title}'" for c in channels if _has_unit(c, name) and _words(c.title) & set(_ELSEWHERE)]
+    return f" ({' and '.join(said)} may be of another place than the pulmonary artery, by its title)" if said else ""
 
 
 def _plain(title: str) -> str:

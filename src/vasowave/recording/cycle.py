@@ -1,12 +1,17 @@
 """One averaged cycle of pressure and flow, and the hemodynamic indices of the paper's Table 1."""
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.findings import Finding, Severity, kind, texts
-from vasowave.notebook import card
+from vasowave.findings import Finding, note_kind, texts
+from vasowave.notebook import card, upstairs
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
 
 FEWEST_SAMPLES = 32
 """A cycle with fewer samples cannot carry the 14 harmonics that the impedance analysis reads."""
@@ -14,7 +19,7 @@ FEWEST_SAMPLES = 32
 _CUT_OFF = 1e-9  # of the largest modulus: a harmonic below it was cut off, not measured
 
 
-RESAMPLED = kind("recording.resampled", Severity.NOTE, "resampled to {count} samples")
+RESAMPLED = note_kind("recording.resampled", "resampled to {count} samples")
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,23 +181,29 @@ class Recording:
             "PVR": self.vascular_resistance,
         }
 
+    def plot(self, axes: Any = None) -> Any:
+        """Draw pressure and flow into two matplotlib axes, or a new figure; returns the axes."""
+        return upstairs("figures.signals:draw_cycle")(self, axes)
+
+    def to_dataset(self) -> "xr.Dataset":
+        """Return pressure and flow as labelled data with units, dims ``time`` and ``flow_time`` (s)."""
+        dataset: xr.Dataset = upstairs("animal.datasets:recording_dataset")(self)
+        return dataset
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Return ``pressure [mmHg]`` and ``flow [ml/s]`` by ``time [s]``, both with the samples of the longer one."""
+        import pandas as pd
+
+        count = max(len(self.pressure), len(self.flow))
+        time = pd.Index(np.arange(count) * (self.period / count), name="time [s]")
+        pressure, flow = resample(self.pressure, count), resample(self.flow, count)
+        return pd.DataFrame({"pressure [mmHg]": pressure, "flow [ml/s]": flow}, time)
+
     def resampled(self, count: int) -> "Recording":
         """Return the recording with `count` samples of pressure and of flow, by Fourier interpolation."""
         notes = (*self.notes, RESAMPLED(count=count))
         pressure, flow = resample(self.pressure, count), resample(self.flow, count)
         return replace(self, pressure=pressure, flow=flow, notes=notes)
-
-
-INDEX_UNITS = {
-    "HR": "beats/min",
-    "CO": "ml/s",
-    "mPAP": "mmHg",
-    "sPAP": "mmHg",
-    "dPAP": "mmHg",
-    "pPAP": "mmHg",
-    "PVR": "mmHg s/ml",
-}
-"""Units of the quantities that `Recording.indices` returns."""
 
 
 def resample(samples: np.ndarray, count: int) -> np.ndarray:

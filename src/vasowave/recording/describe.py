@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.findings import Finding
+from vasowave.io.textfile import Progress
 from vasowave.recording.blocks import KINDS, file_kind, read_blocks
 from vasowave.recording.channels import Block
 from vasowave.recording.choosing import quantity_of
@@ -13,7 +14,6 @@ from vasowave.recording.labchart_mat import is_labchart_mat
 from vasowave.recording.mat_variables import read_variables
 from vasowave.recording.number_table import read_number_table
 from vasowave.recording.plausibility import PERIODS
-from vasowave.textfile import Progress
 
 
 class ChannelDescription(NamedTuple):

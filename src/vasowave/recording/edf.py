@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.io.textfile import read_bytes
 from vasowave.recording.channels import Block, Channel, Comment
-from vasowave.textfile import read_bytes
 
 _ANNOTATIONS = "EDF Annotations"
 _FIELDS = (

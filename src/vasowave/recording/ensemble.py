@@ -1,21 +1,24 @@
 """From the beats of a continuous recording to one averaged cycle, with the scatter of the beats around it."""
 
+import os
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt, Le
 
 from vasowave.errors import InputError
-from vasowave.findings import Finding, Severity, kind, warn
+from vasowave.findings import Finding, Severity, note_kind, warn
+from vasowave.notebook import upstairs
 from vasowave.recording.baseline import Baseline, baseline_findings
 from vasowave.recording.beats import HEART_RATES, find_beats
-from vasowave.recording.cuts import cut_all, levelled
+from vasowave.recording.cuts import cut_all, cut_beside, levelled
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
 from vasowave.recording.plateaus import find_plateaus, plateau_findings
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.rejection import (
+    Rejection,
     choose_run,
     lost_in_run,
     misshapen_beats,
@@ -24,14 +27,10 @@ from vasowave.recording.rejection import (
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
 from vasowave.settings import Range
 
-ADVANCED = kind(
-    "recording.flow-advanced", Severity.NOTE, "the flow was advanced by the estimated p-q delay of {delay:.2f} ms"
-)
-LOW_PASSED = kind("recording.low-passed", Severity.NOTE, "harmonics above {harmonics} of the cycle were left out")
-CLOSED = kind(
-    "recording.closed",
-    Severity.NOTE,
-    "{name}: a step of {percent:.2g} % of its range from end to start was spread over the cycle",
+ADVANCED = note_kind("recording.flow-advanced", "the flow was advanced by the estimated p-q delay of {delay:.2f} ms")
+LOW_PASSED = note_kind("recording.low-passed", "harmonics above {harmonics} of the cycle were left out")
+CLOSED = note_kind(
+    "recording.closed", "{name}: a step of {percent:.2g} % of its range from end to start was spread over the cycle"
 )
 
 
@@ -42,17 +41,17 @@ class Beat:
     Attributes
     ----------
     start, end : float
-        s since the first sample.
+        s since the start of the recording.
     averaged : bool
         Whether it is part of the average.
-    rejected : str
-        Why it may not be averaged; empty for a good beat.
+    rejected : Finding or None
+        Why it may not be averaged; None for a good beat.
     """
 
     start: float
     end: float
     averaged: bool
-    rejected: str = ""
+    rejected: Rejection = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +73,7 @@ class EnsembleAverage:
     delay_corrected : bool
         Whether the flow was advanced by `delay`.
     baseline : Baseline
-        The diastolic level of every beat, its drift, and whether that was removed.
+        The diastolic level of every beat of the whole recording, its drift, and whether that was removed.
 
     Examples
     --------
@@ -96,10 +95,35 @@ class EnsembleAverage:
     delay_corrected: bool
     baseline: Baseline
 
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was noticed of the recording and its beats."""
+        return self.recording.notes
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the averaged cycle with a band of one SD of the beats; returns two matplotlib axes."""
+        return upstairs("figures.signals:draw_average")(self, axes)
+
     def __repr__(self) -> str:
         used = sum(beat.averaged for beat in self.beats)
         lost = sum(bool(beat.rejected) for beat in self.beats)
         return f"EnsembleAverage({used} of {len(self.beats)} beats, {lost} rejected, {self.recording!r})"
+
+
+def one_cycle(given: object) -> Recording:
+    """Return the cycle of a recording or of an average; raise `InputError` for anything else, with what to do."""
+    if isinstance(given, Recording):
+        return given
+    if isinstance(given, EnsembleAverage):
+        return given.recording
+    if isinstance(given, RawRecording):
+        raise InputError("a continuous recording was given where one cycle is needed; average its beats: raw.average()")
+    if isinstance(given, str | os.PathLike):
+        raise InputError(
+            f"'{given}' is the name of a file; read it first: vasowave.read_recording (a cycle) or "
+            "vasowave.read_raw_recording(...).average()"
+        )
+    raise InputError(f"{type(given).__name__} was given where a Recording is needed")
 
 
 def average_beats(
@@ -120,9 +144,9 @@ def average_beats(
     """Average consecutive beats of pressure and flow to one cycle, with the ECG as fiducial.
 
     Each beat, from one fiducial to the next, is brought to `samples` samples and thereby to the mean length. The drift
-    of the diastolic level is followed over the whole recording. Of all runs of beats that hold `beats` good ones, the
-    run with the fewest rejected beats is averaged, the first of equals. The mean step from the cycle's end to its start
-    is then spread over the cycle as a straight line of mean zero.
+    of the diastolic level is followed over the whole recording, across gaps and beside the stretch that is read. Of all
+    runs of beats that hold `beats` good ones, the run with the fewest rejected beats is averaged, the first of equals.
+    The mean step from the cycle's end to its start is then spread over the cycle as a straight line of mean zero.
 
     Parameters
     ----------
@@ -152,8 +176,8 @@ def average_beats(
         of pulse or flow may be the animal's own and is never subtracted. A drift that stays in counts as an error of
         the mean pressure, as large as it is in the averaged beats.
     zero_time : float
-        The instant at which the transducer's zero is taken to be right, s since the first sample: the start by default,
-        since catheters are zeroed before they record.
+        The instant at which the transducer's zero is taken to be right, s since the start of the recording: the start
+        by default, since catheters are zeroed before they record.
 
     Raises
     ------
@@ -185,8 +209,10 @@ def average_beats(
             "fewer"
         )
     cut = cut_all(raw, heartbeats.times, samples)
-    reasons = misshapen_beats(cut.ends - cut.starts, cut.pressure, cut.flow, length_tolerance, least_correlation)
-    cut, baseline = levelled(cut, reasons, zero_time, drift == "remove", reject_ventilation)
+    limits = (length_tolerance, least_correlation)
+    reasons = misshapen_beats(cut.ends - cut.starts, cut.pressure, cut.flow, *limits)
+    beside = cut_beside(raw, cut, heartbeats.fiducial, heart_rates, *limits)
+    cut, baseline = levelled(cut, beside, reasons, zero_time, drift == "remove", reject_ventilation)
     used, run = choose_run(reasons, beats, raw.source)
     period = float(np.mean((cut.ends - cut.starts)[used]))
     cycles, notes = _mean_cycles({"pressure": cut.pressure[used], "flow": cut.flow[used]}, harmonics)
@@ -201,8 +227,8 @@ def average_beats(
     summary = summarize(heartbeats.fiducial, reasons, beats, first, last)
     found = [
         *raw.notes, summary, *notes, *heartbeats.notes,
-        *plateau_findings(find_plateaus(raw.pressure, raw.sampling_rate)),
-        *baseline_findings(baseline, first, last, zero_time),
+        *plateau_findings(find_plateaus(raw), *_beating(baseline, cut.starts, reasons)),
+        *baseline_findings(baseline, first, last),
         *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, beats),
     ]  # fmt: skip
     for one in found[len(raw.notes) :]:
@@ -231,8 +257,9 @@ def _check_arguments(
         raise InputError(f"beats={beats}, samples={samples}: at least 2 beats and {FEWEST_SAMPLES} samples are needed")
     if drift not in ("remove", "warn"):
         raise InputError(f"drift='{drift}' is neither 'remove' nor 'warn'")
-    if not 0.0 <= zero_time <= raw.duration:
-        raise InputError(f"zero_time={zero_time:g} s does not lie in the recording (0 to {raw.duration:.4g} s)")
+    lasts = max(one.origin + one.duration for one in (raw, *raw.beside))
+    if not 0.0 <= zero_time <= lasts:
+        raise InputError(f"zero_time={zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
 
 
 def _mean_cycles(cuts: dict[str, np.ndarray], harmonics: int | None) -> tuple[list[np.ndarray], list[Finding]]:
@@ -245,5 +272,13 @@ def _mean_cycles(cuts: dict[str, np.ndarray], harmonics: int | None) -> tuple[li
     return cycles, notes
 
 
-def _listed(starts: np.ndarray, ends: np.ndarray, used: set[int], reasons: list[str]) -> tuple[Beat, ...]:
+def _beating(baseline: Baseline, starts: np.ndarray, reasons: list[Rejection]) -> tuple[float, float]:
+    """Return when the first and the last good beat are, those beside the stretch included, s."""
+    good = starts[[not reason for reason in reasons]]
+    beside = baseline.time[(baseline.time < starts[0]) | (baseline.time > starts[-1] + np.ptp(starts[:2]))]
+    both = np.append(good, beside)
+    return float(both.min()), float(both.max())
+
+
+def _listed(starts: np.ndarray, ends: np.ndarray, used: set[int], reasons: list[Rejection]) -> tuple[Beat, ...]:
     return tuple(Beat(float(starts[i]), float(ends[i]), i in used, reason) for i, reason in enumerate(reasons))

@@ -27,16 +27,22 @@ def gaps_in(values: np.ndarray, rate: float) -> tuple[Span, ...]:
     return tuple(Span(first / rate, last / rate) for first, last in zip(edges[::2].tolist(), edges[1::2].tolist()))
 
 
+def free_between(gaps: Iterable[Span], start: float, end: float) -> list[Span]:
+    """Return the stretches from `start` to `end` that touch no gap, in order."""
+    stretches, free = [], start
+    for gap in [*sorted(gaps), Span(end, end)]:
+        if min(gap.start, end) > free:
+            stretches.append(Span(free, min(gap.start, end)))
+        free = max(free, gap.end)
+    return stretches
+
+
 def longest_between(gaps: Iterable[Span], start: float, end: float) -> Span:
     """Return the longest stretch from `start` to `end` that touches no gap, in whole milliseconds."""
-    longest, free = Span(start, start), start
-    for gap in [*sorted(gaps), Span(end, end)]:
-        last = min(gap.start, end)
-        if last - free > longest.end - longest.start:
-            longest = Span(free, last)
-        free = max(free, gap.end)
+    stretches = [Span(start, start), *free_between(gaps, start, end)]
+    longest = max(stretches, key=lambda one: one.end - one.start)
     first, last = np.ceil(longest.start * _WRITTEN - 1e-6), np.floor(longest.end * _WRITTEN + 1e-6)
-    return Span(float(first) / _WRITTEN, float(max(first, last)) / _WRITTEN)
+    return Span(float(first) / _WRITTEN + 0.0, float(max(first, last)) / _WRITTEN)  # never -0
 
 
 def describe_gaps(gaps: Sequence[Span], start: float, end: float, shortest: float) -> str:

@@ -9,10 +9,10 @@ import numpy as np
 
 from vasowave import units
 from vasowave.errors import InputError
+from vasowave.io.textfile import Lines, Progress, read_lines
 from vasowave.recording.channels import CUT_OFF, Block, Channel, Comment
 from vasowave.recording.gaps import leaps_closed, with_gaps
 from vasowave.recording.number_rows import DecimalMark, NumberRows
-from vasowave.textfile import Lines, Progress, read_lines
 
 _KEYS = (
     "Interval",
@@ -50,6 +50,9 @@ def read_labchart_text(path: str | Path, progress: Progress | None = None) -> li
     marks = DecimalMark(path)
     blocks: list[_TextBlock] = []
     for lines in read_lines(path, progress):
+        if lines.cut and blocks and blocks[-1].rows is not None and not _KEY.match(lines.texts[0]):
+            blocks[-1].cut = True  # nobody knows whether the row's last digit was written
+            continue
         quick = not (lines.cut or lines.hold("=") or lines.hold("#"))
         comma = marks.comma(lines) if quick else False
         if quick and blocks and blocks[-1].add_block(lines, comma):
@@ -57,8 +60,6 @@ def read_labchart_text(path: str | Path, progress: Progress | None = None) -> li
         for number, text in enumerate(lines.texts, lines.first):
             if text.strip():
                 _add_line(path, blocks, number, text, marks)
-        if lines.cut and blocks:
-            blocks[-1].drop_row(lines.first)
     if not blocks:
         raise InputError(f"{path}: the file is empty")
     return [block.finished() for block in blocks if block.rows is not None and block.rows.count]
@@ -90,7 +91,7 @@ class _TextBlock:
         self.rows: NumberRows | None = None
         self._comments: list[tuple[int, list[str]]] = []
         self._clock = False  # the times are times of day: the interval alone counts
-        self._cut = False
+        self.cut = False
 
     def add_block(self, lines: Lines, comma: bool) -> bool:
         if self.rows is None or self._clock:
@@ -117,12 +118,6 @@ class _TextBlock:
             cells[0] = ""
         self.rows.add_row(line, cells, comma)
 
-    def drop_row(self, line: int) -> None:
-        """Forget the row on the last line: nobody knows whether its last digit was written."""
-        if self.rows is not None and self.rows.count and self.rows.line(self.rows.count - 1) == line:
-            self.rows.drop_last()
-            self._cut = True
-
     def finished(self) -> Block:
         assert self.rows is not None
         titles, rows = self.titles, self.rows
@@ -138,7 +133,7 @@ class _TextBlock:
         for row, cells in self._comments:
             at = row if place is None or not row else int(place[min(row, len(place) - 1)])
             comments += _comments(cells, at * interval)
-        notes = (CUT_OFF(what="its last row"),) if self._cut else ()
+        notes = (CUT_OFF(what="its last row"),) if self.cut else ()
         return Block(tuple(channels), tuple(comments), notes)
 
     @cached_property

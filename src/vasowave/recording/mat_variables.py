@@ -34,6 +34,7 @@ def is_continuous(path: str | Path, variables: Mapping[str, Any]) -> bool:
 
 def _block(path: str | Path, found: Mapping[str, Any], sampling_rate: float | None) -> Block:
     variables = {_plain(name): value for name, value in found.items()}
+    written = {_plain(name): name for name in found}
     vectors = {
         name: vector(value, f"{path}: variable '{name}'")
         for name, value in variables.items()
@@ -44,7 +45,7 @@ def _block(path: str | Path, found: Mapping[str, Any], sampling_rate: float | No
     count = len(vectors["time"]) if "time" in vectors else None
     channels = tuple(
         Channel(name, stated[name], values if place is None else with_gaps(values, place), rate,
-                f"{path}, variable '{name}'")
+                f"{path}, variable '{written[name]}'")
         for name, values in vectors.items() if name != "time" and count in (None, len(values))
     )  # fmt: skip
     if not channels:

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.io.textfile import read_start, regular_file
 from vasowave.recording.matlab_hdf5 import read_mat_hdf5
-from vasowave.textfile import read_start, regular_file
 
 _SAVE_AGAIN = "in MATLAB, load it and write it again with: save('NAME.mat', '-v7')"
 _MEMORY = 1 << 30  # bytes of addresses that the trial may take beside the file

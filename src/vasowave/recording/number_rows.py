@@ -1,18 +1,22 @@
 """Rows of numbers that are read block by block: quick where they are usual, cell by cell where they are not."""
 
 import math
+import re
 from bisect import bisect_right
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from vasowave.columns import number
 from vasowave.errors import InputError
-from vasowave.textfile import Lines
+from vasowave.io.columns import number
+from vasowave.io.textfile import Lines
 
 _TOGETHER = 4096
 """Rows that are read cell by cell are stored this many at once."""
+
+
+_CLOCK = re.compile(r"\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?")
 
 
 class DecimalMark:
@@ -85,6 +89,11 @@ class NumberRows:
         """
         if len(cells) != len(self.titles):
             what = "missing" if len(cells) < len(self.titles) else "surplus"
+            if not self.count and what == "surplus":
+                raise InputError(
+                    f"{self.place}, line {line}: {len(cells)} columns below a header of {len(self.titles)}; if title "
+                    "lines stand above the names of the columns, remove them, so that the names come first"
+                )
             raise InputError(
                 f"{self.place}, line {line}: {len(cells)} columns where {len(self.titles)} were expected; {what} "
                 "values: the line was cut or damaged, export the file again"
@@ -100,7 +109,12 @@ class NumberRows:
         try:
             value = number(text.replace(",", ".") if comma else text) if text else math.nan
         except ValueError:
-            raise InputError(f"{self.place}, line {line}, column '{title}': '{text}' is not a number") from None
+            clock = (
+                "; a time of day is not read: write seconds since the start, or leave the column out and say how many "
+                "samples a second has (vasowave add and fit: --sampling-rate 1000)"
+            )
+            why = clock if _CLOCK.fullmatch(text) else ""
+            raise InputError(f"{self.place}, line {line}, column '{title}': '{text}' is not a number{why}") from None
         return value if math.isfinite(value) else math.nan
 
     def _start_at(self, line: int) -> None:

@@ -5,15 +5,15 @@ from pathlib import Path
 import numpy as np
 
 from vasowave import units
-from vasowave.columns import is_numeric, is_row, read_headings, separator_of, split_cells, split_titles
 from vasowave.errors import InputError
 from vasowave.findings import Finding
+from vasowave.io.columns import is_numeric, is_row, read_headings, separator_of, split_cells, split_titles
+from vasowave.io.textfile import Lines, Progress, read_lines
 from vasowave.recording.channels import CUT_OFF, Block, Channel
 from vasowave.recording.choosing import with_time
 from vasowave.recording.gaps import leaps_closed, with_gaps
 from vasowave.recording.number_rows import DecimalMark, NumberRows
 from vasowave.recording.signal import ALIASES, even_step, written_to
-from vasowave.textfile import Lines, Progress, read_lines
 
 _HEADER = "the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"
 
@@ -85,15 +85,15 @@ class _Table:
         lines = Lines(lines.first + skipped, lines.texts[skipped:], lines.cut)
         if not lines.texts:
             return
+        if lines.cut and self.rows.count:
+            self.suspicions = (CUT_OFF(what="it"),)  # nobody knows whether its last digit was written
+            return
         quick = not lines.hold("#")
         comma = self._comma(lines) if quick else False
         if not (quick and self.rows.add_block(lines.first, lines.texts, comma)):
             self._add_slowly(lines)
         if not self.quantum and "time" in self.names and self.rows.count:
             self.quantum = self._rounding(lines.texts[:2000])
-        if lines.cut and self.rows.count:
-            self.rows.drop_last()
-            self.suspicions = (CUT_OFF(what="it"),)
 
     def _add_slowly(self, lines: Lines) -> None:
         for number, text in enumerate(lines.texts, lines.first):

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.findings import Finding, Severity, kind
+from vasowave.findings import Finding, look_kind, note_kind
+from vasowave.recording.raw import RawRecording
 
 _SHORTEST = 0.4
 """A plateau lasts at least this long, s: two beats of the slowest heart that is looked for."""
@@ -20,16 +21,20 @@ _OFF_ZERO = 0.3
 
 
 _OPEN = "the transducer was open to air from {start:.3g} to {end:.3g} s and read {level:+.2g} mmHg"
-OPEN_TO_AIR = kind("recording.open-to-air", Severity.NOTE, _OPEN)
-OFF_ZERO = kind(
+OPEN_TO_AIR = note_kind("recording.open-to-air", _OPEN)
+OFF_ZERO = look_kind(
     "recording.zero-off",
-    Severity.LOOK,
     f"{_OPEN}: pressures are off by this zero offset and were not corrected",
     "Correct the zero of the pressure channel and export it again.",
 )
-CALIBRATION = kind(
+ZERO_WITHIN = look_kind(
+    "recording.zero-within",
+    "the pressure stood at {level:+.2g} mmHg from {start:.3g} to {end:.3g} s, between beats: the transducer was open "
+    "to air, or its signal was lost; the zero may be another one after that",
+    "Compare the pressures before and after, and choose a stretch with `start` and `end`.",
+)
+CALIBRATION = note_kind(
     "recording.calibration-plateaus",
-    Severity.NOTE,
     "calibration plateaus, pressures that stand still: {levels}; compare them with what was applied",
 )
 
@@ -42,16 +47,17 @@ class Plateau(NamedTuple):
     level: float
 
 
-def find_plateaus(pressure: np.ndarray, rate: float) -> tuple[Plateau, ...]:
-    """Return the stretches of at least 0.4 s in which the pressure does not pulsate, in order.
+def find_plateaus(raw: RawRecording) -> tuple[Plateau, ...]:
+    """Return the stretches of at least 0.4 s in which the pressure of a recording does not pulsate, in order."""
+    parts = (raw, *raw.beside)
+    return tuple(sorted(_later(one, part.origin) for part in parts for one in _still(part.pressure, raw.sampling_rate)))
 
-    Parameters
-    ----------
-    pressure : float array, shape (sample,)
-        mmHg.
-    rate : float
-        Samples per second.
-    """
+
+def _later(plateau: Plateau, by: float) -> Plateau:
+    return plateau._replace(start=plateau.start + by, end=plateau.end + by)
+
+
+def _still(pressure: np.ndarray, rate: float) -> list[Plateau]:
     width = max(2, round(0.1 * rate))
     blocks = pressure[: len(pressure) // width * width].reshape(-1, width)
     ends = np.quantile(blocks, [0.1, 0.9], axis=1)
@@ -67,13 +73,18 @@ def find_plateaus(pressure: np.ndarray, rate: float) -> tuple[Plateau, ...]:
         if (last - first) * width >= _SHORTEST * rate:
             level = float(np.median(blocks[first:last]))
             plateaus.append(Plateau(first * width / rate, last * width / rate, level))
-    return tuple(plateaus)
+    return plateaus
 
 
-def plateau_findings(plateaus: tuple[Plateau, ...]) -> list[Finding]:
-    """Return what plateaus are: zeros, right or off, and calibration pressures."""
+def plateau_findings(
+    plateaus: tuple[Plateau, ...], first_beat: float = np.inf, last_beat: float = -np.inf
+) -> list[Finding]:
+    """Return what plateaus are: zeros, right or off, before, after or between beats, and calibration pressures."""
     zeros = [one for one in plateaus if abs(one.level) < _AIR]
-    found = [(OFF_ZERO if abs(one.level) > _OFF_ZERO else OPEN_TO_AIR)(**one._asdict()) for one in zeros]
+    found = []
+    for one in zeros:
+        within = ZERO_WITHIN if first_beat < one.start and one.end < last_beat else OPEN_TO_AIR
+        found.append((OFF_ZERO if abs(one.level) > _OFF_ZERO else within)(**one._asdict()))
     known = [one for one in plateaus if abs(one.level) >= _AIR]
     if known:
         levels = ", ".join(f"{one.level:.3g} mmHg ({one.start:.3g} to {one.end:.3g} s)" for one in known)

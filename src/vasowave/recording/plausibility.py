@@ -3,7 +3,7 @@
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.findings import Finding, Severity, kind
+from vasowave.findings import Finding, look_kind, note_kind
 
 PERIODS = (0.04, 3.0)
 """Shortest and longest period taken for a heartbeat, s (1500 and 20 beats/min)."""
@@ -14,30 +14,50 @@ MEAN_PRESSURES = (4.0, 150.0)
 RODENT_FLOWS = (0.02, 4.0)
 """Mean flows that are plausible above 240 beats/min, ml/s: mice have 0.1 to 0.3, rats 0.5 to 2."""
 
+_RESTS = 0.25
+"""The share of a cycle, its flattest, in which the flow of a closed valve rests."""
+
+_STILL = 0.05
+"""A flow that varies by less than this share of its range rests."""
+
+_LOW = 0.25
+"""It rests within this share of its range above the lowest flow."""
+
+_OFF_ZERO = 0.1
+"""A resting flow larger than this share of the mean flow is told."""
+_NEVER_RESTS = 0.5  # of the mean: a flow that stays above this much flows all the time, as in a vein or a small artery
+
 OPEN_CYCLE = 0.05
 """A jump between end and start larger than this fraction of the range means that the cycle does not close."""
 
 
-SYSTEMIC = kind(
+_UNIT = (
+    "correct the unit: in the file, or beside it (vasowave add and fit: --unit pressure={}; a study's table: the "
+    "column 'pressure unit'; in Python: pressure_unit)"
+)
+SYSTEMIC = look_kind(
     "recording.systemic-pressure",
-    Severity.LOOK,
     "mean pressure {mean:.4g} mmHg is systemic, not pulmonary; is the unit right? ({mean:.4g} mmHg = {kPa:.3g} kPa)",
     "Correct the unit of the pressure, or the channel.",
 )
-BELOW_ZERO = kind(
+BELOW_ZERO = look_kind(
     "recording.pressure-below-zero",
-    Severity.LOOK,
     "the lowest pressure is {lowest:.3g} mmHg; is the zero of the transducer right?",
     "Correct the zero of the pressure channel.",
 )
-ODD_FLOW = kind(
+ODD_FLOW = look_kind(
     "recording.odd-flow",
-    Severity.LOOK,
     "mean flow {mean:.3g} ml/s at {rate:.0f} beats/min; a mouse has about 0.2 ml/s, a rat about 1 ml/s: is the unit of "
     "flow right?",
     "Correct the unit of the flow, or the channel.",
 )
-OPEN_END = kind("recording.cycle-open", Severity.NOTE, "{what} ends {percent:.1f} % of its range away from its start")
+FLOW_OFF_ZERO = look_kind(
+    "recording.flow-off-zero",
+    "the flow rests at {level:+.2g} ml/s in diastole, {percent:.0f} % of its mean, though a closed valve lets nothing "
+    "through; is the zero of the flow right? From its resting level the mean flow is {mean:.3g} ml/s",
+    "Correct the zero of the flow channel and export it again.",
+)
+OPEN_END = note_kind("recording.cycle-open", "{what} ends {percent:.1f} % of its range away from its start")
 
 
 def check_period(period: float, where: str) -> None:
@@ -68,12 +88,12 @@ def check_pressure(pressure: np.ndarray, where: str) -> None:
     if mean < lowest:
         raise InputError(
             f"{where}: mean pressure {mean:.3g} mmHg looks like kPa ({mean:.3g} kPa = {mean * 7.50062:.3g} mmHg); "
-            "correct the unit"
+            f"{_UNIT.format('kPa')}"
         )
     if mean > highest:
         raise InputError(
             f"{where}: mean pressure {mean:.4g} mmHg is too high for an artery; the numbers look like "
-            "another unit than the one stated; correct the unit"
+            f"another unit than the one stated; {_UNIT.format('Pa')}"
         )
 
 
@@ -101,7 +121,20 @@ def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Fi
     slowest, fastest = RODENT_FLOWS
     if period < 0.25 and not slowest <= flow.mean() <= fastest:
         found.append(ODD_FLOW(mean=float(flow.mean()), rate=60 / period))
+    level, mean = resting_flow(flow), float(flow.mean())
+    if _OFF_ZERO * mean < abs(level) < _NEVER_RESTS * mean:
+        found.append(FLOW_OFF_ZERO(level=level, percent=100 * level / mean, mean=mean - level))
     return found
+
+
+def resting_flow(flow: np.ndarray) -> float:
+    """Return the level, ml/s, at which the flow of a cycle rests, 0 if it never does: its narrowest quarter."""
+    ordered = np.sort(flow)
+    count, span = max(2, round(_RESTS * len(ordered))), np.ptp(flow)
+    widths = ordered[count - 1 :] - ordered[: len(ordered) - count + 1]
+    first = int(np.argmin(widths))
+    rests = widths[first] < _STILL * span and ordered[first] - ordered[0] < _LOW * span
+    return float(ordered[first : first + count].mean()) if rests else 0.0
 
 
 def repeats_first(values: np.ndarray) -> bool:

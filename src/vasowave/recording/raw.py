@@ -1,19 +1,24 @@
 """A continuous recording of pressure, flow and ECG, before its beats are averaged."""
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.findings import Finding, Severity, kind, texts
-from vasowave.notebook import card
+from vasowave.findings import Finding, note_kind, texts
+from vasowave.notebook import card, upstairs
 from vasowave.recording.channels import Comment
+from vasowave.recording.gaps import Span, free_between
+
+if TYPE_CHECKING:
+    from vasowave.recording.ensemble import EnsembleAverage
 
 SHORTEST = 1.0
 """A shorter recording than this (s) holds too few beats to average."""
 
 
-STRETCH = kind("recording.stretch", Severity.NOTE, "{start:g} to {end:g} s of the recording")
+STRETCH = note_kind("recording.stretch", "{start:g} to {end:g} s of the recording")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +40,12 @@ class RawRecording:
     notes : tuple of Finding
         What was noticed or assumed while it was read.
     comments : tuple of Comment
-        Remarks of the experimenter; times count from the first sample, s.
+        Remarks of the experimenter; times are those of `time`, s.
+    origin : float
+        Time of the first sample, s: where a stretch was cut out of a longer recording.
+    beside : tuple of RawRecording
+        The other stretches of the same recording, without a gap in themselves. Their beats are not averaged, but they
+        show the drift of the pressure since it was zeroed.
 
     Raises
     ------
@@ -59,6 +69,8 @@ class RawRecording:
     source: str = "made in memory"
     notes: tuple[Finding, ...] = ()
     comments: tuple[Comment, ...] = ()
+    origin: float = 0.0
+    beside: tuple["RawRecording", ...] = ()
 
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""
@@ -84,9 +96,7 @@ class RawRecording:
             raise InputError(f"{self.source}: {name} has {array.size} samples, pressure {len(self.pressure)}")
         gaps = np.flatnonzero(~np.isfinite(array))
         if len(gaps):
-            raise InputError(
-                f"{self.source}: {name} has a gap at {gaps[0] / self.sampling_rate:.4f} s; choose a stretch without"
-            )
+            raise InputError(f"{self.source}: {name} has a gap at {self.time[gaps[0]]:.4f} s; choose a stretch without")
         array.setflags(write=False)
         return array
 
@@ -107,36 +117,55 @@ class RawRecording:
 
     @property
     def time(self) -> np.ndarray:
-        """Times of the samples, s, shape (sample,)."""
-        return np.arange(len(self.pressure)) / self.sampling_rate
+        """Times of the samples since the start of the whole recording, s, shape (sample,)."""
+        return self.origin + np.arange(len(self.pressure)) / self.sampling_rate
 
     @property
     def duration(self) -> float:
         """Length, s."""
         return len(self.pressure) / self.sampling_rate
 
+    def plot(self, stretch: slice = slice(None), axes: Any = None) -> Any:
+        """Draw all signals between two times (s), ``raw.plot(slice(10, 12))``; returns one matplotlib axes a signal."""
+        return upstairs("figures.signals:draw_raw")(self, stretch, axes)
+
+    def average(self, beats: int = 20, **settings: Any) -> "EnsembleAverage":
+        """Return the average of consecutive beats; the settings are those of `average_beats`."""
+        averaged: EnsembleAverage = upstairs("recording.ensemble:average_beats")(self, beats, **settings)
+        return averaged
+
     def between(self, start: float, end: float) -> "RawRecording":
-        """Return the stretch from `start` to `end` (s); times then count from `start`.
+        """Return the stretch from `start` to `end` (s); its times stay those of the whole recording.
+
+        What is before and after it still shows the drift of the pressure.
 
         Raises
         ------
         InputError
             If the stretch does not lie in the recording or is shorter than a second.
         """
-        first, last = round(start * self.sampling_rate), round(end * self.sampling_rate)
-        if not 0 <= first < last <= len(self.pressure):
+        whole = Span(self.origin, self.origin + self.duration)
+        if not whole.start - 1e-9 <= start < end <= whole.end + 1e-9:
             raise InputError(
-                f"{self.source}: {start:g} to {end:g} s does not lie in the recording (0 to {self.duration:.4g} s)"
+                f"{self.source}: {start:g} to {end:g} s does not lie in the recording ({whole.start:.4g} to "
+                f"{whole.end:.4g} s)"
             )
-        origin = first / self.sampling_rate
-        kept = tuple(
-            replace(c, time=c.time - origin) for c in self.comments if origin <= c.time <= last / self.sampling_rate
-        )
+        rest = [one for one in free_between([Span(start, end)], *whole) if one.end - one.start >= SHORTEST]
+        beside = (*self.beside, *(self._cut(*one) for one in rest))
+        stretch = replace(self._cut(start, end), notes=(*self.notes, STRETCH(start=start, end=end)))
+        return replace(stretch, beside=tuple(sorted(beside, key=lambda one: one.origin)))
+
+    def _cut(self, start: float, end: float) -> "RawRecording":
+        """Return a stretch alone."""
+        first, last = (round((at - self.origin) * self.sampling_rate) for at in (start, end))
+        origin = self.origin + first / self.sampling_rate
+        kept = tuple(c for c in self.comments if origin <= c.time <= self.origin + last / self.sampling_rate)
         return replace(
             self,
             pressure=self.pressure[first:last],
             flow=self.flow[first:last],
             ecg=None if self.ecg is None else self.ecg[first:last],
-            notes=(*self.notes, STRETCH(start=start, end=end)),
             comments=kept,
+            origin=origin,
+            beside=(),
         )

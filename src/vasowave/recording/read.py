@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.findings import Finding, Severity, kind, warn
+from vasowave.findings import Finding, note_kind, warn
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
 from vasowave.recording.plausibility import (
     check_closure,
@@ -18,12 +18,8 @@ from vasowave.recording.signal import Signal, even_step, read_signals
 _CHECKS = {"pressure": check_pressure, "flow": check_flow}
 
 
-REPEATED = kind(
-    "recording.repeated-sample", Severity.NOTE, "the last sample of {quantity} repeats the first and was left out"
-)
-ASSUMED_UNIT = kind(
-    "recording.assumed-unit", Severity.NOTE, "{quantity} is assumed to be in {unit}; {name} names no unit"
-)
+REPEATED = note_kind("recording.repeated-sample", "the last sample of {quantity} repeats the first and was left out")
+ASSUMED_UNIT = note_kind("recording.assumed-unit", "{quantity} is assumed to be in {unit}; {name} names no unit")
 
 
 def read_recording(

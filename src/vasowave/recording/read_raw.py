@@ -1,5 +1,6 @@
 """Read a continuous recording of pressure, flow and ECG from the files a lab has."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,28 +8,25 @@ import numpy as np
 
 from vasowave import units
 from vasowave.errors import InputError
-from vasowave.findings import Finding, Severity, kind, warn
+from vasowave.findings import Finding, note_kind, warn
+from vasowave.io.textfile import Progress
 from vasowave.recording.blocks import read_blocks
 from vasowave.recording.channels import Block, Channel, Comment
 from vasowave.recording.choosing import DIMENSIONS, pick_channels
-from vasowave.recording.gaps import describe_gaps, gaps_in
+from vasowave.recording.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.recording.raw import SHORTEST, RawRecording
-from vasowave.textfile import Progress
+from vasowave.recording.signal import UNIT_REPLACED
 
 _SAME_LENGTH = 0.01  # two channels of a block last equally long within this share and two samples
 
 
-NO_ECG = kind("recording.no-ecg", Severity.NOTE, "no ECG: beats can be found from the pressure only")
-LONGEST_BLOCK = kind(
-    "recording.longest-block",
-    Severity.NOTE,
-    "block {number} of {blocks} was read, the longest (blocks last {lengths})",
+NO_ECG = note_kind("recording.no-ecg", "no ECG: beats can be found from the pressure only")
+LONGEST_BLOCK = note_kind(
+    "recording.longest-block", "block {number} of {blocks} was read, the longest (blocks last {lengths})"
 )
-ECG_WITHOUT_UNIT = kind("recording.ecg-without-unit", Severity.NOTE, "the ECG has no unit; only its shape is used")
-GIVEN_UNIT = kind("recording.given-unit", Severity.NOTE, "{name} was taken to be in {unit}, as given")
-INTERPOLATED = kind(
-    "recording.interpolated", Severity.NOTE, "'{title}' was interpolated from {given:g} to {rate:g} samples/s"
-)
+ECG_WITHOUT_UNIT = note_kind("recording.ecg-without-unit", "the ECG has no unit; only its shape is used")
+GIVEN_UNIT = note_kind("recording.given-unit", "{name} was taken to be in {unit}, as given")
+INTERPOLATED = note_kind("recording.interpolated", "'{title}' was interpolated from {given:g} to {rate:g} samples/s")
 
 
 def read_raw_recording(
@@ -55,11 +53,13 @@ def read_raw_recording(
     pressure, flow, ecg : str, optional
         Titles of the channels; needed where neither titles nor units leave one answer (a note says what was guessed).
     pressure_unit, flow_unit : str, optional
-        Units of channels for which the file names none (in LabChart: for which no units conversion was set).
+        Units of channels for which the file names none (in LabChart: for which no units conversion was set), or a wrong
+        one: what is given here counts.
     block : int, optional
         Which block to read, counted from 1; by default the longest (a note says which).
     start, end : float, optional
-        Stretch to read, s since the start of the block. Gaps elsewhere do not matter then.
+        Stretch to read, s since the start of the block. Gaps elsewhere do not matter then. What is outside is kept in
+        `RawRecording.beside`, because it shows the drift of the pressure.
     sampling_rate : float, optional
         Samples per second of a table without a time column.
     progress : callable, optional
@@ -98,18 +98,43 @@ def read_raw_recording(
     if "ecg" not in picked:
         notes.append(NO_ECG())
     _check_lengths(list(picked.values()))
-    _check_gaps(list(picked.values()), start, end)
+    gaps = _gaps(list(picked.values()), start, end)
     rate = max(channel.sampling_rate for channel in picked.values())
     given = {"pressure": pressure_unit, "flow": flow_unit, "ecg": None}
-    signals = {}
+    scaled = {}
+    wrong = []
     for name, channel in picked.items():
-        values, words = _canonical(channel, name, given[name])
-        signals[name], more = _at_rate(_stretch(channel, values, start, end), channel, rate)
-        notes += words + more
+        try:
+            values, words = _canonical(channel, name, given[name])
+        except InputError as error:
+            wrong.append(str(error))
+            continue
+        scaled[name] = replace(channel, values=values)
+        notes += words
+    if wrong:
+        raise InputError("\n".join(wrong))
+    raw = _between(path, scaled, start, end, rate)
+    raw = replace(raw, notes=(*notes, *raw.notes), comments=_comments(chosen, raw.origin, raw.duration))
+    here = Span(start or 0.0, raw.origin + raw.duration if end is None else end)
+    lasts = min(channel.duration for channel in scaled.values())
+    rest = [one for one in free_between([*gaps, here], 0.0, lasts) if one.end - one.start > SHORTEST + 1 / rate]
+    return replace(raw, beside=tuple(_between(path, scaled, *one, rate) for one in rest))
+
+
+def _between(
+    path: str | Path, channels: dict[str, Channel], start: float | None, end: float | None, rate: float
+) -> RawRecording:
+    """Return a stretch of all channels at one rate."""
+    signals, notes = dict[str, np.ndarray](), list[Finding]()
+    for name, channel in channels.items():
+        signals[name], more = _at_rate(_stretch(channel, channel.values, start, end), channel, rate)
+        notes += more
     count = min(map(len, signals.values()))
     cut = {name: values[:count] for name, values in signals.items()}
-    comments = _comments(chosen, start or 0.0, count / rate)
-    return RawRecording(**cut, sampling_rate=rate, source=str(path), notes=tuple(notes), comments=comments)
+    origin = round((start or 0.0) * rate) / rate
+    return RawRecording(
+        cut["pressure"], cut["flow"], rate, cut.get("ecg"), str(path), tuple(notes), origin=origin
+    )  # fmt: skip
 
 
 def _check_lengths(channels: list[Channel]) -> None:
@@ -123,8 +148,8 @@ def _check_lengths(channels: list[Channel]) -> None:
         raise InputError(f"{shortest.place}: channels of one block last equally long, but {each}; export it again")
 
 
-def _check_gaps(channels: list[Channel], start: float | None, end: float | None) -> None:
-    """Refuse a stretch in which samples are missing; say in seconds where, and which stretch is whole."""
+def _gaps(channels: list[Channel], start: float | None, end: float | None) -> list[Span]:
+    """Return all gaps; refuse a stretch in which samples are missing, with seconds, and which stretch is whole."""
     first, last = start or 0.0, min(channel.duration for channel in channels)
     last = last if end is None else min(end, last)
     gaps = {channel.place: gaps_in(channel.values, channel.sampling_rate) for channel in channels}
@@ -133,11 +158,12 @@ def _check_gaps(channels: list[Channel], start: float | None, end: float | None)
         every = [gap for found in of.values() for gap in found]
         place = next(place for place, found in of.items() if found)
         raise InputError(f"{place}: {describe_gaps(every, first, last, SHORTEST)}")
+    return [gap for found in gaps.values() for gap in found]
 
 
 def _comments(block: Block, origin: float, lasts: float) -> tuple[Comment, ...]:
-    """Return the remarks in a stretch of a block, s; their times count from its beginning."""
-    return tuple(replace(c, time=c.time - origin) for c in block.comments if origin <= c.time <= origin + lasts)
+    """Return the remarks in a stretch of a block."""
+    return tuple(c for c in block.comments if origin <= c.time <= origin + lasts)
 
 
 def _choose(path: str | Path, blocks: list[Block], block: int | None) -> tuple[int, list[Finding]]:
@@ -159,23 +185,44 @@ def _canonical(channel: Channel, name: str, given: str | None) -> tuple[np.ndarr
     unit = channel.unit
     if name == "ecg" and not unit:
         return channel.values, [ECG_WITHOUT_UNIT()]
-    unconverted = name != "ecg" and (not unit or unit in ("V", "mV", "µV", "μV", "uV"))
-    if unconverted:
+    if given is not None and channel.unit and name != "ecg" and not _unconverted(channel):
+        same = _factor_or_none(unit, quantity) == units.factor(given, quantity)
+        notes = [] if same else [UNIT_REPLACED(name=name, unit=given, stated=unit)]
+        return channel.values * units.factor(given, quantity), [*notes]
+    if name != "ecg" and _unconverted(channel):
         if given is None:
-            raise InputError(
-                f"{channel.place}: {name} is in {unit or 'no unit'}; set the units conversion in the recording program "
-                f"and export again, or, if the numbers are {name} already, name their unit (vasowave add and fit: "
-                f"--unit {name}={units.CANONICAL[quantity]}; a study's table: the column '{name} unit'; in Python: "
-                f"{name}_unit)"
-            )
+            raise InputError(_unit_wanted(channel, name))
         return channel.values * units.factor(given, quantity), [GIVEN_UNIT(name=name, unit=given)]
     try:
-        scale = units.factor(unit, quantity)
+        return channel.values * units.factor(unit, quantity), []
     except InputError as error:
         raise InputError(f"{channel.place}: {error}") from None
-    if given is not None and units.factor(given, quantity) != scale:
-        raise InputError(f"{channel.place}: the file says {unit}, {name}_unit says {given}; keep one")
-    return channel.values * scale, []
+
+
+def _unconverted(channel: Channel) -> bool:
+    """Whether the numbers of a channel are volts, or nobody knows what."""
+    return not channel.unit or _factor_or_none(channel.unit, "voltage") is not None
+
+
+def _factor_or_none(unit: str, quantity: str) -> float | None:
+    try:
+        return units.factor(unit, quantity)
+    except InputError:
+        return None
+
+
+def _unit_wanted(channel: Channel, name: str) -> str:
+    """Say that a channel's unit is not known, and how to name it."""
+    option = f"vasowave add and fit: --unit {name}={units.CANONICAL[DIMENSIONS[name]]}"
+    how = f"name its unit ({option}; a study's table: the column '{name} unit'; in Python: {name}_unit)"
+    if not channel.unit:
+        return f"{channel.place}: {name} has no unit; {how}"
+    said = [one for one in re.findall(r"[(\[]([^)\]]+)[)\]]", channel.title) if _factor_or_none(one, DIMENSIONS[name])]
+    title = f", though its title speaks of {said[0]}" if said else ""
+    return (
+        f"{channel.place}: {name} is in {channel.unit}{title}; set the units conversion in the recording program and "
+        f"export again, or, if the numbers are {name} already, {how}"
+    )
 
 
 def _stretch(channel: Channel, values: np.ndarray, start: float | None, end: float | None) -> np.ndarray:

@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 from vasowave.errors import NumericalError
-from vasowave.findings import Finding, Severity, kind
+from vasowave.findings import Finding, look_kind, note_kind
 
 _BREATHS = 31
 """Beats over which the end-expiratory level is followed: three breaths or more."""
@@ -14,24 +14,35 @@ _OFF = 2.5
 """A beat further off the end-expiratory level than this many SD is one of inspiration."""
 
 
-AVERAGED = kind(
+AVERAGED = note_kind(
     "recording.averaged",
-    Severity.NOTE,
     "mean of {beats} beats from {start:.3f} to {end:.3f} s, aligned by the {by}; {found} beats found, rejected: "
     "{rejected}",
 )
-MANY_REJECTED = kind(
+MANY_REJECTED = look_kind(
     "recording.many-rejected",
-    Severity.LOOK,
     "{lost} of the {beats} beats between the first and the last averaged were rejected",
     "Look at the beats, and choose a quieter stretch with `start` and `end`.",
 )
+_LENGTH = note_kind("beat.length", "length {length:.1f} ms, {usual:.1f} ms around it")
+_SHAPE = note_kind("beat.correlation", "correlation of {signal} {correlation:.2f} with the median beat")
+_STEP = note_kind("beat.step", "step of the pressure")
+_VENTILATION = note_kind("beat.ventilation", "ventilation: mean {signal} {off:+.3g} {unit} from end-expiration")
+
+Rejection = Finding | None
+"""Why a beat may not be averaged; None for a good one."""
+
+
+def cause(reason: Finding) -> str:
+    """Return what a beat was rejected for, in one word."""
+    return reason.code.partition(".")[2]
 
 
 def misshapen_beats(
-    lengths: np.ndarray, pressure: np.ndarray, flow: np.ndarray, length_tolerance: float, least_correlation: float
-) -> list[str]:
-    """Return for every beat why its length or its shape is not that of the others, empty if it is.
+    lengths: np.ndarray, pressure: np.ndarray, flow: np.ndarray, length_tolerance: float, least_correlation: float,
+    usual_shapes: tuple[np.ndarray, np.ndarray] | None = None,
+) -> list[Rejection]:  # fmt: skip
+    """Return for every beat why its length or its shape is not that of the others, None if it is.
 
     Parameters
     ----------
@@ -41,59 +52,66 @@ def misshapen_beats(
         mmHg and ml/s.
     length_tolerance, least_correlation
         As in `average_beats`.
+    usual_shapes : pair of float arrays, shape (sample,), optional
+        Pressure and flow that the beats are compared with; by default their own medians.
     """
     from scipy.ndimage import median_filter
 
-    reasons = [""] * len(lengths)
+    reasons: list[Rejection] = [None] * len(lengths)
     usual = median_filter(lengths, min(11, len(lengths)), mode="nearest")
     for i in np.flatnonzero(np.abs(lengths / usual - 1.0) > length_tolerance):
-        reasons[i] = f"length {1e3 * lengths[i]:.1f} ms, {1e3 * usual[i]:.1f} ms around it"
-    for name, beats in (("pressure", pressure), ("flow", flow)):
-        alike = _correlation(beats, np.median(beats, axis=0))
+        reasons[i] = _LENGTH(length=1e3 * float(lengths[i]), usual=1e3 * float(usual[i]))
+    shapes = usual_shapes or (np.median(pressure, axis=0), np.median(flow, axis=0))
+    for name, beats, shape in (("pressure", pressure, shapes[0]), ("flow", flow, shapes[1])):
+        alike = _correlation(beats, shape)
         for i in np.flatnonzero(~(alike >= least_correlation)):
-            reasons[i] = reasons[i] or f"correlation of {name} {alike[i]:.2f} with the median beat"
+            reasons[i] = reasons[i] or _SHAPE(signal=name, correlation=float(alike[i]))
     return reasons
 
 
-def mark_steps(reasons: list[str], first_beats: list[int]) -> None:
-    """Reject the beats before and after which the level jumped; `first_beats` stand at a new level."""
+def mark_steps(reasons: list[Rejection], first_beats: list[int]) -> None:
+    """Reject the beats before and after which the level jumped; `first_beats` stand at a new level.
+
+    0, or the number of beats, is a step beside the beats.
+    """
     for first in first_beats:
-        for beat in (first - 1, first):
-            reasons[beat] = reasons[beat] or "step of the pressure"
+        for beat in (first - 1, first) if 0 < first < len(reasons) else ():
+            reasons[beat] = reasons[beat] or _STEP()
 
 
-def mark_inspiration(reasons: list[str], pressure: np.ndarray, flow: np.ndarray) -> None:
+def mark_inspiration(reasons: list[Rejection], pressure: np.ndarray, flow: np.ndarray) -> None:
     """Reject the beats whose mean stands off the end-expiratory level; the drift is to be removed before."""
     for name, beats, unit in (("pressure", pressure, "mmHg"), ("flow", flow, "ml/s")):
         off, limit = _off_level(beats.mean(axis=1))
         for i in np.flatnonzero(np.abs(off) > limit):
-            reasons[i] = reasons[i] or f"ventilation: mean {name} {off[i]:+.3g} {unit} from end-expiration"
+            reasons[i] = reasons[i] or _VENTILATION(signal=name, off=float(off[i]), unit=unit)
 
 
-def choose_run(reasons: list[str], beats: int, source: str) -> tuple[np.ndarray, range]:
+def choose_run(reasons: list[Rejection], beats: int, source: str) -> tuple[np.ndarray, range]:
     """Return the indices of the beats to average, and the run of beats they come from."""
     good = np.array([i for i, reason in enumerate(reasons) if not reason], dtype=int)
     if len(good) < beats:
-        kinds = Counter(reason.split(" ")[0].strip(":") for reason in reasons if reason)
-        counted = ", ".join(f"{count} for {kind}" for kind, count in kinds.most_common())
         raise NumericalError(
-            f"{source}: {len(good)} good beats of {len(reasons)}, {beats} wanted (rejected: {counted}); look at the "
-            "beats, choose another stretch, relax the rules or average fewer"
+            f"{source}: {len(good)} good beats of {len(reasons)}, {beats} wanted (rejected: {_counted(reasons)}); "
+            "look at the beats, choose another stretch, relax the rules or average fewer"
         )
     first = int(np.argmin(good[beats - 1 :] - good[: len(good) - beats + 1]))
     used = good[first : first + beats]
     return used, range(int(used[0]), int(used[-1]) + 1)
 
 
-def summarize(fiducial: str, reasons: list[str], beats: int, start: float, end: float) -> Finding:
+def summarize(fiducial: str, reasons: list[Rejection], beats: int, start: float, end: float) -> Finding:
     """Return which beats were averaged and how many were rejected for what."""
-    kinds = Counter(reason.split(" ")[0].strip(":") for reason in reasons if reason)
-    lost = ", ".join(f"{count} for {name}" for name, count in kinds.most_common()) or "none"
     by = "R wave" if fiducial == "ecg" else "foot of the pressure"
-    return AVERAGED(beats=beats, start=start, end=end, by=by, found=len(reasons), rejected=lost)
+    return AVERAGED(beats=beats, start=start, end=end, by=by, found=len(reasons), rejected=_counted(reasons) or "none")
 
 
-def lost_in_run(reasons: list[str], run: range, beats: int) -> list[Finding]:
+def _counted(reasons: list[Rejection]) -> str:
+    causes = Counter(cause(reason) for reason in reasons if reason)
+    return ", ".join(f"{count} for {name}" for name, count in causes.most_common())
+
+
+def lost_in_run(reasons: list[Rejection], run: range, beats: int) -> list[Finding]:
     """Return a finding if more beats of the averaged run were rejected than averaged."""
     lost = sum(bool(reasons[i]) for i in run)
     return [MANY_REJECTED(lost=lost, beats=len(run))] if lost > beats else []

@@ -9,13 +9,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vasowave import units
-from vasowave.columns import Columns, read_columns
 from vasowave.errors import InputError
-from vasowave.findings import Finding
+from vasowave.findings import Finding, Severity, kind
+from vasowave.io.columns import Columns, read_columns
+from vasowave.io.textfile import read_start
 from vasowave.recording.choosing import TAKEN, choose, with_time
 from vasowave.recording.labchart_text import is_labchart_text
 from vasowave.recording.matlab import read_mat, text, vector
-from vasowave.textfile import read_start
 
 _EXACT = 1e-6  # steps that differ by less than this share of their mean are equal
 ALIASES = {
@@ -33,6 +33,14 @@ ALIASES = {
 _CONTINUOUS = (
     "a continuous recording exported by LabChart, not one cycle; in a study, write 'raw' into the column 'kind' (in "
     "Python: read_raw_recording, then average_beats)"
+)
+
+
+UNIT_REPLACED = kind(
+    "recording.unit-replaced",
+    Severity.LOOK,
+    "{name} was taken to be in {unit}, as given, although the file says {stated}",
+    "Make sure that the unit that was given is the right one.",
 )
 
 
@@ -111,11 +119,11 @@ def _from_table(table: Columns, quantity: str, unit: str | None, alone: bool) ->
         raise InputError(f"{table.source}: {_headerless(table)}")
     column, notes = _column(table, quantity) if table.names else (0, ())
     stated = table.units[column] if table.units else ""
-    if stated and unit and units.factor(stated, quantity) != units.factor(unit, quantity):
-        raise InputError(f"{table.source}: column '{quantity}' is in {stated}, {quantity}_unit says {unit}; keep one")
     assumed = "" if table.names or unit else units.CANONICAL[quantity]
     places = tuple(f"{table.source}, line {line}" for line in table.lines)
     values = table.numbers(column, quantity, unit or assumed)
+    if stated and unit and (ratio := units.factor(unit, quantity) / units.factor(stated, quantity)) != 1.0:
+        values, notes = values * ratio, (*notes, UNIT_REPLACED(name=quantity, unit=unit, stated=stated))
     named = with_time(table.names, table.units)
     column_of_time = named.index("time") if "time" in named else None
     if column_of_time is None:
@@ -174,13 +182,13 @@ def _from_mat(path: str | Path, named: Mapping[str, Any], quantity: str, unit: s
     if quantity not in named:
         raise InputError(f"{path}: no variable '{quantity}'; it has: {', '.join(named) or 'nothing'}")
     stated = text(named.get(f"{quantity}_unit", ""))
-    if stated and unit and units.factor(stated, quantity) != units.factor(unit, quantity):
-        raise InputError(f"{path}: {quantity}_unit in the file is {stated}, the one given {unit}; keep one")
     assumed = "" if stated or unit else units.CANONICAL[quantity]
-    values = _finite(path, quantity, named[quantity]) * units.factor(stated or unit or assumed, quantity)
+    values = _finite(path, quantity, named[quantity]) * units.factor(unit or stated or assumed, quantity)
+    replaced = stated and unit and units.factor(stated, quantity) != units.factor(unit, quantity)
+    notes = (UNIT_REPLACED(name=quantity, unit=unit, stated=stated),) if replaced and unit else ()
     places = tuple(f"{path}, {quantity}({i + 1})" for i in range(len(values)))
     if "time" not in named:
-        return Signal(quantity, values, None, 0.0, str(path), places, assumed)
+        return Signal(quantity, values, None, 0.0, str(path), places, assumed, notes)
     raw = named["time"]
     scale = units.factor(text(named.get("time_unit", "")) or "s", "time")
     time = _finite(path, "time", raw) * scale
@@ -191,7 +199,7 @@ def _from_mat(path: str | Path, named: Mapping[str, Any], quantity: str, unit: s
         )
     precision = np.finfo(raw.dtype if raw.dtype.kind == "f" else np.float64).eps
     quantum = 4 * float(precision) * float(np.abs(time).max(initial=0.0))
-    return Signal(quantity, values, time, quantum, str(path), places, assumed)
+    return Signal(quantity, values, time, quantum, str(path), places, assumed, notes)
 
 
 def _finite(path: str | Path, name: str, value: object) -> np.ndarray:

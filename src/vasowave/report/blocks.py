@@ -108,11 +108,12 @@ class Table:
 
 @dataclass(frozen=True, eq=False)
 class Drawing:
-    """A figure with its caption; it is drawn once, whoever asks."""
+    """A figure with its caption; it is drawn once, whoever asks. A page shows `narrow` in its place on a phone."""
 
     name: str
     caption: str
     figure: "Figure"
+    narrow: "Figure | None" = None
     kind: str = "drawing"
 
     @cached_property

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from vasowave.figures.style import style
-from vasowave.files import check_folder, write_folder
 from vasowave.imaging.measure.measurement import Measurement
+from vasowave.io.files import check_folder, write_folder
 from vasowave.provenance import provenance
 from vasowave.report.extraction import FIGURES, network_figure, write_network_files
 

@@ -1,9 +1,10 @@
 """What the two documents hold: one result, and behind it every table and figure; and where everything came from."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 
-from vasowave.animal.reading import data_of, is_synthetic, name_of
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import Comparison, compare
 from vasowave.cohort.primary import Family, Primary
@@ -19,8 +20,6 @@ from vasowave.report.sections.models import model_section
 from vasowave.report.tables.cells import named, symbols
 from vasowave.report.tables.records import records
 
-_SAID_ELSEWHERE = ("title", "Conventions", "animal", "group", "synthetic", "notes")
-
 
 def report_of(cohort: Cohort, primary: Primary, family: Family, title: str = "") -> Report:
     """Return the document of one result."""
@@ -33,7 +32,7 @@ def report_of(cohort: Cohort, primary: Primary, family: Family, title: str = "")
         answer_sections(cohort, primary, family),
         provenance(),
         glossary=glossary(cohort),
-        animals=[name_of(result) for result in cohort.results],
+        animals=[result.name for result in cohort.results],
     )
 
 
@@ -50,13 +49,13 @@ def supplement_of(cohort: Cohort, primary: Primary, title: str = "") -> Report:
         origin(cohort),
         records(cohort),
         glossary(cohort),
-        [name_of(result) for result in cohort.results],
+        [result.name for result in cohort.results],
     )
 
 
 def synthetic_banner(cohort: Cohort) -> str:
     """Say which animals are synthetic; empty if none is."""
-    made = [result for result in cohort.results if is_synthetic(result)]
+    made = [result for result in cohort.results if result.synthetic]
     if not made:
         return ""
     which = f"All {len(made)} animals were" if len(made) == len(cohort.results) else f"The animals {named(made)} were"
@@ -89,8 +88,8 @@ def _of_one(section: Section) -> Section:
 def _titles(cohort: Cohort) -> tuple[str, str]:
     if cohort.single:
         (result,) = cohort.results
-        source = str(data_of(result, "recording").attrs.get("source", ""))
-        return f"Hemodynamic assessment of {name_of(result)}", f"Recording: {source}" if source else ""
+        source = str(result.recording.attrs.get("source", ""))
+        return f"Hemodynamic assessment of {result.name}", f"Recording: {source}" if source else ""
     groups = f"{len(cohort.groups)} {'group' if len(cohort.groups) == 1 else 'groups'}: {', '.join(cohort.groups)}"
     there, lost = len(cohort.results), len(cohort.lost)
     return "Hemodynamic assessment of a cohort", f"{f'{there} of ' if lost else ''}{there + lost} animals in {groups}"
@@ -100,15 +99,19 @@ def origin(cohort: Cohort) -> dict[str, str]:
     """Return versions, seed, settings and hashes: once where all animals share them, else by animal."""
     made = provenance()
     rows = {"report made": made["created"], "vasowave": made["vasowave"]}
-    keys = dict.fromkeys(str(key) for result in cohort.results for key in result.attrs if key not in _SAID_ELSEWHERE)
-    for key in keys:
-        values = {name_of(result): str(result.attrs[key]) for result in cohort.results if key in result.attrs}
+    own = {result.name: _made(result) for result in cohort.results}
+    for key in dict.fromkeys(key for one in own.values() for key in one):
+        values = {animal: one[key] for animal, one in own.items() if key in one}
         if len(set(values.values())) == 1 and len(values) == len(cohort.results):
             label = f"{key} of the animals' results" if key in rows else key
             rows[label] = next(iter(values.values()))
         else:
             rows |= {f"{key} ({animal})": value for animal, value in values.items()}
     return rows | {
-        f"source of {name_of(result)}": str(data_of(result, "recording").attrs.get("source", ""))
-        for result in cohort.results
+        f"source of {result.name}": str(result.recording.attrs.get("source", "")) for result in cohort.results
     }
+
+
+def _made(result: AnimalResult) -> dict[str, str]:
+    settings = json.dumps(result.settings, sort_keys=True)
+    return {"interrupted": "yes" if result.interrupted else "no", "settings": settings, **result.origin}

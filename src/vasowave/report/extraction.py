@@ -14,7 +14,7 @@ import numpy as np
 from vasowave.figures.network import plot_network
 from vasowave.figures.projection import projection_figure
 from vasowave.figures.style import new_figure, style
-from vasowave.files import check_folder, write_folder
+from vasowave.findings import texts
 from vasowave.imaging.axes.stretches import free_length
 from vasowave.imaging.exchange.centerlines import write_centerlines
 from vasowave.imaging.exchange.swc import write_swc
@@ -26,7 +26,8 @@ from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.read.volume import isotropic
 from vasowave.imaging.witness.doubts import Doubt
-from vasowave.network import Network
+from vasowave.io.files import check_folder, write_folder
+from vasowave.network.network import Network
 from vasowave.provenance import provenance
 from vasowave.report.review import render, settings_rows
 
@@ -78,7 +79,7 @@ def write_extraction(extraction: Extraction, folder: Path) -> Path:
                 figure.savefig(fresh / FIGURES / f"{name}.png", metadata={"Software": None})
         stored = {
             "settings": dict(settings_rows(extraction)),
-            "notes": extraction.notes,
+            "notes": texts(extraction.notes),
             "doubts": _told(extraction),
             "provenance": origin,
         }

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from vasowave.columns import spreadsheet_cell
+from vasowave.io.columns import spreadsheet_cell
 from vasowave.report.blocks import Drawing, Table, drawn
 
 Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]

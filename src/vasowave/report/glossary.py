@@ -4,27 +4,10 @@ import re
 from collections.abc import Callable, Mapping
 
 from vasowave.cohort.cohort import Cohort
+from vasowave.quantities import QUANTITIES
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import symbols
 
-_WORDS = {
-    "mPAP": "mean pressure",
-    "sPAP": "systolic pressure",
-    "dPAP": "diastolic pressure",
-    "pPAP": "pulse pressure",
-    "CO": "cardiac output",
-    "HR": "heart rate",
-    "PVR": "vascular resistance",
-    "stiffness": "wall stiffness",
-    "wave_speed": "wave speed",
-    "R_T": "resistance of the beds",
-    "C_p": "compliance of the beds",
-    "C_T": "total compliance",
-    "C_v": "compliance of the network",
-    "tau": "time constant",
-    "a": "proximal resistance share",
-    "I_R": "wave reflection",
-}
 _OWN = {
     "S": "least-squares objective, the sum of squared pressure residuals (eq. 14)",
     "η": "importance index: relative change of a group's mean (eq. 20)",
@@ -36,8 +19,9 @@ _OWN = {
 
 
 def words(name: str, known: Mapping[str, str]) -> str:
-    """Return a quantity in a few words; `known` holds the long ones."""
-    return _WORDS.get(name) or known.get(name, name).split(",")[0]
+    """Return a quantity in a few words; `known` holds the meanings as stored."""
+    one = QUANTITIES.get(name)
+    return (one and (one.words or one.meaning)) or known.get(name, name).split(",")[0]
 
 
 def symbol(name: str, written: Mapping[str, str]) -> str:

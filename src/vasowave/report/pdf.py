@@ -1,11 +1,10 @@
 """A report and its figures as PDF, by Typst: no browser, the figures as vectors, the letters as text."""
 
 import tempfile
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
-from vasowave.errors import VasowaveWarning
+from vasowave.findings import look_kind, warn
 from vasowave.report.blocks import (
     SUPPLEMENT,
     Answers,
@@ -33,10 +32,26 @@ _STYLE = """
 #show heading.where(level: 3): it => block(above: 1.3em, below: 0.6em, text(9.5pt, it.body))
 #show figure: set block(breakable: true)
 #show figure.caption: it => align(left, text(7.5pt, it.body))
+#let fitted(name, width, height, caption) = context {
+  let above = query(selector(<words-end>).before(here())).last().location().position().y
+  let below = measure(block(width: page.width - 3.6cm, caption)).height
+  let share = (page.height - 2cm - above - below - 26pt) / height
+  let scale = if LEAST < share and share < 1 { share } else { 1 }
+  block(breakable: false)[#image(name, width: width * scale)
+#caption]
+}
 #let boxed(tint, edge, body) = block(fill: tint, stroke: (left: 3pt + edge), inset: 8pt, width: 100%, body)
 """
+_LEAST_SCALE = 0.7
+"""To which a figure shrinks at most to stand under its words; one that is still too tall stands on the next page."""
 _KEPT_WHOLE = 24  # rows of a table that is not broken over pages
 _WIDE, _VERY_WIDE = 8, 12  # columns from which a table gets smaller letters
+
+NO_PDF = look_kind(
+    "report.no-pdf",
+    "the report has no PDF: {remedy}",
+    "install vasowave with the extra 'pdf', or print the page from a browser",
+)
 
 
 def write_pdf(reports: Sequence[Report], folder: Path, figures: Path) -> bool:
@@ -50,11 +65,7 @@ def write_pdf(reports: Sequence[Report], folder: Path, figures: Path) -> bool:
     try:
         from typst import Compiler
     except ImportError:
-        warnings.warn(
-            "the report has no PDF: install vasowave with the extra 'pdf', or print the page from a browser",
-            VasowaveWarning,
-            stacklevel=2,
-        )
+        warn(NO_PDF())
         return False
     import matplotlib
 
@@ -81,7 +92,7 @@ def markup(report: Report) -> str:
     """Return the report in Typst's markup; figures are files ``NAME.svg`` beside it."""
     parts = [
         f"#set document(title: {quoted(report.title)})",
-        _STYLE,
+        _STYLE.replace("LEAST", str(_LEAST_SCALE)),
         f"= #{quoted(report.title)}",
         f"#text(fill: luma(90), {quoted(report.subtitle)})",
     ]
@@ -89,7 +100,7 @@ def markup(report: Report) -> str:
         words = f"*Synthetic data.* #{quoted(report.synthetic)}"
         parts.append(f'#boxed(rgb("fdf0d5"), rgb("b26a00"))[{words}]')
     if report.name == SUPPLEMENT:
-        parts.append("#outline(title: none, depth: 2, indent: 0pt)")
+        parts.append("#outline(title: none, target: heading.where(level: 2), indent: 0pt)")
     for section in report.sections:
         parts += [f"== #{quoted(section.title)}", *map(_block, section.blocks)]
     if report.name != SUPPLEMENT:
@@ -124,8 +135,7 @@ def _block(block: Block) -> str:
         case Table():
             return _table(block)
         case Drawing():
-            width = f"{min(block.figure.get_figwidth(), 17.4 / 2.54):.3f}in"
-            image = f"image({quoted(block.name + '.svg')}, width: {width})"
+            image = f"image({quoted(block.name + '.svg')}, width: {_size(block)[0]:.3f}in)"
             return f"#block(breakable: false)[#{image}\n#text(7.5pt, {quoted(block.caption)})]"
         case Space():
             return ""
@@ -136,14 +146,27 @@ def _block(block: Block) -> str:
 
 
 def _columns(block: Columns) -> str:
-    """Two figures stand side by side; words and figures follow each other."""
+    """Two figures stand side by side; words and figures follow each other, one figure on the page of its words."""
     pictures = [one for one in block.blocks if isinstance(one, Drawing)]
+    *words, last = block.blocks
+    if words and pictures == [last]:
+        width, height = _size(pictures[0])
+        ended = "\n\n".join(map(_block, words)) + "#metadata(none)<words-end>"
+        drawn = f"{quoted(pictures[0].name + '.svg')}, {width:.3f}in, {height:.3f}in"
+        return f"{ended}\n\n#fitted({drawn}, text(7.5pt, {quoted(pictures[0].caption)}))"
     if len(pictures) < 2 or len(pictures) < len(block.blocks):
         return "\n\n".join(map(_block, block.blocks))
     cells = ", ".join(
         f"[#image({quoted(one.name + '.svg')}, width: 100%)\n#text(7.5pt, {quoted(one.caption)})]" for one in pictures
     )
     return f"#grid(columns: {len(pictures)}, gutter: 10pt, {cells})"
+
+
+def _size(drawing: Drawing) -> tuple[float, float]:
+    """Return width and height, in, of a figure that is no wider than the text."""
+    width, height = drawing.figure.get_size_inches()
+    share = min(1.0, 17.4 / 2.54 / width)
+    return share * width, share * height
 
 
 def _bullets(items: object) -> str:

@@ -6,6 +6,7 @@ from dataclasses import fields
 
 import numpy as np
 
+from vasowave.findings import texts
 from vasowave.imaging.extraction import Extraction
 from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.places import written
@@ -50,7 +51,7 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         f"generations; total length {_number(network.length.sum())} cm; root {network.name[network.root]} with "
         f"a radius of {_number(network.radius[network.root])} cm. Scale of the cannula against the file: {scale}"
         f"{', applied' if extraction.options.scale == 'cannula' else ''}.",
-        notes=extraction.notes,
+        notes=texts(extraction.notes),
         actions=("remove", "cut", "merge", "root"),
         proposals=suggested.edits,
         missing=len(suggested.outlets),

@@ -1,6 +1,7 @@
 """Numbers, units and tables as people write them."""
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -8,11 +9,14 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.columns import split_unit
+from vasowave.io.columns import split_unit
 
 ROUNDING = 1e-9
 """Share of a value below which what is said of its error is rounding."""
+UNLIMITED = "[no limits]"
+"""In place of an interval that says nothing."""
 Row = tuple[str, ...]
+_ENDS_AT_ONE = re.compile(r"[\[ ]1(\.0*)?[,\]]")
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -78,8 +82,23 @@ def probability(p: float) -> str:
 
 
 def ratio_with_interval(value: float, low: float, high: float) -> str:
-    """Return ``2.10 [1.31, 3.37]``; an interval that reaches over a factor of a million says nothing."""
-    return f"{number(value)} [open]" if high > 1e6 * low else with_interval(value, low, high)
+    """Return ``2.10 [1.31, 3.37]``, or ``2.10 [no limits]``.
+
+    An end that would be written as 1 gets the digits that show on which side of 1 it lies.
+    """
+    if unlimited(low, high):
+        return f"{number(value)} {UNLIMITED}"
+    text = with_interval(value, low, high)
+    for digits in range(3, 7):
+        if not _ENDS_AT_ONE.search(text):
+            break
+        text = f"{number(value)} [{number(low, digits)}, {number(high, digits)}]"
+    return text
+
+
+def unlimited(low: float, high: float) -> bool:
+    """Whether the interval of a ratio reaches over a factor of a million, and so says nothing."""
+    return high > 1e6 * low
 
 
 def _decimals(error: float) -> int:

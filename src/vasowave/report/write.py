@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import xarray as xr
-
 from vasowave.animal.failure import Failure
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort, gathered
 from vasowave.cohort.primary import Family, primary_comparison
 from vasowave.errors import InputError
 from vasowave.figures.style import style
-from vasowave.files import write_folder
+from vasowave.io.files import write_folder
 from vasowave.report.blocks import REPORT, SUPPLEMENT, Report
 from vasowave.report.contents import report_of, supplement_of
 from vasowave.report.files import Each, write_figures, write_tables
@@ -24,7 +23,7 @@ _MARK = 'name="generator" content="vasowave'
 
 
 def write_report(
-    results: Sequence[xr.DataTree],
+    results: Sequence[AnimalResult],
     folder: Path,
     *,
     lost: Sequence[Failure] = (),
@@ -38,7 +37,7 @@ def write_report(
 
     Parameters
     ----------
-    results : sequence of DataTree
+    results : sequence of AnimalResult
         One per animal, from `animal.analyze` or `animal.read_result`; one is enough.
     folder : Path
         Made if missing. An earlier report in it is replaced, other files stay; whole or not at all.

@@ -1,4 +1,4 @@
-"""What several wall laws say together: each law's answer by its weight, the spread within and between laws as one."""
+"""What several wall laws say together: the mixture of what each says, by the weights of the laws."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from vasowave.descriptions import TAILS
 from vasowave.errors import InputError
-from vasowave.noise.spectrum import LEVEL
 
 
 class Averaged(NamedTuple):
@@ -16,9 +16,9 @@ class Averaged(NamedTuple):
     Attributes
     ----------
     value : float
-        Weighted geometric mean.
+        Median of the mixture of the laws' own distributions.
     low, high : float
-        95 % interval of the mixture of the laws' own distributions.
+        Ends of its central 95 % interval.
     between : float
         Share of the variance of the logarithm that lies between laws; where it is large, the law is the answer.
     """
@@ -95,12 +95,24 @@ def averaged(values: Sequence[float], errors: Sequence[float], weights: Sequence
     if not (np.all(np.isfinite(q) & (q > 0) & (s > 0)) and np.all(w >= 0) and w.sum() > 0):
         raise InputError("an average over laws needs positive values, errors and weights")
     w = w / w.sum()
-    mean = float(w @ np.log(q))
 
     def quantile(share: float) -> float:
         ends = float(np.min(np.log(q) - 5 * s)), float(np.max(np.log(q) + 5 * s))
         return float(brentq(lambda x: float(w @ ndtr((x - np.log(q)) / s)) - share, *ends))
 
-    low, high = quantile(0.5 - 0.5 * LEVEL), quantile(0.5 + 0.5 * LEVEL)
-    between, within = float(w @ (np.log(q) - mean) ** 2), float(w @ s**2)
-    return Averaged(float(np.exp(mean)), float(np.exp(low)), float(np.exp(high)), between / (between + within))
+    return _averaged([quantile(share) for share in TAILS], np.log(q), s**2, w)
+
+
+def averaged_draws(draws: Sequence[np.ndarray], weights: np.ndarray) -> Averaged:
+    """Average a positive quantity over laws, of which equally weighted draws are known, by weights that sum to 1."""
+    logs = [np.log(own) for own in draws]
+    each = np.concatenate([np.full(len(own), w / len(own)) for own, w in zip(logs, weights, strict=True)])
+    ends = np.quantile(np.concatenate(logs), TAILS, method="inverted_cdf", weights=each)
+    return _averaged(ends, np.array([own.mean() for own in logs]), np.array([own.var() for own in logs]), weights)
+
+
+def _averaged(ends: Sequence[float] | np.ndarray, means: np.ndarray, variances: np.ndarray, w: np.ndarray) -> Averaged:
+    """Return the average by low end, median and high end of the mixture, and what each law says; all of logarithms."""
+    low, middle, high = map(float, np.exp(ends))
+    between = float(w @ (means - w @ means) ** 2)
+    return Averaged(middle, low, high, between / (between + float(w @ variances)))

@@ -3,16 +3,15 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
 import pandas as pd
 
-from vasowave.blood import Blood
 from vasowave.calibration import Fit, Search, calibrate
-from vasowave.network import Network
+from vasowave.model.blood import Blood
+from vasowave.network.network import Network
+from vasowave.quantities import ACROSS_LAWS, QUANTITIES, derived
 from vasowave.recording import Recording
 from vasowave.selection.compare import Comparing, compare_models
 from vasowave.solver.numerics import Numerics
-from vasowave.walls import area_compliance, wave_speed
 
 Progress = Callable[[int, int], None]
 """Called with finished and all fits."""
@@ -54,8 +53,7 @@ def answers_by_harmonics(
     -------
     DataFrame
         Indexed by ``harmonics`` and ``wall``: ``N``, ``S [mmHg2]``, ``mean square [mmHg2]``, ``AICc difference`` to the
-        best law, every parameter, ``R_T [mmHg s/ml]``, ``a``, ``C_p [ml/mmHg]``, and the root's ``wave speed [cm/s]``
-        and ``area compliance [cm2/mmHg]`` at the measured mean pressure.
+        best law, every parameter, and `quantities.ACROSS_LAWS`, each with its unit: ``wave_speed [cm/s]``.
 
     Raises
     ------
@@ -138,17 +136,11 @@ def answers(fits: Sequence[Fit], covariance: str = "circulant") -> pd.DataFrame:
 
 def answer(fit: Fit) -> dict[str, float]:
     """What a fit says, each number with its unit in its name."""
-    model, mean = fit.model, fit.recording.mean_pressure
-    root = model.network.root
-    speed = np.asarray(wave_speed(model.wall, mean, model.blood.inertia))
+    values = derived(fit.model, fit.recording.mean_pressure)
     return {
         "N": fit.N,
         "S [mmHg2]": fit.S,
         "mean square [mmHg2]": fit.mean_square,
         **{f"{name} [{row['unit']}]": float(row["value"]) for name, row in fit.parameters.iterrows()},
-        "R_T [mmHg s/ml]": fit.total_resistance,
-        "a": fit.resistance_ratio,
-        "C_p [ml/mmHg]": fit.peripheral_compliance,
-        "wave speed [cm/s]": float(speed[root]),
-        "area compliance [cm2/mmHg]": float(np.asarray(area_compliance(model.wall, mean, model.area0))[root]),
+        **{f"{name} [{QUANTITIES[name].unit}]": values[name] for name in ACROSS_LAWS if name in values},
     }

@@ -2,13 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from vasowave.calibration.result import Fit
 from vasowave.calibration.uncertainty import WIDEST, undetermined
-from vasowave.walls import LinearWall
+from vasowave.descriptions import NORMAL
+from vasowave.model.laws import full_name
+from vasowave.model.walls import LinearWall
 
 CAVEAT = (
     "A wrong radius or image pressure, a taper, or a wall that stiffens along the tree can look like this, and none of "
@@ -16,7 +19,6 @@ CAVEAT = (
 )
 
 
-_NORMAL = 1.959964  # half width of a 95 % interval, in standard errors
 _NEAR = 0.5
 """Standard errors between the exponent and the linear law, below which the law tells nothing of the interval's end."""
 
@@ -36,10 +38,9 @@ def profiled(fits: Sequence[Fit]) -> list[Fit]:
 
 
 def _toward(fit: Fit, linear: Fit) -> Fit:
-    law = type(fit.model.wall).law()
-    if law.linear_at is None or fit.N != linear.N:
+    name, at = _linear_at(fit)
+    if not name or fit.N != linear.N:
         return fit
-    name, at = law.linear_at
     row = fit.parameters.loc[name]
     free = int(fit.parameters["free"].sum())
     if not row["free"] or row["at_bound"] or not linear.S > fit.S or fit.N <= free:
@@ -51,10 +52,17 @@ def _toward(fit: Fit, linear: Fit) -> Fit:
     deviance = (linear.S / fit.S - 1) * (fit.N - free) * (independent / smooth) ** 2
     table = fit.parameters.copy()
     end = "interval_low" if distance > 0 else "interval_high"
-    table.loc[name, end] = row["value"] * np.exp(-_NORMAL * distance / np.sqrt(deviance))
+    table.loc[name, end] = row["value"] * np.exp(-NORMAL * distance / np.sqrt(deviance))
     table.loc[name, "determined"] = table["interval_high"][name] <= WIDEST * table["interval_low"][name]
     old, new = undetermined(fit.parameters), undetermined(table)
-    return replace(fit, parameters=table, warnings=(*(one for one in fit.warnings if one not in old), *new))
+    return replace(fit, parameters=table, findings=(*(one for one in fit.findings if one not in old), *new))
+
+
+def _linear_at(fit: Fit) -> Any:
+    """Return the parameter that says how the wall stiffens, and where its law is the linear one; "" if none does."""
+    law = type(fit.model.wall)
+    name, at = law.law().linear_at or ("", 0.0)
+    return name and full_name(law, name), at
 
 
 def stiffening(fit: Fit) -> xr.Dataset | None:
@@ -73,10 +81,9 @@ def stiffening(fit: Fit) -> xr.Dataset | None:
         ``linear_at`` as attributes. Attributes: ``verdict`` (``more`` or ``less`` than the linear law, or ``open``),
         and ``said``, the same in a sentence for a reader.
     """
-    law = type(fit.model.wall).law()
-    if law.linear_at is None or not fit.parameters["free"][law.linear_at[0]]:
+    law, (name, linear) = type(fit.model.wall).law(), _linear_at(fit)
+    if not name or not fit.parameters["free"][name]:
         return None
-    name, linear = law.linear_at
     row = fit.parameters.loc[name]
     low, high = float(row["interval_low"]), float(row["interval_high"])
     verdict = "more" if low > linear else "less" if high < linear else "open"

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from vasowave.errors import NumericalError
-from vasowave.model import Model
+from vasowave.model.model import Model
 from vasowave.recording import Inflow
 from vasowave.solver.failures import TooSteep
 from vasowave.solver.numerics import Numerics

@@ -8,8 +8,8 @@ from typing import Any
 
 from numba import njit
 
-from vasowave import walls
-from vasowave.kernels import kept
+from vasowave.model import walls
+from vasowave.runtime.kernels import kept
 from vasowave.solver import cells as cell_kernels
 from vasowave.solver import grid, laws, powers, trigonometry
 from vasowave.solver import nodes as node_kernels

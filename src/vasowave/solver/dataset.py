@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vasowave import walls
 from vasowave.errors import VasowaveError
+from vasowave.findings import texts
+from vasowave.model import walls
 from vasowave.solver.result import Run
 
 STATIONS = ("inlet", "middle", "outlet")
@@ -103,7 +104,7 @@ def _attributes(run: Run) -> dict[str, float | int | str]:
         "cell_size": float(run.grid.spacing.max()),
         "volume_error": run.volume_error,
         "error_estimate": run.error_estimate,
-        "notes": "\n".join(run.notes),
+        "notes": "\n".join(texts(run.notes)),
     }
     for name, extreme in {"mach": run.mach, **run.extremes._asdict()}.items():
         attributes |= {name: extreme.value, f"{name}_vessel": extreme.vessel, f"{name}_time": extreme.time}

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.model import Model
-from vasowave.outlets import Windkessel
+from vasowave.model.model import Model
+from vasowave.model.outlets import Bed
 
 
 class Direction(NamedTuple):
@@ -16,8 +16,8 @@ class Direction(NamedTuple):
     ----------
     wall : array, shape (parameter, vessel)
     area0, length : array, shape (vessel,)
-    outlets : array, shape (3, terminal)
-        Of R1, R2 and C.
+    outlets : array, shape (field, terminal)
+        Of the fields of the beds.
     """
 
     wall: np.ndarray
@@ -34,10 +34,10 @@ def direction_between(before: Model, after: Model, apart: float) -> Direction:
     Raises
     ------
     InputError
-        Outlets that are no Windkessels, or models that differ in their vessels.
+        Outlets without parameters, or models that differ in their vessels or in the kind of their beds.
     """
-    if not (isinstance(before.outlets, Windkessel) and isinstance(after.outlets, Windkessel)):
-        raise InputError("derivatives need Windkessel outlets: an impedance spectrum has no parameters")
+    if not (isinstance(before.outlets, Bed) and type(before.outlets) is type(after.outlets)):
+        raise InputError("derivatives need beds of one kind with parameters; an impedance spectrum has none")
     if before.network.name != after.network.name or type(before.wall) is not type(after.wall):
         raise InputError("a direction leads between two models of the same vessels and the same wall law")
 

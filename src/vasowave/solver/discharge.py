@@ -1,6 +1,7 @@
 """The one slow mode of the cycle map: vessels and beds discharge together, while all other waves are gone in a cycle.
 
-Vessels of compliance C_v discharge through the beds' R1 into the beds' C, and these through R2. The slower of the two
+Vessels of compliance C_v discharge through the beds' proximal resistances into their capacitors, and these through
+the distal ones (see `outlets.Circuit`); where a bed has only a part of that, so has the circuit. The slower of the two
 rates of that circuit says how much of a mode is left after a cycle, the volume that a cycle adds says how much of the
 mode there was: what all cycles to come would bring is known after the first.
 """
@@ -9,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vasowave import walls
-from vasowave.outlets import Windkessel
+from vasowave.model import walls
+from vasowave.model.outlets import Bed, Circuit
 from vasowave.solver.grid import Grid
 from vasowave.solver.state import Scale, State
 
@@ -36,26 +37,29 @@ class Discharge:
 
 
 def common_discharge(grid: Grid, scale: Scale, state: State, period: float) -> Discharge:
-    """Return the discharge of a model about the `state` at the start of a cycle; none from outlets of another kind."""
+    """Return the discharge of a model about the `state` at the start of a cycle; none where it has no such circuit."""
     model, beds = grid.model, grid.model.outlets
-    if not isinstance(beds, Windkessel):
+    if not isinstance(beds, Bed):
         none = np.zeros(len(scale.vector(state)))
         return Discharge(none, none)
     wall, area0 = grid.wall, model.area0[grid.vessel]
     per_pressure = walls.area_compliance(wall, walls.pressure(wall, state.area, area0), area0)
-    mode = scale.vector(State(np.asarray(per_pressure), np.zeros(len(area0)), np.ones_like(state.memory)))
-    volume = scale.volume(np.where(grid.is_cell, grid.spacing, 0.0), np.asarray(beds.C, dtype=float))
-    vessels, compliance = volume[: len(scale.compliance)].sum(), np.sum(beds.C)
-    kept = np.exp(
-        -period * _slow_rate(vessels, compliance, np.sum(1 / np.asarray(beds.R1)), np.sum(1 / np.asarray(beds.R2)))
-    )
+    circuit = beds.circuit()
+    held = np.where(circuit.compliance > 0, 1.0, 0.0)[:, np.newaxis] * np.ones_like(state.memory)
+    mode = scale.vector(State(np.asarray(per_pressure), np.zeros(len(area0)), held))
+    volume = scale.volume(np.where(grid.is_cell, grid.spacing, 0.0), np.asarray(circuit.compliance, dtype=float))
+    kept = np.exp(-period * _slow_rate(volume[: len(scale.compliance)].sum(), circuit))
     return Discharge(volume, kept / (1 - kept) / (mode @ volume) * mode)
 
 
-def _slow_rate(C_v: float, C: float, G1: float, G2: float) -> float:
+def _slow_rate(C_v: float, circuit: Circuit) -> float:
     """Rate, 1/s, at which C_v discharges through G1 into C and this through G2, once they discharge together.
 
-    The slower root of s² - (G1/C_v + (G1 + G2)/C) s + G1 G2/(C_v C).
+    The slower root of s² - (G1/C_v + (G1 + G2)/C) s + G1 G2/(C_v C); without C or without R1 there is one rate.
     """
+    C = float(np.sum(circuit.compliance))
+    if not C or not np.all(circuit.proximal):
+        return float(np.sum(1 / (circuit.proximal + circuit.distal)) / (C_v + C))
+    G1, G2 = np.sum(1 / circuit.proximal), np.sum(1 / circuit.distal)
     half, product = 0.5 * (G1 / C_v + (G1 + G2) / C), G1 * G2 / (C_v * C)
     return float(product / (half + np.sqrt(half**2 - product)))

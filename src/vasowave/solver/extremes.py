@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave import walls
+from vasowave.model import walls
 from vasowave.solver.grid import Grid
 from vasowave.solver.grid_error import judge
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from vasowave import walls
 from vasowave.errors import NumericalError
-from vasowave.linear import LinearSolution
-from vasowave.outlets import Outlets
+from vasowave.model import walls
+from vasowave.model.linear import LinearSolution
+from vasowave.model.outlets import Outlets
 from vasowave.solver.grid import Grid
 from vasowave.solver.state import State
 
@@ -111,7 +111,7 @@ def not_periodic(outlets: Outlets, changes: tuple[float, ...], tolerance: float,
             "near its largest area, and simulate with cycles_from_rest to see it"
         )
     elif slowest > 3:
-        reason += f"; the slowest Windkessel's R2 C is {slowest:.1f} periods long: check its compliance"
+        reason += f"; the slowest bed's time constant is {slowest:.1f} periods long: check its compliance"
     return NumericalError(
         f"not periodic after {cycles} cycles: the last one still changed by {changes[-1]:.2g} mmHg (tolerance "
         f"{tolerance:.2g}); {reason}"

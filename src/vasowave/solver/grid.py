@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vasowave import walls
-from vasowave.linear import LinearSolution
-from vasowave.model import Model
+from vasowave.model import walls
+from vasowave.model.linear import LinearSolution
+from vasowave.model.model import Model
 
 _STEADY_ERROR = 2e-4  # of the pressure, allowed to the fall of the mean pressure along a vessel
 _FLAT = 0.05  # share of the pressure: where the mean falls by more, a vessel's middle is not the mean of its ends

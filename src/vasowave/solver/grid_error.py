@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vasowave import walls
-from vasowave.model import Model
-from vasowave.network import from_root
+from vasowave.model import walls
+from vasowave.model.model import Model
+from vasowave.network.network import from_root
 from vasowave.solver.grid import Grid
 
 _FRONT = 2.0  # cells that a wave passes between two times at which it is judged: cells carry no front within fewer

@@ -1,6 +1,7 @@
 """What the kernels may call of a wall law or an outlet, chosen by its type when the kernel is compiled.
 
-The equations stand in `vasowave.walls`; here they are only handed to the compiler. A new wall law needs nothing here.
+The equations stand in `vasowave.model.walls`; here they are only handed to the compiler. A new wall law needs nothing
+here.
 An outlet answers ``p = memory + resistance · q`` at the present half step, and then remembers the flow.
 """
 
@@ -10,8 +11,8 @@ import numpy as np
 from numba import njit
 from numba.extending import overload, register_jitable
 
-from vasowave import walls
-from vasowave.outlets import Outlets, Windkessel
+from vasowave.model import walls
+from vasowave.model.outlets import Bed, Outlets
 from vasowave.solver import powers, trigonometry
 
 # Numba cannot unpack a tuple of arrays at one index, so the call is written out by the count of parameters.
@@ -53,24 +54,24 @@ overload(walls.arctangent)(lambda x: trigonometry.arctangent)
 overload(walls.power)(lambda x, m: powers.power)
 
 
-class WindkesselSteps(NamedTuple):
-    """A Windkessel's exact response over half a step and a whole one, to a flow that is constant meanwhile.
+class BedSteps(NamedTuple):
+    """The exact response of a bed over half a step and a whole one, to a flow that is constant meanwhile.
 
     Attributes
     ----------
     decay_half, decay : array, shape (terminal,)
-        exp(-dt/2τ) and exp(-dt/τ), τ = R2 C.
+        What is left of the capacitor's pressure, exp(-dt/2τ) and exp(-dt/τ).
     gain_half, gain : array, shape (terminal,)
-        Capacitor pressure per flow, R2 (1 - decay), mmHg s/ml.
-    R1 : array, shape (terminal,)
-        Proximal resistance, mmHg s/ml.
+        What the flow adds to it, mmHg s/ml.
+    fast : array, shape (terminal,)
+        Resistance before the capacitor, mmHg s/ml.
     """
 
     decay_half: np.ndarray
     decay: np.ndarray
     gain_half: np.ndarray
     gain: np.ndarray
-    R1: np.ndarray
+    fast: np.ndarray
 
     def memory_scale(self, impedance: np.ndarray) -> np.ndarray:
         """Factors that turn the memory into pressures, shape (terminal, 1): it is the capacitor's pressure."""
@@ -82,7 +83,7 @@ class WindkesselSteps(NamedTuple):
 
     def memory_of(self, pressure: np.ndarray, flow: np.ndarray) -> np.ndarray:
         """Memory from pressure (mmHg) and flow (ml/s) of the terminals at these times, shape (time, terminal)."""
-        return (pressure - self.R1 * flow).T.copy()
+        return (pressure - self.fast * flow).T.copy()
 
 
 class ConvolutionSteps(NamedTuple):
@@ -103,15 +104,15 @@ class ConvolutionSteps(NamedTuple):
         return flow.T.copy()
 
 
-OutletSteps = WindkesselSteps | ConvolutionSteps
+OutletSteps = BedSteps | ConvolutionSteps
 
 
 def outlet_steps(outlets: Outlets, steps: int, period: float) -> OutletSteps:
-    """Return the outlets' response over one of `steps` steps a cycle: exact for a Windkessel, else by convolution."""
-    if isinstance(outlets, Windkessel):
-        R1, R2, C = (np.asarray(value) for value in outlets)
-        half, whole = np.exp(-period / steps / (2 * R2 * C)), np.exp(-period / steps / (R2 * C))
-        return WindkesselSteps(half, whole, R2 * (1 - half), R2 * (1 - whole), np.array(R1))
+    """Return the outlets' response over one of `steps` steps a cycle: exact for a `Bed`, else by convolution."""
+    if isinstance(outlets, Bed):
+        circuit, dt = outlets.circuit(), period / steps
+        (half, gain_half), (whole, gain) = circuit.over(dt / 2), circuit.over(dt)
+        return BedSteps(half, whole, gain_half, gain, np.array(circuit.proximal))
     Z = outlets.impedance_at(steps // 2 + 1, period)
     return ConvolutionSteps(np.ascontiguousarray(np.fft.irfft(Z, steps, axis=0).T))
 
@@ -128,10 +129,10 @@ def remember(outlet, memory, j, step, q):
 
 @overload(outlet_line)
 def _outlet_line(outlet, memory, j, step):
-    if outlet.instance_class is WindkesselSteps:
+    if outlet.instance_class is BedSteps:
         return lambda outlet, memory, j, step: (
             outlet.decay_half[j] * memory[j, 0],
-            outlet.R1[j] + outlet.gain_half[j],
+            outlet.fast[j] + outlet.gain_half[j],
         )
     return lambda outlet, memory, j, step: (
         _past_flow(outlet.response[j], memory[j], step),
@@ -141,7 +142,7 @@ def _outlet_line(outlet, memory, j, step):
 
 @overload(remember)
 def _remember(outlet, memory, j, step, q):
-    if outlet.instance_class is WindkesselSteps:
+    if outlet.instance_class is BedSteps:
 
         def charge(outlet, memory, j, step, q):
             memory[j, 0] = outlet.decay[j] * memory[j, 0] + outlet.gain[j] * q

@@ -47,13 +47,13 @@ class EndChanges(NamedTuple):
 
 
 class OutletChanges(NamedTuple):
-    """Changes of `laws.WindkesselSteps` in every direction, shape (direction, terminal)."""
+    """Changes of `laws.BedSteps` in every direction, shape (direction, terminal)."""
 
     decay_half: np.ndarray
     decay: np.ndarray
     gain_half: np.ndarray
     gain: np.ndarray
-    R1: np.ndarray
+    fast: np.ndarray
 
 
 @njit(**OPTIONS)
@@ -130,7 +130,7 @@ def differentiate_nodes(outlet, ends, slopes):
             slopes.give[k] -= slopes.line[first + k]
     for k in range(ends.first_terminal, len(slopes.give)):
         j = k - ends.first_terminal
-        slopes.give[k] += 1.0 / (outlet.R1[j] + outlet.gain_half[j])
+        slopes.give[k] += 1.0 / (outlet.fast[j] + outlet.gain_half[j])
     for k in range(len(slopes.give)):
         slopes.give[k] = 1.0 / slopes.give[k]
 
@@ -169,8 +169,8 @@ def change_nodes(d, before, memory, outlet, outlets, ends, faces, slopes, change
     for k in range(ends.first_terminal, len(changes.inflow)):
         j, q = k - ends.first_terminal, faces.flow[ends.face[k]]
         rise = outlet.decay_half[j] * memory[j, 0] + outlets.decay_half[d, j] * before[j]
-        rise += (outlets.R1[d, j] + outlets.gain_half[d, j]) * q
-        changes.inflow[k] = rise / (outlet.R1[j] + outlet.gain_half[j])
+        rise += (outlets.fast[d, j] + outlets.gain_half[d, j]) * q
+        changes.inflow[k] = rise / (outlet.fast[j] + outlet.gain_half[j])
     for r in range(len(ends.start) - 1):
         first = ends.start[r]
         for k in range(ends.start[r + 1] - first):

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.blood import Blood, BoundaryLayer
-from vasowave.network import Network
+from vasowave.model.blood import Blood, BoundaryLayer
+from vasowave.network.network import Network
 from vasowave.solver.numerics import Numerics
 from vasowave.units import MMHG
 

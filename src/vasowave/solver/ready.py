@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from vasowave.blood import Blood
-from vasowave.law_files import in_words
-from vasowave.laws import find_law
-from vasowave.model import Model
-from vasowave.network import Network
-from vasowave.nominal import windkessels
+from vasowave.model.blood import Blood
+from vasowave.model.law_files import in_words
+from vasowave.model.laws import find_law
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.network.network import Network
 from vasowave.recording import Inflow
 from vasowave.solver.direction import direction_between
 from vasowave.solver.numerics import Numerics

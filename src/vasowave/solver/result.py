@@ -6,8 +6,9 @@ from functools import cached_property
 
 import numpy as np
 
-from vasowave import walls
-from vasowave.model import Model
+from vasowave.findings import Finding
+from vasowave.model import walls
+from vasowave.model.model import Model
 from vasowave.recording.cycle import resample
 from vasowave.solver.extremes import Extreme, Extremes, find_extremes
 from vasowave.solver.grid import Grid
@@ -85,7 +86,7 @@ class Run:
         return find_extremes(self.grid, self.period, self.steps, self.pressure, self.recorded[0])
 
     @property
-    def notes(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[Finding, ...]:
         """What a reader must know before believing the waves."""
         return notes_of(self.extremes, float(np.max(self.pressure)), self.error_estimate)
 

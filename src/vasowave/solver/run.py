@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from vasowave.errors import NumericalError
-from vasowave.linear import linear_solution
-from vasowave.model import Model
+from vasowave.model.linear import linear_solution
+from vasowave.model.model import Model
 from vasowave.recording import Inflow
 from vasowave.solver.discharge import common_discharge
 from vasowave.solver.failures import Lost, faster_than_allowed, not_periodic, runaway

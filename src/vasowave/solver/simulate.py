@@ -1,20 +1,20 @@
 """Simulate a model, or many of them at once, and return labelled waveforms."""
 
-import warnings
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import xarray as xr
 
-from vasowave.errors import InputError, NumericalError, VasowaveError, VasowaveWarning
-from vasowave.model import Model
+from vasowave.errors import InputError, NumericalError, VasowaveError
+from vasowave.findings import warn
+from vasowave.model.model import Model
 from vasowave.recording import Inflow, Recording
+from vasowave.runtime.threads import threads
 from vasowave.solver.accuracy import run_to_accuracy
 from vasowave.solver.dataset import as_dataset, stack
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
 from vasowave.solver.run import run_cycles, run_to_periodic
-from vasowave.threads import threads
 
 
 def simulate(
@@ -74,7 +74,7 @@ def simulate(
     if isinstance(model, Model):
         run = simulate_run(model, flow, numerics)
         for note in run.notes:
-            warnings.warn(note, VasowaveWarning, stacklevel=2)
+            warn(note)
         return as_dataset(run)
     models = list(model)
     if not models:

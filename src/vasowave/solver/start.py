@@ -5,10 +5,10 @@ from typing import Protocol
 
 import numpy as np
 
-from vasowave import walls
 from vasowave.errors import NumericalError
-from vasowave.linear import LinearSolution, linear_solution
-from vasowave.model import Model
+from vasowave.model import walls
+from vasowave.model.linear import LinearSolution, linear_solution
+from vasowave.model.model import Model
 from vasowave.recording import Inflow
 from vasowave.solver.failures import too_many_steps
 from vasowave.solver.grid import Grid

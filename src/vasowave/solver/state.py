@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vasowave import walls
+from vasowave.model import walls
 from vasowave.solver.grid import Grid
 from vasowave.solver.laws import OutletSteps
 

@@ -10,15 +10,16 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.errors import InputError, VasowaveError, did_you_mean
-from vasowave.model import Model
-from vasowave.nominal import windkessels
+from vasowave.findings import texts
+from vasowave.model.laws import parameter_names
+from vasowave.model.model import Model
+from vasowave.model.outlets import Bed
 from vasowave.recording import Inflow, Recording
 from vasowave.recording.cycle import resample
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
 from vasowave.solver.simulate import simulate_runs
 
-_BEDS = {"R_T": "mmHg s/ml", "a": "1", "tau": "s"}
 _SIZES = {"radius": "1", "length": "1"}
 _AT_ONCE = 64  # models whose waves are in memory together
 _MIDDLE = 1  # station in the middle of a vessel
@@ -50,8 +51,8 @@ def sweep(
     inflow : Inflow or Recording
     values : mapping of str to sequence of float
         Parameters of the wall law, for all vessels alike (``beta``, ``p1``, ``gamma``, ``m`` …); of the vascular beds
-        ``R_T`` (total resistance, mmHg s/ml), ``a`` (R1/R_T) and ``tau`` (s), distributed as the paper does; and
-        ``radius``, ``length``: factors of all radii and lengths.
+        ``R_T`` (total resistance, mmHg s/ml), where they have a compliance ``tau`` (s), and of Windkessels ``a``
+        (R1/R_T; distributed as the paper does); and ``radius``, ``length``: factors of all radii and lengths.
     numerics : Numerics, optional
     samples : int
         Samples of the pressure that is kept.
@@ -119,7 +120,7 @@ def sweep_table(found: xr.Dataset) -> pd.DataFrame:
 
 
 def _checked(model: Model, name: str, given: Sequence[float]) -> np.ndarray:
-    known = (*model.wall._fields, *_BEDS, *_SIZES)
+    known = tuple(_units(model))
     if name not in known:
         raise InputError(f"'{name}' cannot be swept{did_you_mean(name, known)}; there are: {', '.join(known)}")
     values = np.atleast_1d(np.asarray(given, dtype=float))
@@ -152,16 +153,12 @@ def changed_model(model: Model, values: Mapping[str, float]) -> Model:
     values = {name: float(_checked(model, name, [value])[0]) for name, value in values.items()}
     network, beds = model.network, model.outlets
     sizes = {name: getattr(network, name) * values[name] for name in _SIZES if name in values}
-    wall = model.wall._replace(**{name: value for name, value in values.items() if name in model.wall._fields})
+    fields = zip(parameter_names(type(model.wall)), model.wall._fields, strict=True)
+    wall = model.wall._replace(**{field: values[name] for name, field in fields if name in values})
     if sizes:
         network = replace(network, **sizes)
-    if any(name in values for name in _BEDS):
-        tau = float(np.median(beds.time_constants())) / (1.0 - beds.resistance_ratio())
-        if not np.isfinite(tau):
-            raise InputError("R_T, a and tau are those of outlets with a time constant; those of this model have none")
-        usual = {"R_T": beds.total_resistance(), "a": beds.resistance_ratio(), "tau": tau}
-        now = usual | {name: values[name] for name in _BEDS if name in values}
-        beds = windkessels(network, now["R_T"], now["tau"], now["a"])
+    if isinstance(beds, Bed) and (given := {name: values[name] for name in beds.knobs() if name in values}):
+        beds = beds.with_totals(network.flow_fraction[network.terminals], given)
     return model.changed(network=network, wall=wall, outlets=beds)
 
 
@@ -187,7 +184,7 @@ def _reduced(outcome: Run | VasowaveError, model: Model, samples: int) -> dict[s
         "mean_flow": flow.mean(axis=0),
         "mach": outcome.mach.value,
         "failure": "",
-        "notes": "\n".join(outcome.notes),
+        "notes": "\n".join(texts(outcome.notes)),
     }
 
 
@@ -210,4 +207,6 @@ def _labelled(
 
 
 def _units(model: Model) -> dict[str, str]:
-    return dict(zip(model.wall._fields, (one.unit for one in model.wall.law().parameters))) | _BEDS | _SIZES
+    units = (one.unit for one in model.wall.law().parameters)
+    beds = model.outlets.knobs() if isinstance(model.outlets, Bed) else {}
+    return dict(zip(parameter_names(type(model.wall)), units, strict=True)) | beds | _SIZES

@@ -1,13 +1,37 @@
-"""Where a run may be believed, in sentences; and the one case in which it may not at all."""
+"""Where a run may be believed, as findings; and the one case in which it may not at all."""
 
 import math
 
 from vasowave.errors import NumericalError
+from vasowave.findings import Finding, Kind, Value, look_kind
 from vasowave.solver.extremes import Extreme, Extremes
 
-GRID_SHARE = 0.01  # of the largest pressure: an estimated grid error above it is worth a sentence
+GRID_SHARE = 0.01  # of the largest pressure: an estimated grid error above it is worth a finding
+_MEANINGLESS = 30.0  # % of the largest pressure: a larger error is no number that means anything
 COLLAPSED = -5.0  # mmHg: a wall so thin buckles long before, and neither law knows of it
 OVERSTRAINED = 3.0  # area strain: twice the radius, at which arteries tear
+
+_GRID = (
+    "The answer depends on the grid: a wave too steep for its cells costs {} by the end of vessel '{{vessel}}' at "
+    "t = {{time:.4g}} s. {{remedy}}"
+)
+_FINER = "Simulate it with Numerics(accuracy=0.02), or with a smaller cell_size."
+ON_GRID = look_kind(
+    "solver.depends-on-grid", _GRID.format("about {value:.2g} mmHg ({percent:.1f} % of the largest pressure)"), _FINER
+)
+ON_GRID_ALONE = look_kind("solver.depends-on-grid-alone", _GRID.format("all meaning"), _FINER)
+COLLAPSES = look_kind(
+    "solver.vessel-collapses",
+    "Vessel '{vessel}' would collapse: its transmural pressure falls to {value:.1f} mmHg at t = {time:.4g} s, "
+    "below the range of the wall law. {remedy}",
+    "Check the inflow for backflow and the resistance.",
+)
+STRAINED = look_kind(
+    "solver.vessel-overstrained",
+    "Vessel '{vessel}' is strained beyond what an artery survives: its area grows by {percent:.0f} % at "
+    "t = {time:.4g} s. {remedy}",
+    "Stiffen the wall, or check pressure and radius.",
+)
 
 
 def require_subcritical(mach: Extreme) -> None:
@@ -20,30 +44,23 @@ def require_subcritical(mach: Extreme) -> None:
         )
 
 
-def notes_of(extremes: Extremes, largest_pressure: float, error_estimate: float = math.nan) -> tuple[str, ...]:
+def notes_of(extremes: Extremes, largest_pressure: float, error_estimate: float = math.nan) -> tuple[Finding, ...]:
     """Return what a reader must know before believing the waves; empty where nothing is doubtful.
 
     Nothing of the grid where an accuracy was asked for and two grids tell that it was reached (`error_estimate`, mmHg).
     """
-    notes = []
     error, low, strain = extremes.grid_error, extremes.lowest_pressure, extremes.area_strain
+    percent, found = 100 * error.value / largest_pressure, []
     doubtful = error.value > GRID_SHARE * largest_pressure or not math.isfinite(error.value)
     if doubtful and math.isnan(error_estimate):
-        share = 100 * error.value / largest_pressure
-        size = f"about {error.value:.2g} mmHg ({share:.1f} % of the largest pressure)" if share < 30 else "all meaning"
-        notes.append(
-            f"The answer depends on the grid: a wave too steep for its cells costs {size} by the end of vessel "
-            f"'{error.vessel}' at t = {error.time:.4g} s. Simulate it with Numerics(accuracy=0.02), or with a smaller "
-            "cell_size."
-        )
+        sized = percent < _MEANINGLESS
+        found.append(_of(ON_GRID, error, percent=percent) if sized else _of(ON_GRID_ALONE, error))
     if low.value < COLLAPSED:
-        notes.append(
-            f"Vessel '{low.vessel}' would collapse: its transmural pressure falls to {low.value:.1f} mmHg at "
-            f"t = {low.time:.4g} s, below the range of the wall law. Check the inflow for backflow and the resistance."
-        )
+        found.append(_of(COLLAPSES, low))
     if strain.value > OVERSTRAINED:
-        notes.append(
-            f"Vessel '{strain.vessel}' is strained beyond what an artery survives: its area grows by "
-            f"{100 * strain.value:.0f} % at t = {strain.time:.4g} s. Stiffen the wall, or check pressure and radius."
-        )
-    return tuple(notes)
+        found.append(_of(STRAINED, strain, percent=100 * strain.value))
+    return tuple(found)
+
+
+def _of(which: Kind, extreme: Extreme, **values: Value) -> Finding:
+    return which(value=extreme.value, time=extreme.time, **values).at(vessel=extreme.vessel)

@@ -5,8 +5,8 @@ from typing import Any
 
 from numba import njit
 
-from vasowave import walls
-from vasowave.kernels import kept
+from vasowave.model import walls
+from vasowave.runtime.kernels import kept
 from vasowave.solver import node_variations, variations
 from vasowave.solver.cells import WHOLE, Faces, continue_lines, find_fluxes, inner_faces, update_cells
 from vasowave.solver.cycle import PARTS

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.outlets import Windkessel
 from vasowave.recording import Inflow
 from vasowave.solver.cells import Fluxes
 from vasowave.solver.direction import Direction
@@ -103,9 +102,11 @@ def _beside(wall: Any) -> tuple[tuple[Any, Any], ...]:
 
 
 def _outlet_changes(run: Run, directions: Sequence[Direction]) -> OutletChanges:
-    """Return how the outlets' steps change, by complex steps in R1, R2 and C."""
-    beds, changes = np.array(run.model.outlets, dtype=float), []
+    """Return how the outlets' steps change, by complex steps in their fields."""
+    kind: Any = type(run.model.outlets)
+    fields: Any = run.model.outlets
+    beds, changes = np.array(list(fields), dtype=float), []
     for one in directions:
-        moved: Any = Windkessel(*(beds * (1 + 1j * _COMPLEX * one.outlets)))
+        moved = kind(*(beds * (1 + 1j * _COMPLEX * one.outlets)))
         changes.append([value.imag / _COMPLEX for value in outlet_steps(moved, run.steps, run.period)])
     return OutletChanges(*(np.array(value) for value in zip(*changes, strict=True)))

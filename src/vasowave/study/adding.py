@@ -1,12 +1,12 @@
 """Put files into a study: rows of its table, written from what the files and their names tell."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from vasowave.errors import InputError, did_you_mean
-from vasowave.files import write_file
+from vasowave.io.files import write_file
 from vasowave.report.wording import some_of
 from vasowave.study.grouping import Marks, Proposal, parsed_groups, proposed_groups, told_group, within, words
 from vasowave.study.known import Known, seen_from
@@ -37,13 +37,16 @@ class Added:
     updated : tuple of str
         Animals whose rows were there and say more now.
     said : tuple of str
-        What was decided for the user, what was not used, and what a person has to fill in.
+        What was decided for the user, and what a person has to fill in.
+    refused : tuple of str
+        Why a file could not be read, for every one that is in no row.
     """
 
     table: Path
     rows: tuple[dict[str, str], ...]
     updated: tuple[str, ...]
     said: tuple[str, ...]
+    refused: tuple[str, ...] = ()
 
 
 def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: str = "", network: Path | None = None,
@@ -86,7 +89,7 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     sorted_files = _sorted(path.parent, table, paths, network, cells or {})
     networks = _networks(path.parent, sorted_files.networks, before.rows, network)
     known = Known(path.parent, before.rows)
-    said = list(sorted_files.refused)
+    said = list[str]()
     new, touched = list[_Row](), list[_Row]()
     for recorded in sorted_files.recordings:
         found = _Row(recorded, _cells(recorded, path.parent, cells or {}), known.row_of(recorded))
@@ -111,7 +114,8 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     said = [*said, *_once([*new, *updated]), *more, *_missing(all_new, marks, networks)]
     if len(updated) < len(touched):
         said.append(f"{len(touched) - len(updated)} of these recordings are in the table already, with all this")
-    return Added(table, tuple(rows), tuple(one.old["animal"] for one in updated if one.old), tuple(dict.fromkeys(said)))
+    names = tuple(one.old["animal"] for one in updated if one.old)
+    return Added(table, tuple(rows), names, tuple(dict.fromkeys(said)), sorted_files.refused)
 
 
 def _once(found: Sequence["_Row"]) -> list[str]:
@@ -136,7 +140,7 @@ def _settings(path: Path) -> StudyFile:
     settings, document = read_settings(path)
     if settings is None:
         raise InputError(f"{path}: mend the study file first (`vasowave check` says what is wrong): "
-                         f"{document.problems[0].message}")  # fmt: skip
+                         f"{document.problems[0].finding}")  # fmt: skip
     if settings.animals.lower().endswith(".xlsx"):
         raise InputError(f"{path.parent / settings.animals}: rows are added to CSV only; save it as CSV and name that "
                          f"under 'animals' in {path}")  # fmt: skip
@@ -195,7 +199,7 @@ def _grouped(
     free = not used and settings.groups == StudyFile.model_fields["groups"].default
     marks: dict[str, tuple[str, ...]] = {label: (label,) for label in settings.groups}
     if groups:
-        marks = {label: (label,) for label in settings.groups if label in used} | parsed_groups(groups)
+        marks = _regrouped([] if free else settings.groups, used, parsed_groups(groups))
     elif group and group not in marks:
         if not free and (hint := did_you_mean(group, marks)):
             raise InputError(f"'{group}' is not a group of the study{hint}; its groups: {', '.join(marks)}")
@@ -221,6 +225,19 @@ def _grouped(
                        f"--groups {example}"]  # fmt: skip
     tell()
     return marks, [] if ask else [f"groups: {proposal}. If that is not right: --groups ONE,OTHER, the reference first"]
+
+
+def _regrouped(
+    before: Sequence[str], used: Collection[str], given: dict[str, tuple[str, ...]]
+) -> dict[str, tuple[str, ...]]:
+    """Return the groups of a study in which some are named anew, the reference first.
+
+    A list that names all groups in use decides the order; another adds to the groups that were there.
+    """
+    if len(given) > 1 and set(used) <= set(given):
+        return given
+    kept = [label for label in before if label in used or label in given or len(given) == 1]
+    return {label: given.get(label, (label,)) for label in [*kept, *given]}
 
 
 def _asked(proposal: Proposal, ask: Ask) -> dict[str, tuple[str, ...]]:

@@ -1,23 +1,30 @@
 """One animal without a study file: its files and settings become a study of one."""
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from vasowave.animal.reading import data_of, wall_laws
+from vasowave.animal.result import AnimalResult
+from vasowave.cohort.cohort import gathered
+from vasowave.cohort.primary import Family
 from vasowave.errors import InputError
-from vasowave.files import check_writable
+from vasowave.findings import Finding, Place, texts
+from vasowave.io.files import check_writable
+from vasowave.report.answer.animal import animal_answers
+from vasowave.report.answer.page import caller
 from vasowave.study.animals import read_row
+from vasowave.study.loading import file_hashes
 from vasowave.study.names import checked_name
 from vasowave.study.plan import RESULTS, Study
 from vasowave.study.problems import refuse
 from vasowave.study.reading import STUDY_FILE
-from vasowave.study.results import INDEX
+from vasowave.study.results import INDEX, read_results
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile
+
+_TOLD = Family(quantities=("stiffness", "wave_speed", "R_T", "C_p", "tau", "a", "I_R"))
 
 
 def animal_alone(
@@ -47,11 +54,13 @@ def animal_alone(
     Raises
     ------
     InputError
-        `folder` is a file, cannot be written, or holds something else; a file of the animal is missing.
+        `folder` is a file, cannot be written, or holds something else or the fit of another animal; a file of the
+        animal is missing.
     """
     folder = Path(folder)
     _check_place(folder)
     row = one_row(network, recordings, animal, settings.groups[0], cells or {})
+    _check_animal(folder, row)
     return Study(folder / STUDY_FILE, settings, (row,))
 
 
@@ -76,11 +85,11 @@ def one_row(network: Path, recordings: Sequence[Path], animal: str, group: str, 
     return row
 
 
-def option_of(title: str) -> str:
+def option_of(title: str) -> Place:
     """Return the option that stands for a column of the table of animals."""
     plain = title.partition(" [")[0]
     name, _, what = plain.rpartition(" ")
-    return f"--{what} {name}" if what in ("channel", "unit") else f"--{plain.replace(' ', '-')}"
+    return Place(part=f"--{what} {name}" if what in ("channel", "unit") else f"--{plain.replace(' ', '-')}")
 
 
 def _check_place(folder: Path) -> None:
@@ -96,13 +105,40 @@ def _check_place(folder: Path) -> None:
     check_writable(folder)
 
 
-def fit_sentences(result: xr.DataTree) -> list[str]:
-    """Return what a person at the terminal wants to know of an animal: its fits, and what to consider."""
-    said = []
-    for wall in wall_laws(result):
-        data = data_of(result, f"{wall}/calibration")
-        values = ", ".join(f"{name} {float(value):.4g}" for name, value in zip(data["parameter"].values, data["value"]))
-        S, count, rmse = float(data["S"]), int(data["N"]), float(data["RMSE"])
-        agree = int(np.sum(data["start_agrees"].values))
-        said.append(f"{wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {rmse:.3g} mmHg, {agree} starts agree")
-    return said + [f"note: {note}" for note in json.loads(result.attrs["notes"])]
+def _check_animal(folder: Path, row: AnimalRow) -> None:
+    """Refuse to put one animal in another's place; a recording may change in its place, or be the same elsewhere."""
+    try:
+        (result,) = read_results(folder).in_order(whole=False)
+    except (InputError, ValueError):  # nothing is there, or nothing whole
+        return
+    before, now = (
+        str(one) for one in (result.origin.get("sha256 of recording", ""), file_hashes(row, folder)["recording"])
+    )
+    same = not set(before.split(" ", 1)).isdisjoint(now.split(" ", 1))  # the content, or the name
+    if result.name != row.animal or (before and not same):
+        raise InputError(
+            f"{folder}: holds the fit of '{result.name}' from {before.partition(' ')[2] or 'another recording'}; "
+            "give another folder with --output, or remove this one first"
+        )
+
+
+def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[str]:
+    """Return what a person at the terminal wants to know of an animal: answers, fits, and what to consider."""
+    called = caller(gathered([result]))
+    answers = [one for wall in result.laws for one in animal_answers(result, wall, _TOLD, called)]
+    said = [f"warning: {one}" for one in warned]
+    said += [f"{question}: {text}" for question, text in dict.fromkeys(answers)]
+    for wall, law in result.laws.items():
+        data = law.calibration
+        values = ", ".join(map(_parameter, (data.sel(parameter=name) for name in data["parameter"].values)))
+        S, count, agree = float(data["S"]), int(data["N"]), int(np.sum(data["start_agrees"].values))
+        said.append(
+            f"{wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {law.rmse:.3g} mmHg, {agree} starts agree"
+        )
+    notes = [one for one in result.findings if one not in warned]
+    return said + [f"note: {note}" for note in texts(notes)]
+
+
+def _parameter(one: xr.Dataset) -> str:
+    unit, meaning = str(one["unit"].item()), str(one["meaning"].item())
+    return f"{one['parameter'].item()} {float(one['value']):.4g} {f'({meaning})' if unit == '1' else unit}"

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any, Literal, cast
 
 from vasowave import units
-from vasowave.columns import Columns, read_columns
 from vasowave.errors import InputError, did_you_mean
+from vasowave.findings import Finding, Place, error_kind, look_kind
+from vasowave.io.columns import Columns, NoRowsError, read_columns
 from vasowave.study.names import checked_name
-from vasowave.study.problems import Problem
+from vasowave.study.problems import UNREADABLE, Problem, unreadable
 from vasowave.study.rows import COLUMNS, NEEDED, AnimalRow
 
 _NUMBERS = {
@@ -27,7 +28,44 @@ _NUMBERS = {
 }
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]")
 _CYCLE_ONLY = ("flow", "period [s]")
-Say = Callable[..., None]
+Say = Callable[[str, Finding], None]
+
+NO_ANIMALS = error_kind(
+    "animals.none",
+    "no animals yet; {remedy}",
+    "add one row per animal (animal, group, network file, recording file) and put the files into networks/ and "
+    "recordings/",
+)
+UNKNOWN_COLUMN = error_kind("animals.unknown-column", "unknown column{hint}; known: {known}")
+COLUMN_TWICE = error_kind("animals.column-twice", "stands twice; {remedy}", "keep one")
+NO_COLUMN = error_kind("animals.no-column", "no column '{name}'")
+EMPTY_CELL = error_kind("animals.empty-cell", "the cell is empty")
+UNKNOWN_GROUP = error_kind("animals.unknown-group", "'{group}' is not a group of the study{hint}; its groups: {groups}")
+OTHER_WORD = error_kind("animals.other-word", "'{text}'{hint}; write {words}")
+IGNORED = look_kind(
+    "animals.ignored",
+    "has no meaning for an animal of kind '{kind}' and is ignored",
+    "Empty the cell, or correct the kind.",
+)
+_FILE = "'{name}' "
+IS_FOLDER = error_kind("animals.file-is-folder", f"{_FILE}is a folder")
+IS_DEVICE = error_kind(
+    "animals.file-is-device", f"{_FILE}is a pipe or a device; {{remedy}}", "copy what it gives into a file"
+)
+NO_FOLDER = error_kind("animals.no-folder", f"{_FILE}does not exist, nor does its folder")
+NO_FILE = error_kind("animals.no-file", f"{_FILE}does not exist{{hint}}")
+NO_FILE_NAME = error_kind("animals.no-file-name", f"{_FILE}is no name of a file ({{why}})")
+NO_NUMBER = error_kind("animals.no-number", "'{text}' is not a number")
+DECIMAL_COMMA = error_kind(
+    "animals.decimal-comma", f"{NO_NUMBER.text}; {{remedy}}", "write a decimal point instead of a comma"
+)
+NOT_POSITIVE = error_kind("animals.not-positive", "{text} is not a positive {what}")
+ANIMAL_TWICE = error_kind("animals.twice", "'{name}' stands in line {other} already; {remedy}", "rename one")
+SMALL_GROUP = look_kind(
+    "animals.small-group",
+    "group '{group}' has {many} animal; a comparison needs two or more",
+    "Add animals to the group.",
+)
 
 
 def read_animals(path: Path, groups: Sequence[str] | None) -> tuple[list[AnimalRow], list[Problem]]:
@@ -42,11 +80,13 @@ def read_animals(path: Path, groups: Sequence[str] | None) -> tuple[list[AnimalR
     """
     try:
         table = read_columns(path)
+    except NoRowsError:
+        return [], [Problem(NO_ANIMALS().at(str(path)))]
     except InputError as error:
-        return [], [_unreadable(path, str(error))]
+        return [], [unreadable(error)]
     titles = [f"{name} [{unit}]" if unit else name for name, unit in zip(table.names, table.units, strict=True)]
     where, problems = _columns(path, titles)
-    problems += [Problem(str(path), suspicion, False) for suspicion in table.suspicions]
+    problems += [Problem(suspicion.at(str(path))) for suspicion in table.suspicions]
     if any(problem.error for problem in problems):
         return [], problems
     rows = []
@@ -60,35 +100,22 @@ def read_animals(path: Path, groups: Sequence[str] | None) -> tuple[list[AnimalR
     return rows, problems + (_group_sizes(path, rows, groups or ()) if complete else [])
 
 
-def _unreadable(path: Path, message: str) -> Problem:
-    if "and no data" in message:
-        return Problem(
-            str(path),
-            "no animals yet; add one row per animal (animal, group, network file, recording file) and put the files "
-            "into networks/ and recordings/",
-        )
-    place, _, rest = message.partition(": ")
-    return Problem(place, rest) if rest else Problem(str(path), message)
-
-
 def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], list[Problem]]:
     """Return where each known column stands."""
     known = {title.lower(): title for title in COLUMNS}
     where: dict[str, int] = {}
-    problems = []
+    problems = list[Finding]()
     for i, title in enumerate(titles):
-        plain = title.lower()
+        plain, part = title.lower(), f"header, column '{title}'"
         if plain not in known:
             hint = did_you_mean(plain, known)
-            problems.append(
-                Problem(f"{path}, header, column '{title}'", f"unknown column{hint}; known: {', '.join(COLUMNS)}")
-            )
+            problems.append(UNKNOWN_COLUMN(hint=hint, known=", ".join(COLUMNS)).at(str(path), part=part))
         elif known[plain] in where:
-            problems.append(Problem(f"{path}, header, column '{title}'", "stands twice; keep one"))
+            problems.append(COLUMN_TWICE().at(str(path), part=part))
         else:
             where[known[plain]] = i
-    problems += [Problem(f"{path}, header", f"no column '{name}'") for name in NEEDED if name not in where]
-    return where, problems
+    problems += [NO_COLUMN(name=name).at(str(path), part="header") for name in NEEDED if name not in where]
+    return where, list(map(Problem, problems))
 
 
 def _row(
@@ -96,12 +123,15 @@ def _row(
 ) -> tuple[AnimalRow | None, list[Problem]]:
     line = table.lines[number]
     cell = dict.fromkeys(COLUMNS, "") | {title: table.cells[number][i].strip() for title, i in where.items()}
-    place = f"{table.source}, line {line}, column '{{}}'".format
+
+    def place(title: str) -> Place:
+        return Place(table.source, line, f"column '{title}'")
+
     return read_row(cell, Path(table.source).parent, groups, place, line)
 
 
 def read_row(
-    given: Mapping[str, str], folder: Path, groups: Sequence[str] | None, place: Callable[[str], str], line: int = 0
+    given: Mapping[str, str], folder: Path, groups: Sequence[str] | None, place: Callable[[str], Place], line: int = 0
 ) -> tuple[AnimalRow | None, list[Problem]]:
     """Return one animal from the text of its cells, None if they hold an error, and everything wrong or odd.
 
@@ -114,7 +144,7 @@ def read_row(
     groups : sequence of str or None
         The labels that are known; None if they are not.
     place : callable
-        Returns the words that lead to the cell of a column.
+        Returns the place of the cell of a column.
     line : int
         Of the table.
     """
@@ -122,8 +152,8 @@ def read_row(
     cell |= {title: unicodedata.normalize("NFC", cell[title]) for title in ("animal", "group")}
     wrong: list[Problem] = []
 
-    def say(title: str, message: str, error: bool = True) -> None:
-        wrong.append(Problem(place(title), message, error))
+    def say(title: str, finding: Finding) -> None:
+        wrong.append(Problem(finding.at(**place(title)._asdict()), also=(cell["animal"],)))
 
     kind = cell["kind"].lower() or _implied_kind(cell)
     _check_words(cell, kind, groups, say)
@@ -151,28 +181,29 @@ def _implied_kind(cell: Mapping[str, str]) -> str:
 def _check_words(cell: Mapping[str, str], kind: str, groups: Sequence[str] | None, say: Say) -> None:
     for title in NEEDED:
         if not cell[title]:
-            say(title, "the cell is empty")
+            say(title, EMPTY_CELL())
     try:
         checked_name(cell["animal"] or "empty")
     except InputError as error:
-        say("animal", str(error))
+        say("animal", UNREADABLE(text=str(error)))
     if cell["group"] and groups is not None and cell["group"] not in groups:
         hint = did_you_mean(cell["group"], groups)
-        say("group", f"'{cell['group']}' is not a group of the study{hint}; its groups: {', '.join(groups)}")
+        say("group", UNKNOWN_GROUP(group=cell["group"], hint=hint, groups=", ".join(groups)))
     if kind not in ("", "cycle", "raw"):
-        say("kind", f"'{cell['kind']}'{did_you_mean(kind, ('cycle', 'raw'))}; write cycle or raw")
+        hint = did_you_mean(kind, ("cycle", "raw"))
+        say("kind", OTHER_WORD(text=cell["kind"], hint=hint, words="cycle or raw"))
     for title in ("synthetic", "shared recording"):
         if cell[title].lower() not in ("", "no", "yes"):
-            say(title, f"'{cell[title]}'; write yes or no")
+            say(title, OTHER_WORD(text=cell[title], hint="", words="yes or no"))
     for title in {"raw": _CYCLE_ONLY, "cycle": _RAW_ONLY}.get(kind, ()):
         if cell[title]:
-            say(title, f"has no meaning for an animal of kind '{kind}' and is ignored", False)
+            say(title, IGNORED(kind=kind))
     for title, quantity in (("pressure unit", "pressure"), ("flow unit", "flow")):
         try:
             if cell[title]:
                 units.factor(cell[title], quantity)
         except InputError as error:
-            say(title, str(error))
+            say(title, UNREADABLE(text=str(error)))
 
 
 def _files(cell: Mapping[str, str], kind: str, folder: Path, say: Say) -> list[Path]:
@@ -182,9 +213,9 @@ def _files(cell: Mapping[str, str], kind: str, folder: Path, say: Say) -> list[P
     for title, file in zip(titles, files, strict=True):
         try:
             if cell[title] and not file.is_file():
-                say(title, f"'{cell[title]}' {_missing(file)}")
+                say(title, _missing(file, cell[title]))
         except (OSError, ValueError) as error:
-            say(title, f"'{cell[title]}' is no name of a file ({error})")
+            say(title, NO_FILE_NAME(name=cell[title], why=str(error)))
     return files
 
 
@@ -194,25 +225,23 @@ def _number(text: str, title: str, say: Say) -> float | None:
     try:
         value = float(text)
     except ValueError:
-        comma = "; write a decimal point instead of a comma" if re.fullmatch(r"-?\d+,\d+", text) else ""
-        say(title, f"'{text}' is not a number{comma}")
+        say(title, (DECIMAL_COMMA if re.fullmatch(r"-?\d+,\d+", text) else NO_NUMBER)(text=text))
         return None
     lowest = 0.0 if title == "start [s]" else 5e-324
     if not (math.isfinite(value) and value >= lowest) or (title == "block" and value != int(value)):
-        say(title, f"{text} is not a positive {'whole ' if title == 'block' else ''}number")
+        say(title, NOT_POSITIVE(text=text, what="whole number" if title == "block" else "number"))
         return None
     return value
 
 
-def _missing(file: Path) -> str:
+def _missing(file: Path, name: str) -> Finding:
     if file.is_dir():
-        return "is a folder"
+        return IS_FOLDER(name=name)
     if file.exists():
-        return "is a pipe or a device; copy what it gives into a file"
+        return IS_DEVICE(name=name)
     if not file.parent.is_dir():
-        return "does not exist, nor does its folder"
-    hint = did_you_mean(file.name, [beside.name for beside in file.parent.iterdir()])
-    return f"does not exist{hint}"
+        return NO_FOLDER(name=name)
+    return NO_FILE(name=name, hint=did_you_mean(file.name, [beside.name for beside in file.parent.iterdir()]))
 
 
 def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[Problem]:
@@ -221,8 +250,8 @@ def _duplicates(path: Path, rows: Sequence[AnimalRow]) -> list[Problem]:
     for row in rows:
         other = first.setdefault(row.animal.casefold(), row)
         if other is not row:
-            place = f"{path}, line {row.line}, column 'animal'"
-            duplicates.append(Problem(place, f"'{row.animal}' stands in line {other.line} already; rename one"))
+            twice = ANIMAL_TWICE(name=row.animal, other=other.line)
+            duplicates.append(Problem(twice.at(str(path), line=row.line, part="column 'animal'")))
     return duplicates
 
 
@@ -231,6 +260,5 @@ def _group_sizes(path: Path, rows: Sequence[AnimalRow], groups: Sequence[str]) -
     for label in groups:
         size = sum(row.group == label for row in rows)
         if size < 2:
-            many = "no animal" if size == 0 else "one animal"
-            problems.append(Problem(str(path), f"group '{label}' has {many}; a comparison needs two or more", False))
+            problems.append(Problem(SMALL_GROUP(group=label, many=("no", "one")[size]).at(str(path))))
     return problems

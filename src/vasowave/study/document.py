@@ -10,11 +10,22 @@ from pathlib import Path
 from typing import Any
 
 from vasowave.errors import InputError
+from vasowave.findings import Finding, Place, error_kind
 from vasowave.study.problems import Problem
 
 Path_ = tuple[str | int, ...]
 _NOTHING = ("", "~", "null", "Null", "NULL")
 _DEEPEST = 20  # nesting of a document, beyond any study's
+
+NOT_UTF8 = error_kind("yaml.encoding", "not UTF-8 text; {remedy}", "save the file as UTF-8")
+TOO_DEEP = error_kind("yaml.too-deep", "nested too deeply to be a study file")
+NO_MAPPING = error_kind("yaml.no-mapping", "expected lines of the form 'key: value'")
+_LOOK = "look for a missing colon, quotation mark or indentation"
+SYNTAX = error_kind("yaml.syntax", "not valid YAML: {what}; {remedy}", _LOOK)
+TAB = error_kind("yaml.tab", "not valid YAML: {what} (indent with blanks, not with tabs); {remedy}", _LOOK)
+ALIAS = error_kind("yaml.alias", "this is an alias; {remedy}", "write the value out")
+NO_KEY = error_kind("yaml.no-key", "this cannot be a key; {remedy}", "write 'key: value'")
+KEY_TWICE = error_kind("yaml.key-twice", "'{key}' stands a second time (first in line {first}); {remedy}", "keep one")
 
 
 @dataclass(eq=False)
@@ -37,15 +48,19 @@ class Document:
     _keys: dict[Path_, tuple[int, int]] = field(default_factory=dict)
     _values: dict[Path_, tuple[int, int]] = field(default_factory=dict)
 
-    def place(self, path: Sequence[str | int], key: bool = False) -> str:
-        """Return the words that lead to the value (or its key) at `path`, or to the nearest thing around it."""
+    def place(self, path: Sequence[str | int], key: bool = False) -> Place:
+        """Return where the value (or its key) at `path` stands, or the nearest thing around it."""
         first, second = (self._keys, self._values) if key else (self._values, self._keys)
         for length in range(len(path), -1, -1):
             at = tuple(path[:length])
             mark = first.get(at) or second.get(at)
             if mark is not None:
-                return f"{self.name}, line {mark[0]}, column {mark[1]}"
-        return self.name
+                return _place(self.name, *mark)
+        return Place(self.name)
+
+    def say(self, finding: Finding, place: Place) -> None:
+        """Add what was found at a place to the problems."""
+        self.problems.append(Problem(finding.at(**place._asdict())))
 
 
 def read_document(path: Path) -> Document:
@@ -60,7 +75,9 @@ def read_document(path: Path) -> Document:
         raw = path.read_bytes()
     except OSError as error:
         reason = "is a folder" if path.is_dir() else (error.strerror or "cannot be read").lower()
-        raise InputError(f"{path}: {reason}; `vasowave new FOLDER` makes a new study") from None
+        around = next((one for one in path.absolute().parents[1:] if (one / path.name).is_file()), None)
+        advice = f"the study is {around}" if around else "`vasowave new FOLDER` makes a new study"
+        raise InputError(f"{path}: {reason}; {advice}") from None
     return parse_document(raw, str(path))
 
 
@@ -73,13 +90,13 @@ def parse_document(raw: bytes, name: str) -> Document:
         root = yaml.compose(raw.decode("utf-8-sig"), Loader=yaml.SafeLoader)
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
-        document.problems.append(Problem(f"{name}, line {line}", "not UTF-8 text; save the file as UTF-8"))
+        document.say(NOT_UTF8(), Place(name, line))
         return document
     except RecursionError:
-        document.problems.append(Problem(name, "nested too deeply to be a study file"))
+        document.say(TOO_DEEP(), Place(name))
         return document
     except yaml.YAMLError as error:
-        document.problems.append(_syntax(name, error))
+        _say_syntax(document, error)
         return document
     if root is None:
         return document
@@ -87,16 +104,20 @@ def parse_document(raw: bytes, name: str) -> Document:
     if isinstance(values, dict):
         document.values = values
     elif not document.problems:
-        document.problems.append(Problem(f"{name}, line 1", "expected lines of the form 'key: value'"))
+        document.say(NO_MAPPING(), Place(name, 1))
     return document
 
 
-def _syntax(name: str, error: Exception) -> Problem:
+def _say_syntax(document: Document, error: Exception) -> None:
     mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-    where = f"{name}, line {mark.line + 1}, column {mark.column + 1}" if mark else name
+    where = _place(document.name, mark.line + 1, mark.column + 1) if mark else Place(document.name)
     what = getattr(error, "problem", None) or getattr(error, "reason", None) or "cannot be understood"
-    tab = " (indent with blanks, not with tabs)" if "\\t" in str(what) else ""
-    return Problem(where, f"not valid YAML: {what}{tab}; look for a missing colon, quotation mark or indentation")
+    tab = mark and mark.buffer and mark.buffer[mark.pointer] == "\t"
+    document.say((TAB if tab else SYNTAX)(what=what), where)
+
+
+def _place(name: str, line: int, column: int) -> Place:
+    return Place(name, line, f"column {column}")
 
 
 class _Builder:
@@ -110,12 +131,12 @@ class _Builder:
         import yaml
 
         if id(node) in self.seen:  # the node stands elsewhere, so its place is that of the key
-            self._problem(path, "this is an alias; write the value out")
+            self.document.say(ALIAS(), self.document.place(path))
             return node.value if isinstance(node, yaml.ScalarNode) else None
         self.seen.add(id(node))
         self.document._values[path] = _mark(node)
         if len(path) > _DEEPEST:
-            self._problem(path, "nested too deeply to be a study file")
+            self.document.say(TOO_DEEP(), self.document.place(path))
             return None
         if isinstance(node, yaml.MappingNode):
             return self._mapping(node, path)
@@ -132,20 +153,15 @@ class _Builder:
             here = (*path, key.value if isinstance(key, yaml.ScalarNode) else "?")
             if not isinstance(key, yaml.ScalarNode):
                 self.document._values.setdefault(here, _mark(key))
-                self._problem(here, "this cannot be a key; write 'key: value'")
+                self.document.say(NO_KEY(), self.document.place(here))
                 continue
             if key.value in mapping:
                 first = self.document._keys[here][0]
-                place = "{}, line {}, column {}".format(self.document.name, *_mark(key))
-                message = f"'{key.value}' stands a second time (first in line {first}); keep one"
-                self.document.problems.append(Problem(place, message))
+                self.document.say(KEY_TWICE(key=key.value, first=first), _place(self.document.name, *_mark(key)))
                 continue
             self.document._keys[here] = _mark(key)
             mapping[key.value] = self.build(value, here)
         return mapping
-
-    def _problem(self, path: Path_, message: str) -> None:
-        self.document.problems.append(Problem(self.document.place(path), message))
 
 
 def _mark(node: Any) -> tuple[int, int]:

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 
 from vasowave.animal.failure import unforeseen
 from vasowave.errors import InputError, VasowaveError
-from vasowave.files import is_full
-from vasowave.kernels import seconds_compiling
-from vasowave.memory import is_starved
+from vasowave.io.files import is_full
+from vasowave.runtime.kernels import seconds_compiling
+from vasowave.runtime.memory import is_starved
+from vasowave.runtime.threads import VARIABLE, cores
 from vasowave.study.fingerprint import source_digest
-from vasowave.threads import VARIABLE, cores
 
 Pools = Callable[[int], AbstractContextManager[Executor]]
 """Gives an executor with (up to) the stated number of workers."""

@@ -10,14 +10,14 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from functools import partial
 from importlib import import_module
-from multiprocessing import active_children, get_context, parent_process
+from multiprocessing import active_children, get_context, parent_process, resource_tracker
 from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import WeakSet
 
 from vasowave.errors import InputError
-from vasowave.law_files import LawFile, files_of, learn
-from vasowave.memory import is_starved
-from vasowave.threads import limit_threads
+from vasowave.model.law_files import LawFile, files_of, learn
+from vasowave.runtime.memory import is_starved
+from vasowave.runtime.threads import limit_threads
 
 if TYPE_CHECKING:
     from vasowave.report.files import Each
@@ -86,7 +86,8 @@ class _Pool(ProcessPoolExecutor):
         self._lost = False
 
     def submit(self, function: Callable[..., _T], /, *arguments: Any, **options: Any) -> Future[_T]:
-        future = super().submit(function, *arguments, **options)
+        with interrupts_held():
+            future = super().submit(function, *arguments, **options)
         self._given.add(future)
         if self._lost:
             self._break()
@@ -114,6 +115,32 @@ class _Pool(ProcessPoolExecutor):
             yield
         finally:
             threading.excepthook = before
+
+
+@contextmanager
+def interrupts_held() -> Iterator[None]:
+    """Hold Ctrl-C back while processes are started; it is heard at the end of the block.
+
+    A process that gets half of what it is started with, or is interrupted while it imports, would print a traceback. It
+    keeps the blocked signals of the thread that starts it until `_start_worker` ignores this one.
+    """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # it unblocks the signal where it starts
+    heard, before = list[int](), signal.getsignal(signal.SIGINT)
+    here = threading.current_thread() is threading.main_thread() and callable(before)
+    if here:  # other threads of this process take the signal too, and Python raises what they hear here
+        signal.signal(signal.SIGINT, lambda number, frame: heard.append(number))
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        if here:
+            signal.signal(signal.SIGINT, before)
+    if heard:
+        signal.raise_signal(signal.SIGINT)
 
 
 @contextmanager

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
-from vasowave.columns import read_columns
 from vasowave.errors import InputError
+from vasowave.io.columns import read_columns
 from vasowave.recording.choosing import with_time
 from vasowave.recording.edf import is_edf
 from vasowave.recording.labchart_text import is_labchart_text

@@ -6,15 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress, analyze
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.findings import Finding, finding_of
-from vasowave.law_files import LawFile, in_words, learn
-from vasowave.network import Network
+from vasowave.animal.result import AnimalResult
+from vasowave.errors import InputError, VasowaveError, VasowaveWarning
+from vasowave.findings import Finding, found_in
+from vasowave.model.law_files import LawFile, in_words, learn
+from vasowave.model.nominal import estimate_nominal, oddities
+from vasowave.network.network import Network
 from vasowave.network_formats import read_network
 from vasowave.provenance import sha256
 from vasowave.recording import (
@@ -95,9 +95,11 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
             )
             beats = average_beats(raw, **study.averaging.model_dump())
             animal = Animal(row.animal, row.group, network, beats.recording, beats, raw)
-    said = [finding_of(one.message) for one in caught if issubclass(one.category, VasowaveWarning)]
+    said = list(found_in(caught))
     synthetic = row.synthetic or _says_synthetic(row)
     recording = _through_catheter(_relative(animal.recording, said, folder), study)
+    odd = _oddities(network, recording, study)
+    recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *odd))))
     return replace(animal, recording=recording, synthetic=synthetic)
 
 
@@ -109,6 +111,14 @@ def _through_catheter(recording: Recording, study: StudyFile) -> Recording:
     if suspected is None:
         return recording
     return replace(recording, notes=(*recording.notes, ringing(suspected, recording)))
+
+
+def _oddities(network: Network, recording: Recording, study: StudyFile) -> Sequence[Finding]:
+    """Return which nominal values no artery has; none where there are no nominal values, which the fit says."""
+    try:
+        return oddities(estimate_nominal(network, recording, animal_settings(study).blood))
+    except VasowaveError:
+        return ()
 
 
 def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
@@ -140,20 +150,20 @@ def analyze_animal(
     key: str,
     laws: Sequence[LawFile],
     progress: Progress | None = None,
-) -> xr.DataTree:
+) -> AnimalResult:
     """Analyze one animal; searches that its journal (a file) knows are not made again.
 
-    The SHA-256 of its files and the key of the piece (see `study.store`) stand among the attributes of the result.
+    The SHA-256 of its files and the key of the piece (see `study.store`) stand in the `origin` of the result.
     """
     learn(laws)
     result = analyze(animal, settings, progress, Journal(Path(journal)))
-    result.attrs |= {f"sha256 of {role}": digest for role, digest in hashes.items()} | {"key": key}
-    return result
+    of_files = {f"sha256 of {role}": digest for role, digest in hashes.items()}
+    return replace(result, origin={**result.origin, **of_files, "key": key})
 
 
 def analyzed_bytes(*arguments: Any) -> bytes:
     """Return the result of `analyze_animal` as the bytes of a netCDF-4 file. Runs in a worker."""
-    return to_bytes(analyze_animal(*arguments))
+    return to_bytes(analyze_animal(*arguments).to_datatree())
 
 
 def _units(row: AnimalRow) -> dict[str, str | None]:

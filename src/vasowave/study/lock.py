@@ -2,17 +2,19 @@
 
 import os
 import platform
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.files import not_written
-from vasowave.locks import lock_open_file
+from vasowave.errors import InputError
+from vasowave.findings import look_kind, warn
+from vasowave.io.files import not_written
+from vasowave.runtime.locks import lock_open_file
 
 _OPEN = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0)
+
+NO_LOCKS = look_kind("run.no-locks", "this file system knows no locks ({why}); {remedy}", "do not start a second run")
 
 
 @contextmanager
@@ -45,8 +47,7 @@ def locked(path: Path) -> Iterator[None]:
                 f"{path.parent}: the study is being run by {_said(file.read())}; wait for it, or stop it first"
             ) from None
         except OSError as error:
-            message = f"{path}: this file system knows no locks ({error.strerror}); do not start a second run"
-            warnings.warn(message, VasowaveWarning, stacklevel=3)
+            warn(NO_LOCKS(why=error.strerror or "").at(str(path)), stacklevel=3)
         with suppress(OSError):  # on a full disk nobody learns who holds the lock; it holds all the same
             file.truncate(0)
             file.write(f"process {os.getpid()} on {platform.node()} since {datetime.now():%Y-%m-%d %H:%M:%S}".encode())

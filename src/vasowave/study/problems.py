@@ -1,13 +1,14 @@
 """What is wrong or odd about a study, with the place where a person mends it."""
 
-import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
-from vasowave.errors import InputError
-from vasowave.findings import Finding
+from vasowave.errors import InputError, VasowaveError
+from vasowave.findings import NOWHERE, Finding, Place, Severity, error_kind
 
-_ROW = re.compile(r", line (\d+)(?: \('.*'\))?")
+UNREADABLE = error_kind("study.unreadable", "{text}")
+"""An error of what reads a file or a word: its text says what to do."""
 
 
 @dataclass(frozen=True)
@@ -16,39 +17,65 @@ class Problem:
 
     Attributes
     ----------
-    place : str
-        ``study.yaml, line 12, column 3`` or ``animals.csv, line 4, column 'group'``.
-    message : str or Finding
-        What is wrong and what to do.
-    error : bool
-        True if the study cannot run like this, False if it is only odd.
-    file : str
-        The file that the message speaks of, where that is not the place.
+    finding : Finding
+        What is wrong and what to do; its place is where a person mends it.
+    files : tuple of str
+        Files of the animal, which may stand in the text.
+    same : tuple of int
+        Further lines of the table with the same problem.
+    also : tuple of str
+        Animals that it concerns beside the one of its place.
     """
 
-    place: str
-    message: str | Finding
-    error: bool = True
-    file: str = ""
+    finding: Finding
+    files: tuple[str, ...] = ()
+    same: tuple[int, ...] = ()
+    also: tuple[str, ...] = ()
+
+    @property
+    def place(self) -> Place:
+        """Where a person mends it."""
+        return self.finding.place
+
+    @property
+    def animals(self) -> tuple[str, ...]:
+        """The animals that it concerns, none if it concerns all."""
+        return tuple(dict.fromkeys(filter(None, (self.place.animal, *self.also))))
+
+    @property
+    def error(self) -> bool:
+        """True if the study cannot run like this, False if it is only odd."""
+        return self.finding.severity is Severity.ERROR
 
     def __str__(self) -> str:
-        return ": ".join(part for part in (self.place, self.file, str(self.message)) if part)
+        lines = f" (the same in line{'s' if len(self.same) > 1 else ''} {', '.join(map(str, self.same))})"
+        return ": ".join(filter(None, (str(self.place), str(self.finding)))) + (lines if self.same else "")
+
+
+def unreadable(error: VasowaveError, place: Place = NOWHERE, files: Sequence[Path] = ()) -> Problem:
+    """Return the problem that an error is."""
+    return Problem(UNREADABLE(text=str(error)).at(**place._asdict()), tuple(map(str, files)))
 
 
 def one_per_cause(problems: Iterable[Problem]) -> list[Problem]:
     """Return the problems; those that differ in line, animal or file alone are one, at the place of the first."""
-    groups: dict[tuple[str, str | Finding, bool], list[Problem]] = {}
+    groups: dict[Finding, list[Problem]] = {}
     for problem in problems:
-        groups.setdefault((_ROW.sub("", problem.place), problem.message, problem.error), []).append(problem)
-    return [_joined(group) for group in groups.values()]
+        groups.setdefault(_cause(problem), []).append(problem)
+    return [_joined(*group) for group in groups.values()]
 
 
-def _joined(group: list[Problem]) -> Problem:
-    first, rest = group[0], [match[1] for one in group[1:] if (match := _ROW.search(one.place))]
-    if len(group) == 1 or not rest:
-        return first
-    more = "the same in line" + ("s " if len(rest) > 1 else " ") + ", ".join(rest)
-    return replace(first, message=f"{first.message} ({more})")
+def _joined(first: Problem, *others: Problem) -> Problem:
+    lines = dict.fromkeys(one.place.line for one in others)
+    also = (name for one in (first, *others) for name in one.animals)
+    return replace(first, same=tuple(line for line in lines if line not in (0, first.place.line)), also=tuple(also))
+
+
+def _cause(problem: Problem) -> Finding:
+    cause = problem.finding.at(line=0, animal="")
+    for file in problem.files:
+        cause = cause.inside(file)
+    return cause
 
 
 def refuse(problems: Iterable[Problem]) -> None:

@@ -1,42 +1,61 @@
 """From the text of ``study.yaml`` to its settings, or to the list of everything that is wrong with it."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from vasowave.animal.animal import known_parameters
 from vasowave.errors import InputError, did_you_mean
-from vasowave.law_files import looking_in
-from vasowave.laws import find_law
+from vasowave.findings import Finding, Kind, error_kind
+from vasowave.model.law_files import looking_in
+from vasowave.model.laws import find_bed, find_law
 from vasowave.study.document import Document, parse_document, read_document
 from vasowave.study.problems import Problem
 from vasowave.study.settings import StudyFile
 
 STUDY_FILE = "study.yaml"
 
-_WORDS = {
-    "int_parsing": "is not a whole number",
-    "int_from_float": "is not a whole number",
-    "int_type": "is not a whole number",
-    "int_parsing_size": "is too large",
-    "float_parsing": "is not a number",
-    "float_type": "is not a number",
-    "bool_parsing": "is neither true nor false",
-    "bool_type": "is neither true nor false",
-    "string_type": "is not text; put it between quotation marks",
-    "string_too_short": "is empty",
-    "finite_number": "is not a finite number",
+
+def _error(what: str, text: str, remedy: str = "") -> Kind:
+    return error_kind(f"setting.{what}", f"{{key}}: {text}", remedy)
+
+
+EMPTY = _error("empty", "the value is empty; {remedy}", "give one or remove the line")
+EMPTY_CHOICE = _error("empty-choice", "the value is empty; choose from: {known}")
+UNKNOWN_WORD = _error("unknown-word", "'{given}' is not known{hint}; choose from: {known}")
+WRONG = _error("wrong", "{text}")
+UNKNOWN_KEY = error_kind("setting.unknown-key", "unknown key '{key}'{hint}; known here: {known}")
+AT_ODDS = error_kind("setting.at-odds", "{text}")
+DECIMAL_COMMA = _error("decimal-comma", "{given} is not a number; {remedy}", "write a decimal point")
+NOT_VALID = _error("not-valid", "{given}: {why}")
+_NO_WHOLE = _error("no-whole-number", "{given} is not a whole number")
+_NO_NUMBER = _error("no-number", "{given} is not a number")
+_NO_TRUTH = _error("neither-true-nor-false", "{given} is neither true nor false")
+_PAIR = _error("no-pair", "{remedy}", "write a list of two numbers: [lower, upper]")
+_LIST = _error("no-list", "{remedy}", "write a list: [one, other]")
+_CODES = {
+    **dict.fromkeys(("int_parsing", "int_from_float", "int_type"), _NO_WHOLE),
+    **dict.fromkeys(("float_parsing", "float_type"), _NO_NUMBER),
+    **dict.fromkeys(("bool_parsing", "bool_type"), _NO_TRUTH),
+    **dict.fromkeys(("list_type", "tuple_type"), _LIST),
+    **dict.fromkeys(("too_long", "missing"), _PAIR),
+    "int_parsing_size": _error("too-large", "{given} is too large"),
+    "string_type": _error("no-text", "{given} is not text; {remedy}", "put it between quotation marks"),
+    "string_too_short": _error("empty-text", "{given} is empty"),
+    "finite_number": _error("not-finite", "{given} is not a finite number"),
+    "model_type": _error("no-section", "{remedy}", "write its keys in indented lines 'key: value' below"),
+    "dict_type": _error("no-names", "{remedy}", "write 'name: value' in indented lines below, or {name: value}"),
+    "greater_than": _error("not-above", "{given} should be greater than {gt:g}"),
+    "greater_than_equal": _error("below-least", "{given} should be greater than or equal to {ge:g}"),
+    "less_than": _error("not-below", "{given} should be less than {lt:g}"),
+    "less_than_equal": _error("above-most", "{given} should be less than or equal to {le:g}"),
 }
-_SHAPES = {
-    "model_type": "write its keys in indented lines 'key: value' below",
-    "dict_type": "write 'name: value' in indented lines below, or {name: value}",
-    "list_type": "write a list: [one, other]",
-    "tuple_type": "write a list: [one, other]",
-    "too_long": "write a list of two numbers: [lower, upper]",
-    "missing": "write a list of two numbers: [lower, upper]",
-}
+"""By pydantic's codes."""
+
+_OF_SHAPE = ("model_type", "dict_type", "list_type", "tuple_type", "too_long", "missing")
+"""Codes that hold for an empty value, too."""
 
 
 def study_path(study: Path) -> Path:
@@ -65,7 +84,9 @@ def validated(document: Document) -> StudyFile | None:
     try:
         settings = StudyFile.model_validate(values)
     except ValidationError as error:
-        document.problems += [_problem(document, dict(one)) for one in error.errors(include_url=False)]
+        for one in error.errors(include_url=False):
+            unknown = one["type"] == "extra_forbidden"
+            document.say(_wrong(one), document.place(list(one["loc"]), key=unknown))
         return None
     return None if document.problems else settings
 
@@ -76,52 +97,53 @@ def _unknown_parameters(document: Document) -> list[Problem]:
     if not isinstance(calibration, dict):
         return []
     walls = calibration.get("walls")
-    known = known_parameters([wall for wall in walls if _is_law(wall)] if isinstance(walls, list) else [])
+    named = [wall for wall in walls if _is_found(find_law, wall)] if isinstance(walls, list) else []
+    beds = str(calibration.get("beds", "windkessel"))
+    known = known_parameters(named, beds if _is_found(find_bed, beds) else "windkessel")
     problems = []
     for section in ("bounds", "fixed"):
         given = calibration.get(section)
         for name in given if isinstance(given, dict) else ():
             if name not in known:
-                message = f"'{name}' is not known{did_you_mean(name, known)}; choose from: {', '.join(known)}"
-                place = document.place(("calibration", section, name), key=True)
-                problems.append(Problem(place, f"calibration.{section}: {message}"))
+                at = ["calibration", section]
+                unknown = _not_known(at, name, known)
+                problems.append(Problem(unknown.at(**document.place([*at, name], key=True)._asdict())))
     return problems
 
 
-def _is_law(wall: Any) -> bool:
+def _is_found(find: Callable[[str], Any], name: Any) -> bool:
     try:
-        find_law(str(wall))
+        find(str(name))
     except InputError:
         return False
     return True
 
 
-def _problem(document: Document, error: Mapping[str, Any]) -> Problem:
-    at, kind, given = list(error["loc"]), error["type"], error["input"]
-    if kind == "extra_forbidden":
-        return Problem(document.place(at, key=True), _unknown_key(at))
-    if kind == "literal_error":
-        known = [word.strip(" '") for word in error["ctx"]["expected"].replace(" or ", ", ").split(",")]
-        hint = did_you_mean(str(given), known)
-        shown = "the value is empty" if given is None else f"'{given}' is not known"
-        return Problem(document.place(at), f"{_name(at)}: {shown}{hint}; choose from: {', '.join(known)}")
-    if kind == "value_error":
-        message = str(error["msg"]).removeprefix("Value error, ")
-    elif kind in _SHAPES:
-        message = _SHAPES[kind]
-    elif given is None:
-        message = "the value is empty; give one or remove the line"
-    elif kind in _WORDS and not isinstance(given, dict | list):
-        comma = "; write a decimal point" if kind == "float_parsing" and "," in str(given) else ""
-        message = f"'{given}' {_WORDS[kind]}{comma}"
-    elif isinstance(given, dict | list):
-        message = str(error["msg"]).replace("Input", "the value")
-    else:
-        message = str(error["msg"]).replace("Input", f"'{given}'")
-    return Problem(document.place(at), f"{_name(at)}: {message}" if at else message)
+def _wrong(error: Mapping[str, Any]) -> Finding:
+    at, code, given = list(error["loc"]), error["type"], error["input"]
+    key, told, nested = _name(at), error.get("ctx", {}), isinstance(given, dict | list)
+    if code == "extra_forbidden":
+        return _unknown_key(at)
+    if code == "literal_error":
+        known = _choices(at)
+        return EMPTY_CHOICE(key=key, known=", ".join(known)) if given is None else _not_known(at, given, known)
+    if code == "value_error":
+        return WRONG(key=key, text=str(told["error"])) if at else AT_ODDS(text=str(told["error"]))
+    if given is None and code not in _OF_SHAPE:
+        return EMPTY(key=key)
+    if code == "float_parsing" and "," in str(given):
+        return DECIMAL_COMMA(key=key, given=f"'{given}'")
+    values = {"key": key, "given": "the value" if nested else f"'{given}'"}
+    if code not in _CODES:
+        return NOT_VALID(**values, why=str(error["msg"]))
+    return _CODES[code](**values, **{name: limit for name, limit in told.items() if isinstance(limit, int | float)})
 
 
-def _unknown_key(at: list[Any]) -> str:
+def _not_known(at: list[Any], given: Any, known: Sequence[str]) -> Finding:
+    return UNKNOWN_WORD(key=_name(at), given=str(given), hint=did_you_mean(str(given), known), known=", ".join(known))
+
+
+def _unknown_key(at: list[Any]) -> Finding:
     key, model = str(at[-1]), _model_at(at[:-1])
     hint = did_you_mean(key, model.model_fields)
     elsewhere = [name for name in _sections(StudyFile) if key in _section(StudyFile, name)]  # type: ignore[operator]
@@ -129,7 +151,25 @@ def _unknown_key(at: list[Any]) -> str:
         hint = f" here; it belongs under '{elsewhere[0]}:'"
     elif not hint and key in StudyFile.model_fields:
         hint = " here; it belongs to the top level, without indentation"
-    return f"unknown key '{key}'{hint}; known here: {', '.join(model.model_fields)}"
+    return UNKNOWN_KEY(key=key, hint=hint, known=", ".join(model.model_fields))
+
+
+def _choices(at: Sequence[Any]) -> list[str]:
+    """Return the words that a value may be."""
+    model: Any = StudyFile
+    for name in at:
+        model = model.model_fields[str(name)].annotation
+        if not (isinstance(model, type) and issubclass(model, BaseModel)):
+            break
+    return list(_literals(model))
+
+
+def _literals(annotation: Any) -> Iterator[str]:
+    if get_origin(annotation) is Literal:
+        yield from map(str, get_args(annotation))
+    else:
+        for part in get_args(annotation):
+            yield from _literals(part)
 
 
 def _model_at(at: Iterable[Any]) -> type[BaseModel]:

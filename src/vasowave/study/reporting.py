@@ -1,21 +1,41 @@
 """Tables, figures and report of a study, from its stored results alone."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from vasowave.animal.reading import group_of
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import gathered
-from vasowave.cohort.primary import Family
-from vasowave.memory import seldom_collected
+from vasowave.cohort.missing import Missing, missing_animals
+from vasowave.cohort.primary import Family, primary_law
+from vasowave.errors import InputError
+from vasowave.findings import look_kind, warn
+from vasowave.report.wording import some_of
 from vasowave.report.write import write_cohort_report, write_report
+from vasowave.runtime.memory import seldom_collected
 from vasowave.study.executors import side_by_side
+from vasowave.study.loading import animal_key
+from vasowave.study.physiology import looks_of
+from vasowave.study.plan import Study, inspect_study
 from vasowave.study.reading import study_path
-from vasowave.study.results import read_results
+from vasowave.study.results import Results, read_results
 
 REPORT_FOLDER, ONE_BY_ONE = "report", "report of animals"
+_SHOWN = ("title", "groups", "report")  # settings of the page; the others enter the key of every animal
+_NAMED = 6  # animals, in a sentence
+CHANGED = look_kind(
+    "report.study-changed",
+    "{path}: the study changed since it was run ({changes}). The report shows it as it was run; {remedy}",
+    "vasowave run computes what changed and writes the report anew",
+)
+
+
+def _warned(stored: Results, results: list[AnimalResult]) -> list[AnimalResult]:
+    return [replace(one, looks=looks_of(one, stored.settings.species)) for one in results]
 
 
 def report_study(study: Path, pdf: bool | None = None, workers: int = 1, animal: str = "") -> Path:
-    """Write the report of a study that was run and return its page; nothing is simulated, and no recording is read.
+    """Write the report of a study that was run and return its page; nothing is simulated, and no recording is needed.
 
     The folder is ``report`` beside the results, or ``report of animals`` with a folder of its own for an animal.
 
@@ -35,21 +55,83 @@ def report_study(study: Path, pdf: bool | None = None, workers: int = 1, animal:
     ------
     InputError
         There are no results or none of this animal, they are damaged, or the report cannot be written.
+
+    Warns
+    -----
+    VasowaveWarning
+        The study's files changed since it was run; the report shows what was run.
     """
-    folder = study_path(Path(study)).parent
-    stored = read_results(folder)
+    path = study_path(Path(study))
+    folder, stored = path.parent, read_results(path.parent)
     asked = stored.settings.report
     pdf = asked.pdf if pdf is None else pdf
     if animal:
         own = folder / ONE_BY_ONE / stored.file_of(animal).stem
-        return write_report([stored[animal]], own, pdf=pdf)
+        result = stored[animal]
+        _tell_changed(path, stored, [result])
+        return write_report(_warned(stored, [result]), own, pdf=pdf)
     with side_by_side(workers, len(stored)) as each, seldom_collected():
-        results = stored.in_order(each, whole=False)
+        results = _warned(stored, stored.in_order(each, whole=False))
+        _tell_changed(path, stored, results)
         return write_cohort_report(
-            gathered(results, group_of(results[0]), whole=stored.__getitem__, lost=stored.lost),
+            gathered(results, results[0].group, whole=stored.__getitem__, lost=stored.lost),
             folder / REPORT_FOLDER,
             pdf=pdf,
             title=stored.settings.title,
             family=Family(asked.law, asked.quantities),
             each=each,
         )
+
+
+def _tell_changed(path: Path, stored: Results, results: Sequence[AnimalResult]) -> None:
+    """Warn if the study's files no longer say what was run; a report does not need them, and they may be gone."""
+    study, problems = inspect_study(path) if path.is_file() else (None, [])
+    if study is None:
+        return
+    rows, known = {row.animal for row in study.animals}, {*stored, *(one.animal for one in stored.lost)}
+    keys = {result.name: str(result.origin.get("key")) for result in results}
+    lost = [] if any(one.error for one in problems) else [name for name in keys if name not in rows]
+    groups = {one.animal: one.group for one in stored.animals}
+    moved = [f"{row.animal} ({row.group}, was {before})" for row in study.animals
+             if (before := groups.get(row.animal, row.group)) != row.group]  # fmt: skip
+    listed = {
+        "animals in another group": moved,
+        "animals whose row, files or settings (or the program) changed": _changed(study, keys),
+        "new animals": [row.animal for row in study.animals if row.animal not in known],
+        "animals no longer in the table": lost,
+        "settings": [name for name in _SHOWN if getattr(study.settings, name) != getattr(stored.settings, name)],
+    }
+    said = "; ".join(f"{what}: {some_of(names, _NAMED)}" for what, names in listed.items() if names)
+    if said:
+        warn(CHANGED(path=str(path), changes=said), stacklevel=3)
+
+
+def _changed(study: Study, keys: dict[str, str]) -> list[str]:
+    """Return the animals whose result has another key than their row has now; files that are gone say nothing."""
+    changed = []
+    for row in study.animals:
+        try:
+            if keys.get(row.animal, now := animal_key(row, study.settings, study.folder)) != now:
+                changed.append(row.animal)
+        except InputError:
+            continue
+    return changed
+
+
+def missing_of(study: Path) -> tuple[Missing, ...]:
+    """Return which animals the primary comparison of a study that was run misses, group by group.
+
+    Parameters
+    ----------
+    study : Path
+        The study's folder or file.
+
+    Raises
+    ------
+    InputError
+        There are no results, or they are damaged.
+    """
+    stored = read_results(study_path(Path(study)).parent)
+    asked = stored.settings.report
+    cohort = gathered(stored.in_order(whole=False), lost=stored.lost)
+    return missing_animals(cohort, primary_law(cohort, Family(asked.law, asked.quantities)))

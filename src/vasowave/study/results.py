@@ -21,14 +21,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from vasowave.animal.failure import Failure, as_plain, from_plain
 from vasowave.animal.files import read_result
-from vasowave.animal.reading import at_inlets
+from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, did_you_mean
-from vasowave.files import made_inside, write_file
-from vasowave.law_files import looking_in, plain
+from vasowave.io.files import made_inside, write_file
+from vasowave.model.law_files import looking_in, plain, remember
 from vasowave.notebook import card
 from vasowave.provenance import provenance
 from vasowave.report.wording import some_of
@@ -37,7 +35,7 @@ from vasowave.study.store import piece_digest
 
 if TYPE_CHECKING:
     from vasowave.report.files import Each
-from vasowave.textfile import read_bytes
+from vasowave.io.textfile import read_bytes
 
 INDEX = "index.json"
 ANIMALS = "animals"
@@ -70,7 +68,7 @@ class StoredAnimal:
 
 @dataclass(frozen=True)
 class Results:
-    """What came out of a study. Trees are read when they are asked for, each checked against its SHA-256.
+    """What came out of a study. The animals are read when they are asked for, each checked against its SHA-256.
 
     Attributes
     ----------
@@ -92,7 +90,7 @@ class Results:
     settings: StudyFile
     versions: dict[str, str]
 
-    def __getitem__(self, animal: str) -> xr.DataTree:
+    def __getitem__(self, animal: str) -> AnimalResult:
         """Return the result of one animal.
 
         Raises
@@ -142,7 +140,7 @@ class Results:
         failed = [f"{one.animal} failed, {one}" for one in self.failures]
         return card(f"Study: {self.settings.title}", facts, failed)
 
-    def in_order(self, each: "Each" = map, whole: bool = True) -> list[xr.DataTree]:
+    def in_order(self, each: "Each" = map, whole: bool = True) -> list[AnimalResult]:
         """Return the results of all animals, in the order of their groups; `each` may read several at a time.
 
         Unless `whole`, simulations are those `at_inlets`, and hundreds of animals need little memory.
@@ -152,16 +150,16 @@ class Results:
         return list(each(partial(_read if whole else _read_light, self.folder), grouped))
 
 
-def _read(folder: Path, stored: StoredAnimal) -> xr.DataTree:
+def _read(folder: Path, stored: StoredAnimal) -> AnimalResult:
     result = read_result(folder / stored.file, stored.sha256)
-    found = result.attrs.get("animal")
-    if found != stored.animal:
-        raise InputError(f"{folder / stored.file}: holds the result of '{found}', not of '{stored.animal}'; run again")
+    if result.name != stored.animal:
+        path = folder / stored.file
+        raise InputError(f"{path}: holds the result of '{result.name}', not of '{stored.animal}'; run again")
     return result
 
 
-def _read_light(folder: Path, stored: StoredAnimal) -> xr.DataTree:
-    return at_inlets(_read(folder, stored))
+def _read_light(folder: Path, stored: StoredAnimal) -> AnimalResult:
+    return _read(folder, stored).at_inlets()
 
 
 def write_results(
@@ -231,7 +229,7 @@ def read_results(folder: Path) -> Results:
     >>> with ThreadPoolExecutor(1) as here:
     ...     _ = vw.run_study(vw.read_study("study.yaml"), executor=here)
     >>> results = vw.read_results(Path())
-    >>> float(results["mouse 6"]["linear/calibration"]["RMSE"]) < 0.5  # mmHg
+    >>> results["mouse 6"].laws["linear"].rmse < 0.5  # mmHg
     True
     """
     folder = Path(folder)
@@ -248,6 +246,8 @@ def read_results(folder: Path) -> Results:
         animals = tuple(StoredAnimal(**one) for one in content["animals"])
         failures = from_plain(content["failures"])
         with looking_in(None):
+            fitted = content["settings"]["calibration"]
+            remember([*map(str, fitted["walls"]), str(fitted.get("beds"))], (where.parent, where))
             settings = StudyFile.model_validate(content["settings"])
     except InputError:
         raise
@@ -263,6 +263,10 @@ def _nothing(folder: Path) -> str:
                 f"{earlier}: of an earlier version of vasowave, whose results this one does not read; run the study or "
                 "the fit again, and remove the file afterwards"
             )
+    if (folder.absolute().parent / "results" / INDEX).is_file():
+        return f"{folder}: there are no results; they are those of {folder.absolute().parent}"
+    if (folder / "report.html").is_file():
+        return f"{folder}: a report alone, without results; `vasowave fit` or `vasowave run` keeps both"
     return f"{folder}: there are no results yet; `vasowave run` or `vasowave fit` makes them"
 
 

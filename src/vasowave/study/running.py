@@ -1,6 +1,5 @@
 """Do a study: every animal on all cores, what is already known from the store, then results, tables and report."""
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, nullcontext
@@ -8,27 +7,35 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from vasowave.animal.failure import Failure, Stage, failures_in
-from vasowave.animal.files import to_bytes
+from vasowave.animal.failure import Failure, Stage
+from vasowave.animal.files import failures_in, read_result, to_bytes
 from vasowave.animal.pipeline import Progress as FitProgress
-from vasowave.errors import InputError, VasowaveWarning
-from vasowave.files import made_inside, remove_parts
-from vasowave.law_files import files_of
+from vasowave.errors import InputError
+from vasowave.findings import Finding, look_kind, warn
+from vasowave.io.files import made_inside, remove_parts
+from vasowave.model.law_files import files_of
+from vasowave.runtime.threads import cores
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
 from vasowave.study.journal import FOLDER, remove_journals
 from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
 from vasowave.study.lock import locked
+from vasowave.study.physiology import looks_of
 from vasowave.study.plan import RESULTS, Study
 from vasowave.study.results import ANIMALS, read_results, write_results
 from vasowave.study.settings import animal_settings
 from vasowave.study.store import Store
-from vasowave.threads import cores
 
 LOCK = "running.lock"
 """The lock file, in the folder of the results."""
 
 _ON_CLUSTER = 256  # animals that are handed to a cluster at once
+
+NO_LONGER_THERE = look_kind(
+    "run.animals-lost",
+    "{animals}: in the results of the last run, but no longer in the table of animals; {remedy}",
+    "if a line was lost, put it back and run again: nothing is computed twice",
+)
 
 
 @dataclass(frozen=True)
@@ -43,12 +50,15 @@ class Done:
         Animals that were computed now, and that were known from earlier runs.
     failures : tuple of Failure
         What failed: whole animals, and wall laws of animals that have a result.
+    warnings : dict of str to tuple of Finding
+        What asks for a look at the recording or the network of an animal, by animals that have any.
     """
 
     results: Path
     computed: tuple[str, ...]
     kept: tuple[str, ...]
     failures: tuple[Failure, ...]
+    warnings: Mapping[str, tuple[Finding, ...]]
 
     @property
     def lost(self) -> tuple[Failure, ...]:
@@ -138,7 +148,7 @@ def run_study(
         if not why:
             remove_journals(study.results)
     computed = tuple(job.name for job in jobs if job.name in pieces)
-    return Done(results, computed, kept, failures)
+    return Done(results, computed, kept, failures, _warnings(study, pieces))
 
 
 def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
@@ -168,13 +178,25 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
         for job in jobs:
             animal, settings, hashes, journal, key, laws = job.load()
             result = analyze_animal(animal, settings, hashes, journal, key, laws, progress)
-            name = f"interrupted-{key}" if result.attrs["interrupted"] else key
-            pieces[row.animal] = store.keep(name, to_bytes(result))
-            if not result.attrs["interrupted"]:
+            name = f"interrupted-{key}" if result.interrupted else key
+            pieces[row.animal] = store.keep(name, to_bytes(result.to_datatree()))
+            if not result.interrupted:
                 remove_journals(study.results)
         results, failures = _write(study, pieces, ())
     computed = tuple(job.name for job in jobs)
-    return Done(results, computed, () if computed else (row.animal,), failures)
+    return Done(results, computed, () if computed else (row.animal,), failures, _warnings(study, pieces))
+
+
+def _warnings(study: Study, pieces: Mapping[str, Path]) -> dict[str, tuple[Finding, ...]]:
+    found = {name: _looks(piece, study.settings.species) for name, piece in pieces.items()}
+    return {name: warnings for name, warnings in found.items() if warnings}
+
+
+def _looks(piece: Path, species: str) -> tuple[Finding, ...]:
+    try:
+        return looks_of(read_result(piece, laws=False), species)
+    except InputError:  # a file that was damaged since is told by whoever reads it whole
+        return ()
 
 
 def _tell_lost(study: Study) -> None:
@@ -185,11 +207,7 @@ def _tell_lost(study: Study) -> None:
         return
     lost = [name for name in before if name not in {row.animal for row in study.animals}]
     if lost:
-        message = (
-            f"{study.path}: {', '.join(lost)}: in the results of the last run, but no longer in the table of animals; "
-            "if a line was lost, put it back and run again: nothing is computed twice"
-        )
-        warnings.warn(message, VasowaveWarning, stacklevel=3)
+        warn(NO_LONGER_THERE(animals=", ".join(lost)).at(str(study.path)), stacklevel=3)
 
 
 def _lost(study: Study, why: Mapping[str, str], pressures: Mapping[str, float]) -> list[Failure]:
@@ -237,7 +255,14 @@ def _plan(study: Study, store: Store, pressures: dict[str, float]) -> tuple[dict
             if animal_key(row, study.settings, study.folder) != key:
                 raise InputError("its files changed while they were being read; run again")
             pressures[row.animal] = animal.recording.mean_pressure
-            return animal, settings, hashes, str(journals / f"{key}.jsonl"), key, files_of(settings.walls)
+            return (
+                animal,
+                settings,
+                hashes,
+                str(journals / f"{key}.jsonl"),
+                key,
+                files_of((*settings.walls, settings.beds)),
+            )
 
         jobs.append(Job(row.animal, key, load))
     return pieces, jobs, why

@@ -11,11 +11,11 @@ from pydantic import BaseModel, ConfigDict, Field, create_model, field_validator
 
 from vasowave.analysis import WavesAt
 from vasowave.animal.animal import Settings
-from vasowave.blood import FRICTIONS, Blood
 from vasowave.calibration import Search
 from vasowave.calibration.calibrate import NUMERICS
 from vasowave.cohort.primary import Family
-from vasowave.network import HIGHEST
+from vasowave.model.blood import FRICTIONS, Blood
+from vasowave.network.network import HIGHEST
 from vasowave.recording import average_beats
 from vasowave.settings import Check, Positive, Setting, settings_of
 from vasowave.solver import Numerics
@@ -119,7 +119,7 @@ _All: Any = create_model(
     calibration=_section(
         "Calibration",
         "The fit of each wall law to each recording.",
-        _chosen(_ANIMAL, ("walls", *settings_of(Search))),
+        _chosen(_ANIMAL, ("walls", "beds", *settings_of(Search))),
     ),
     **_fields(_chosen(_ANIMAL, ("model_selection", "selection_optima", "waves_at", "inference", "zero_sd"))),
     blood=_section(

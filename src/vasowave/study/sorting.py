@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from vasowave.columns import read_columns
 from vasowave.errors import InputError
+from vasowave.io.columns import read_columns
 from vasowave.recording import describe_recording
 from vasowave.recording.choosing import DIMENSIONS, Choice, choose
 from vasowave.recording.describe import BlockDescription, ChannelDescription, FileDescription
@@ -149,7 +149,8 @@ def _recorded(file: Path, described: FileDescription, titles: Mapping[str, str |
         return Recorded(file.stem, (file,), described.kind)
     block = _used(described, number)
     choice = choose(block.channels, {name: titles.get(name) for name in DIMENSIONS})
-    said = [f"'{choice.picked[name].title}' was taken for {name}: {why}" for name, why in choice.guessed.items()]
+    said = [] if number is not None or len(described.blocks) == 1 else [_longest(described, block)]
+    said += [f"'{choice.picked[name].title}' was taken for {name}: {why}" for name, why in choice.guessed.items()]
     stretch = _whole(block, choice)
     if stretch is not None:
         said.append(
@@ -165,6 +166,14 @@ def _used(described: FileDescription, number: int | None) -> BlockDescription:
     if number is not None and 1 <= number <= len(blocks):
         return blocks[number - 1]
     return max(blocks, key=lambda one: one.samples)
+
+
+def _longest(described: FileDescription, used: BlockDescription) -> str:
+    lengths = ", ".join(f"{one.duration:.4g} s" for one in described.blocks)
+    return (
+        f"block {described.blocks.index(used) + 1} of {len(described.blocks)} is read, the longest (blocks last "
+        f"{lengths}); --block takes another"
+    )
 
 
 def _whole(block: BlockDescription, choice: Choice[ChannelDescription]) -> Span | None:

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from vasowave.animal.failure import Failure, failures_in
+from vasowave.animal.failure import Failure
+from vasowave.animal.files import failures_in
 from vasowave.calibration.starts import SCOUT
 from vasowave.errors import InputError
 from vasowave.inference.simulations import simulations_in

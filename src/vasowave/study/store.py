@@ -11,8 +11,8 @@ import os
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.files import made_inside, not_written, remove_parts, write_file
-from vasowave.textfile import read_bytes
+from vasowave.io.files import made_inside, not_written, remove_parts, write_file
+from vasowave.io.textfile import read_bytes
 
 CACHE = "cache"
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vasowave.columns import is_row, read_columns, separator_of, split_cells
+from vasowave.io.columns import is_row, read_columns, separator_of, split_cells
+from vasowave.io.textfile import read_lines
 from vasowave.study.rows import COLUMNS, NEEDED
-from vasowave.textfile import read_lines
 
 
 @dataclass(frozen=True)

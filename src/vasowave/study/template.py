@@ -10,12 +10,12 @@ from typing import Any
 from pydantic import BaseModel
 
 from vasowave.errors import InputError
-from vasowave.files import made_inside, write_file, write_folder
+from vasowave.io.files import made_inside, write_file, write_folder
+from vasowave.io.textfile import read_bytes
 from vasowave.study.problems import refuse
 from vasowave.study.reading import STUDY_FILE, parse_settings
 from vasowave.study.rows import COLUMNS, NEEDED
 from vasowave.study.settings import StudyFile
-from vasowave.textfile import read_bytes
 
 SCHEMA_FILE = "study.schema.json"
 FOLDERS = ("networks", "recordings")

@@ -5,7 +5,7 @@ from pathlib import Path
 from vasowave.datasets.virtual_cohort import virtual_cohort
 from vasowave.datasets.virtual_files import SYNTHETIC, write_virtual_cohort
 from vasowave.errors import InputError
-from vasowave.files import write_file
+from vasowave.io.files import write_file
 from vasowave.study.reading import STUDY_FILE
 from vasowave.study.template import SCHEMA_FILE, schema_text
 

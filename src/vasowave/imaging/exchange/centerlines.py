@@ -1,14 +1,13 @@
 """Centerlines of other programs: VMTK and Slicer (.vtp, .vtk, .dat, .csv) and SWC in; .vtp out."""
 
-import warnings
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from vasowave.columns import read_columns
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError, of_file
+from vasowave.findings import look_kind, warn
 from vasowave.imaging.axes.skeleton import Skeleton, cut_at_junctions
 from vasowave.imaging.exchange.convention import Ends, as_extracted
 from vasowave.imaging.exchange.graph import rooted
@@ -21,6 +20,7 @@ from vasowave.imaging.exchange.triangles import read_surface_points
 from vasowave.imaging.measure.measurement import Measurement, measured_alone
 from vasowave.imaging.places import written
 from vasowave.imaging.tree import Line, Tree
+from vasowave.io.columns import read_columns
 
 RADIUS_NAMES = ("MaximumInscribedSphereRadius", "Radius")
 """The radius array as VMTK's command line and as Slicer call it."""
@@ -32,6 +32,12 @@ _ALIASES = {
     "points:0": "x", "points:1": "y", "points:2": "z", "points_0": "x", "points_1": "y", "points_2": "z",
     "maximuminscribedsphereradius": "radius", "r": "radius",
 }  # fmt: skip
+
+LEAPS = look_kind(
+    "lines.leaps",
+    "{points} point(s) far from their neighbors, as at {place} cm; were numbers lost or exchanged?",
+    "Export the lines again.",
+)
 
 
 def read_centerlines(
@@ -67,13 +73,10 @@ def read_centerlines(
     path = Path(path)
     if not (np.isfinite(unit) and unit > 0):
         raise InputError(f"unit {unit} cm: give the file's unit of length as a positive number of cm (mm: 0.1)")
-    try:
-        skeleton = _skeleton(path, unit, cut)
-        _warn_of_leaps(path, skeleton)
+    skeleton = _skeleton(path, unit, cut)
+    _warn_of_leaps(path, skeleton)
+    with of_file(path):
         return cut_at_junctions(skeleton, collapse)
-    except InputError as error:
-        said = str(error)
-        raise InputError(said if said.startswith(str(path)) else f"{path}: {said}") from None
 
 
 def measured_lines(
@@ -132,12 +135,7 @@ def _warn_of_leaps(path: Path, skeleton: Skeleton) -> None:
     leaps = np.flatnonzero((step > tube) & (step > LEAP * np.median(step)))
     if len(leaps):
         row = below[leaps[0]]
-        warnings.warn(
-            f"{path}: {len(leaps)} point(s) far from their neighbors, as at {written(line.points[row])} cm; were "
-            "numbers lost or exchanged?",
-            VasowaveWarning,
-            stacklevel=3,
-        )
+        warn(LEAPS(points=len(leaps), place=written(line.points[row])).at(str(path)), stacklevel=3)
 
 
 def _skeleton(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleton:
@@ -152,14 +150,16 @@ def _skeleton(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Ske
     points = _points(path, data, unit)
     if all(len(line) == 2 for line in data.lines):  # SimVascular: one line for each pair of neighbors
         require_radii(path, points)
-        return rooted(points, np.array(data.lines))
+        with of_file(path):
+            return rooted(points, np.array(data.lines))
     return _merged(path, [points[line] for line in _whole_lines(data)], cut)
 
 
 def _merged(path: Path, lines: list[Line], cut: Literal["tube", "identical"]) -> Skeleton:
     for line in lines:
         require_radii(path, line)
-    return merged(lines, cut)
+    with of_file(path):
+        return merged(lines, cut)
 
 
 def _whole_lines(data: PolyLines) -> list[np.ndarray]:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.errors import InputError
+from vasowave.errors import InputError, of_file
 from vasowave.imaging.axes.skeleton import Skeleton
 from vasowave.imaging.exchange.graph import rooted
 from vasowave.imaging.tree import Line
-from vasowave.textfile import read_bytes
+from vasowave.io.textfile import read_bytes
 
 
 def read_markups(path: Path, unit: float) -> Skeleton:
@@ -43,7 +43,8 @@ def read_markups(path: Path, unit: float) -> Skeleton:
             if gap[nearest] <= whole.radius[nearest]:
                 edges.append(np.array([[nearest, begin]]))
         begin += len(line)
-    return rooted(whole, np.concatenate(edges), 0)
+    with of_file(path):
+        return rooted(whole, np.concatenate(edges), 0)
 
 
 def _line(path: Path, curve: dict[str, Any], unit: float) -> Line:

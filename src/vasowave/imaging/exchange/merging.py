@@ -1,18 +1,24 @@
 """Root-to-terminal lines, as VMTK writes them, merged into one tree of points."""
 
-import warnings
 from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
+from vasowave.findings import look_kind, warn
 from vasowave.imaging.axes.skeleton import Skeleton
 from vasowave.imaging.tree import Line
 
 TUBE = 0.5
 """A line joins the tree where it comes nearer to it than TUBE inscribed radii."""
+
+LINE_LOOPS = look_kind(
+    "lines.loop",
+    "line {number} closes a loop at ({place}): beyond it runs up to {radii:.1f} radii beside the tree; opened there",
+    "Look at the line there, and remove what is no vessel.",
+)
 
 
 def merged(lines: Sequence[Line], cut: Literal["tube", "identical"] = "tube") -> Skeleton:
@@ -84,9 +90,4 @@ def _warn_of_loop(rest: Line, tree: Skeleton, at: int, number: int) -> None:
     excess = distance / tree.line.radius[way][nearest]
     if excess.max() > 1.5:
         place = ", ".join(f"{value:.4g}" for value in tree.line.points[at])
-        warnings.warn(
-            f"line {number} closes a loop at ({place}): beyond it runs up to {excess.max():.1f} radii beside the tree; "
-            "opened there",
-            VasowaveWarning,
-            stacklevel=5,
-        )
+        warn(LINE_LOOPS(number=number, place=place, radii=float(excess.max())), stacklevel=5)

@@ -14,7 +14,7 @@ from vasowave.errors import InputError
 from vasowave.imaging.exchange.legacy_vtk import parse_legacy
 from vasowave.imaging.exchange.lz4 import lz4_block
 from vasowave.imaging.exchange.polylines import PolyLines
-from vasowave.textfile import read_bytes
+from vasowave.io.textfile import read_bytes
 
 _TYPES = {
     "Int8": "i1", "UInt8": "u1", "Int16": "i2", "UInt16": "u2", "Int32": "i4", "UInt32": "u4",

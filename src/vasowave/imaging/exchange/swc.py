@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from vasowave.columns import read_columns
-from vasowave.errors import InputError
+from vasowave.errors import InputError, of_file
 from vasowave.imaging.axes.skeleton import Skeleton
 from vasowave.imaging.exchange.graph import rooted
 from vasowave.imaging.tree import Line, Tree
-from vasowave.textfile import read_start
+from vasowave.io.columns import read_columns
+from vasowave.io.textfile import read_start
 
 LEAST = 1e-6
 """Radius, cm, that is written where an axis ends at the surface; readers refuse 0."""
@@ -48,7 +48,8 @@ def read_swc(path: Path, unit: float) -> Skeleton:
     if len(roots) == 1 and (above == roots[0]).sum() == 1:
         return Skeleton(points, above)
     inner = np.flatnonzero(above >= 0)
-    return rooted(points, np.column_stack([inner, above[inner]]), int(roots[0]))
+    with of_file(path):
+        return rooted(points, np.column_stack([inner, above[inner]]), int(roots[0]))
 
 
 def _above(path: Path, lines: Sequence[int], values: np.ndarray) -> np.ndarray:

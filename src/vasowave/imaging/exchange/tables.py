@@ -9,8 +9,8 @@ import numpy as np
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.tree import Tree
 from vasowave.imaging.witness.doubts import Doubt
-from vasowave.network import Network
-from vasowave.vessel_table import COUNT, measured_columns
+from vasowave.network.network import Network
+from vasowave.network.vessel_table import COUNT, measured_columns
 
 
 def write_network_table(measured: Measurement, path: str | Path, doubts: Sequence[Doubt] = ()) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.imaging.exchange.polydata import data_array, read_polydata
 from vasowave.imaging.lumen.surface import Surface
-from vasowave.textfile import read_bytes
+from vasowave.io.textfile import read_bytes
 
 FEWEST = 100
 """A surface of vessels has so many corners."""

@@ -14,7 +14,7 @@ import numpy as np
 from vasowave.imaging.given import Given
 from vasowave.imaging.options import Options
 from vasowave.imaging.read.volume import Volume
-from vasowave.textfile import read_start
+from vasowave.io.textfile import read_start
 
 _LIBRARIES = ("numpy", "scipy", "scikit-image", "SimpleITK", "pydicom", "tifffile")
 _SOURCE = Path(__file__).parents[1]

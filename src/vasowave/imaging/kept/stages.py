@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from vasowave.errors import VasowaveWarning
-from vasowave.files import made_inside, write_folder
+from vasowave.findings import Finding, as_json, found_in, from_json, warn
 from vasowave.imaging.kept.packing import read_value, write_value
+from vasowave.io.files import made_inside, write_folder
 
 T = TypeVar("T")
 FOLDER = "stages"
@@ -32,7 +33,7 @@ class Stages:
     def __init__(self, parent: Path | None = None) -> None:
         self.parent = parent
         self._asked: set[str] = set()
-        self._fresh: dict[str, tuple[str, Any, tuple[str, ...]]] = {}
+        self._fresh: dict[str, tuple[str, Any, tuple[Finding, ...]]] = {}
 
     def kept(self, name: str, key: str, make: Callable[[], T]) -> T:
         """Return what `make` returns, and warn as it does; from the disk, if that stands there under `key`."""
@@ -71,18 +72,18 @@ class Stages:
         folder = made_inside(self.parent, FOLDER)
         with write_folder(folder) as part:
             for name, (key, value, notes) in self._fresh.items():
-                write_value(part / f"{name}{_SUFFIX}", key, (notes, value))
+                write_value(part / f"{name}{_SUFFIX}", key, (as_json(notes), value))
         for file in folder.glob(f"*{_SUFFIX}"):
             if file.stem not in self._asked:
                 file.unlink()
         self._fresh.clear()
 
-    def _read(self, name: str, key: str) -> tuple[Any, tuple[str, ...]] | None:
+    def _read(self, name: str, key: str) -> tuple[Any, tuple[Finding, ...]] | None:
         """Return value and warnings of a stage; None where it is not there, not whole, or of something else."""
         assert self.parent is not None
         try:
             notes, value = read_value(self.parent / FOLDER / f"{name}{_SUFFIX}", key)
-            return value, notes
+            return value, from_json(notes)
         except Exception:  # whatever stands there, the stage can be made anew
             return None
 
@@ -96,19 +97,19 @@ def forget_stages(parent: Path) -> None:
         folder.rmdir()
 
 
-def _made(make: Callable[[], T]) -> tuple[T, tuple[str, ...]]:
+def _made(make: Callable[[], T]) -> tuple[T, tuple[Finding, ...]]:
     """Return what `make` returns and what it warned of, having warned."""
-    notes: tuple[str, ...] = ()
+    notes: tuple[Finding, ...] = ()
     try:
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always", VasowaveWarning)
             value = make()
     finally:
-        notes = tuple(str(one.message) for one in told if issubclass(one.category, VasowaveWarning))
+        notes = found_in(told)
         _warn(notes)
     return value, notes
 
 
-def _warn(notes: tuple[str, ...]) -> None:
+def _warn(notes: tuple[Finding, ...]) -> None:
     for note in notes:
-        warnings.warn(note, VasowaveWarning, stacklevel=4)
+        warn(note, stacklevel=4)

@@ -1,6 +1,5 @@
 """Which voxels are vessel: smoothing by the measured noise, a threshold, the component that holds the seed."""
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,7 +9,8 @@ from scipy import ndimage
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
+from vasowave.findings import look_kind, warn
 from vasowave.imaging.lumen.background import background_level, noise_level
 from vasowave.imaging.places import written
 from vasowave.imaging.read.volume import Volume
@@ -74,6 +74,16 @@ class Segmentation:
         return corners, triangles
 
 
+AT_BORDER = look_kind(
+    "image.lumen-at-border",
+    "the lumen touches the border of the volume: the vessels that leave it end there, cut",
+    "Scan or crop wider, if these vessels matter.",
+)
+TWO_TREES = look_kind(
+    "image.two-trees", "two separate trees ({larger} and {smaller} voxels): took the larger; {remedy}", "a seed chooses"
+)
+
+
 def segment(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None = None) -> Segmentation:
     """Return the vessel tree of `volume` brighter than `threshold`.
 
@@ -133,7 +143,7 @@ def connected_lumen(
     voxels = _piece(volume, bright, seed)
     low, high = voxels.min(axis=0), voxels.max(axis=0) + 1
     if (low == 0).any() or (high == grey.shape).any():
-        _warn("the lumen touches the border of the volume: the vessels that leave it end there, cut")
+        warn(AT_BORDER(), stacklevel=3)
     low, high = np.maximum(low - MARGIN, 0), np.minimum(high + MARGIN, grey.shape)
     mask = np.zeros(high - low, dtype=bool)
     mask[tuple((voxels - low).T)] = True
@@ -179,7 +189,7 @@ def _chosen(volume: Volume, voxels: np.ndarray, labels: np.ndarray, seed: np.nda
     sizes = np.append(np.bincount(labels), 0)
     largest, second = np.argsort(sizes)[::-1][:2]
     if sizes[second] > 0.1 * sizes[largest]:
-        _warn(f"two separate trees ({sizes[largest]} and {sizes[second]} voxels): took the larger; a seed chooses")
+        warn(TWO_TREES(larger=int(sizes[largest]), smaller=int(sizes[second])), stacklevel=3)
     return int(largest)
 
 
@@ -189,7 +199,3 @@ def _holes(mask: np.ndarray) -> np.ndarray:
     faces = [np.take(outside, end, axis=axis).ravel() for axis in range(3) for end in (0, -1)]
     enclosed = np.setdiff1d(np.arange(1, count + 1), np.concatenate(faces))
     return np.isin(outside, enclosed) if len(enclosed) else np.zeros_like(mask)
-
-
-def _warn(message: str) -> None:
-    warnings.warn(message, VasowaveWarning, stacklevel=3)

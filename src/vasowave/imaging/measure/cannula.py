@@ -1,10 +1,9 @@
 """The cannula of known diameter: where it ends in the root vessel, and the scale it gives."""
 
-import warnings
-
 import numpy as np
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
+from vasowave.findings import look_kind, warn
 from vasowave.imaging.measure.contrast import BLUR, own_contrast
 from vasowave.imaging.measure.profiles import profile
 from vasowave.imaging.measure.radii import densitometric_radius, section_radii
@@ -115,6 +114,14 @@ def cannula_radius(line: Line, volume: Volume) -> float:
     return densitometric_radius(one, contrast)
 
 
+OTHER_SCALE = look_kind(
+    "image.cannula-scale",
+    "the cannula measures {measured:.4g} cm instead of {known:.4g}: its scale differs by {percent:+.1f} % from the "
+    "file's voxel size, which was used; {remedy}",
+    "check the spacing",
+)
+
+
 def scale_of(cannula: Line, volume: Volume, known: float) -> float:
     """Return the known over the measured radius of the `cannula`.
 
@@ -126,10 +133,5 @@ def scale_of(cannula: Line, volume: Volume, known: float) -> float:
     measured = cannula_radius(cannula, volume)
     scale = known / measured
     if abs(scale - 1) > 0.01:
-        warnings.warn(
-            f"the cannula measures {measured:.4g} cm instead of {known:.4g}: its scale differs by "
-            f"{100 * (scale - 1):+.1f} % from the file's voxel size, which was used; check the spacing",
-            VasowaveWarning,
-            stacklevel=2,
-        )
+        warn(OTHER_SCALE(measured=float(measured), known=float(known), percent=float(100 * (scale - 1))))
     return scale

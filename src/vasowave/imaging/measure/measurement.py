@@ -10,7 +10,7 @@ from vasowave.imaging.measure.radii import Densitometry, densitometry
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Tree
-from vasowave.network import Network, closes
+from vasowave.network.network import Network, closes
 
 RELIABLE = 2.0
 """A radius is reliable if it was measured over a free length of at least this many radii."""

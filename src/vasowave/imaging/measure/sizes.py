@@ -4,7 +4,7 @@ import numpy as np
 
 from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.tree import Tree
-from vasowave.network import Network
+from vasowave.network.network import Network
 
 
 def network_of(tree: Tree) -> Network:

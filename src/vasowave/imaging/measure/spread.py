@@ -1,12 +1,12 @@
 """How much radii and lengths depend on the threshold, and lengths on where the fit of the axes begins."""
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
+from vasowave.findings import look_kind, warn
 from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.axes.vessels import in_another_lumen
 from vasowave.imaging.lumen.segmentation import Segmenter
@@ -21,6 +21,16 @@ FACTORS = 0.8, 1.2
 """The radii are measured again at these multiples of the threshold."""
 ENDS = 0.3
 """Standard deviation of the places of a vessel's ends that no threshold shows, voxels."""
+
+_THRESHOLD = "Look at the lumen at this threshold, or choose another."
+NO_TREE = look_kind(
+    "image.no-tree-at-threshold", "at threshold {threshold:g} no tree, so radius_sd is unknown: {why}", _THRESHOLD
+)
+NOT_IN_LUMEN = look_kind(
+    "image.not-in-lumen",
+    "at threshold {threshold:g} the lumen does not hold vessel(s) {vessels}: radius_sd is unknown there",
+    _THRESHOLD,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +84,7 @@ def elsewhere(
             lumen = segmenter(part, level, root)
             again = in_another_lumen(tree, lumen)
         except InputError as error:
-            _warn(f"at threshold {level:g} no tree, so radius_sd is unknown: {error}")
+            warn(NO_TREE(threshold=level, why=str(error)), stacklevel=4)
             continue
         others.append(Elsewhere(again, level, lumen.mask, lumen.origin, lumen.spacing))
     return tuple(others)
@@ -135,7 +145,7 @@ def _sizes_in(other: Elsewhere, measured: Measurement, volume: Volume, look: Loo
     lost = ~_in_lumen(measured.tree, other)
     if lost.any():
         names = ", ".join(str(row + 1) for row in np.flatnonzero(lost))
-        _warn(f"at threshold {other.threshold:g} the lumen does not hold vessel(s) {names}: radius_sd is unknown there")
+        warn(NOT_IN_LUMEN(threshold=float(other.threshold), vessels=names), stacklevel=4)
     network = network_of(other.tree)
     dense, window = (
         np.isfinite(measured.densitometric),
@@ -167,7 +177,3 @@ def _around(volume: Volume, tree: Tree, root: np.ndarray) -> Volume:
     high = (places.max(axis=0) + reach + 1).astype(int)
     box = tuple(slice(a, b) for a, b in zip(low, high, strict=True))
     return Volume(volume.grey[box], volume.spacing, volume.origin + low * volume.spacing)
-
-
-def _warn(message: str) -> None:
-    warnings.warn(message, VasowaveWarning, stacklevel=4)

@@ -1,17 +1,16 @@
 """Volumes from files: a DICOM folder, NRRD, NIfTI, MetaImage, RAW with header, or a TIFF stack."""
 
-import warnings
 from pathlib import Path
 
 import numpy as np
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
 from vasowave.imaging.read.metaimage import require_whole_metaimage
 from vasowave.imaging.read.native import read_image
 from vasowave.imaging.read.nifti import require_whole_nifti
 from vasowave.imaging.read.nrrd import require_whole_nrrd
 from vasowave.imaging.read.volume import VOXELS, Volume
-from vasowave.textfile import regular_file
+from vasowave.io.textfile import regular_file
 
 _CHECKS = {
     ".mha": require_whole_metaimage,
@@ -52,8 +51,6 @@ def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
     if not path.is_dir():
         path = _checked(path, spacing)
     image = read_image(path)
-    for note in image.notes:
-        warnings.warn(note, VasowaveWarning, stacklevel=2)
     try:
         spacing_used = image.spacing if spacing is None else np.full(3, spacing)
         return Volume(image.grey, spacing_used, image.origin, image.axes)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from vasowave.errors import InputError
 from vasowave.imaging.read.payload import data_file, no_voxel_size, require_bytes
-from vasowave.textfile import read_start
+from vasowave.io.textfile import read_start
 
 _BYTES = {
     "CHAR": 1, "UCHAR": 1, "SHORT": 2, "USHORT": 2, "INT": 4, "UINT": 4, "LONG": 4, "ULONG": 4, "LONG_LONG": 8,

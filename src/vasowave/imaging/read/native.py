@@ -102,7 +102,7 @@ def _asked(process: subprocess.Popen[bytes], path: Path, size: int, seconds: flo
             raise EOFError
         rest = rest[count:]
     spacing, origin, axes = (np.array(head[name]) for name in ("spacing", "origin", "axes"))
-    return Image(grey, spacing, origin, tuple(head["notes"]), axes)
+    return Image(grey, spacing, origin, axes)
 
 
 def _how_it_ended(process: subprocess.Popen[bytes]) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from vasowave.errors import InputError
 from vasowave.imaging.read.payload import Packing, data_file, no_voxel_size, require_bytes
-from vasowave.textfile import read_start
+from vasowave.io.textfile import read_start
 
 _BYTES = {
     **dict.fromkeys(("signed char", "int8", "int8_t", "uchar", "unsigned char", "uint8", "uint8_t"), 1),

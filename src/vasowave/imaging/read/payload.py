@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from vasowave.errors import InputError
-from vasowave.textfile import regular_file
+from vasowave.io.textfile import regular_file
 
 Packing = Literal["raw", "zlib", "gzip", "bzip2"]
 

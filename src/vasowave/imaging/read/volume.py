@@ -21,7 +21,6 @@ class Image(NamedTuple):
     grey: np.ndarray
     spacing: np.ndarray
     origin: np.ndarray
-    notes: tuple[str, ...] = ()
     axes: np.ndarray = np.eye(3)
 
 

@@ -42,7 +42,7 @@ def answer(asked: dict[str, Any], out: BinaryIO) -> None:
         _tell(out, {"error": f"{path}: not an image that can be read ({type(error).__name__}: {error})"})
     else:
         grey = np.ascontiguousarray(image.grey)
-        head = {"shape": grey.shape, "type": grey.dtype.str, "notes": image.notes}
+        head = {"shape": grey.shape, "type": grey.dtype.str}
         places = {name: getattr(image, name).tolist() for name in ("spacing", "origin", "axes")}
         _tell(out, head | places, grey)
 

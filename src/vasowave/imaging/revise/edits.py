@@ -12,7 +12,6 @@ Edits name places and not vessels, because vessels are numbered anew in every ex
 the lines, each on what the ones above left.
 """
 
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,11 +19,12 @@ from pathlib import Path
 import numpy as np
 
 from vasowave import units
-from vasowave.columns import NO_END
-from vasowave.errors import InputError, VasowaveWarning, did_you_mean
+from vasowave.errors import InputError, did_you_mean
+from vasowave.findings import warn
 from vasowave.imaging.places import place, written
 from vasowave.imaging.tree import Tree, without
-from vasowave.textfile import read_lines
+from vasowave.io.columns import NO_END
+from vasowave.io.textfile import read_lines
 
 REACH = 3.0
 """An edit finds its vessel if its place is within this many radii of the vessel's axis."""
@@ -95,7 +95,7 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
         for block in read_lines(path):
             yield from enumerate(block.texts, block.first)
             if block.cut:
-                warnings.warn(f"{path}: {NO_END}", VasowaveWarning, stacklevel=4)
+                warn(NO_END().at(str(path)), stacklevel=4)
     except InputError as error:
         raise InputError(f"{path}: the edits cannot be read ({error}); they are plain text") from None
 

@@ -1,16 +1,27 @@
 """Parts of a tree: its first generations, its largest vessels, all above a radius; junctions stay whole."""
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
+from vasowave.findings import look_kind, warn
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.options import check_wishes
 from vasowave.imaging.tree import Tree
-from vasowave.network import Network
+from vasowave.network.network import Network
+
+FEWER_GENERATIONS = look_kind(
+    "image.fewer-generations",
+    "the network has {generations} generations, not {count}: all of it is kept",
+    "Ask for fewer.",
+)
+FEWER_VESSELS = look_kind(
+    "image.fewer-vessels",
+    "{vessels} vessels are kept, not {count}: one more junction would make more, or there are no more",
+    "Ask for fewer.",
+)
 
 
 def first_generations(network: Network, count: int) -> np.ndarray:
@@ -28,7 +39,7 @@ def first_generations(network: Network, count: int) -> np.ndarray:
     """
     _require(count >= 1, f"{count} generations; at least the root is needed: give 1 or more")
     if count > len(network.generations):
-        _warn(f"the network has {len(network.generations)} generations, not {count}: all of it is kept")
+        warn(FEWER_GENERATIONS(generations=len(network.generations), count=count), stacklevel=3)
     return np.sort(np.concatenate(network.generations[:count]))
 
 
@@ -58,7 +69,7 @@ def largest_vessels(network: Network, count: int) -> np.ndarray:
         widest = max(ends, key=lambda row: max(network.radius[daughter] for daughter in network.daughters[row]))
         kept |= set(network.daughters[widest])
     if len(kept) < count:
-        _warn(f"{len(kept)} vessels are kept, not {count}: one more junction would make more, or there are no more")
+        warn(FEWER_VESSELS(vessels=len(kept), count=count), stacklevel=3)
     return np.array(sorted(kept))
 
 
@@ -144,7 +155,3 @@ def scaled(measured: Measurement, factor: float) -> Measurement:
 def _require(condition: bool, message: str) -> None:
     if not condition:
         raise InputError(message)
-
-
-def _warn(message: str) -> None:
-    warnings.warn(message, VasowaveWarning, stacklevel=3)

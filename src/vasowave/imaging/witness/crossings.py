@@ -4,6 +4,7 @@ from itertools import combinations
 
 import numpy as np
 
+from vasowave.findings import look_kind
 from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.doubts import Doubt
@@ -14,6 +15,13 @@ about 130 degrees of one another."""
 NEAR, OVER = 2.0, 3.0
 """Their beginnings lie within so many times the sum of their radii; directions are taken over so many radii from where
 they have left their junction and their sisters: before, they bend toward the vessel that they only cross."""
+
+PASSING = look_kind(
+    "witness.passing-vessel",
+    "vessel(s) {vessels}: run on straight into one another, as one vessel does that touches or crosses another: "
+    "{remedy}",
+    "if it is not of this tree, remove both",
+)
 
 
 def crossing_doubts(tree: Tree) -> list[Doubt]:
@@ -27,11 +35,8 @@ def crossing_doubts(tree: Tree) -> list[Doubt]:
         kin = _is_beyond(tree, one, other) or _is_beyond(tree, other, one)
         if passing and not kin and gap < NEAR * (lines[0].typical_radius + lines[1].typical_radius):
             names = str(one + 1), str(other + 1)
-            text = (
-                f"vessel(s) {', '.join(names)}: run on straight into one another, as one vessel does that touches or "
-                "crosses another: if it is not of this tree, remove both"
-            )
-            doubts.append(Doubt("topology", text, names, np.array([line.points[-1] for line in lines])))
+            found = PASSING(vessels=", ".join(names))
+            doubts.append(Doubt("topology", found, names, np.array([line.points[-1] for line in lines])))
     return doubts
 
 

@@ -5,6 +5,10 @@ from typing import Literal
 
 import numpy as np
 
+from vasowave.findings import Finding
+
+About = Literal["topology", "length", "radius", "loop"]
+
 
 @dataclass(frozen=True, eq=False)
 class Doubt:
@@ -14,7 +18,7 @@ class Doubt:
     ----------
     about : "topology", "length", "radius" or "loop"
         What may be wrong; "loop": whatever depends on where a ring of the lumen is cut.
-    text : str
+    finding : Finding
         What was seen and what to do.
     vessels : tuple of str
         Names of the vessels that may be wrong.
@@ -22,7 +26,12 @@ class Doubt:
         Where, z, y, x, cm; may be empty.
     """
 
-    about: Literal["topology", "length", "radius", "loop"]
-    text: str
+    about: About
+    finding: Finding
     vessels: tuple[str, ...] = ()
     places: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+
+    @property
+    def text(self) -> str:
+        """The finding in words."""
+        return str(self.finding)

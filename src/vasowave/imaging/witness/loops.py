@@ -1,6 +1,5 @@
 """Loops of the lumen: a tree has none, touching vessels and smeared gaps make them."""
 
-import warnings
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -9,7 +8,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
-from vasowave.errors import InputError, VasowaveWarning
+from vasowave.errors import InputError
+from vasowave.findings import look_kind, warn
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.places import written
 from vasowave.imaging.tree import Tree
@@ -22,6 +22,17 @@ APART = 3.0
 
 NAMED = 6
 """A message names so many rings."""
+
+LOOP = look_kind(
+    "witness.loop",
+    "vessel(s) {vessels}: the lumen closes a loop here, which the tree cuts",
+    "Cut it in the mask, or give the outlets.",
+)
+LOOPS_CUT = look_kind(
+    "image.loops",
+    "{loops}. The tree cuts each somewhere: vessels, lengths and flows on it may be far off: {ways}",
+    "Raise the threshold, cut the loops in the mask, or give the outlets.",
+)
 
 
 class Loop(NamedTuple):
@@ -94,11 +105,7 @@ def told_loops(lumen: Segmentation, what: Literal["refuse", "open"], guided: boo
             f"{text}. A tree cannot hold them, and where one is cut decides which vessels there are: {ways}, or accept "
             f"any cut (loops 'open'){outlets}"
         )
-    warnings.warn(
-        f"{text}. The tree cuts each somewhere: vessels, lengths and flows on it may be far off: {ways}{outlets}",
-        VasowaveWarning,
-        stacklevel=2,
-    )
+    warn(LOOPS_CUT(loops=text, ways=f"{ways}{outlets}"))
     return np.array([one.place for one in loops])
 
 
@@ -109,8 +116,7 @@ def loop_doubts(tree: Tree, names: tuple[str, ...], places: np.ndarray) -> list[
         gap = np.linalg.norm(tree.line.points - place, axis=1) - 2 * tree.line.radius
         near = np.unique(tree.owner[gap <= max(float(gap.min()), 0.0)])
         own = tuple(names[row] for row in near)
-        text = f"vessel(s) {', '.join(own)}: the lumen closes a loop here, which the tree cuts"
-        doubts.append(Doubt("loop", text, own, place[None]))
+        doubts.append(Doubt("loop", LOOP(vessels=", ".join(own)), own, place[None]))
     return doubts
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from vasowave.findings import look_kind
 from vasowave.imaging.places import written
 from vasowave.imaging.tree import Tree
 from vasowave.imaging.witness.doubts import Doubt
@@ -13,6 +14,29 @@ NEAR = 2.0, 4.0
 LONG = 1.5
 """An inner vessel shorter than so many radii, within its uncertainty, may be no vessel but one junction; one that is
 shorter for sure is one for the witness."""
+
+_SECOND = "a second, independent tree of the lumen"
+NOT_SEEN = look_kind(
+    "witness.not-seen",
+    f"{_SECOND} does not have vessel(s) {{vessels}}: {{remedy}}",
+    "look whether they are there",
+)
+MORE_ENDS = look_kind(
+    "witness.more-ends",
+    f"{_SECOND} has {{ends}} more end(s), at (x,y,z, cm) {{places}}: a vessel may be missing there; {{remedy}}",
+    "look, and give outlets or edits",
+)
+OTHER_JOINTS = look_kind(
+    "witness.other-joints",
+    f"{_SECOND} joins other vessels than vessel(s) {{vessels}} do: {{remedy}}",
+    "look at their ends",
+)
+SHORT = look_kind(
+    "witness.short-vessel",
+    "vessel(s) {vessels}: perhaps shorter than {radii:g} radii between two junctions, which may be one that more than "
+    "two vessels leave: {remedy}",
+    "look, and merge what is no vessel",
+)
 
 
 def topology_doubts(
@@ -39,15 +63,11 @@ def topology_doubts(
     if lost:
         names = ", ".join(str(row + 1) for row in lost)
         places = np.array([tree.lines[row].points[-1] for row in lost])
-        text = f"a second, independent tree of the lumen does not have vessel(s) {names}: look whether they are there"
-        doubts.append(Doubt("topology", text, _names(lost), places))
+        doubts.append(Doubt("topology", NOT_SEEN(vessels=names), _names(lost), places))
     if spare and all_ends:
         places = skeleton.end[spare]
-        text = (
-            f"a second, independent tree of the lumen has {len(spare)} more end(s), at (x,y,z, cm) "
-            f"{'; '.join(map(written, places))}: a vessel may be missing there; look, and give outlets or edits"
-        )
-        doubts.append(Doubt("topology", text, _names(_nearest(tree, places)), places))
+        more = MORE_ENDS(ends=len(spare), places="; ".join(map(written, places)))
+        doubts.append(Doubt("topology", more, _names(_nearest(tree, places)), places))
     lengths = np.array([line.length for line in tree.lines]) if least is None else least
     return doubts + _junction_doubts(tree, skeleton, pairs) + _short_doubts(tree, lengths)
 
@@ -73,8 +93,8 @@ def _junction_doubts(tree: Tree, skeleton: Branches, pairs: dict[int, int]) -> l
     if not other:
         return []
     names = ", ".join(str(row + 1) for row in other)
-    text = f"a second, independent tree of the lumen joins other vessels than vessel(s) {names} do: look at their ends"
-    return [Doubt("topology", text, _names(other), np.array([tree.lines[row].points[-1] for row in other]))]
+    places = np.array([tree.lines[row].points[-1] for row in other])
+    return [Doubt("topology", OTHER_JOINTS(vessels=names), _names(other), places)]
 
 
 def _short_doubts(tree: Tree, lengths: np.ndarray) -> list[Doubt]:
@@ -83,11 +103,8 @@ def _short_doubts(tree: Tree, lengths: np.ndarray) -> list[Doubt]:
     short = [row for row in inner if lengths[row] <= LONG * tree.lines[row].typical_radius]
     if not short:
         return []
-    text = (
-        f"vessel(s) {', '.join(str(row + 1) for row in short)}: perhaps shorter than {LONG:g} radii between two "
-        "junctions, which may be one that more than two vessels leave: look, and merge what is no vessel"
-    )
-    return [Doubt("topology", text, _names(short), np.array([tree.lines[row].points[-1] for row in short]))]
+    found = SHORT(vessels=", ".join(str(row + 1) for row in short), radii=LONG)
+    return [Doubt("topology", found, _names(short), np.array([tree.lines[row].points[-1] for row in short]))]
 
 
 def _is_short(tree: Tree, row: int) -> bool:

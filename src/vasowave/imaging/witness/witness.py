@@ -1,14 +1,14 @@
 """No answer without its witness: everything that contradicts a measured tree, or that it does not settle, by vessel."""
 
-from collections.abc import Sequence
 from statistics import NormalDist
 
 import numpy as np
 
+from vasowave.findings import Kind, look_kind
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.witness.crossings import crossing_doubts
-from vasowave.imaging.witness.doubts import Doubt
+from vasowave.imaging.witness.doubts import About, Doubt
 from vasowave.imaging.witness.skeleton import Branches
 from vasowave.imaging.witness.topology import topology_doubts
 
@@ -24,6 +24,42 @@ UNEVEN = 0.06
 """A lumen whose surface lies so far from a round tube (`surface_misfit`) is named; round ones show 0.01 to 0.04."""
 FILLED = 0.7
 """A vessel with less than this share of the root's contrast is partly filled."""
+
+SHATTER = look_kind(
+    "witness.shattered",
+    "{short} of {vessels} vessels are too short between junctions to be measured, as where vessels are flat or rough "
+    "and their ridges are taken for branches: {remedy}",
+    "do not use this tree, give the outlets",
+)
+_VESSELS = "vessel(s) {vessels}: "
+CUT = look_kind(
+    "witness.cut", f"{_VESSELS}cut by the border of the image: longer than what is seen", "Scan or crop wider."
+)
+UNSURE_LENGTH = look_kind(
+    "witness.length",
+    f"{_VESSELS}the length is uncertain by more than {{share:.0%}} ({{deviations:g}} SD): {{remedy}}",
+    "look at its junctions, of the root at the end of the cannula too",
+)
+UNSURE_RADIUS = look_kind(
+    "witness.radius",
+    f"{_VESSELS}the radius is uncertain by more than {{share:.0%}} ({{deviations:.1f}} SD)",
+    "Scan finer, or give the model this uncertainty.",
+)
+NO_RADIUS = look_kind(
+    "witness.short-for-radius",
+    f"{_VESSELS}too short between junctions, sisters and ends: the radius is not reliable",
+    "Look at it, and merge what is no vessel.",
+)
+NOT_ROUND = look_kind(
+    "witness.not-round",
+    f"{_VESSELS}the surface is not that of a round tube: not round, touched by another vessel, or badly segmented",
+    "Look at the lumen there.",
+)
+PARTLY_FILLED = look_kind(
+    "witness.partly-filled",
+    f"{_VESSELS}less than {{share:.0%}} of the root's contrast: partly filled, and what lies beyond may be missing",
+    "Look at the image beyond it.",
+)
 
 
 def doubts_about(
@@ -53,11 +89,8 @@ def _shattered(measured: Measurement) -> list[Doubt]:
     short = ~measured.reliable
     if short.mean() <= SHATTERED:
         return []
-    text = (
-        f"{short.sum()} of {len(short)} vessels are too short between junctions to be measured, as where vessels are "
-        "flat or rough and their ridges are taken for branches: do not use this tree, give the outlets"
-    )
-    return [Doubt("topology", text, tuple(measured.network.name[row] for row in np.flatnonzero(short)))]
+    found = SHATTER(short=int(short.sum()), vessels=len(short))
+    return [Doubt("topology", found, tuple(measured.network.name[row] for row in np.flatnonzero(short)))]
 
 
 def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
@@ -71,7 +104,7 @@ def _cut(measured: Measurement, lumen: Segmentation) -> list[Doubt]:
         ends[row] = (np.where(reached, to_faces, np.inf) < line.typical_radius / lumen.spacing + 2).any()
     if not ends.any():
         return []
-    return [_doubt(measured, "length", ends, "cut by the border of the image: longer than what is seen")]
+    return [_doubt(measured, "length", ends, CUT)]
 
 
 def _unsettled(measured: Measurement) -> list[Doubt]:
@@ -80,21 +113,13 @@ def _unsettled(measured: Measurement) -> list[Doubt]:
     deviations = NormalDist().inv_cdf(1 - CHANCE / 2 / len(network))
     lengths = ~(SURE * measured.length_sd <= LENGTH * network.length)
     radii = ~(deviations * measured.radius_sd <= RADIUS * network.radius)
-    texts = (
-        (
-            "length",
-            lengths,
-            f"the length is uncertain by more than {LENGTH:.0%} ({SURE:g} SD): look at its junctions, of the root at "
-            "the end of the cannula too",
-        ),
-        (
-            "radius",
-            radii & measured.reliable,
-            f"the radius is uncertain by more than {RADIUS:.0%} ({deviations:.1f} SD)",
-        ),
-        ("radius", ~measured.reliable, "too short between junctions, sisters and ends: the radius is not reliable"),
-    )
-    return [_doubt(measured, about, rows, text) for about, rows, text in texts if rows.any()]
+    sure = {"share": RADIUS, "deviations": float(deviations)}
+    found: list[tuple[About, np.ndarray, Kind, dict[str, float]]] = [
+        ("length", lengths, UNSURE_LENGTH, {"share": LENGTH, "deviations": SURE}),
+        ("radius", radii & measured.reliable, UNSURE_RADIUS, sure),
+        ("radius", ~measured.reliable, NO_RADIUS, {}),
+    ]
+    return [_doubt(measured, about, rows, which, **values) for about, rows, which, values in found if rows.any()]
 
 
 def _uneven(measured: Measurement, misfit: np.ndarray) -> list[Doubt]:
@@ -102,18 +127,16 @@ def _uneven(measured: Measurement, misfit: np.ndarray) -> list[Doubt]:
     doubts = []
     uneven = np.nan_to_num(misfit) > UNEVEN
     if uneven.any():
-        text = "the surface is not that of a round tube: not round, touched by another vessel, or badly segmented"
-        doubts.append(_doubt(measured, "length", uneven, text))
+        doubts.append(_doubt(measured, "length", uneven, NOT_ROUND))
     if measured.grey is not None:
         contrast = measured.grey.contrast
         dim = np.nan_to_num(contrast / contrast[measured.network.root], nan=1.0) < FILLED
         if dim.any():
-            text = f"less than {FILLED:.0%} of the root's contrast: partly filled, and what lies beyond may be missing"
-            doubts.append(_doubt(measured, "radius", dim, text))
+            doubts.append(_doubt(measured, "radius", dim, PARTLY_FILLED, share=FILLED))
     return doubts
 
 
-def _doubt(measured: Measurement, about: str, rows: Sequence[bool] | np.ndarray, text: str) -> Doubt:
+def _doubt(measured: Measurement, about: About, rows: np.ndarray, which: Kind, **values: float) -> Doubt:
     names = tuple(measured.network.name[row] for row in np.flatnonzero(rows))
     places = [line.points[len(line) // 2] for line, taken in zip(measured.tree.lines, rows, strict=True) if taken]
-    return Doubt(about, f"vessel(s) {', '.join(names)}: {text}", names, np.array(places))  # type: ignore[arg-type]
+    return Doubt(about, which(vessels=", ".join(names), **values), names, np.array(places))

@@ -4,21 +4,21 @@ from collections.abc import Mapping, Sequence
 
 import xarray as xr
 
-from vasowave.animal.reading import data_of
-from vasowave.cohort.primary import Family, question_of
-from vasowave.cohort.table import INDICES
+from vasowave.animal.result import AnimalResult
+from vasowave.cohort.primary import Family
+from vasowave.quantities import INDICES, question_of
 from vasowave.report.answer.groups import Called
 from vasowave.report.wording import listed, value_text
 
 
-def animal_answers(result: xr.DataTree, law: str, family: Family, called: Called) -> list[tuple[str, str]]:
+def animal_answers(result: AnimalResult, law: str, family: Family, called: Called) -> list[tuple[str, str]]:
     """Return question and answer: what was measured, then what the wall law says."""
     answers = [("Pressure and flow", _measured(result))]
     by_question: dict[str, list[str]] = {}
     for name in family.quantities if law else ():
         if name not in INDICES:
             by_question.setdefault(question_of(name), []).append(name)
-    quantities: Mapping[str, xr.DataArray] = data_of(result, f"{law}/quantities").data_vars if law else {}  # type: ignore[assignment]
+    quantities: Mapping[str, xr.DataArray] = result.laws[law].quantities.data_vars if law else {}  # type: ignore[assignment]
     for question, names in by_question.items():
         there = [name for name in names if name in quantities]
         if there:
@@ -31,8 +31,8 @@ def _listed(names: Sequence[str], quantities: Mapping[str, xr.DataArray], called
     return f"{text[0].upper()}{text[1:]}"
 
 
-def _measured(result: xr.DataTree) -> str:
-    data = data_of(result, "measured/quantities")
+def _measured(result: AnimalResult) -> str:
+    data = result.measured.quantities
     text = {name: value_text(data[name]) for name in INDICES}
     return (
         f"Mean pressure {text['mPAP']} (systolic {text['sPAP']}, diastolic {text['dPAP']}) at {text['CO']} and "

@@ -2,19 +2,19 @@
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from vasowave.animal.reading import data_of, wall_laws
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.primary import Family, Primary, question_of
-from vasowave.cohort.table import INDICES, column, rows_of
-from vasowave.columns import split_unit
+from vasowave.cohort.primary import Family, Primary
+from vasowave.cohort.table import column, rows_of
 from vasowave.figures.forest import Dot, Point, Row
 from vasowave.figures.style import short
+from vasowave.io.columns import split_unit
+from vasowave.quantities import INDICES, question_of
 from vasowave.report.answer.groups import Called
 from vasowave.report.wording import number, probability, ratio_with_interval, unit, value_text
 
-_FROM_DATA = {"stiffness": "up-slope of pressure and flow", "R_T": "mean pressure over mean flow",
+_FROM_DATA = {"wave_speed": "up-slope of pressure and flow", "R_T": "mean pressure over mean flow",
               "tau": "diastolic decay"}  # fmt: skip
 """What the recording alone says of a quantity, at the same pressure and of the same part; others are not the same."""
 
@@ -67,9 +67,9 @@ def _dots(cohort: Cohort, source: str, name: str, other: str) -> list[Dot]:
     ]
 
 
-def animal_rows(result: xr.DataTree, law: str, family: Family, called: Called) -> list[Row]:
+def animal_rows(result: AnimalResult, law: str, family: Family, called: Called) -> list[Row]:
     """Return one row for each quantity of the model, as a multiple of the primary law's value."""
-    data = data_of(result, f"{law}/quantities")
+    data = result.laws[law].quantities
     names = dict.fromkeys(["R_T", *family.quantities])
     there = [name for name in names if name not in INDICES and name in data]
     questions = list(dict.fromkeys([*map(question_of, family.quantities), *map(question_of, there)]))
@@ -77,12 +77,13 @@ def animal_rows(result: xr.DataTree, law: str, family: Family, called: Called) -
     return [_animal_row(result, law, name, called) for name in there]
 
 
-def _animal_row(result: xr.DataTree, law: str, name: str, called: Called) -> Row:
-    value = data_of(result, f"{law}/quantities")[name]
+def _animal_row(result: AnimalResult, law: str, name: str, called: Called) -> Row:
+    value = result.laws[law].quantities[name]
     center = float(value)
-    beside = [_relative(result, wall, name, center, called) for wall in wall_laws(result) if wall != law]
-    measured = data_of(result, "measured/quantities")
-    if name in _FROM_DATA and name in measured:
+    beside = [_relative(result, wall, name, center, called) for wall in result.laws if wall != law]
+    measured, waves = result.measured.quantities, result.measured.waves
+    elsewhere = name == "wave_speed" and waves.attrs["area_and_wave_speed_at"] != "mean pressure"  # the paper's
+    if name in _FROM_DATA and name in measured and not elsewhere:
         alone = float(measured[name])
         tip = f"{called(name)} from the recording alone ({_FROM_DATA[name]}): {value_text(measured[name])}"
         beside.append(Point(alone / center, alone / center, alone / center, "data", tip))
@@ -90,7 +91,7 @@ def _animal_row(result: xr.DataTree, law: str, name: str, called: Called) -> Row
     return Row(question_of(name), called(name), value_text(value), "", point, beside)
 
 
-def _relative(result: xr.DataTree, wall: str, name: str, center: float, called: Called) -> Point:
-    value = data_of(result, f"{wall}/quantities")[name]
+def _relative(result: AnimalResult, wall: str, name: str, center: float, called: Called) -> Point:
+    value = result.laws[wall].quantities[name]
     low, high = (float(value.attrs.get(f"interval_{end}", value)) / center for end in ("low", "high"))
     return Point(float(value) / center, low, high, wall, f"{called(name)}: {value_text(value)} ({wall} wall)")

@@ -1,6 +1,7 @@
 """How the groups differ: one sentence for each question, every effect with its interval and p."""
 
 from collections.abc import Callable
+from math import comb
 
 import numpy as np
 import pandas as pd
@@ -27,7 +28,7 @@ def group_answers(primary: Primary, called: Called) -> list[tuple[str, str]]:
     for (question, _), rows in primary.rows.groupby(["question", "other"], sort=False) if pairs else ():
         answers.setdefault(str(question), []).append(_answer(rows, called))
     said = [(question, " ".join(texts)) for question, texts in answers.items()]
-    return [*said, *_limits(primary.rows, pairs)] if pairs else said
+    return [*said, *_limits(primary.rows, pairs, called)] if pairs else said
 
 
 def _answer(rows: pd.DataFrame, called: Called) -> str:
@@ -65,7 +66,7 @@ def change(row: pd.Series) -> str:
     return f"{number(float(row['mean reference']))} → {number(float(row['mean other']))} {units}".rstrip()
 
 
-def _limits(rows: pd.DataFrame, pairs: int) -> list[tuple[str, str]]:
+def _limits(rows: pd.DataFrame, pairs: int, called: Called) -> list[tuple[str, str]]:
     """Say once what holds for the p of several questions: that too few animals are tested, or that there is none."""
     said = []
     few = rows[rows["smallest p"] >= CLEAR].drop_duplicates(["n reference", "n other", "smallest p"])
@@ -79,22 +80,26 @@ def _limits(rows: pd.DataFrame, pairs: int) -> list[tuple[str, str]]:
             f"No rank or permutation test{counted} can fall below p = {limits}; p and intervals rest on normal "
             "distributions of logarithms alone."
         )
-    if (rows["untested"] != "").any():
+    untested = rows[rows["untested"] != ""]
+    if len(untested):
+        mixed = "posterior" in set(rows["estimates"])
+        which = f" ({listed([called(str(name)) for name in untested['quantity'].unique()])})" if mixed else ""
         said.append(
-            "Not tested is what follows from a model where the animals of a group have one image: fits take it as "
-            "exact, and nothing tells its error."
+            f"What follows from fits{which} is not tested where the animals of a group have one image: fits take it as "
+            "exact, so that their intervals do not contain its error."
         )
     return [("How sure is this?", " ".join(said))] if said else []
 
 
 def _separated(rows: pd.DataFrame, called: Called) -> str:
-    """Name the quantities in which no animal of one group lies among the other."""
+    """Name the quantities in which no animal of one group lies among the other, and how often chance does that."""
     apart = rows[rows["apart"]]
     if not len(apart):
         return ""
-    if len(apart) == len(rows):
-        return "; the groups do not overlap" if len(rows) == 1 else "; the groups overlap in none of these"
-    return f"; the groups do not overlap in {listed([called(name) for name in apart['quantity']])}"
+    names = "" if len(apart) == len(rows) == 1 else f" in {listed([called(name) for name in apart['quantity']])}"
+    sizes = apart[["n reference", "n other"]].to_numpy(int).tolist()
+    chance = max(2 / comb(one + other, one) for one, other in sizes)  # of all ways to share the animals, two are apart
+    return f"; the groups do not overlap{names}, as chance makes them in {number(100 * chance, 2)} % of quantities"
 
 
 def influence(primary: Primary, called: Called) -> list[str]:

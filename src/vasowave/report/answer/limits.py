@@ -4,11 +4,11 @@ from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
-import xarray as xr
 
-from vasowave.animal.reading import data_of
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.misfit import misfits
+from vasowave.cohort.primary import Primary
 from vasowave.report.wording import listed, number
 
 
@@ -21,46 +21,45 @@ def model_limits(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[s
 
 def _image_pressure(cohort: Cohort) -> list[str]:
     """Say at which pressure the radii were measured, where the results tell."""
-    known = [float(data_of(result, "network")["image_pressure"]) for result in cohort.results
-             if "image_pressure" in data_of(result, "network")]  # fmt: skip
-    if not known:
-        return []
+    known = [result.network.pressure for result in cohort.results]
     if not any(known):
-        return ["The pressure of the image is not known; radii are taken as those at 0 mmHg, which stiffness hangs on."]
+        return ["The image's pressure is not known; radii are taken as those at 0 mmHg, and stiffness depends on that."]
     low, high = number(min(known)), number(max(known))
     return [
         f"Radii are those at the image's pressure, {low if low == high else f'{low} to {high}'} mmHg, taken as exact."
     ]
 
 
-def one_geometry(cohort: Cohort) -> list[str]:
-    """Say where animals of a group have one network: of its geometry there is one measurement, whatever n is."""
+def one_geometry(cohort: Cohort, primary: Primary) -> list[str]:
+    """Say where animals of a group have one network: of its geometry there is one measurement, whatever n is.
+
+    That the quantities of fits then have no p stands with the answers.
+    """
     if cohort.single or not cohort.walls:
         return []
     alike = [group for group, results in cohort.groups.items() if len(results) > 1 and _share_a_network(results)]
     if not alike:
         return []
+    if _share_a_network(cohort.results):
+        return ["All animals have one network: of its geometry n is 1. Its error counts as the same in all of them."]
     first, *others = cohort.groups
     radius = {
-        group: float(data_of(results[0], "network")["radius"].values[0]) for group, results in cohort.groups.items()
+        group: float(network.radius[network.root])
+        for group, network in ((group, results[0].network) for group, results in cohort.groups.items())
     }
     factors = listed([f"{number((radius[group] / radius[first]) ** 4, 2)} in {group}" for group in others])
-    drawn = any("inference" in result[wall].children for wall in cohort.walls for result in cohort.calibrated(wall))
-    unaware = (
-        "no p knows of it, and of the intervals only those from posteriors"
-        if drawn
-        else "no interval and no p knows of it"
-    )
-    alone = f", here by {factors} against {first}" if others else ""
+    alone = f"; by that alone it differs from {first} by a factor of {factors}" if others else ""
+    drawn = len(primary.rows) and (primary.rows["estimates"] == "posterior").any()
+    aware = " Intervals and p from posteriors contain the error of the image." if drawn else ""
     return [
         f"Within {listed(alike)} all animals have one network: of its geometry n is 1. Stiffness grows with the fourth "
-        f"power of the root's radius{alone}; {unaware}."
+        f"power of the root's radius{alone}.{aware}"
     ]
 
 
-def _share_a_network(results: list[xr.DataTree]) -> bool:
-    first, *rest = (data_of(result, "network") for result in results)
-    return all(one.sizes == first.sizes and np.array_equal(one["radius"], first["radius"]) for one in rest)
+def _share_a_network(results: list[AnimalResult]) -> bool:
+    first, *rest = (result.network.radius for result in results)
+    return all(np.array_equal(one, first) for one in rest)
 
 
 def _residual(cohort: Cohort, law: str) -> list[str]:

@@ -2,10 +2,9 @@
 
 from collections.abc import Mapping
 
-from vasowave.animal.reading import data_of
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.primary import Family, Primary
-from vasowave.figures.forest import forest_figure
+from vasowave.figures.forest import NARROW, WIDE, forest_figure
 from vasowave.figures.overview import tree_figure, waveforms_figure
 from vasowave.figures.style import group_looks, short, source_looks
 from vasowave.report.answer.animal import animal_answers
@@ -17,12 +16,12 @@ from vasowave.report.answer.walls import wall_answer
 from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
 from vasowave.report.glossary import symbol, words
 from vasowave.report.tables.cells import symbols
+from vasowave.report.wording import UNLIMITED, unlimited
 
 
 def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Section]:
     """Return the sections of the one result."""
-    written = symbols(cohort)
-    called = _caller(cohort, written)
+    written, called = symbols(cohort), caller(cohort)
     forest = _forest(cohort, primary, family, called)
     return [
         Section("answer", "The answer", [Columns([Answers(_answers(cohort, primary, family, called))], forest)]),
@@ -31,8 +30,9 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Se
     ]
 
 
-def _caller(cohort: Cohort, written: Mapping[str, str]) -> Called:
-    known = cohort.meanings
+def caller(cohort: Cohort) -> Called:
+    """Return what gives a quantity in words with its symbol, as the animals' results have them."""
+    known, written = cohort.meanings, symbols(cohort)
 
     def called(name: str) -> str:
         said, sign = words(name, known), symbol(name, written)
@@ -65,13 +65,17 @@ def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) ->
         axis, columns = f"relative to the {primary.law} wall [1]", ("value [95 %]", "")
         caption = (
             f"The {primary.law} wall's values with their 95 % intervals (diamonds), and on the same scale those of "
-            "other walls and what the recording alone says."
+            "other walls and (data) what the recording alone says by a closed formula, where fits begin. Where it "
+            "differs, believe the fit, which follows the whole waveform."
         )
     else:
         rows = group_rows(cohort, primary, called) if len(primary.rows) else []
         axis, columns = f"ratio to {short(cohort.reference)} [1]", ("ratio [95 %]", "p")
         caption = _ratios_caption(cohort, primary) if rows else ""
-    return [Drawing("Forest", caption, forest_figure(rows, looks, sources, axis, columns))] if rows else []
+    if not rows:
+        return []
+    wide, narrow = (forest_figure(rows, looks, sources, axis, columns, form) for form in (WIDE, NARROW))
+    return [Drawing("Forest", caption, wide, narrow)]
 
 
 def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
@@ -81,11 +85,16 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
     return (
         f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known. 95 % intervals and p "
         f"hold for all {len(primary.rows)} rows together. Below stand {walls}every animal over the mean of {reference}."
+        + (f" {UNLIMITED}: the data say nothing of that ratio." if _is_unlimited(primary) else "")
     )
 
 
+def _is_unlimited(primary: Primary) -> bool:
+    return any(unlimited(low, high) for low, high in primary.rows[["low", "high"]].to_numpy(float))
+
+
 def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
-    scatter = "; grey: SD of the beats" if "pressure_sd" in data_of(cohort.results[0], "recording") else ""
+    scatter = "; grey: SD of the beats" if "pressure_sd" in cohort.results[0].recording else ""
     single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}."
     caption = single if cohort.single else "Measured pressure and flow of every animal."
     waves: list[Block] = [Drawing("Measured", caption, waveforms_figure(cohort))]
@@ -97,8 +106,8 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
 
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
-    known = [*one_geometry(cohort), *model_limits(cohort, primary.law, written)]
+    known = [*one_geometry(cohort, primary), *model_limits(cohort, primary.law, written)]
     if len(primary.rows):
         known += [*influence(primary, called), *other_laws(primary, called)]
     left: list[Block] = [Bullets(known)] if known else []
-    return [Columns(left, problem_blocks(cohort, primary.law))]
+    return [Columns(left, problem_blocks(cohort, primary))]

@@ -1,13 +1,16 @@
 """What is wrong and must be looked at; routine notes are none of it."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 import pandas as pd
 
-from vasowave.animal.reading import data_of, name_of, notes_of
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.misfit import WORSE_THAN_BEST, misfits
-from vasowave.cohort.missing import Missing, Standing, missing_animals
+from vasowave.cohort.missing import Missing, Standing
+from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
+from vasowave.findings import Finding
 from vasowave.report.blocks import Block, Notice, Remarks
 from vasowave.report.tables.cells import span
 from vasowave.report.wording import number, some_of
@@ -16,7 +19,7 @@ _MOST_NAMED = 4  # animals named in a sentence
 _MOST_FAILURES = 8  # told one by one
 
 
-def problems(cohort: Cohort, law: str) -> list[str]:
+def problems(cohort: Cohort, primary: Primary) -> list[str]:
     """Return what is wrong: animals lost and what that may do to the comparison by the primary law, laws that failed or
     miss their data, searches that found their optimum only once.
     """
@@ -24,8 +27,8 @@ def problems(cohort: Cohort, law: str) -> list[str]:
     if len(cohort.failures) > _MOST_FAILURES:
         sentences.append(f"{len(cohort.failures) - _MOST_FAILURES} more failures stand in the table Failures.")
     if not cohort.single:
-        sentences += [_missing(one, law) for one in missing_animals(cohort, law)]
-    interrupted = [name_of(result) for result in cohort.results if int(result.attrs.get("interrupted", 0))]
+        sentences += [missing_text(one, primary.law) for one in primary.missing]
+    interrupted = [result.name for result in cohort.results if result.interrupted]
     if interrupted:
         sentences.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
     if differing := cohort.differing_settings:
@@ -33,7 +36,7 @@ def problems(cohort: Cohort, law: str) -> list[str]:
     return [*sentences, *_missed(cohort), *_alone(cohort)]
 
 
-def _missing(missing: Missing, law: str) -> str:
+def missing_text(missing: Missing, law: str) -> str:
     """Say who is missing from the comparison of the groups, and what that may do to it."""
     many, names = len(missing.animals) > 1, _some(list(missing.animals))
     what = f"by the {law} wall" if law and not missing.lost else "of the groups"
@@ -45,9 +48,8 @@ def _missing(missing: Missing, law: str) -> str:
 
 def _standing(missing: Missing, who: str) -> str:
     if missing.standing is Standing.UNKNOWN:
-        reason = (
-            "no animal of the group is left" if not missing.others else "no pressure is known of all that are missing"
-        )
+        unknown = "its pressure is not known" if who == "it" else "their pressures are not all known"
+        reason = unknown if missing.others else "no animal of the group is left"
         return f"Whether {who} {'was' if who == 'it' else 'were'} sicker than the others cannot be said: {reason}."
     pressures, others = (span(np.array(values)) for values in (missing.pressures, missing.others))
     high = missing.standing in (Standing.ABOVE, Standing.HIGHER)
@@ -57,14 +59,32 @@ def _standing(missing: Missing, who: str) -> str:
     )
 
 
-def problem_blocks(cohort: Cohort, law: str) -> list[Block]:
+def problem_blocks(cohort: Cohort, primary: Primary) -> list[Block]:
     """Return the problems as an alarm, and quietly where routine notes stand."""
-    sentences = problems(cohort, law)
+    sentences = problems(cohort, primary)
+    warned = {result.name: result.looks for result in cohort.results}
+    looks = _looks(warned)
     blocks: list[Block] = [Notice("Problems", sentences)] if sentences else []
-    count = sum(len(notes_of(result)) for result in cohort.results)
-    none = [] if sentences else ["No problem was found: nothing failed, and no law misses its data."]
+    blocks += [Notice("Recordings to look at", looks)] if looks else []
+    count = sum(len(result.findings) for result in cohort.results) - sum(map(len, warned.values()))
+    none = [] if sentences or looks else ["No problem was found: nothing failed, and no law misses its data."]
     notes = [f"{count} routine notes stand with the animals in the supplement."] if count else []
     return [*blocks, *([Remarks("Checks", [*none, *notes])] if none or notes else [])]
+
+
+def _looks(warned: Mapping[str, Sequence[Finding]]) -> list[str]:
+    """Return the warnings of recordings and networks: each with its animal, those of a kind that many have once."""
+    of_kind: dict[str, list[tuple[str, str]]] = {}
+    for name, found in warned.items():
+        for one in found:
+            of_kind.setdefault(one.code, []).append((short(name, 40), str(one)))
+    said = []
+    for pairs in of_kind.values():
+        if len(pairs) <= _MOST_NAMED:
+            said += [f"{name}: {text}" for name, text in pairs]
+        else:
+            said.append(f"{_some(list(dict.fromkeys(name for name, _ in pairs)))}; of {pairs[0][0]}: {pairs[0][1]}")
+    return said
 
 
 def _missed(cohort: Cohort) -> list[str]:
@@ -92,9 +112,9 @@ def _alone(cohort: Cohort) -> list[str]:
     sentences = []
     for wall in cohort.walls:
         names = [
-            name_of(result)
+            result.name
             for result in cohort.calibrated(wall)
-            for fit in [data_of(result, f"{wall}/calibration")]
+            for fit in [result.laws[wall].calibration]
             if fit.sizes["start"] > 2 and int(fit["start_agrees"].sum()) == 1
         ]
         if names:

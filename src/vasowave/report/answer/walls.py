@@ -41,7 +41,8 @@ def _evidence(one: Evidence, law: str, cohort: Cohort) -> str:
         verdict = f"The posteriors do not decide between the {law} and the {one.wall} wall"
     ratios = np.array(list(one.ratios.values())) ** (-1.0 if side < 0 else 1.0)
     clear = "" if cohort.single else f"; {_clear(favorable, contrary, n, law, one.wall)}"
-    said = f"{verdict}: the recording is {_times(ratios)} as likely under the {better} law as under the other{clear}."
+    said = f"{verdict}: by their evidences the recording is {_times(ratios)} as likely under the {better} law as "
+    said += f"under the other{clear}."
     if not one.untrusted:
         return said
     untrusted = f"{len(one.untrusted)} of {len(cohort.results)} animals"

@@ -5,12 +5,13 @@ from collections.abc import Sequence
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.reading import data_of, group_of, is_synthetic, name_of, notes_of, wall_laws
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.measured import beats_figure
 from vasowave.figures.modeled import fit_figure
 from vasowave.figures.sheet import ON_A_SHEET, sheet_figure, sheets
 from vasowave.figures.style import group_looks
+from vasowave.findings import texts
 from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Heading, Paragraph, Remarks, Section
 from vasowave.report.sections.fits import fit_sentences
 from vasowave.report.tables import animal as tables
@@ -25,7 +26,7 @@ def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
         )
     colors = {group: look.color for group, look in group_looks(cohort.groups).items()}
     folds = [
-        _folded(result, _fit(result, place, colors[group_of(result)]), _beats(result, place), written)
+        _folded(result, _fit(result, place, colors[result.group]), _beats(result, place), written)
         for place, result in enumerate(cohort.results, start=1)
     ]
     return Section("animals", "Every animal", folds)
@@ -34,7 +35,7 @@ def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
 def animal_sections(cohort: Cohort, written: dict[str, str]) -> tuple[Section, Section]:
     """The only animal: what was found of it, and how it was searched for."""
     (result,) = cohort.results
-    color = group_looks(cohort.groups)[group_of(result)].color
+    color = group_looks(cohort.groups)[result.group].color
     fit = [*_sentences(result, written), *_fit(result, 1, color)]
     return (
         Section("animal", "Fit and values", [*fit, *_values(result, written), *_beats(result, 1), *_notes(result)]),
@@ -42,32 +43,32 @@ def animal_sections(cohort: Cohort, written: dict[str, str]) -> tuple[Section, S
     )
 
 
-def _title(result: xr.DataTree) -> str:
-    made = ", synthetic" if is_synthetic(result) else ""
-    count = len(notes_of(result))
+def _title(result: AnimalResult) -> str:
+    made = ", synthetic" if result.synthetic else ""
+    count = len(result.findings)
     said = f", {count} {'note' if count == 1 else 'notes'}" if count else ""
-    return f"{name_of(result)} ({group_of(result)}{made}{said})"
+    return f"{result.name} ({result.group}{made}{said})"
 
 
-def _remarks(result: xr.DataTree) -> list[Block]:
-    notes = notes_of(result)
+def _remarks(result: AnimalResult) -> list[Block]:
+    notes = texts(result.findings)
     return [Remarks("Notes", notes)] if notes else []
 
 
-def _notes(result: xr.DataTree) -> list[Block]:
+def _notes(result: AnimalResult) -> list[Block]:
     """Return the notes folded, as they stand with the animals of a cohort."""
     remarks = _remarks(result)
-    return [Fold(f"Notes ({len(notes_of(result))})", remarks)] if remarks else []
+    return [Fold(f"Notes ({len(result.findings)})", remarks)] if remarks else []
 
 
-def _sentences(result: xr.DataTree, written: dict[str, str]) -> list[Block]:
+def _sentences(result: AnimalResult, written: dict[str, str]) -> list[Block]:
     blocks: list[Block] = []
-    for wall in wall_laws(result):
+    for wall in result.laws:
         blocks += [Heading(f"{wall.capitalize()} wall"), Bullets(fit_sentences(result, wall, written))]
     return blocks
 
 
-def _folded(result: xr.DataTree, fit: Sequence[Block], beats: Sequence[Block], written: dict[str, str]) -> Fold:
+def _folded(result: AnimalResult, fit: Sequence[Block], beats: Sequence[Block], written: dict[str, str]) -> Fold:
     details = _sentences(result, written) + _search(result, written)
     blocks = [*_remarks(result), *fit, *_values(result, written), *beats]
     blocks += [Fold("The fits in words; search, correlations, numerics", details, printed=False)] if details else []
@@ -88,31 +89,31 @@ def _sheets(cohort: Cohort) -> list[Block]:
     return [Paragraph(large), *figures]
 
 
-def _fit(result: xr.DataTree, place: int, color: str) -> list[Block]:
-    if not wall_laws(result):
+def _fit(result: AnimalResult, place: int, color: str) -> list[Block]:
+    if not result.laws:
         return []
     caption = "Measured (black) and fitted pressure and flow at the inlet, and what is left."
     return [Drawing(f"fit-{place}", caption, fit_figure(result, color))]
 
 
-def _beats(result: xr.DataTree, place: int) -> list[Block]:
+def _beats(result: AnimalResult, place: int) -> list[Block]:
     """Return the beats of a continuous recording; an averaged cycle has none."""
-    if "beats" not in result.children or "trace_pressure" not in data_of(result, "beats").data_vars:
+    if result.beats is None or "trace_pressure" not in result.beats.data_vars:
         return []
-    return [Drawing(f"beats-{place}", _beats_caption(result), beats_figure(result))]
+    return [Drawing(f"beats-{place}", _beats_caption(result.beats), beats_figure(result))]
 
 
-def _values(result: xr.DataTree, written: dict[str, str]) -> list[Block]:
+def _values(result: AnimalResult, written: dict[str, str]) -> list[Block]:
     """Return all values, with their intervals, and what the laws say together."""
-    posteriors = [wall for wall in wall_laws(result) if "inference" in result[wall].children]
-    laws = [laws_by_posterior(result)] if "laws" in result.children else []
-    return [tables.values(result, written), *(tables.posterior(result, wall, written) for wall in posteriors), *laws]
+    posteriors = {wall: law.posterior for wall, law in result.laws.items() if law.posterior is not None}
+    laws = [laws_by_posterior(result.evidence)] if result.evidence is not None else []
+    return [tables.values(result, written), *(tables.posterior(*one, written) for one in posteriors.items()), *laws]
 
 
-def _search(result: xr.DataTree, written: dict[str, str]) -> list[Block]:
+def _search(result: AnimalResult, written: dict[str, str]) -> list[Block]:
     """Return how the parameters were searched and what was simulated."""
     blocks: list[Block] = []
-    for wall in wall_laws(result):
+    for wall in result.laws:
         blocks += [
             tables.estimates(result, wall, written),
             tables.correlations(result, wall, written),
@@ -121,11 +122,10 @@ def _search(result: xr.DataTree, written: dict[str, str]) -> list[Block]:
     return [*blocks, tables.numerics(result)] if blocks else []
 
 
-def _beats_caption(result: xr.DataTree) -> str:
-    beats = data_of(result, "beats")
+def _beats_caption(beats: xr.Dataset) -> str:
     kept = int(beats["kept"].sum())
-    reasons = pd.Series([str(reason).split(":")[0] for reason in beats["reason"].values if reason])
-    rejected = "; ".join(f"{count} rejected: {reason}" for reason, count in reasons.value_counts().items())
+    causes = pd.Series([str(cause) for cause in beats["cause"].values if cause])
+    rejected = "; ".join(f"{count} rejected: {cause}" for cause, count in causes.value_counts().items())
     return (
         f"{beats.sizes['beat']} beats detected, {kept} averaged{f'; {rejected}' if rejected else ''}. Above: recorded "
         "signals, triangles at detected beats; then every beat's diastolic level over the whole recording, with its "

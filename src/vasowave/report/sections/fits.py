@@ -5,14 +5,14 @@ from collections.abc import Mapping
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.reading import data_of, law_of
+from vasowave.animal.result import AnimalResult
 from vasowave.report.tables.animal import estimates_frame
 from vasowave.report.wording import listed, number, unit, with_error
 
 
-def fit_sentences(result: xr.DataTree, wall: str, written: Mapping[str, str]) -> list[str]:
+def fit_sentences(result: AnimalResult, wall: str, written: Mapping[str, str]) -> list[str]:
     """Return stiffness, outlets, quality, determination and agreement of the starts."""
-    fit = data_of(result, f"{wall}/calibration")
+    fit = result.laws[wall].calibration
     table = estimates_frame(result, wall).set_index("parameter")
     return [
         _walls(result, wall, table, written),
@@ -23,11 +23,11 @@ def fit_sentences(result: xr.DataTree, wall: str, written: Mapping[str, str]) ->
     ]
 
 
-def _walls(result: xr.DataTree, wall: str, table: pd.DataFrame, written: Mapping[str, str]) -> str:
-    quantities = data_of(result, f"{wall}/quantities")
+def _walls(result: AnimalResult, wall: str, table: pd.DataFrame, written: Mapping[str, str]) -> str:
+    quantities = result.laws[wall].quantities
     parts = [
         f"{quantities[name].attrs['long_name']} {written.get(name, name)} = {_with_error(table.loc[[name]].iloc[0])}"
-        for name in law_of(result, wall).parameters
+        for name in result.laws[wall].parameters
     ]
     speed = number(float(quantities["wave_speed"]))
     return f"Walls: {listed(parts)}; waves run at {speed} cm/s in the root vessel at the measured mean pressure."
@@ -42,14 +42,13 @@ def _with_error(row: pd.Series) -> str:
 
 
 def _beds(fit: xr.Dataset) -> str:
-    return (
-        f"Vascular beds: total resistance R_T = {number(float(fit['R_T']))} mmHg s/ml, of which "
-        f"{number(100 * float(fit['a']))} % proximal (ratio a), compliance {number(float(fit['C_p']))} ml/mmHg."
-    )
+    proximal = f", of which {number(100 * float(fit['a']))} % proximal (ratio a)" if "a" in fit else ""
+    compliance = f", compliance {number(float(fit['C_p']))} ml/mmHg" if "C_p" in fit else ""
+    return f"Vascular beds: total resistance R_T = {number(float(fit['R_T']))} mmHg s/ml{proximal}{compliance}."
 
 
-def _quality(result: xr.DataTree, fit: xr.Dataset) -> str:
-    share = 100 * float(fit["RMSE"]) / float(data_of(result, "measured/quantities")["pPAP"])
+def _quality(result: AnimalResult, fit: xr.Dataset) -> str:
+    share = 100 * float(fit["RMSE"]) / float(result.measured.quantities["pPAP"])
     return (
         f"Fit: the pressure differs from the measured one by {number(float(fit['RMSE']))} mmHg (root mean square), "
         f"{number(share, 2)} % of the pulse pressure; S = {number(float(fit['S']))} mmHg² over {int(fit['N'])} samples."

@@ -7,8 +7,9 @@ import pandas as pd
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import PARAMETERS, Comparison, importance
 from vasowave.cohort.primary import Primary
-from vasowave.cohort.table import INDICES
 from vasowave.figures.compared import importance_figure, ratios_figure
+from vasowave.quantities import INDICES
+from vasowave.report.answer.problems import missing_text
 from vasowave.report.blocks import Block, Drawing, Fold, Heading, Paragraph, Remarks, Section
 from vasowave.report.tables import groups as tables
 from vasowave.report.tables.cells import source_title
@@ -23,7 +24,9 @@ def groups_section(
     blocks: list[Block] = []
     if len(primary.rows):
         first, *others = primary_tables(primary, written)
+        missing = [missing_text(one, primary.law) for one in primary.missing]
         blocks += [Heading("Primary comparison"), first, *_remarks(primary)]
+        blocks += [Remarks("Missing animals", missing)] if missing else []
         blocks += [Fold("Secondary: the same effects by the other wall laws", others)] if others else []
     if len(cohort.groups) > 1:
         blocks.append(Fold("Secondary: importance indices of the paper", [_importance(cohort, written)]))

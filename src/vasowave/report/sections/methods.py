@@ -4,15 +4,16 @@ from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
+import pandas as pd
 
-from vasowave.animal.reading import data_of, network, period, wall_laws
-from vasowave.blood import boundary_layer
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import Comparison
 from vasowave.cohort.primary import Primary
 from vasowave.cohort.rank_tests import MOST_EXACT
 from vasowave.cohort.simultaneous import DRAWS
+from vasowave.model.blood import boundary_layer
 from vasowave.report.blocks import Paragraph, Section
+from vasowave.report.glossary import symbol
 from vasowave.report.tables.cells import named, span, symbols
 from vasowave.report.wording import friction_words, listed, number
 
@@ -27,18 +28,19 @@ def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, 
     """Return the paragraphs on data, model, calibration, analyses and statistics."""
     texts = [_data(cohort)]
     if cohort.walls:
-        texts += [_model(cohort), _calibration(cohort)]
+        texts += [_model(cohort), _calibration(cohort), *_posteriors(cohort)]
     texts.append(_analyses())
     if not cohort.single:
-        texts += [*_primary(primary), _statistics(cohort, comparisons)]
+        texts += [*_primary(primary, symbols(cohort)), _statistics(cohort, comparisons)]
     return Section("methods", "Methods", [Paragraph(text) for text in texts])
 
 
 def _data(cohort: Cohort) -> str:
     whose = "one animal" if cohort.single else f"{_counted(cohort)} animals"
+    version = cohort.results[0].origin.get("vasowave", "")
     return (
         f"Pressure and flow in the main pulmonary artery of {whose} were analyzed with vasowave "
-        f"{cohort.results[0].attrs.get('vasowave', '')}.{_failed(cohort)} {_averaged(cohort)}. Nominal parameters came "
+        f"{version}.{_failed(cohort)} {_averaged(cohort)}. Nominal parameters came "
         f"from {'the' if cohort.single else 'each'} recording: Z_c by the up-slope method (eq. 8), wall stiffness from "
         "Z_c (eqs. 9, 10), the time constant from the diastolic decay (eq. 12), resistances and compliances of the "
         "beds by the flow division of Poiseuille's law (eqs. 11, 13)."
@@ -65,27 +67,27 @@ def _failed(cohort: Cohort) -> str:
 
 def _averaged(cohort: Cohort) -> str:
     """Say whose beats were averaged, and whose cycle was given as it is."""
-    raw = [result for result in cohort.results if "beats" in result.children]
-    given = named([result for result in cohort.results if "beats" not in result.children])
+    raw = {result.name: result.beats for result in cohort.results if result.beats is not None}
+    given = named([result for result in cohort.results if result.beats is None])
     if not raw:
         return f"One averaged cycle of pressure and flow{'' if cohort.single else ' per animal'} was given"
-    counts = sorted({int(data_of(result, "beats")["kept"].sum()) for result in raw})
-    beats = " to ".join(str(count) for count in dict.fromkeys((counts[0], counts[-1])))
-    marks = {str(data_of(result, "beats").attrs.get("fiducial", "")) for result in raw}
+    counts = sorted({int(beats["kept"].sum()) for beats in raw.values()})
+    count = " to ".join(str(one) for one in dict.fromkeys((counts[0], counts[-1])))
+    marks = {str(beats.attrs.get("fiducial", "")) for beats in raw.values()}
     aligned = listed(sorted(_FIDUCIALS.get(mark, mark) for mark in marks))
-    whose = f" of {named(raw)}" if given else ""
-    words = f"Pressure and flow{whose} were averaged over {beats} beats (rejected ones left out), aligned at {aligned}"
+    whose = f" of {', '.join(raw)}" if given else ""
+    words = f"Pressure and flow{whose} were averaged over {count} beats (rejected ones left out), aligned at {aligned}"
     return f"{words}; of {given} an averaged cycle was given" if given else words
 
 
 def _model(cohort: Cohort) -> str:
-    networks = [network(result) for result in cohort.shown.values()]
+    networks = [result.network for result in cohort.shown.values()]
     sizes = listed([str(size) for size in sorted({len(one) for one in networks})])
     lengths = np.array([one.length.sum() for one in networks])
     return (
         f"One-dimensional flow (eq. 2) was solved in {'a network' if cohort.single else 'networks'} of {sizes} vessels "
         f"({span(lengths)} cm in all), with {listed([_law(cohort, wall) for wall in cohort.walls])}, continuity of "
-        "pressure and flow at junctions (eq. 6) and three-element Windkessels (eq. 7); the measured flow was the "
+        f"pressure and flow at junctions (eq. 6) and {_beds(cohort)}; the measured flow was the "
         f"inflow.{_blood(cohort)}{_numerics(cohort)}"
     )
 
@@ -98,12 +100,23 @@ def _law(cohort: Cohort, wall: str) -> str:
     return f"the {wall} wall law" + (f" ({said})" if said else "")
 
 
+def _beds(cohort: Cohort) -> str:
+    """Return the vascular beds in words: ``three-element Windkessels (eq. 7)``."""
+    equation = _of_beds(cohort, "equation")
+    return f"{_of_beds(cohort, 'title')} ({f'eq. {equation}' if equation else _of_beds(cohort, 'formula')})"
+
+
+def _of_beds(cohort: Cohort, what: str) -> str:
+    """Return what is stored of the vascular beds: their title, formula, equation, or factors."""
+    return next((str(fit.attrs[f"bed_{what}"]) for wall in cohort.walls for fit in cohort.calibrations(wall)), "")
+
+
 def _blood(cohort: Cohort) -> str:
     blood = cohort.settings.get("blood")
     if not isinstance(blood, dict):
         return ""
     friction = dict(blood.get("friction", {}))
-    layers = np.array([boundary_layer(float(blood["viscosity"]), period(result)) for result in cohort.results])
+    layers = np.array([boundary_layer(float(blood["viscosity"]), result.period) for result in cohort.results])
     return (
         f" Blood had density {blood['density']} g/ml and kinematic viscosity {blood['viscosity']} cm²/s (boundary "
         f"layer {span(layers)} cm); friction was that of {friction_words(friction.pop('law', ''), friction)}."
@@ -111,7 +124,7 @@ def _blood(cohort: Cohort) -> str:
 
 
 def _numerics(cohort: Cohort) -> str:
-    attrs = [data_of(result, f"{wall}/simulation").attrs for result in cohort.results for wall in wall_laws(result)]
+    attrs = [result.laws[wall].simulation.attrs for result in cohort.results for wall in result.laws]
     if not attrs or not all({"courant", "cell_size", "converged", "cycles"} <= set(one) for one in attrs):
         return ""
     periodic = sum(bool(one["converged"]) for one in attrs)
@@ -134,11 +147,29 @@ def _calibration(cohort: Cohort) -> str:
     return (
         "The sum S of squared differences between measured and simulated waveforms at the inlet (eq. 14) was minimized "
         f"by {search} from {listed([str(count) for count in starts])} starts (seed {shared.get('seed', '–')}) within "
-        f"{bounds}{own}, over {free}. R1 = r1·R1⁰, R2 = r2·R2⁰ and C = c1·C⁰ in all vascular beds."
+        f"{bounds}{own}, over {free}. {listed(_of_beds(cohort, 'factors').split(', '))} in all vascular beds."
         f"{f' Held fixed: {held}.' if held else ''} Intervals follow from the Jacobian at the optimum and allow for "
         "all spectra that the noise may have after what the residual shows; they take image, wall law and zero of the "
         "pressure as exact."
     )
+
+
+def _posteriors(cohort: Cohort) -> list[str]:
+    """Say how posteriors were made, where there are any."""
+    drawn = [law.posterior for result in cohort.results for law in result.laws.values() if law.posterior is not None]
+    if not drawn:
+        return []
+    trusted = sum(one.trusted for one in drawn)
+    counts = [float(one.table["simulations"]) for one in drawn if "simulations" in one.table]
+    cost = f", with {span(np.array(counts), 4)} simulations each" if counts else ""
+    return [
+        f"Posteriors, {len(drawn)} of an animal and a wall law each, took as unknown the parameters, all radii and "
+        "lengths, how stiffness changes with the radius, the zero of the pressure "
+        f"(SD {cohort.settings.get('zero_sd', '–')} mmHg) and the model's own error. Modes were searched from several "
+        f"starts, drawn from through an emulator and reweighted by the model itself{cost}; {trusted} passed the checks "
+        "of the reweighting and of two independent halves. An evidence is the probability density of the measured "
+        "harmonics, all that is unknown integrated out."
+    ]
 
 
 def _free(cohort: Cohort, wall: str) -> str:
@@ -157,17 +188,19 @@ def _analyses() -> str:
     )
 
 
-def _primary(primary: Primary) -> list[str]:
-    if not len(primary.rows):
+def _primary(primary: Primary, written: Mapping[str, str]) -> list[str]:
+    rows = primary.rows
+    if not len(rows):
         return []
-    written = listed(list(dict.fromkeys(primary.rows["quantity"].astype(str))))
+    family = _quantities(rows, written)
     law = f" of the {primary.law} wall law and of the recordings" if primary.law else ""
-    drawn = listed(list(primary.rows["quantity"][primary.rows["estimates"] == "posterior"].unique()))
+    drawn = _quantities(rows[rows["estimates"] == "posterior"], written)
     of_draws = (
         f"; of {drawn} those of their posteriors, the error of a shared image added to the ratio's" if drawn else ""
     )
     return [
-        f"Primary, and declared before, was one family of quantities{law}: {written}. Groups were compared by ratios "
+        f"Primary was the one family of quantities that the settings name (vasowave's own where the study file leaves "
+        f"them){law}: {family}. Groups were compared by ratios "
         "on "
         "logarithms: within each group the animals were pooled by random effects (restricted maximum likelihood; "
         "weights "
@@ -175,18 +208,22 @@ def _primary(primary: Primary) -> list[str]:
         "those of the errors alone, with Satterthwaite's degrees of freedom; quantities without standard errors so "
         "have Welch's. p values and 95 % intervals are simultaneous, for all quantities and pairs of groups, from "
         "one reference distribution: a parametric fast double bootstrap of the least p, with each group's own spreads "
-        f"and the quantities' correlation within animals ({DRAWS + 1} draws).{_not_tested(primary)}"
+        f"and the quantities' correlation within animals ({DRAWS + 1} draws).{_not_tested(primary, written)}"
     ]
 
 
-def _not_tested(primary: Primary) -> str:
+def _quantities(rows: pd.DataFrame, written: Mapping[str, str]) -> str:
+    """Return the symbols of the quantities of some rows, each once."""
+    return listed([symbol(name, written) for name in dict.fromkeys(rows["quantity"].astype(str))])
+
+
+def _not_tested(primary: Primary, written: Mapping[str, str]) -> str:
     rows = primary.rows[primary.rows["untested"] != ""]
     if not len(rows):
         return ""
-    names = listed(list(dict.fromkeys(rows["quantity"].astype(str))))
     return (
-        f" No p is given for {names}: animals of a group have one image, which fits take as exact, so that their "
-        "intervals do not contain its error."
+        f" No p is given for {_quantities(rows, written)}: animals of a group have one image, which fits take as "
+        "exact, so that their intervals do not contain its error."
     )
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 
-from vasowave.animal.reading import data_of
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.table import column
 from vasowave.figures import modeled as figures
@@ -104,7 +103,7 @@ def _selection(cohort: Cohort, law: str) -> list[Block]:
 
 
 def _harmonics(cohort: Cohort) -> int:
-    return max(int(data_of(result, "measured/impedance")["harmonic"].max()) for result in cohort.results)
+    return max(int(result.measured.impedance["harmonic"].max()) for result in cohort.results)
 
 
 def _whose(cohort: Cohort) -> str:

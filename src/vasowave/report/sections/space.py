@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vasowave.animal.reading import data_of, network, period, wall_laws
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.space import axes_in_space
 from vasowave.figures.style import color_stops
@@ -17,7 +17,7 @@ _CALLED = {"radius": "radius at mean pressure", "distance": "distance of its end
 
 def space_block(cohort: Cohort, law: str) -> list[Space]:
     """Return the networks of the shown animals with what one wall law says of every vessel; nothing without the law."""
-    shown = {group: result for group, result in cohort.shown.items() if law in wall_laws(result)}
+    shown = {group: result for group, result in cohort.shown.items() if law in result.laws}
     if not shown:
         return []
     networks = [{"label": cohort.name(group), **_network(result, law)} for group, result in shown.items()]
@@ -29,15 +29,15 @@ def space_block(cohort: Cohort, law: str) -> list[Space]:
     return [Space("Space", caption, {"stops": color_stops(9), "networks": networks})]
 
 
-def _network(result: xr.DataTree, law: str) -> dict[str, Any]:
-    whole, simulation = network(result), data_of(result, f"{law}/simulation")
+def _network(result: AnimalResult, law: str) -> dict[str, Any]:
+    whole, simulation = result.network, result.laws[law].simulation
     names = list(whole.name)
     middle = simulation[["pressure", "flow"]].sel(station="middle", vessel=names)
     step = max(1, middle.sizes["time"] // (_FEWER if len(names) > _MANY else _SAMPLES))
     thinned = middle.isel(time=slice(None, None, step))
-    quantities = _quantities(data_of(result, f"{law}/tree").sel(vessel=names), middle)
+    quantities = _quantities(result.laws[law].vessels.sel(vessel=names), middle)
     return {
-        "period": period(result),
+        "period": result.period,
         "names": names,
         "axes": _rounded(axes_in_space(whole)),
         "radius": _rounded(whole.radius),

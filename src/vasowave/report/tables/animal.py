@@ -4,7 +4,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from vasowave.animal.reading import data_of, sources, wall_laws
+from vasowave.animal.law_result import PosteriorResult
+from vasowave.animal.result import AnimalResult
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import with_unit
 from vasowave.report.tables.models import MARKS, mark
@@ -23,16 +24,16 @@ _NUMERICS = {
 }
 
 
-def values(result: xr.DataTree, written: dict[str, str]) -> Table:
+def values(result: AnimalResult, written: dict[str, str]) -> Table:
     """Return every single number: measured, and of each wall law with its 95 % interval where it is known."""
-    by_source = {source: data_of(result, f"{source}/quantities") for source in sources(result)}
-    fits = {wall: data_of(result, f"{wall}/calibration") for wall in wall_laws(result)}
+    by_source = {source: result.sources[source].quantities for source in result.sources}
+    fits = {wall: result.laws[wall].calibration for wall in result.laws}
     rows: list[Row] = []
     for name in dict.fromkeys(str(name) for data in by_source.values() for name in data.data_vars):
         units = next(str(data.variables[name].attrs.get("units", "1")) for data in by_source.values() if name in data)
         cells = [_value(data[name], fits.get(source)) if name in data else "" for source, data in by_source.items()]
         rows.append((with_unit(f"{name} [{units}]", written), *cells))
-    header = ("quantity", "measured", *(f"{wall} wall" for wall in wall_laws(result)))
+    header = ("quantity", "measured", *(f"{wall} wall" for wall in result.laws))
     note = (
         "Measured: the indices, and nominal values; β and c follow from the up-slope, τ from the diastolic decay, R_T "
         f"is mean pressure over mean flow. {MARKS}"
@@ -40,7 +41,7 @@ def values(result: xr.DataTree, written: dict[str, str]) -> Table:
     return Table("", "Values, measured and calibrated [95 % interval]", header, rows, note)
 
 
-def estimates(result: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
+def estimates(result: AnimalResult, wall: str, written: dict[str, str]) -> Table:
     """Return what the search for the parameters of one wall law came to."""
     data = estimates_frame(result, wall)
     known = data["parameter"].map(lambda name: written.get(name, name))
@@ -50,9 +51,9 @@ def estimates(result: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
     return Table.of("", f"{wall.capitalize()} wall: the parameters and their search", shown)
 
 
-def posterior(result: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
+def posterior(wall: str, said: PosteriorResult, written: dict[str, str]) -> Table:
     """Return what the posterior of one wall law says of every quantity, and where its uncertainty comes from."""
-    data = data_of(result, f"{wall}/inference")
+    data = said.table
     header = (
         "quantity",
         "median [95 %]",
@@ -69,7 +70,7 @@ def posterior(result: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
         shares = [float(one[f"share_{source}"]) for source in ("recording", "image", "model", "prior")]
         cells = ["" if np.isnan(share) else f"{100 * share:.0f} %" for share in shares]
         rows.append((with_unit(f"{name} [{one['unit'].item()}]", written), value, before, *cells))
-    trusted = "may be believed" if data.attrs["trusted"] else "must not be believed"
+    trusted = "may be believed" if said.trusted else "must not be believed"
     note = (
         "Parameters, geometry and the model's own error are unknown together; the shares say where the variance comes "
         f"from. Pareto k {float(data['k_hat']):.2f}, {float(data['effective']):.0f} effective draws, two halves "
@@ -86,22 +87,22 @@ def _range(one: xr.Dataset, low: str, high: str, middle: str = "") -> str:
     return f"{number(float(one[middle]))} {ends}" if middle else ends
 
 
-def correlations(result: xr.DataTree, wall: str, written: dict[str, str]) -> Table:
+def correlations(result: AnimalResult, wall: str, written: dict[str, str]) -> Table:
     """Return the correlation of the estimates of one wall law."""
-    matrix = data_of(result, f"{wall}/calibration")["correlation"]
+    matrix = result.laws[wall].calibration["correlation"]
     names = [written.get(str(name), str(name)) for name in matrix["free_parameter"].values]
     rows = [(name, *(f"{value:.2f}" for value in row)) for name, row in zip(names, matrix.values, strict=True)]
     return Table("", f"{wall.capitalize()} wall: correlation of the estimates", (" ", *names), rows)
 
 
-def starts(result: xr.DataTree, wall: str) -> Table:
+def starts(result: AnimalResult, wall: str) -> Table:
     """Return where every start of the search ended."""
     return Table.of("", f"{wall.capitalize()} wall: starts of the search", starts_frame(result, wall), digits=4)
 
 
-def numerics(result: xr.DataTree) -> Table:
+def numerics(result: AnimalResult) -> Table:
     """Return settings and checks of the simulations, one column per wall law."""
-    by_wall = {wall: data_of(result, f"{wall}/simulation").attrs for wall in wall_laws(result)}
+    by_wall = {wall: result.laws[wall].simulation.attrs for wall in result.laws}
     rows: list[Row] = []
     for key in dict.fromkeys(str(key) for attrs in by_wall.values() for key in attrs if key != "wall"):
         cells = [_setting(key, attrs.get(key)) for attrs in by_wall.values()]
@@ -110,9 +111,9 @@ def numerics(result: xr.DataTree) -> Table:
     return Table("", "Settings and checks of the simulations", header, rows)
 
 
-def estimates_frame(result: xr.DataTree, wall: str) -> pd.DataFrame:
+def estimates_frame(result: AnimalResult, wall: str) -> pd.DataFrame:
     """Return parameters, bounds, values and errors of one calibration in full precision."""
-    fit = data_of(result, f"{wall}/calibration")
+    fit = result.laws[wall].calibration
     along = [
         str(name) for name, value in fit.variables.items() if value.dims == ("parameter",) and name in fit.data_vars
     ]
@@ -120,9 +121,9 @@ def estimates_frame(result: xr.DataTree, wall: str) -> pd.DataFrame:
     return pd.DataFrame({"parameter": fit["parameter"].values, **{name: fit.variables[name].values for name in order}})
 
 
-def starts_frame(result: xr.DataTree, wall: str) -> pd.DataFrame:
+def starts_frame(result: AnimalResult, wall: str) -> pd.DataFrame:
     """Return where every start ended in full precision, units in the column names."""
-    fit = data_of(result, f"{wall}/calibration")
+    fit = result.laws[wall].calibration
     count = {"start": np.arange(fit.sizes["start"])}
     columns = {}
     for name, value in fit.variables.items():

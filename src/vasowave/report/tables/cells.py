@@ -4,9 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from vasowave.animal.reading import group_of, name_of
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.report.wording import name_and_unit, number, with_error, with_interval
 
@@ -24,14 +23,14 @@ def _symbol(text: str) -> str:
     return text
 
 
-def who(result: xr.DataTree) -> dict[str, object]:
+def who(result: AnimalResult) -> dict[str, object]:
     """Return the first two cells of a row about an animal."""
-    return {"animal": name_of(result), "group": group_of(result)}
+    return {"animal": result.name, "group": result.group}
 
 
-def named(results: Sequence[xr.DataTree]) -> str:
+def named(results: Sequence[AnimalResult]) -> str:
     """Return the animals by name."""
-    return ", ".join(map(name_of, results))
+    return ", ".join(one.name for one in results)
 
 
 def source_title(source: str) -> str:

@@ -1,12 +1,12 @@
 """Tables of what was measured: HemoStats, Network, ParNom, and Z_c by several estimators."""
 
 import pandas as pd
-import xarray as xr
 
-from vasowave.animal.reading import data_of, name_of, network
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.description import describe
-from vasowave.cohort.table import INDICES, columns
+from vasowave.cohort.table import columns
+from vasowave.quantities import INDICES
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import mean_sd, named, symbols, who, with_unit
 
@@ -33,7 +33,7 @@ def failures(cohort: Cohort) -> list[Table]:
     """Everything that failed ("Failures"), if anything did."""
     if not cohort.failures:
         return []
-    measured = {name_of(result): float(data_of(result, "measured/quantities")["mPAP"]) for result in cohort.results}
+    measured = {result.name: float(result.measured.quantities["mPAP"]) for result in cohort.results}
     data = pd.DataFrame(
         {
             "animal": one.animal, "group": one.group, "law": one.law or "–", "stage": str(one.stage),
@@ -50,9 +50,9 @@ def failures(cohort: Cohort) -> list[Table]:
 
 def networks(cohort: Cohort) -> list[Table]:
     """Connectivity and size of the vessels ("Network"), side by side where the groups' vessels are the same."""
-    by_topology: dict[tuple[str, ...], dict[str, xr.DataTree]] = {}
+    by_topology: dict[tuple[str, ...], dict[str, AnimalResult]] = {}
     for group, result in cohort.shown.items():
-        vessels = network(result)
+        vessels = result.network
         by_topology.setdefault((*vessels.name, *map(str, vessels.parent)), {})[group] = result
     return [
         _network("Network" if place == 1 else f"Network-{place}", results, cohort.single)
@@ -60,12 +60,12 @@ def networks(cohort: Cohort) -> list[Table]:
     ]
 
 
-def _network(name: str, results: dict[str, xr.DataTree], single: bool) -> Table:
-    first = network(next(iter(results.values())))
+def _network(name: str, results: dict[str, AnimalResult], single: bool) -> Table:
+    first = next(iter(results.values())).network
     daughters = [", ".join(first.name[row] for row in rows) or "–" for rows in first.daughters]
     data = pd.DataFrame({"vessel": first.name, "daughters": daughters})
     for group, result in results.items():
-        vessels, label = network(result), "" if single else f" {group}"
+        vessels, label = result.network, "" if single else f" {group}"
         data[f"r0{label} [cm]"], data[f"L{label} [cm]"] = vessels.radius, vessels.length
     whose = "" if single else f" of {' and '.join(results)} (animals {named(list(results.values()))})"
     note = "– marks a terminal vessel; the first one is the root."
@@ -76,7 +76,7 @@ def nominal(cohort: Cohort) -> Table:
     """Nominal parameters of every animal ("ParNom", eqs. 8 to 12)."""
     rows = []
     for result in cohort.results:
-        start = data_of(result, "nominal")
+        start = result.nominal
         values = {f"{label} [{start[name].attrs['units']}]": float(start[name]) for name, label in _NOMINAL.items()}
         rows.append(who(result) | values)
     note = "Every wall law starts at the stiffness β₀ (eqs. 9, 10), all vascular beds at a = R₁/R_T = 0.2."
@@ -87,7 +87,7 @@ def characteristic_impedances(cohort: Cohort) -> Table:
     """Z_c of every animal by several estimators (eq. 8)."""
     rows = []
     for result in cohort.results:
-        spectrum = data_of(result, "measured/impedance")
+        spectrum = result.measured.impedance
         values = zip(spectrum["estimator"].values, spectrum["Z_c"].values, strict=True)
         rows.append(who(result) | {f"{name} [mmHg s/ml]": float(value) for name, value in values})
     note = (

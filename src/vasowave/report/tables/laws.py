@@ -2,16 +2,14 @@
 
 import xarray as xr
 
-from vasowave.animal.reading import data_of
 from vasowave.report.blocks import Table
 from vasowave.report.wording import number
 
 
-def laws_by_posterior(result: xr.DataTree) -> Table:
+def laws_by_posterior(data: xr.Dataset) -> Table:
     """Return evidence and weight of every law, and how well it foretells each block of harmonics from the others."""
     from vasowave.inference.reweighting import UNTRUSTED  # loads the compiler, which few reports need
 
-    data = data_of(result, "laws")
     blocks = [str(block) for block in data["block"].values]
     rows = []
     for wall in data["wall"].values:

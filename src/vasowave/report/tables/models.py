@@ -5,10 +5,10 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.analysis.events import WAVES
-from vasowave.animal.reading import data_of, largest_waves, sources, wall_laws
+from vasowave.animal.reading import largest_waves
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.table import columns
-from vasowave.columns import split_unit
+from vasowave.io.columns import split_unit
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import mean_sd, span, symbols, who, with_unit
 from vasowave.report.wording import Row, column_label, number
@@ -61,8 +61,8 @@ def starts(cohort: Cohort) -> Table:
     rows = []
     for result in cohort.results:
         row = who(result)
-        for wall in wall_laws(result):
-            fit = data_of(result, f"{wall}/calibration")
+        for wall in result.laws:
+            fit = result.laws[wall].calibration
             row[f"{wall}: starts"] = int(fit.sizes["start"])
             row[f"{wall}: agree"] = int(fit["start_agrees"].values.astype(bool).sum())
             row[f"{wall}: simulations"] = int(fit["start_simulations"].values.sum())
@@ -74,10 +74,8 @@ def waves(cohort: Cohort) -> Table:
     """Peak, area and time of the largest wave of each kind, by group and source."""
     rows = []
     for result in cohort.results:
-        for source in sources(result):
-            rows += [
-                who(result) | {"source": source} | wave for wave in _largest_waves(data_of(result, f"{source}/waves"))
-            ]
+        for source in result.sources:
+            rows += [who(result) | {"source": source} | wave for wave in _largest_waves(result.sources[source].waves)]
     data = pd.DataFrame(rows)
     data = data.sort_values("wave", key=lambda wave: wave.map(list(WAVES).index), kind="stable", ignore_index=True)
     measures = [label for label in data.columns if "[" in label]

@@ -45,7 +45,7 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
             " From posteriors: values and errors of the animals are the means and SD of the logarithms of their draws, "
             "and the error of an image that several animals have is not averaged away."
         )
-    table = Table("Primary", "Primary comparison, declared before", header, cells, note, rows)
+    table = Table("Primary", "Primary comparison, of the family that the settings name", header, cells, note, rows)
     return [table, _others(primary, written)] if len(primary.others) else [table]
 
 

@@ -4,9 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from vasowave.animal.reading import data_of, network, period, root_vessel, simulated, wall_laws
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.recording.cycle import resample
 from vasowave.report.tables.animal import estimates_frame, starts_frame
@@ -26,27 +25,25 @@ def records(cohort: Cohort) -> dict[str, pd.DataFrame]:
     return tables
 
 
-def _by_law(cohort: Cohort, table: Callable[[xr.DataTree, str], pd.DataFrame]) -> pd.DataFrame:
-    parts = [
-        _labelled(table(result, wall), result, wall=wall) for result in cohort.results for wall in wall_laws(result)
-    ]
+def _by_law(cohort: Cohort, table: Callable[[AnimalResult, str], pd.DataFrame]) -> pd.DataFrame:
+    parts = [_labelled(table(result, wall), result, wall=wall) for result in cohort.results for wall in result.laws]
     return pd.concat(parts, ignore_index=True)
 
 
-def _labelled(table: pd.DataFrame, result: xr.DataTree, **labels: str) -> pd.DataFrame:
+def _labelled(table: pd.DataFrame, result: AnimalResult, **labels: str) -> pd.DataFrame:
     known = who(result) | labels
     return table.assign(**known)[[*known, *table.columns]]  # type: ignore[arg-type]
 
 
-def _correlations(result: xr.DataTree, wall: str) -> pd.DataFrame:
-    pairs = data_of(result, f"{wall}/calibration")["correlation"].to_dataframe().reset_index()
+def _correlations(result: AnimalResult, wall: str) -> pd.DataFrame:
+    pairs = result.laws[wall].calibration["correlation"].to_dataframe().reset_index()
     return pairs.set_axis(["parameter", "other", "correlation [1]"], axis=1)
 
 
-def _outlets(result: xr.DataTree, wall: str) -> pd.DataFrame:
+def _outlets(result: AnimalResult, wall: str) -> pd.DataFrame:
     """Return what every vascular bed was calibrated to, and where it started."""
-    sets = {"": data_of(result, f"{wall}/calibration"), " nominal": data_of(result, "nominal")}
-    vessels = network(result)
+    sets = {"": result.laws[wall].calibration, " nominal": result.nominal}
+    vessels = result.network
     columns = {
         f"{name}{which} [{value.attrs.get('units', '1')}]": value.values
         for which, data in sets.items()
@@ -58,16 +55,16 @@ def _outlets(result: xr.DataTree, wall: str) -> pd.DataFrame:
     return pd.DataFrame({"vessel": names, "flow fraction [1]": share, **columns})
 
 
-def _waveforms(result: xr.DataTree) -> pd.DataFrame:
+def _waveforms(result: AnimalResult) -> pd.DataFrame:
     """Return pressure and flow at the inlet over one cycle: measured, and of every wall law."""
-    recording = data_of(result, "recording")
+    recording = result.recording
     pressure = recording["pressure"].values
     waves = {"measured": (pressure, resample(recording["flow"].values, len(pressure)))}
-    for wall in wall_laws(result):
-        root = root_vessel(result)
-        waves[wall] = simulated(result, wall, "pressure", root).values, simulated(result, wall, "flow", root).values
+    for wall in result.laws:
+        law = result.laws[wall]
+        waves[wall] = law.simulated("pressure", result.root).values, law.simulated("flow", result.root).values
     parts = [
-        _labelled(pd.DataFrame({"time [s]": np.arange(len(p)) * (period(result) / len(p)), "pressure [mmHg]": p,
+        _labelled(pd.DataFrame({"time [s]": np.arange(len(p)) * (result.period / len(p)), "pressure [mmHg]": p,
                                 "flow [ml/s]": q}), result, source=source)
         for source, (p, q) in waves.items()
     ]  # fmt: skip

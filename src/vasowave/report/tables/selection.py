@@ -2,8 +2,8 @@
 
 import pandas as pd
 
-from vasowave.animal.reading import data_of
 from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.evidence import evidences
 from vasowave.cohort.misfit import WORSE_THAN_BEST, WORST_SHARE, misfits
 from vasowave.cohort.votes import DECISIVE, differences
 from vasowave.report.blocks import Table
@@ -22,7 +22,8 @@ def selection_table(cohort: Cohort) -> Table:
     parts = [one.table.assign(**who(result)) for one, result in pairs]  # type: ignore[arg-type]
     data = pd.concat(parts, ignore_index=True)
     data = data[["animal", "group", *(label for label in data.columns if label not in ("animal", "group"))]]
-    verdict = data_of(cohort.compared[0], "selection")["AICc_verdict"].attrs.get("long_name", "")
+    selection = cohort.compared[0].selection
+    verdict = selection["AICc_verdict"].attrs.get("long_name", "") if selection is not None else ""
     note = f"Prefers: {verdict}. {_NOTE}" if verdict else _NOTE
     return Table.of("AICcBIC", "AICc and BIC of the wall laws; the lower score is better", data, note)
 
@@ -52,6 +53,8 @@ def preference_table(cohort: Cohort, law: str) -> Table:
         f"both speak for it, beyond that scatter and by {DECISIVE:g} over all animals. What the noise model changes, "
         "the data have not decided."
     )
+    if evidences(cohort, law):
+        note += " Which wall is answered by the evidences of posteriors; AICc, beside them, takes the image as exact."
     return Table("Preference", "Wall laws compared over all animals", header, cells, note, data)
 
 

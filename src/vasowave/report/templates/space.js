@@ -42,10 +42,13 @@ document.querySelectorAll("figure.space").forEach((figure) => {
     const own = rows[chosen], both = [...own, ...rows[0]];
     const [low, high] = [Math.min(...both), Math.max(...both)];
     const path = (row) => [...row, row[0]].map((value, k) =>
-      `${k ? "L" : "M"}${(46 + 250 * k / row.length).toFixed(1)},${(top + 92 - 84 * (value - low) / (high - low || 1)).toFixed(1)}`).join("");
+      `${k ? "L" : "M"}${(56 + 240 * k / row.length).toFixed(1)},${(top + 92 - 84 * (value - low) / (high - low || 1)).toFixed(1)}`).join("");
+    const step = 10 ** (Math.floor(Math.log10(high - low || 1)) - 2);  // long numbers would leave the panel
+    const short = (value) => (value && Math.abs(value) < 0.01 ? value.toExponential(1) : digits(value));
+    const end = (value) => short(Math.round(value / step) * step || 0);
     return `<path d="${path(rows[0])}" stroke="#9e9e9e"/><path d="${path(own)}" stroke="currentColor" stroke-width="2"/>` +
-      `<text x="42" y="${top + 14}" text-anchor="end">${digits(high)}</text><text x="42" y="${top + 94}" text-anchor="end">${digits(low)}</text>` +
-      `<text x="46" y="${top + 4}">${label}</text>`;
+      `<text x="52" y="${top + 14}" text-anchor="end">${end(high)}</text><text x="52" y="${top + 94}" text-anchor="end">${end(low)}</text>` +
+      `<text x="56" y="${top + 4}">${label}</text>`;
   }
 
   function tell() {
@@ -53,7 +56,7 @@ document.querySelectorAll("figure.space").forEach((figure) => {
       shown.quantities.map((one) => `${one.label.replace(/ \[(.*)\]/, "")} ${digits(one.values[chosen])}` +
         (/\[1\]/.test(one.label) ? "" : ` ${one.label.match(/\[(.*)\]/)[1]}`)).join("; ");
     plot.innerHTML = panel(shown.pressure, 12, "pressure [mmHg]") + panel(shown.flow, 128, "flow [ml/s]") +
-      `<text x="296" y="238" text-anchor="end">${digits(shown.period)} s</text><text x="46" y="238">0</text>`;
+      `<text x="296" y="238" text-anchor="end">${digits(shown.period)} s</text><text x="56" y="238">0</text>`;
   }
 
   function repaint() {

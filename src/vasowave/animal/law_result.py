@@ -1,0 +1,125 @@
+"""What the recording and every wall law say of an animal, as values."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from vasowave.findings import Finding, from_json
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Measured:
+    """What the recording says, or a wall law's model in its place.
+
+    Attributes
+    ----------
+    waves : Dataset
+        Separated waves and wave intensity at the inlet of the root.
+    impedance : Dataset
+        Spectrum, and estimates of Z_c.
+    quantities : Dataset
+        Single numbers, see `vasowave.quantities`; those that were fitted with their 95 % interval as attributes.
+    """
+
+    waves: xr.Dataset
+    impedance: xr.Dataset
+    quantities: xr.Dataset
+
+
+@dataclass(frozen=True, eq=False)
+class PosteriorResult:
+    """What the posterior of one wall law says.
+
+    Attributes
+    ----------
+    table : Dataset
+        By ``quantity``: median, interval, prior, shares of the variance; by ``block`` of harmonics what is left out;
+        diagnostics. Attributes ``trusted, findings``.
+    groups : dict of str to Dataset
+        Those that ArviZ reads: ``posterior, prior, sample_stats, posterior_predictive, observed_data``.
+    """
+
+    table: xr.Dataset
+    groups: Mapping[str, xr.Dataset]
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the numbers may be believed."""
+        return bool(self.table.attrs.get("trusted", 0))
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What speaks against the numbers, and what they mean."""
+        return from_json(self.table.attrs.get("findings", "[]"))
+
+    def draws(self, name: str) -> np.ndarray:
+        """Return the equally weighted draws of a quantity, shape (chain, draw)."""
+        return self.groups["posterior"][name].values
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LawResult(Measured):
+    """What one wall law says of an animal.
+
+    Attributes
+    ----------
+    name : str
+    calibration : Dataset
+        Parameters, correlations, starts, residual and its harmonics, wall and outlets; blood and friction.
+    simulation : Dataset
+        Pressure, flow, area, velocity, wave speed by time, vessel, station; numerics as attributes.
+    vessels : Dataset
+        Wave speed, compliance, pressure drop by vessel.
+    stiffening : Dataset, optional
+        How the wall stiffens, if the law has a parameter for it.
+    posterior : PosteriorResult, optional
+        If it was asked for.
+    """
+
+    name: str
+    calibration: xr.Dataset
+    simulation: xr.Dataset
+    vessels: xr.Dataset
+    stiffening: xr.Dataset | None = None
+    posterior: PosteriorResult | None = None
+
+    @property
+    def title(self) -> str:
+        """The law in words; empty where the result does not tell, as `formula` and `equation`."""
+        return str(self.calibration.attrs.get("title", ""))
+
+    @property
+    def formula(self) -> str:
+        """Pressure as a function of A/A₀."""
+        return str(self.calibration.attrs.get("formula", ""))
+
+    @property
+    def equation(self) -> str:
+        """Number of the paper's equation."""
+        return str(self.calibration.attrs.get("equation", ""))
+
+    @property
+    def stiffness(self) -> str:
+        """Quantity that stands for the stiffness in tables."""
+        return str(self.calibration.attrs.get("stiffness", "stiffness"))
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Parameters of the wall, without the factors of the outlets."""
+        return tuple(str(name) for name in self.calibration["parameter"].values if name in self.calibration.data_vars)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What a reader must know about the fit."""
+        return from_json(self.calibration.attrs.get("findings", "[]"))
+
+    @property
+    def rmse(self) -> float:
+        """Root-mean-square pressure residual, mmHg."""
+        return float(self.calibration["RMSE"])
+
+    def simulated(self, quantity: str, vessel: str, station: str = "inlet") -> xr.DataArray:
+        """Return one simulated quantity over the cycle at one station, shape (time,)."""
+        return self.simulation[quantity].sel(vessel=vessel, station=station)

@@ -1,0 +1,45 @@
+"""The network of an animal as it is stored, and back."""
+
+import numpy as np
+import xarray as xr
+
+from vasowave.network.network import MEASURED, Network
+
+_MEASURED = {
+    "radius_sd": ("cm", "standard deviation of the radius, NaN where not known"),
+    "taper": ("1", "fall of the radius along the vessel, NaN where not measured"),
+    "taper_sd": ("1", "standard deviation of the taper"),
+}
+
+
+def network_dataset(network: Network) -> xr.Dataset:
+    """Return topology and morphometry by vessel; the root's parent is empty."""
+    parents = [network.name[row] if row >= 0 else "" for row in network.parent]
+    known = {name: values for name in MEASURED if (values := getattr(network, name)) is not None}
+    return xr.Dataset(
+        {
+            "parent": ("vessel", np.array(parents, dtype=object), {"long_name": "name of the parent vessel"}),
+            "length": _by_vessel(network.length, "cm", "length"),
+            "radius": _by_vessel(network.radius, "cm", "radius at the pressure of the image"),
+            "image_pressure": (
+                (), network.pressure, {"units": "mmHg", "long_name": "pressure of the image, 0 where not known"}
+            ),
+            "flow_fraction": _by_vessel(network.flow_fraction, "1", "share of the root's mean flow (eq. 11)"),
+            **{name: _by_vessel(values, *_MEASURED[name]) for name, values in known.items()},
+        },
+        coords={"vessel": np.array(network.name, dtype=object)},
+    )  # fmt: skip
+
+
+def network_of(data: xr.Dataset) -> Network:
+    """Return the network that `network_dataset` made a dataset of, with all that is known of its vessels."""
+    names = tuple(map(str, data["vessel"].values))
+    rows = {name: row for row, name in enumerate(names)} | {"": -1}
+    parent = np.array([rows[str(name)] for name in data["parent"].values])
+    known = {name: data[name].values for name in MEASURED if name in data}
+    pressure = float(data["image_pressure"]) if "image_pressure" in data else 0.0
+    return Network(names, parent, data["length"].values, data["radius"].values, None, pressure, **known)
+
+
+def _by_vessel(values: np.ndarray, unit: str, meaning: str) -> xr.Variable:
+    return xr.Variable("vessel", values, {"units": unit, "long_name": meaning})

@@ -1,0 +1,231 @@
+"""The result of one animal as a value; `to_datatree` and `from_datatree` alone know how it is stored.
+
+::
+
+    /                        attributes: see `_attributes`
+    ├── network              topology and morphometry, by vessel
+    ├── recording            measured pressure and flow, hemodynamic indices
+    ├── nominal              what the fits started from
+    ├── measured             waves, impedance, quantities
+    ├── beats, selection, averages, laws
+    └── linear, tangent, …   one group per wall law: calibration, simulation, waves, impedance, tree, quantities,
+                             stiffening, and inference with the groups that ArviZ reads
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import xarray as xr
+
+from vasowave.animal.failure import Failure, as_plain, from_plain
+from vasowave.animal.law_result import LawResult, Measured, PosteriorResult
+from vasowave.animal.networks import network_dataset, network_of
+from vasowave.errors import InputError
+from vasowave.findings import Finding, as_json, from_json, shared
+from vasowave.network.network import Network
+
+KIND = "vasowave animal"
+"""Title of what is stored; anything with another title is not one of ours."""
+
+FAILURES = "failures"
+"""Attribute that holds what failed, a JSON list."""
+
+_ATTRIBUTES = ("title", "Conventions", "animal", "group", "synthetic", "interrupted", "findings", FAILURES, "settings")
+_WHOLE = ("recording", "nominal")  # groups of an animal that are a field of the same name
+_OPTIONAL = {"beats": "beats", "evidence": "laws", "selection": "selection", "averages": "averages"}  # field: group
+_OF_LAW = {"calibration": "calibration", "simulation": "simulation", "waves": "waves", "impedance": "impedance",
+           "vessels": "tree", "quantities": "quantities"}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class AnimalResult:
+    """Everything about one animal, as `analyze` returns and `read_results` reads it.
+
+    Attributes
+    ----------
+    name, group : str
+    network : Network
+        With all that is known of its vessels.
+    recording : Dataset
+        Measured pressure and flow, their scatter over the beats, indices; attributes ``period, source, findings``.
+    nominal : Dataset
+        Nominal parameters, the samples behind Z_c and τ, outlets by terminal.
+    measured : Measured
+    laws : dict of str to LawResult
+        By the name of the wall law.
+    beats : Dataset, optional
+        Onset, length and fate of every beat, a stretch of the signals; of a continuous recording.
+    evidence : Dataset, optional
+        What the posteriors of several laws say of them.
+    selection : Dataset, optional
+        AICc and BIC of every wall law under every noise model.
+    averages : Dataset, optional
+        Weights of the laws; quantities averaged over them, with intervals.
+    synthetic : bool
+        Whether the animal was made and not measured.
+    interrupted : bool
+        Whether Ctrl-C ended the search.
+    noticed : tuple of Finding
+        On the way, beside what is known of the recording, of a fit, or of a posterior.
+    failures : tuple of Failure
+        What of the laws failed, and why.
+    settings : dict
+        Those it was analyzed with.
+    origin : dict of str to str
+        Versions of the programs, SHA-256 of the inputs.
+    looks : tuple of Finding
+        What asks for a look at its files, as `check` says; it is not stored.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> mouse = vw.Animal("mouse 6", "CTL", vw.control_network(), vw.virtual_mouse(), synthetic=True)
+    >>> result = vw.analyze(mouse, vw.Settings(walls=("linear",), starts=1))
+    >>> result
+    AnimalResult('mouse 6', CTL: linear wall)
+    >>> result.laws["linear"].quantities["R_T"].attrs["units"]
+    'mmHg s/ml'
+    >>> result.to_datatree()["linear/quantities/R_T"].identical(result.laws["linear"].quantities["R_T"])
+    True
+    """
+
+    name: str
+    group: str
+    network: Network
+    recording: xr.Dataset
+    nominal: xr.Dataset
+    measured: Measured
+    laws: Mapping[str, LawResult] = field(default_factory=dict)
+    beats: xr.Dataset | None = None
+    evidence: xr.Dataset | None = None
+    selection: xr.Dataset | None = None
+    averages: xr.Dataset | None = None
+    synthetic: bool = False
+    interrupted: bool = False
+    noticed: tuple[Finding, ...] = ()
+    failures: tuple[Failure, ...] = ()
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    origin: Mapping[str, str] = field(default_factory=dict)
+    looks: tuple[Finding, ...] = ()
+
+    def __repr__(self) -> str:
+        walls = ", ".join(f"{name} wall" for name in self.laws) or "no wall law"
+        return f"AnimalResult('{self.name}', {self.group}: {walls})"
+
+    @property
+    def sources(self) -> dict[str, Measured]:
+        """Where numbers come from: ``measured``, and every wall law."""
+        return {"measured": self.measured, **self.laws}
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What a reader must know: of the recording, the analysis, the fits and the posteriors."""
+        recorded = from_json(self.recording.attrs.get("findings", "[]"))
+        fitted = shared({name: law.findings for name, law in self.laws.items()})
+        posteriors = {name: law.posterior for name, law in self.laws.items() if law.posterior is not None}
+        drawn = [one.at(law=name) for name, posterior in posteriors.items() for one in posterior.findings]
+        return tuple(dict.fromkeys([*recorded, *self.noticed, *fitted, *drawn]))
+
+    @property
+    def period(self) -> float:
+        """T, s."""
+        return float(self.recording.attrs["period"])
+
+    @property
+    def root(self) -> str:
+        """Name of the root vessel."""
+        return self.network.name[self.network.root]
+
+    def at_inlets(self) -> "AnimalResult":
+        """Return the result with, of every simulation, only pressure and flow at the inlet of the root vessel.
+
+        That is all that most of a report asks of an animal, and a tenth of its size.
+        """
+
+        def light(law: LawResult) -> LawResult:
+            waves = law.simulation[["pressure", "flow"]]
+            return replace(law, simulation=waves.sel(vessel=[self.root], station=["inlet"]))
+
+        return replace(self, laws={name: light(law) for name, law in self.laws.items()})
+
+    def to_datatree(self) -> xr.DataTree:
+        """Return the result as it is stored; its groups and attributes are described in docs/results.md."""
+        groups = {"network": network_dataset(self.network)} | {name: getattr(self, name) for name in _WHOLE}
+        groups |= {f"measured/{name}": one for name, one in vars(self.measured).items()}
+        if self.beats is not None:
+            groups["beats"] = self.beats
+        for name, law in self.laws.items():
+            groups |= {f"{name}/{group}": getattr(law, part) for part, group in _OF_LAW.items()}
+            if law.stiffening is not None:
+                groups[f"{name}/stiffening"] = law.stiffening
+            if law.posterior is not None:
+                groups[f"{name}/inference"] = law.posterior.table
+                groups |= {f"{name}/inference/{part}": one for part, one in law.posterior.groups.items()}
+        groups |= {group: one for part, group in _OPTIONAL.items() if (one := getattr(self, part)) is not None}
+        tree = xr.DataTree.from_dict({f"/{name}": dataset for name, dataset in groups.items()})
+        tree.attrs = _attributes(self)
+        return tree
+
+    @classmethod
+    def from_datatree(cls, tree: xr.DataTree) -> "AnimalResult":
+        """Return the result that `to_datatree` made a tree of.
+
+        Raises
+        ------
+        InputError
+            A group is missing, or the tree is not the result of one animal.
+        """
+        if tree.attrs.get("title") != KIND:
+            raise InputError(f"not the result of one animal (its title is not '{KIND}')")
+        attrs = tree.attrs
+        measured = {name: _data(tree, f"measured/{name}") for name in ("waves", "impedance", "quantities")}
+        parts: dict[str, Any] = {name: _data(tree, name) for name in _WHOLE}
+        parts |= {part: _data(tree, group) for part, group in _OPTIONAL.items() if group in tree.children}
+        return cls(
+            name=str(attrs["animal"]),
+            group=str(attrs["group"]),
+            network=network_of(_data(tree, "network")),
+            measured=Measured(**measured),
+            laws={name: _law(tree, name) for name, node in tree.children.items() if "calibration" in node.children},
+            synthetic=bool(int(attrs.get("synthetic", 0))),
+            interrupted=bool(int(attrs.get("interrupted", 0))),
+            noticed=from_json(attrs.get("findings", "[]")),
+            failures=from_plain(json.loads(attrs.get(FAILURES, "[]"))),
+            settings=json.loads(attrs.get("settings", "{}")),
+            origin={str(key): value for key, value in attrs.items() if key not in _ATTRIBUTES},
+            **parts,
+        )
+
+
+def _attributes(result: AnimalResult) -> dict[str, Any]:
+    values = (
+        KIND, "CF-1.11", result.name, result.group, int(result.synthetic), int(result.interrupted),
+        as_json(result.noticed), json.dumps(as_plain(result.failures), ensure_ascii=False),
+        json.dumps(result.settings, sort_keys=True),
+    )  # fmt: skip
+    return dict(zip(_ATTRIBUTES, values, strict=True)) | dict(result.origin)
+
+
+def _data(tree: xr.DataTree, path: str) -> xr.Dataset:
+    return _node(tree, path).to_dataset(inherit=False)
+
+
+def _node(tree: xr.DataTree, path: str) -> xr.DataTree:
+    node = tree
+    for name in path.split("/"):
+        if name not in node.children:
+            raise InputError(f"the result of this animal holds no group '{path}'")
+        node = node.children[name]
+    return node
+
+
+def _law(tree: xr.DataTree, name: str) -> LawResult:
+    node, posterior = tree.children[name], None
+    if "inference" in node.children:
+        groups = {str(one): part.to_dataset(inherit=False) for one, part in node.children["inference"].children.items()}
+        posterior = PosteriorResult(_data(node, "inference"), groups)
+    stiffening = _data(node, "stiffening") if "stiffening" in node.children else None
+    parts = {part: _data(tree, f"{name}/{group}") for part, group in _OF_LAW.items()}
+    return LawResult(name=name, stiffening=stiffening, posterior=posterior, **parts)

@@ -1,0 +1,257 @@
+"""A text table whose columns carry a name and a unit in the header: ``pressure [mmHg]``."""
+
+import csv
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vasowave import units
+from vasowave.errors import InputError, did_you_mean
+from vasowave.findings import Finding, look_kind, warn
+from vasowave.io.textfile import read_lines
+
+_HEADING = re.compile(r"^\s*(?P<name>[^\[\](]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*)[\])])?\s*$")
+
+_COMMA = re.compile(r"[+-]?(\d+,\d*|,\d+)([eE][+-]?\d+)?")
+_POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
+
+NO_END = look_kind(
+    "file.no-end",
+    "the last line has no line end; was the file cut off?",
+    "Export the file again, or end its last line.",
+)
+"""Of a text that may have lost its end."""
+
+
+class NoRowsError(InputError):
+    """A table has a header and nothing below it."""
+
+
+_BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The cells of a text table, as text, with what is needed to speak about them.
+
+    Attributes
+    ----------
+    source : str
+        File the table came from; error messages start with it.
+    names, units : tuple of str
+        Per column; a column without a unit has an empty one. Empty tuples if the file has no header.
+    cells : tuple of tuple of str
+        Rows of text.
+    lines : tuple of int
+        Line of the file on which each row stands, counted from 1.
+    suspicions : tuple of Finding
+        Why the file may not be whole.
+    """
+
+    source: str
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    cells: tuple[tuple[str, ...], ...]
+    lines: tuple[int, ...]
+    suspicions: tuple[Finding, ...] = ()
+
+    def warn(self) -> None:
+        """Say aloud why the file may not be whole."""
+        for suspicion in self.suspicions:
+            warn(suspicion.at(self.source), stacklevel=3)
+
+    def find(self, name: str, also: Sequence[str] = ()) -> int | None:
+        """Return the index of the column called `name` (or one of `also`), None if there is none."""
+        wanted = {name, *also}
+        hits = [i for i, own in enumerate(self.names) if own in wanted]
+        if len(hits) > 1:
+            raise InputError(f"{self.source}: two columns are called '{name}'; keep one of them")
+        return hits[0] if hits else None
+
+    def require(self, name: str, also: Sequence[str] = ()) -> int:
+        """Like `find`, but a missing column is an `InputError`."""
+        column = self.find(name, also)
+        if column is None:
+            hint = did_you_mean(name, self.names)
+            raise InputError(
+                f"{self.source}: no column '{name}'{hint}; the header has: {', '.join(self.names) or 'nothing'}"
+            )
+        return column
+
+    def numbers(self, column: int, quantity: str, default_unit: str = "") -> np.ndarray:
+        """Return a column as floats in the canonical unit of `quantity`, shape (rows,).
+
+        Raises
+        ------
+        InputError
+            Unit missing or of another quantity; a cell that is empty, not a number, or not finite,
+            with its line and column.
+        """
+        unit = (self.units[column] if self.units else "") or default_unit
+        title = self.names[column] if self.names else f"column {column + 1}"
+        if not unit:
+            raise InputError(
+                f"{self.source}: column '{title}' has no unit; write it in the header, "
+                f"for example '{title} [{units.CANONICAL[quantity]}]'"
+            )
+        try:
+            scale = units.factor(unit, quantity)
+        except InputError as error:
+            raise InputError(f"{self.source}: column '{title}': {error}") from None
+        return scale * np.array([self._number(row, column, title) for row in range(len(self.cells))])
+
+    def _number(self, row: int, column: int, title: str) -> float:
+        text = self.cells[row][column]
+        try:
+            value = number(text)
+        except ValueError:
+            comma = "; is its comma a decimal mark? write a point" if _COMMA.fullmatch(text.strip()) else ""
+            what = f"'{text}' is not a number{comma}" if text.strip() else "the cell is empty"
+            raise InputError(f"{self.source}, line {self.lines[row]}, column '{title}': {what}") from None
+        if not math.isfinite(value):
+            raise InputError(
+                f"{self.source}, line {self.lines[row]}, column '{title}': {text.strip()} "
+                "(a gap); fill it or cut the recording before it is averaged"
+            )
+        return value
+
+
+def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> Columns:
+    """Read a table whose cells are separated by tabs, semicolons, commas or blanks.
+
+    Decimal commas are read where cells are not separated by commas too: the cells then hold decimal points.
+
+    Parameters
+    ----------
+    path : path
+        Text file, UTF-8, UTF-16 or cp1252. Lines that start with ``#`` and empty lines are skipped.
+    aliases : mapping, optional
+        Other spellings of column names, lower case, to the names vasowave uses.
+
+    Raises
+    ------
+    InputError
+        File missing, empty, binary, with rows of different width or with both decimal marks (the line is named).
+    """
+    kept, cut = [], False
+    for block in read_lines(path):
+        kept += [(line, text) for line, text in enumerate(block.texts, block.first) if is_row(text)]
+        cut = block.cut
+    if not kept:
+        raise InputError(f"{path}: the file is empty")
+    lines = tuple(line for line, _ in kept)
+    separator = separator_of(kept[0][1])
+    rows = [split_cells(path, line, text, separator) for line, text in kept]
+    if separator is None and len(kept) > 1 and len(titles := split_titles(kept[0][1])) == len(rows[1]):
+        rows[0] = titles
+    if separator != ",":
+        rows = _with_points(path, rows, lines)
+    header: tuple[str, ...] = ()
+    if not all(_is_number(cell) for cell in rows[0]):
+        header = tuple(rows[0])
+        rows, lines = rows[1:], lines[1:]
+    if not rows:
+        raise NoRowsError(f"{path}: a header and no data")
+    width = len(header) if header else len(rows[0])
+    for row, line in zip(rows, lines, strict=True):
+        if len(row) != width:
+            comma = separator == "," and len(row) == 2 * width and all(_is_number(cell) for cell in row)
+            why = "; if the comma is a decimal mark too, separate the cells with semicolons" if comma else ""
+            raise InputError(f"{path}, line {line}: {len(row)} columns where {width} were expected{why}")
+    names, column_units = read_headings(path, header, aliases or {})
+    return Columns(str(path), names, column_units, tuple(map(tuple, rows)), lines, (NO_END(),) if cut else ())
+
+
+def is_row(text: str) -> bool:
+    """Whether a line is neither blank nor a comment."""
+    return bool(text.strip()) and not text.lstrip().startswith("#")
+
+
+def separator_of(first: str) -> str | None:
+    """Return what separates the cells of a table, by its first line; None for blanks."""
+    return next((mark for mark in ("\t", ";", ",") if mark in first), None)
+
+
+def split_titles(first: str) -> list[str]:
+    """Return the titles of a table that is separated by blanks: they hold blanks too ("pressure [mmHg]")."""
+    return _BLANK_SEPARATED.findall(first)
+
+
+def split_cells(path: str | Path, line: int, text: str, separator: str | None) -> list[str]:
+    """Return the cells of one line; only numbers are split at blanks."""
+    if separator is None:
+        cells = text.split()
+        return cells if all(map(is_numeric, cells)) else [text.strip()]
+    try:
+        rows = list(csv.reader([text], delimiter=separator, strict=True))
+    except csv.Error:
+        raise InputError(
+            f"{path}, line {line}: a quotation mark is opened and not closed on its line, or a cell has no end; "
+            "remove the mark"
+        ) from None
+    return [cell.strip() for cell in rows[0]]
+
+
+def read_headings(
+    path: str | Path, header: Sequence[str], aliases: Mapping[str, str]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return names (lower case, aliases resolved) and units of column titles written as ``name [unit]``."""
+    names, column_units = [], []
+    for heading in header:
+        match = _HEADING.match(heading)
+        if match is None:
+            raise InputError(f"{path}: cannot read the column title '{heading}'; write 'name [unit]'")
+        name = match["name"].strip().lower()
+        names.append(aliases.get(name, name))
+        column_units.append((match["unit"] or "").strip())
+    return tuple(names), tuple(column_units)
+
+
+def _with_points(path: str | Path, rows: list[list[str]], lines: Sequence[int]) -> list[list[str]]:
+    """Return the rows with decimal points; both marks in one file would make values a thousandfold."""
+    first = {}
+    for mark, form in ((",", _COMMA), (".", _POINT)):
+        first[mark] = next((n for row, n in zip(rows, lines) if any(map(form.fullmatch, row))), 0)
+    if first[","] and first["."]:
+        raise InputError(
+            f"{path}, line {max(first.values())}: numbers with a decimal comma and with a decimal point in one file; "
+            "write all of them alike, without marks between thousands"
+        )
+    if not first[","]:
+        return rows
+    return [[cell.replace(",", ".") if _COMMA.fullmatch(cell) else cell for cell in row] for row in rows]
+
+
+def split_unit(label: str) -> tuple[str, str]:
+    """Split ``"S [mmHg2]"`` into ``("S", "mmHg2")``; the unit of a label without one is empty."""
+    match = re.fullmatch(r"(.*?)\s*\[(.*)\]", label)
+    return (match[1], match[2]) if match else (label, "")
+
+
+def number(text: str) -> float:
+    """Return the number that `text` is; `ValueError` if it is none (Python's own ``1_000`` is none in a table)."""
+    if "_" in text:
+        raise ValueError(text)
+    return float(text)
+
+
+def spreadsheet_cell(text: str) -> str:
+    """Return a text as a cell that no spreadsheet runs: with an apostrophe before what it would take for a formula."""
+    return f"'{text}" if text.lstrip()[:1] in tuple("=+-@") and not is_numeric(text) else text
+
+
+def is_numeric(text: str) -> bool:
+    """Whether a cell is a number, with either decimal mark."""
+    return _is_number(text) or _COMMA.fullmatch(text) is not None
+
+
+def _is_number(text: str) -> bool:
+    try:
+        number(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,249 @@
+"""Finding a wall law or a bed by its name: one of ours, one that a package offers, or a class in a file of one's own.
+
+``linear`` · ``our_laws:ExponentialWall`` (file and class, see `law_files`) · a name in the entry points
+``vasowave.model.walls``.
+"""
+
+from functools import cache
+from importlib import import_module
+from importlib.metadata import entry_points
+from inspect import getattr_static, isfunction
+from typing import Any
+
+import numpy as np
+
+from vasowave.descriptions import BedLaw, Parameter, Quantity
+from vasowave.errors import InputError, VasowaveError, did_you_mean
+from vasowave.model.law_description import check_description, check_parameter
+from vasowave.model.law_files import file_behind, in_words, module_of, named, plain
+from vasowave.model.outlets import BUILT_IN as OUR_BEDS
+from vasowave.model.outlets import Bed
+from vasowave.model.walls import BUILT_IN
+
+ENTRY_POINTS = "vasowave.walls"
+"""Group of entry points in which a package offers wall laws."""
+
+LAWS: dict[str, Any] = {law.law().name: law for law in BUILT_IN}
+"""The laws of `walls` by name."""
+
+BEDS: dict[str, Any] = {bed.bed().name: bed for bed in OUR_BEDS}
+"""The beds of `outlets` by name."""
+
+_NEEDED = ("law", "pressure_at", "ratio_at", "slope_at", "limits")
+_PRESSURES = np.array([0.05, 0.3, 1.0, 2.0])  # at which a foreign law is tried, in units of 20 mmHg
+_TOLERANCE = 1e-5  # relative, of identities between the equations of a law
+
+
+def find_law(wall: str | type) -> Any:
+    """Return the wall law of a name, or the class itself, once its equations agree with each other.
+
+    Parameters
+    ----------
+    wall : str or class
+        ``linear``, ``tangent``, … (`LAWS`); the name of an entry point; ``our_laws:Class`` for the class in
+        ``our_laws.py`` in the folder of the study or, without a study, in the one you are in; ``package.module:Class``
+        of an installed module; or a law's class.
+
+    Raises
+    ------
+    InputError
+        No such law, or one whose equations contradict each other.
+
+    Examples
+    --------
+    >>> find_law("linear").__name__
+    'LinearWall'
+    """
+    if not isinstance(wall, str):
+        return wall if wall in LAWS.values() else _checked(wall)
+    if wall in LAWS:
+        return LAWS[wall]
+    if ":" in wall:
+        return _checked(_imported(wall, "wall law"))
+    offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
+    if wall in offered:
+        return _checked(offered[wall].load())
+    known = [*LAWS, *offered]
+    raise InputError(
+        f"unknown wall law '{wall}'{did_you_mean(wall, known)}; choose from: {', '.join(known)}, or name a class of "
+        "your own as module:Class"
+    )
+
+
+def find_bed(bed: str | type) -> Any:
+    """Return the kind of beds of a name (``windkessel``, ``rc``, ``resistance``; ``our_beds:Class``), or the class.
+
+    Raises
+    ------
+    InputError
+        No such beds, or a class whose description and equations contradict each other.
+
+    Examples
+    --------
+    >>> find_bed("rc").__name__
+    'CompliantBed'
+    """
+    if isinstance(bed, str) and bed not in BEDS and ":" not in bed:
+        raise InputError(
+            f"unknown beds '{bed}'{did_you_mean(bed, BEDS)}; choose from: {', '.join(BEDS)}, or name a class of your "
+            "own as module:Class"
+        )
+    kind = bed if not isinstance(bed, str) else BEDS.get(bed) or _imported(bed, "bed")
+    return kind if kind in OUR_BEDS else _checked_bed(kind)
+
+
+def described(kind: Any) -> Any:
+    """Return what is said of a wall law or a bed (its class)."""
+    return kind.bed() if issubclass(kind, Bed) else kind.law()
+
+
+def identity(kind: Any) -> str:
+    """Return the name by which a law or bed (its class) is found again: ``linear``, or file or module, and class."""
+    ours = kind in (*BUILT_IN, *OUR_BEDS)
+    return described(kind).name if ours else f"{file_behind(kind.__module__)}:{kind.__qualname__}"
+
+
+def full_name(kind: Any, name: str) -> str:
+    """Return the name that a parameter of a law or bed (its class) has in fits, results and commands.
+
+    What comes from elsewhere lends its own name, ``exponential.k``: no other number of a model has a dot in its name.
+    """
+    return name if kind in (*BUILT_IN, *OUR_BEDS) else f"{described(kind).name}.{name}"
+
+
+def bed_factors(bed: Any) -> dict[str, Parameter]:
+    """Return the factors of a kind of beds (its class) that are fitted, by their full names."""
+    return {full_name(bed, name): one for name, one in bed.bed().factors.items()}
+
+
+def bed_quantities(bed: Any) -> dict[str, Quantity]:
+    """Return what the fields of a kind of beds (its class) are, by their full names, in the order of the fields."""
+    return {full_name(bed, name): one for name, one in bed.bed().quantities.items()}
+
+
+def parameter_names(law: Any) -> tuple[str, ...]:
+    """Return the full names of all parameters of a law (its class), in the order of its fields."""
+    return tuple(full_name(law, field) for field in law._fields)
+
+
+def _imported(name: str, what: str) -> Any:
+    """Return the class of a name, from the file that the name says or else from an installed module."""
+    wall = named(name)
+    module, _, attribute = wall.partition(":")
+    if "@" in module:
+        found: Any = module_of(module, wall)
+    else:
+        try:
+            found = import_module(module)
+        except Exception as error:
+            why = "no such module is installed" if isinstance(error, ModuleNotFoundError) else repr(error)
+            raise InputError(
+                f"{what} '{name}': {why}, and there is no {module}.py in the folder of the study (or, without a "
+                "study, in the one you are in)"
+            ) from None
+    law = getattr(found, attribute, None) if attribute else None
+    if law is None:
+        raise InputError(f"{what} '{plain(name)}': {getattr(found, '__file__', module)} has no '{attribute}'")
+    return law
+
+
+def _checked(law: Any) -> Any:
+    """Return a foreign law whose description and equations agree; see `walls` for what they are."""
+    if not isinstance(law, type):
+        raise InputError(f"{law!r} is not a wall law: give the name of one, or a class")
+    return _checked_class(law)
+
+
+@cache
+def _checked_class(law: Any) -> Any:
+    missing = [part for part in _NEEDED if not callable(getattr(law, part, None))]
+    if not isinstance(getattr(law, "_fields", None), tuple) or missing:
+        raise InputError(
+            f"{law!r} is not a wall law: a NamedTuple class with the static methods {', '.join(_NEEDED)} is needed"
+            + (f" (missing: {', '.join(missing)})" if missing else "")
+        )
+    try:
+        with np.errstate(all="ignore"), in_words():
+            said = law.law()
+            check_description(law, said)
+            if LAWS.get(said.name, law) is not law:
+                raise InputError(f"wall law '{said.name}': take another name, one word that no other law has")
+            _check_equations(law, [one.nominal * one.scale(50.0) for one in said.parameters])
+    except VasowaveError:
+        raise
+    except Exception as error:
+        raise InputError(f"{law!r} is not a wall law: {type(error).__name__}: {error}; correct it") from None
+    for part in _NEEDED:  # on the class alone another kind may work, but not on its values or in compiled code
+        if not isfunction(getattr(getattr_static(law, part), "__func__", None)) or not isfunction(getattr(law, part)):
+            raise InputError(f"{law!r} is not a wall law: write @staticmethod above {part}, once and nothing else")
+    return law
+
+
+def _check_equations(law: Any, parameters: list[float]) -> None:
+    """Try the identities between pressure, area and slope at nominal parameters of a mouse (β0 = 50 mmHg)."""
+    p, name = 20.0 * _PRESSURES, law.law().name
+    ratio, slope = law.ratio_at(p, *parameters), law.slope_at(p, *parameters)
+    for what, one in (("ratio_at", ratio), ("slope_at", slope), ("pressure_at", law.pressure_at(ratio, *parameters))):
+        if np.shape(one) != p.shape or np.asarray(one).dtype.kind != "f":
+            raise InputError(f"wall law '{name}': {what} does not return one real number for each of its arguments")
+    if len(law.limits(*parameters)) != 2 or not np.all(np.greater(*law.limits(*parameters)[::-1])):
+        raise InputError(f"wall law '{name}': limits must return two area ratios, the smaller first")
+    h = 1e-4 * p
+    numerical = (law.ratio_at(p + h, *parameters) - law.ratio_at(p - h, *parameters)) / (2 * h)
+    for what, one, other in (
+        ("ratio_at(0) is 1", np.asarray(law.ratio_at(0.0, *parameters)), np.asarray(1.0)),
+        ("pressure_at(ratio_at(p)) is p", law.pressure_at(ratio, *parameters), p),
+        ("slope_at(p) is the derivative of ratio_at", slope, numerical),
+    ):
+        if not np.allclose(one, other, rtol=_TOLERANCE, atol=0):
+            raise InputError(
+                f"wall law '{name}': that {what} does not hold at the nominal parameters "
+                f"{', '.join(f'{value:.4g}' for value in parameters)}; correct its equations"
+            )
+    if not np.all(slope > 0):
+        raise InputError(f"wall law '{name}': its area does not grow with pressure (slope_at must be positive)")
+
+
+@cache
+def _checked_bed(kind: Any) -> Any:
+    """Return foreign beds whose description and equations agree; see `outlets` for what they are."""
+    if not (isinstance(kind, type) and issubclass(kind, Bed) and kind._fields):
+        raise InputError(
+            f"{kind!r} is not a bed: give the name of one, or a class derived from vasowave.model.outlets.Bed"
+        )
+    try:
+        with np.errstate(all="ignore"), in_words():
+            said = kind.bed()
+            _check_bed_description(kind, said)
+            given = np.array([100.0, 400.0])
+            circuit = [np.asarray(one) for one in kind.nominal(given, 0.1).circuit()]
+    except VasowaveError:
+        raise
+    except Exception as error:
+        raise InputError(f"{kind!r} is not a bed: {type(error).__name__}: {error}; correct it") from None
+    if len(circuit) != 3 or any(one.shape != (2,) or not np.all(np.isfinite(one) & (one >= 0)) for one in circuit):
+        raise InputError(
+            f"bed '{said.name}': circuit() must return three arrays, a number of 0 or more for each terminal"
+        )
+    if not np.allclose(circuit[0] + circuit[1], given, rtol=_TOLERANCE):
+        raise InputError(
+            f"bed '{said.name}': nominal(resistance, time_constant) does not have that resistance; correct it"
+        )
+    if np.any((circuit[1] > 0) != (circuit[2] > 0)):
+        raise InputError(f"bed '{said.name}': a compliance needs a distal resistance, and that a compliance")
+    return kind
+
+
+def _check_bed_description(kind: Any, said: Any) -> None:
+    if not isinstance(said, BedLaw) or not str(said.name).isidentifier() or said.name in (*LAWS, *BEDS):
+        raise InputError(f"{kind!r} is not a bed: its bed() must return a BedLaw with a name of its own, one word")
+    if tuple(said.quantities) != kind._fields or len(said.factors) != len(kind._fields):
+        raise InputError(
+            f"bed '{said.name}' has the fields {', '.join(kind._fields)}; describe each, with one factor each"
+        )
+    if said.shared is not None and not set(said.shared) <= set(said.factors):
+        raise InputError(f"bed '{said.name}': shared must name two of its factors")
+    for name, one in said.factors.items():
+        check_parameter(f"bed '{said.name}', factor '{name}'", one)
+        if one.unit != "1":
+            raise InputError(f"bed '{said.name}', factor '{name}': a factor is a pure number, its unit 1")

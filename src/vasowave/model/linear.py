@@ -1,0 +1,147 @@
+"""The network in the frequency domain, linearized about its mean pressure.
+
+Every vessel is a transmission line with compliance dA/dp, inertance ρ/A and the friction of eq. 2; junctions join
+admittances, outlets close the ends. It needs no time stepping and shares no code with the solver, which starts from it
+and is tested against it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.model import walls
+from vasowave.model.model import Model
+from vasowave.recording import Inflow
+
+
+@dataclass(frozen=True, eq=False)
+class LinearSolution:
+    """Harmonics of pressure and flow in every vessel.
+
+    Attributes
+    ----------
+    period : float
+        s.
+    mean_pressure : array, shape (vessel,)
+        Pressure about which each vessel is linearized, mmHg.
+    input_impedance : complex array, shape (harmonic, vessel)
+        Impedance at each vessel's inlet, mmHg s/ml.
+    pressure, flow : complex array, shape (harmonic, vessel)
+        Spectra at the vessels' inlets (mmHg, ml/s): p(t) = Re Σ P_k exp(iω_k t), the mean at k = 0.
+    propagation : complex array, shape (harmonic, vessel)
+        Propagation constant γ, 1/cm.
+    line_impedance : complex array, shape (harmonic, vessel)
+        Characteristic impedance of the line, mmHg s/ml.
+    resistance : array, shape (vessel,)
+        Steady resistance per length, mmHg s/ml/cm.
+    """
+
+    period: float
+    mean_pressure: np.ndarray
+    input_impedance: np.ndarray
+    pressure: np.ndarray
+    flow: np.ndarray
+    propagation: np.ndarray
+    line_impedance: np.ndarray
+    resistance: np.ndarray
+
+    def at(self, vessel: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the spectra of pressure and flow at x (cm) into the vessels (rows), shape (harmonic, place)."""
+        P, Q = self.pressure[:, vessel], self.flow[:, vessel]
+        cosh, sinh = _hyperbolic(self.propagation[:, vessel] * x)
+        Z = self.line_impedance[:, vessel]
+        p = P * cosh - Z * Q * sinh
+        q = Q * cosh - P / Z * sinh
+        p[0], q[0] = P[0] - self.resistance[vessel] * x * Q[0], Q[0]
+        return p, q
+
+    def in_time(self, spectrum: np.ndarray, t: float | np.ndarray) -> np.ndarray:
+        """Return the signals at time t (s) whose spectra stand on the first axis."""
+        k = np.arange(len(spectrum))
+        phase = np.exp(2j * np.pi / self.period * np.multiply.outer(np.asarray(t), k))
+        return np.tensordot(phase, spectrum, axes=1).real
+
+    def over_cycle(self, spectrum: np.ndarray, count: int) -> np.ndarray:
+        """Return the signals at `count` evenly spaced times of the cycle, more than twice the harmonics."""
+        halves = 0.5 * count * spectrum
+        halves[0] *= 2.0
+        return np.fft.irfft(halves, count, axis=0)
+
+
+def linear_solution(model: Model, inflow: Inflow, harmonics: int = 32) -> LinearSolution:
+    """Solve the linearized network for the harmonics 0 … `harmonics` of the inflow."""
+    count = min(harmonics, (len(inflow.flow) - 1) // 2) + 1
+    spectrum = np.fft.rfft(inflow.flow)[:count] / len(inflow.flow)
+    spectrum[1:] *= 2
+    return _solve(model, spectrum, _mean_pressure(model, float(spectrum[0].real), inflow.period), inflow.period)
+
+
+def _mean_pressure(model: Model, flow: float, period: float) -> np.ndarray:
+    """Mean pressure in the middle of every vessel, mmHg: it fixes areas, they fix friction, and that the pressure."""
+    network, blood = model.network, model.blood
+    parent, downward = network.parent.tolist(), np.concatenate(network.generations).tolist()
+    beds = np.zeros(len(network))
+    beds[network.terminals] = 1.0 / model.outlets.impedance_at(1, period)[0].real
+    k0, k1 = blood.friction.coefficients(blood.viscosity, period)
+    middle = np.zeros(len(network))
+    for _ in range(4):
+        A = walls.area(model.wall, middle, model.area0)
+        fall = blood.inertia * network.length * (k0 + k1 * np.sqrt(A)) / A**2
+        resistance, conductance = fall.tolist(), beds.tolist()
+        for row in reversed(downward):  # plain numbers: arrays of a few vessels cost more
+            resistance[row] += 1.0 / conductance[row]
+            if parent[row] >= 0:
+                conductance[parent[row]] += 1.0 / resistance[row]
+        kept, inlet = 1.0 - fall / resistance, [flow * resistance[network.root]] * len(network)
+        for row in downward[1:]:
+            inlet[row] = inlet[parent[row]] * float(kept[parent[row]])
+        middle = 0.5 * (1.0 + kept) * inlet
+    return middle
+
+
+def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period: float) -> LinearSolution:
+    network, inertia = model.network, model.blood.inertia
+    omega = 2 * np.pi / period * np.arange(len(spectrum))[:, np.newaxis]
+    A = walls.area(model.wall, mean_pressure, model.area0)
+    k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
+    drag = (k0 + k1 * np.sqrt(A)) / A
+    series = inertia / A * (1j * omega + drag)
+    shunt = 1j * omega * walls.area_compliance(model.wall, mean_pressure, model.area0)
+    gamma = np.sqrt(series * shunt)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        Z_line = np.sqrt(series / shunt)
+    Z_line[0] = 1.0  # has no meaning at zero frequency, where γ = 0 multiplies it
+    cosh, sinh = _hyperbolic(gamma * network.length)
+    across, along = Z_line * sinh / cosh, sinh / cosh / Z_line
+    resistance = inertia / A * drag
+    across[0], along[0] = resistance * network.length, 0.0  # a steady flow meets resistance alone
+    Z_in = _input_impedance(model, model.outlets.impedance_at(len(spectrum), period), across, along)
+    passed = cosh - Z_line / Z_in * sinh
+    passed[0] = 1.0 - across[0] / Z_in[0]
+    P = np.empty_like(Z_in)
+    P[:, network.root] = Z_in[:, network.root] * spectrum
+    for rows in network.generations[1:]:
+        parents = network.parent[rows]
+        P[:, rows] = P[:, parents] * passed[:, parents]
+    return LinearSolution(period, mean_pressure, Z_in, P, P / Z_in, gamma, Z_line, resistance)
+
+
+def _hyperbolic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cosh x and sinh x of complex x, from one exponential."""
+    grown = np.exp(x)
+    decayed = 1.0 / grown
+    return 0.5 * (grown + decayed), 0.5 * (grown - decayed)
+
+
+def _input_impedance(model: Model, end: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Impedance at every inlet, from the outlets (whose impedance is `end`) up, one generation at a time."""
+    network = model.network
+    load_admittance = np.zeros((len(end), len(network)), dtype=complex)
+    load_admittance[:, network.terminals] = 1.0 / end
+    Z_in = np.empty_like(load_admittance)
+    for rows in reversed(network.generations):
+        admittance, parents = load_admittance[:, rows], network.parent[rows]
+        Z_in[:, rows] = (1.0 + admittance * across[:, rows]) / (admittance + along[:, rows])
+        if parents[0] >= 0:
+            np.add.at(load_admittance.T, parents, (1.0 / Z_in[:, rows]).T)
+    return Z_in

@@ -1,0 +1,110 @@
+"""The model of one animal: a network, its walls, its outlets and its blood, checked together."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.model.blood import Blood
+from vasowave.model.outlets import Outlets
+from vasowave.model.per_vessel import one_per_vessel
+from vasowave.model.walls import Wall
+from vasowave.network.network import Network
+from vasowave.notebook import card, upstairs
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from vasowave.recording import Inflow, Recording
+    from vasowave.solver import Numerics
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """Everything a simulation needs besides its inflow.
+
+    The radii of the network are those of an image taken at its `pressure`. A law is written in the area ratio A/A0, and
+    A0 follows from it: A(image pressure) is the measured area, whatever the law.
+
+    Attributes
+    ----------
+    network : Network
+    wall : LinearWall or TangentWall
+        Parameters as one number for all vessels or one per vessel; kept as one per vessel.
+    outlets : Windkessel, other Bed, or ImpedanceSpectrum
+        One value per terminal vessel, in the order of ``network.terminals``.
+    blood : Blood
+
+    Raises
+    ------
+    InputError
+        A parameter that is not a positive finite number or has the wrong shape, or a law without an area at the
+        pressure of the image; the vessel is named.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network = vw.control_network()
+    >>> beds = vw.estimate_nominal(network, vw.virtual_mouse()).outlets
+    >>> vw.Model(network, vw.LinearWall(beta=60.0), beds)
+    Model(LinearWall(beta 60), Windkessel, Network(21 vessels, ...))
+    """
+
+    network: Network
+    wall: Any
+    outlets: Outlets
+    blood: Blood = field(default_factory=Blood)
+
+    def __post_init__(self) -> None:
+        """Expand every parameter to one value per vessel or terminal, and check it."""
+        if not isinstance(self.wall, Wall):
+            raise InputError(f"{self.wall!r} is not a wall law; use one of `walls`, as in LinearWall(beta)")
+        if not isinstance(self.outlets, Outlets):
+            raise InputError(f"{self.outlets!r} is not an outlet; use Windkessel(R1, R2, C) or ImpedanceSpectrum(Z)")
+        terminals = [self.network.name[row] for row in self.network.terminals]
+        object.__setattr__(self, "wall", one_per_vessel(self.wall, self.network.name, "wall"))
+        object.__setattr__(self, "outlets", self.outlets.checked(terminals))
+        bad = np.flatnonzero(~(np.isfinite(self.area0) & (self.area0 > 0)))
+        if len(bad):
+            raise InputError(
+                f"vessel '{self.network.name[bad[0]]}': its wall has no area at {self.network.pressure:g} mmHg, the "
+                "pressure of the image; check its parameters"
+            )
+
+    @cached_property
+    def area0(self) -> np.ndarray:
+        """Cross-sectional area A0 at zero pressure, cm², shape (vessel,): measured area over the law's ratio there."""
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+            ratio = np.asarray(self.wall.ratio_at(self.network.pressure, *self.wall))
+            return self.network.area / ratio
+
+    def __repr__(self) -> str:
+        parameters = ", ".join(
+            f"{name} {np.median(value):.4g}" for name, value in zip(self.wall._fields, self.wall, strict=True)
+        )
+        return f"Model({type(self.wall).__name__}({parameters}), {type(self.outlets).__name__}, {self.network!r})"
+
+    def _repr_html_(self) -> str:
+        law = self.wall.law()
+        facts = {"wall": f"{law.title}: {law.formula}"}
+        facts |= {one: _spread(value) for one, value in zip(self.wall._fields, self.wall, strict=True)}
+        facts["outlets"] = f"{type(self.outlets).__name__} at {len(self.network.terminals)} terminals"
+        facts["vessels"] = f"{len(self.network)}, {self.network.length.sum():.4g} cm long in all"
+        facts["blood"] = repr(self.blood)
+        return card("Model", facts)
+
+    def simulate(self, inflow: "Inflow | Recording", numerics: "Numerics | None" = None) -> "xr.Dataset":
+        """Return one cycle of the periodic state, see `vasowave.simulate`."""
+        cycle: xr.Dataset = upstairs("solver:simulate")(self, inflow, numerics)
+        return cycle
+
+    def changed(self, **parts: Any) -> "Model":
+        """Return a model with other parts: ``model.changed(wall=LinearWall(60.0))``."""
+        return replace(self, **parts)
+
+
+def _spread(values: np.ndarray) -> str:
+    low, high = values.min(), values.max()
+    return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"

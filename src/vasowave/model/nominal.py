@@ -1,0 +1,193 @@
+"""Nominal parameters: what the recording and the network say before any fit (section 2.5, eqs. 8 to 13)."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.findings import Finding, look_kind
+from vasowave.model.blood import Blood
+from vasowave.model.outlets import RESISTANCE_RATIO, Bed, Windkessel
+from vasowave.network.network import Network
+from vasowave.recording import Recording
+
+NO_ARTERY = look_kind(
+    "nominal.no-artery",
+    "The nominal stiffness {beta:.3g} mmHg is none of an artery ({low:g} to {high:g} mmHg): it grows with the fourth "
+    "power of the root's radius; are the radii in cm and the flow in ml/s, and do network and recording belong to the "
+    "same animal?",
+    "Correct the unit of radii or flow, or the pairing of network and recording.",
+)
+_STIFFNESSES = (2.0, 2000.0)  # mmHg, between which every artery's β lies: the paper's mice have 10 to 200
+_LEAST = 0.2  # share of β + p that a nominal β keeps
+_ONSET = 0.05  # ejection has begun when the flow passes this share of its peak
+_DECAY = 0.9  # share of the fall from the end of ejection that is fitted: its end belongs to the next contraction
+_UPSTROKE = 0.95  # the up-slope method ends at this share of the peak flow
+
+
+@dataclass(frozen=True, eq=False)
+class Nominal:
+    """Parameters estimated directly from one recording and one network.
+
+    Attributes
+    ----------
+    characteristic_impedance : float
+        Z_c, mmHg s/ml, slope of p against q during the flow's upstroke (eq. 8).
+    beta : float
+        β0, mmHg (eq. 9, at the pressure of the network's image).
+    total_resistance : float
+        R_T0 = mean pressure / mean flow, mmHg s/ml.
+    time_constant : float
+        τ0 of the diastolic pressure decay, s (eq. 12).
+    outlets : Windkessel or other Bed
+        Those of every terminal (eqs. 11, 13).
+    upstroke : tuple of array
+        Flow (ml/s) and pressure (mmHg) of the samples behind Z_c.
+    decay : tuple of array
+        Time (s) and pressure (mmHg) of the samples behind τ0.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> nominal = vw.estimate_nominal(vw.control_network(), vw.virtual_mouse())
+    >>> nominal.wall(vw.LinearWall).beta == nominal.beta
+    True
+    """
+
+    characteristic_impedance: float
+    beta: float
+    total_resistance: float
+    time_constant: float
+    outlets: Any
+    upstroke: tuple[np.ndarray, np.ndarray]
+    decay: tuple[np.ndarray, np.ndarray]
+
+    def wall(self, law: Any) -> Any:
+        """Return a wall law (its class) at its nominal parameters: β0, or p1 = β0/π and γ = 2 (eq. 10)."""
+        return law(*(one.nominal * one.scale(self.beta) for one in law.law().parameters))
+
+    def __repr__(self) -> str:
+        return (
+            f"Nominal(Z_c {self.characteristic_impedance:.4g} mmHg s/ml, beta0 {self.beta:.4g} mmHg, "
+            f"R_T0 {self.total_resistance:.4g} mmHg s/ml, tau0 {self.time_constant:.3g} s)"
+        )
+
+
+def estimate_nominal(
+    network: Network, recording: Recording, blood: Blood | None = None, bed: type[Bed] = Windkessel
+) -> Nominal:
+    """Estimate wall stiffness and outlets from one recording (eqs. 8 to 13).
+
+    Raises
+    ------
+    InputError
+        The recording has no upstroke with rising pressure, or no decaying diastolic pressure.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.estimate_nominal(vw.control_network(), vw.virtual_mouse())
+    Nominal(Z_c ... mmHg s/ml, beta0 ... mmHg, R_T0 ... mmHg s/ml, tau0 ... s)
+    """
+    blood = blood or Blood()
+    flow, pressure = upstroke(recording)
+    Z_c = characteristic_impedance(flow, pressure)
+    if not Z_c > 0:
+        raise InputError(
+            f"{recording.source}: pressure does not rise with flow during ejection (slope {Z_c:.3g} mmHg s/ml); "
+            "are pressure and flow aligned in time?"
+        )
+    time, falling = diastole(recording)
+    tau = time_constant(time, falling, recording.source)
+    R_T = recording.vascular_resistance
+    return Nominal(
+        characteristic_impedance=Z_c,
+        beta=stiffness(Z_c, float(network.area[network.root]), blood, network.pressure),
+        total_resistance=R_T,
+        time_constant=tau,
+        outlets=nominal_beds(bed, network, R_T, tau),
+        upstroke=(flow, pressure),
+        decay=(time, falling),
+    )
+
+
+def oddities(nominal: Nominal) -> list[Finding]:
+    """Return which nominal values no artery has."""
+    low, high = _STIFFNESSES
+    return [] if low <= nominal.beta <= high else [NO_ARTERY(beta=nominal.beta, low=low, high=high)]
+
+
+def upstroke(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Return flow and pressure from the onset of ejection (5 % of peak flow) to 95 % of peak flow.
+
+    Raises
+    ------
+    InputError
+        The flow never falls below 5 % of its peak.
+    """
+    count = max(len(recording.pressure), len(recording.flow))
+    even = recording.resampled(count)
+    q, p = even.flow, even.pressure
+    peak = int(np.argmax(q))
+    q, p = np.roll(q, -peak - 1), np.roll(p, -peak - 1)  # the peak is now the last sample
+    above_onset = q > _ONSET * q[-1]
+    if above_onset.all():
+        raise InputError(
+            f"{recording.source}: the flow never falls below {100 * _ONSET:.0f} % of its peak: ejection has no "
+            "onset; is the zero of the flow right?"
+        )
+    start = int(np.flatnonzero(~above_onset)[-1])
+    stop = start + int(np.argmax(q[start:] >= _UPSTROKE * q[-1])) + 1
+    return q[start:stop], p[start:stop]
+
+
+def characteristic_impedance(flow: np.ndarray, pressure: np.ndarray) -> float:
+    """Characteristic impedance Z_c = ρ c0/A0, mmHg s/ml (eq. 8): the least-squares slope of pressure against flow."""
+    return float(np.polyfit(flow, pressure, 1)[0])
+
+
+def stiffness(Z_c: float, area: float, blood: Blood, pressure: float = 0.0) -> float:
+    """Stiffness β = 2 (A Z_c)²/ρ - p, mmHg, of a vessel with area A (cm²) at `pressure` p (mmHg); eq. 9 where p = 0.
+
+    The wave speed of the linear law is √((β + p)/(2ρ)). Where the pressure leaves next to nothing, a fifth of the first
+    term is returned: it is only where a fit begins.
+    """
+    together = 2.0 * (area * Z_c) ** 2 / blood.inertia
+    return max(together - pressure, _LEAST * together)
+
+
+def diastole(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
+    """Return time (s) and pressure (mmHg) of the decay after ejection.
+
+    Ejection ends where the flow first falls below 5 % of its peak. Of the time from there to the lowest pressure the
+    first 90 % are returned.
+    """
+    count = max(len(recording.pressure), len(recording.flow))
+    even = recording.resampled(count)
+    peak = int(np.argmax(even.flow))
+    q, p = np.roll(even.flow, -peak), np.roll(even.pressure, -peak)
+    end_of_ejection = int(np.argmax(q < _ONSET * q[0]))
+    stop = end_of_ejection + round(_DECAY * int(np.argmin(p[end_of_ejection:]))) + 1
+    time = (np.arange(count) + peak) * (recording.period / count)
+    return time[end_of_ejection:stop], p[end_of_ejection:stop]
+
+
+def time_constant(time: np.ndarray, pressure: np.ndarray, source: str = "recording") -> float:
+    """Time constant τ, s, of p(t) = p(t_d) exp(-(t - t_d)/τ) (eq. 12), by a log-linear least-squares fit."""
+    if len(time) < 4 or pressure.min() <= 0:
+        raise InputError(f"{source}: no diastolic decay of positive pressure after ejection; check the cycle")
+    slope = float(np.polyfit(time, np.log(pressure), 1)[0])
+    if slope >= 0:
+        raise InputError(f"{source}: pressure does not fall after ejection; check that pressure and flow are aligned")
+    return -1.0 / slope
+
+
+def nominal_beds(bed: type[Bed], network: Network, R_T: float, tau: float) -> Any:
+    """Return the nominal beds of a kind (its class) at all terminals, of resistance R_T / flow fraction (eq. 11)."""
+    return bed.nominal(R_T / network.flow_fraction[network.terminals], tau)
+
+
+def windkessels(network: Network, R_T: float, tau: float, a: float = RESISTANCE_RATIO) -> Windkessel:
+    """Windkessels of all terminals: R_T,j = R_T / flow fraction (eq. 11), R1 = a R_T,j, C = τ/R_T,j (eq. 13)."""
+    return Windkessel.nominal(R_T / network.flow_fraction[network.terminals], tau, a)

@@ -1,0 +1,395 @@
+"""Outlets: what the vascular bed behind each terminal vessel answers to its flow.
+
+A bed is one class derived from `Bed`: its fields are its parameters, one value per terminal vessel. `bed` says in
+words, symbols and bounds what they are, `nominal` where a fit starts, and `circuit` what they are to the flow; the rest
+follows. No other file knows which beds there are: a further one is one more class in `BUILT_IN`, or in a file of your
+own (`laws`).
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, NamedTuple, Protocol, Self, dataclass_transform, runtime_checkable
+
+import numpy as np
+
+from vasowave.descriptions import BedLaw, Parameter, Quantity
+from vasowave.errors import InputError
+from vasowave.model.per_vessel import one_per_vessel
+
+Values = float | np.ndarray
+
+RESISTANCE_RATIO = 0.2  # a = R1/R_T before the fit
+_KNOWN = 0.5  # SD of the logarithm of nearly all of the resistance, which mean pressure over mean flow gives
+_RESISTANCE, _COMPLIANCE = "mmHg s/ml", "ml/mmHg"
+
+
+@runtime_checkable
+class Outlets(Protocol):
+    """What a model, the linear solution, the solver and the analyses ask of the outlets."""
+
+    def checked(self, names: Sequence[str]) -> "Outlets":
+        """Return the outlets with one value for each terminal vessel of these names, or raise `InputError`."""
+        ...
+
+    def impedance_at(self, count: int, period: float) -> np.ndarray:
+        """Impedance at the harmonics 0 … count-1 of the period (s), mmHg s/ml, shape (count, terminal)."""
+        ...
+
+    def fast_resistance(self) -> np.ndarray:
+        """Resistance that a sudden change of flow meets, mmHg s/ml, shape (terminal,)."""
+        ...
+
+    def time_constants(self) -> np.ndarray:
+        """Times over which the beds discharge, s, shape (terminal,); NaN where they are not known."""
+        ...
+
+    def total_resistance(self) -> float:
+        """Resistance of all beds in parallel, mmHg s/ml."""
+        ...
+
+    def resistance_ratio(self) -> float:
+        """Share of the resistance that a sudden change of flow meets, the mean over the beds."""
+        ...
+
+    def weighted_compliance(self) -> np.ndarray:
+        """Compliance of each bed as the network sees it, ml/mmHg; `InputError` where it is not known."""
+        ...
+
+
+class Circuit(NamedTuple):
+    """What every bed with one time constant is: a resistance, and behind it a capacitor with a resistance across.
+
+    Attributes
+    ----------
+    proximal, distal : array, shape (terminal,)
+        Resistances before and across the capacitor, mmHg s/ml; 0 where there is none.
+    compliance : array, shape (terminal,)
+        ml/mmHg; 0 where there is no capacitor, and then nothing distal either.
+    """
+
+    proximal: np.ndarray
+    distal: np.ndarray
+    compliance: np.ndarray
+
+    def impedance(self, omega: np.ndarray) -> np.ndarray:
+        """Impedance, mmHg s/ml (eq. 7), at angular frequencies (rad/s) of shape (..., 1)."""
+        return self.proximal + self.distal / (1 + 1j * omega * self.distal * self.compliance)
+
+    def over(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return what is left of the capacitor's pressure after a time (s), and what each ml/s adds to it meanwhile."""
+        tau = self.distal * self.compliance
+        left = np.where(tau != 0, np.exp(-time / np.where(tau != 0, tau, 1.0)), 0.0)
+        return left, self.distal * (1 - left)
+
+
+@dataclass_transform(frozen_default=True, eq_default=False)
+class Bed:
+    """Base of all beds with one time constant or none; a class derived from it is a frozen dataclass.
+
+    The solver integrates its differential equation exactly for a flow that is constant during a step.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> isinstance(vw.Resistance(R=[150.0]), vw.Bed)
+    True
+    """
+
+    _fields: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        """Make the fields of a bed the arguments by which it is made."""
+        super().__init_subclass__(**keywords)
+        dataclass(frozen=True, eq=False)(cls)
+        cls._fields = tuple(one.name for one in fields(cls))  # type: ignore[arg-type]
+
+    @staticmethod
+    def bed() -> BedLaw:
+        """Return what is said of the bed."""
+        raise NotImplementedError
+
+    @classmethod
+    def nominal(cls, resistance: np.ndarray, time_constant: float) -> Self:
+        """Return beds of these resistances (mmHg s/ml, shape (terminal,)) with the recording's time constant (s)."""
+        raise NotImplementedError
+
+    def circuit(self) -> Circuit:
+        """Return what the bed is to the flow, of plain arithmetic on its fields, which may be complex."""
+        raise NotImplementedError
+
+    def __iter__(self) -> Iterator[Any]:
+        """Go through the values of the fields."""
+        return (getattr(self, name) for name in self._fields)
+
+    def _asdict(self) -> dict[str, Any]:
+        return dict(zip(self._fields, self, strict=True))
+
+    def _replace(self, **values: Any) -> Self:
+        return type(self)(**self._asdict() | values)
+
+    def scaled(self, *factors: float) -> Self:
+        """Return the beds with each field of all of them multiplied by its factor."""
+        return type(self)(*(factor * np.asarray(value) for factor, value in zip(factors, self, strict=True)))
+
+    def checked(self, names: Sequence[str]) -> Self:
+        """Return one positive value of each parameter for every terminal, or raise `InputError` naming the vessel."""
+        checked: Self = one_per_vessel(self, names, "outlet")
+        return checked
+
+    def impedance(self, omega: Values) -> np.ndarray:
+        """Impedance, mmHg s/ml, at the angular frequencies ω (rad/s); shape (*omega.shape, terminal)."""
+        return self.circuit().impedance(np.asarray(omega, dtype=float)[..., np.newaxis])
+
+    def impedance_at(self, count: int, period: float) -> np.ndarray:
+        """Impedance at the harmonics 0 … count-1 of the period (s), mmHg s/ml, shape (count, terminal)."""
+        return self.impedance(2 * np.pi / period * np.arange(count))
+
+    def fast_resistance(self) -> np.ndarray:
+        """Resistance that a sudden change of flow meets, mmHg s/ml, shape (terminal,)."""
+        return np.asarray(self.circuit().proximal, dtype=float)
+
+    def time_constants(self) -> np.ndarray:
+        """Times over which the capacitors discharge, s, shape (terminal,); 0 where there are none."""
+        _, distal, compliance = self.circuit()
+        return distal * compliance
+
+    def total_resistance(self) -> float:
+        """Resistance R_T of all beds in parallel, mmHg s/ml: 1/R_T = Σ 1/(R1 + R2)."""
+        proximal, distal, _ = self.circuit()
+        return float(1.0 / np.sum(1.0 / (proximal + distal)))
+
+    def resistance_ratio(self) -> float:
+        """Ratio a = R1/(R1 + R2), the mean over the beds."""
+        proximal, distal, _ = self.circuit()
+        return float(np.mean(proximal / (proximal + distal)))
+
+    def weighted_compliance(self) -> np.ndarray:
+        """Compliance Ĉ_p = (R2/R_T) C of each bed, ml/mmHg (below eq. 30), shape (terminal,); 0 without capacitor."""
+        proximal, distal, compliance = self.circuit()
+        return distal / (proximal + distal) * compliance
+
+    def knobs(self) -> dict[str, str]:
+        """Return what can be given in `with_totals`, and its unit."""
+        return {"R_T": _RESISTANCE} | ({"tau": "s"} if np.any(self.time_constants() > 0) else {})
+
+    def with_totals(self, fractions: np.ndarray, values: Mapping[str, float]) -> Self:
+        """Return beds of another total resistance ``R_T`` (at the same times) or time constant ``tau`` (their median).
+
+        `fractions` are the shares of the mean flow that reach the beds, shape (terminal,).
+        """
+        resist = values.get("R_T", now := self.total_resistance()) / now
+        slow = 1.0
+        if "tau" in values:
+            slow = values["tau"] / float(np.median(self.time_constants()))
+        by_unit = {_RESISTANCE: resist, _COMPLIANCE: slow / resist, "s": slow}
+        return self.scaled(*(by_unit.get(one.unit, 1.0) for one in self.bed().quantities.values()))
+
+
+def _share(symbol: str, spread: float, low: float, high: float, paper: bool = False) -> Parameter:
+    """Return the factor of the nominal values of a field."""
+    field = symbol[0].upper() + symbol[1:]
+    bounds = (0.05, 2.5) if paper else None
+    return Parameter("1", symbol, f"factor of the nominal {field} of all beds", "", 1.0, (low, high), bounds, spread)
+
+
+class Windkessel(Bed):
+    """Three-element Windkessel Z = R1 + R2/(1 + iωR2C) (eq. 7), one value per terminal vessel.
+
+    Attributes
+    ----------
+    R1 : array, shape (terminal,)
+        Proximal resistance, mmHg s/ml.
+    R2 : array, shape (terminal,)
+        Distal resistance, mmHg s/ml.
+    C : array, shape (terminal,)
+        Compliance C_p, ml/mmHg.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> beds = vw.Windkessel(R1=[20.0, 30.0], R2=[130.0, 170.0], C=[1e-3, 8e-4])
+    >>> beds.total_resistance()  # 150 and 200 mmHg s/ml in parallel
+    85.71...
+    """
+
+    R1: Values
+    R2: Values
+    C: Values
+
+    @staticmethod
+    def bed() -> BedLaw:
+        """Return what is said of the bed; the paper keeps all factors between 0.05 and 2.5."""
+        quantities = {
+            "R1": Quantity(_RESISTANCE, "R_1", "proximal resistance", "7"),
+            "R2": Quantity(_RESISTANCE, "R_2", "distal resistance", "7"),
+            "C": Quantity(_COMPLIANCE, "C", "compliance of the vascular bed", "7"),
+        }
+        factors = {
+            "r1": _share("r_1", 1.0, 0.002, 10.0, True),
+            "r2": _share("r_2", _KNOWN, 0.05, 10.0, True),
+            "c1": _share("c_1", 1.0, 0.02, 20.0, True)._replace(meaning="factor of the nominal C of all beds"),
+        }
+        return BedLaw("windkessel", "three-element Windkessels", "Z = R1 + R2/(1 + iωR2C)", "7", quantities, factors,
+                      ("r1", "r2"))  # fmt: skip
+
+    @classmethod
+    def nominal(cls, resistance: np.ndarray, time_constant: float, a: float = RESISTANCE_RATIO) -> "Windkessel":
+        """Return R1 = a R, R2 = (1 - a) R, C = τ/R (eqs. 11, 13)."""
+        return cls(a * resistance, (1 - a) * resistance, time_constant / resistance)
+
+    def circuit(self) -> Circuit:
+        """Return the fields as they are."""
+        return Circuit(np.asarray(self.R1), np.asarray(self.R2), np.asarray(self.C))
+
+    def knobs(self) -> dict[str, str]:
+        """Return what can be given in `with_totals`, and its unit."""
+        return {"R_T": _RESISTANCE, "a": "1", "tau": "s"}
+
+    def with_totals(self, fractions: np.ndarray, values: Mapping[str, float]) -> "Windkessel":
+        """Return beds of these R_T, a and tau = R_T C, shared as the paper does (eqs. 11, 13)."""
+        tau = float(np.median(self.time_constants())) / (1.0 - self.resistance_ratio())
+        now = {"R_T": self.total_resistance(), "a": self.resistance_ratio(), "tau": tau, **values}
+        return self.nominal(now["R_T"] / fractions, now["tau"], now["a"])
+
+
+class CompliantBed(Bed):
+    """Two-element Windkessel: a resistance with a compliance beside it, Z = R/(1 + iωRC).
+
+    Attributes
+    ----------
+    R : array, shape (terminal,)
+        Resistance, mmHg s/ml.
+    C : array, shape (terminal,)
+        Compliance, ml/mmHg.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.CompliantBed(R=[150.0, 200.0], C=[1e-3, 8e-4]).total_resistance()  # mmHg s/ml
+    85.71...
+    """
+
+    R: Values
+    C: Values
+
+    @staticmethod
+    def bed() -> BedLaw:
+        """Return what is said of the bed."""
+        quantities = {
+            "R": Quantity(_RESISTANCE, "R", "resistance of the vascular bed"),
+            "C": Quantity(_COMPLIANCE, "C", "compliance of the vascular bed"),
+        }
+        factors = {"r": _share("r", _KNOWN, 0.05, 10.0), "c": _share("c", 1.0, 0.02, 20.0)}
+        return BedLaw("rc", "resistances with a compliance each", "Z = R/(1 + iωRC)", "", quantities, factors)
+
+    @classmethod
+    def nominal(cls, resistance: np.ndarray, time_constant: float) -> "CompliantBed":
+        """Return the resistances, and C = τ/R."""
+        return cls(resistance, time_constant / resistance)
+
+    def circuit(self) -> Circuit:
+        """Return a capacitor with nothing before it."""
+        R = np.asarray(self.R)
+        return Circuit(0 * R, R, np.asarray(self.C))
+
+
+class Resistance(Bed):
+    """A bare resistance, Z = R.
+
+    Attributes
+    ----------
+    R : array, shape (terminal,)
+        mmHg s/ml.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Resistance(R=[150.0, 200.0]).total_resistance()  # mmHg s/ml
+    85.71...
+    """
+
+    R: Values
+
+    @staticmethod
+    def bed() -> BedLaw:
+        """Return what is said of the bed."""
+        quantities = {"R": Quantity(_RESISTANCE, "R", "resistance of the vascular bed")}
+        factors = {"r": _share("r", _KNOWN, 0.05, 10.0)}
+        return BedLaw("resistance", "bare resistances", "Z = R", "", quantities, factors)
+
+    @classmethod
+    def nominal(cls, resistance: np.ndarray, time_constant: float) -> "Resistance":
+        """Return the resistances; no compliance stands for the time constant."""
+        return cls(resistance)
+
+    def circuit(self) -> Circuit:
+        """Return a resistance with nothing behind it."""
+        R = np.asarray(self.R)
+        return Circuit(R, 0 * R, 0 * R)
+
+
+BUILT_IN: tuple[Any, ...] = (Windkessel, CompliantBed, Resistance)
+"""The beds of this file."""
+
+
+class ImpedanceSpectrum(NamedTuple):
+    """Any bed given by its impedance at the harmonics of the heart rate; the solver convolves it with the flow.
+
+    Attributes
+    ----------
+    Z : complex array, shape (harmonic, terminal)
+        Impedance at ω_k = 2πk/T, k = 0 … K, mmHg s/ml; Z[0] is the resistance. Harmonics above K are taken as
+        Z[K].real, the resistance that very fast changes meet.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> import numpy as np
+    >>> beds = vw.Windkessel([20.0], [130.0], [1e-3])
+    >>> omega = 2 * np.pi / 0.11 * np.arange(20)
+    >>> vw.ImpedanceSpectrum(beds.impedance(omega)).total_resistance()
+    150.0
+    """
+
+    Z: np.ndarray
+
+    def checked(self, names: Sequence[str]) -> "ImpedanceSpectrum":
+        """Return itself, or raise `InputError` naming the vessel whose impedance cannot be used."""
+        Z = np.asarray(self.Z)
+        if Z.ndim != 2 or Z.shape[1] != len(names) or len(Z) < 2:
+            raise InputError(
+                f"impedance spectrum has shape {Z.shape}; "
+                f"it must be (harmonics, {len(names)}): one column per terminal vessel"
+            )
+        bad = np.flatnonzero(~np.all(np.isfinite(Z), axis=0) | (Z[0].real <= 0) | (Z[-1].real < 0))
+        if len(bad):
+            raise InputError(
+                f"vessel '{names[bad[0]]}': its impedance is not finite, or its resistance is not positive"
+            )
+        return self
+
+    def impedance_at(self, count: int, period: float) -> np.ndarray:
+        """Impedance at the harmonics 0 … count-1, mmHg s/ml, shape (count, terminal); the period is the spectrum's."""
+        Z = np.asarray(self.Z)
+        beyond = np.broadcast_to(Z[-1].real, (max(0, count - len(Z)), Z.shape[1]))
+        return np.concatenate([Z[:count], beyond])
+
+    def fast_resistance(self) -> np.ndarray:
+        """NaN for each terminal: where a spectrum ends, it need not have settled."""
+        return np.full(np.shape(self.Z)[1], np.nan)
+
+    def time_constants(self) -> np.ndarray:
+        """NaN for each terminal: a spectrum names none."""
+        return np.full(np.shape(self.Z)[1], np.nan)
+
+    def total_resistance(self) -> float:
+        """Resistance of all beds in parallel, mmHg s/ml."""
+        return float(1.0 / np.sum(1.0 / np.asarray(self.Z)[0].real))
+
+    def resistance_ratio(self) -> float:
+        """NaN, as `fast_resistance`."""
+        return float("nan")
+
+    def weighted_compliance(self) -> np.ndarray:
+        """Raise `InputError`: a spectrum names no capacitor."""
+        raise InputError("compliance needs Windkessel outlets; an impedance spectrum names no capacitor")

@@ -1,0 +1,284 @@
+"""The vessel network: topology and measured size of every vessel, as arrays, and the pressure of its image."""
+
+import os
+from collections.abc import Callable
+from dataclasses import InitVar, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vasowave.errors import InputError, did_you_mean
+from vasowave.notebook import card, upstairs
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+POSSIBLE = {"radius": (1e-5, 15.0), "length": (1e-5, 3000.0)}
+"""Sizes outside are no animal's, cm: from a tenth of a micrometer, far below a capillary's radius (3 µm), to what
+exceeds a blue whale, the largest animal, whose aorta measures 23 cm across and which is 30 m long."""
+
+HIGHEST = 100.0
+"""Highest pressure at which lungs are filled for an image, mmHg."""
+
+MEASURED = ("radius_sd", "taper", "taper_sd")
+"""What may be known of each vessel beside its sizes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """A tree of vessels; row i of every array is the same vessel.
+
+    Attributes
+    ----------
+    name : tuple of str
+        Unique name of each vessel.
+    parent : int array, shape (vessel,)
+        Row of the vessel's parent, -1 for the root. Any number of daughters; any order of rows.
+    length : float array, shape (vessel,)
+        Length L, cm.
+    radius : float array, shape (vessel,)
+        Radius at the transmural pressure `pressure`, cm.
+    pressure : float
+        Transmural pressure at which the radii were measured, mmHg: that at which the lungs were filled for the image.
+        0, where it is not known, takes them for the undeformed radii r0.
+    radius_sd : float array, shape (vessel,), optional
+        Standard deviation of each radius as it was measured, cm; NaN where it is not known.
+    taper, taper_sd : float array, shape (vessel,), optional
+        Fall of the radius along the vessel, -dr/ds, cm/cm, around the middle, where the radius is `radius`; and its
+        standard deviation. NaN where it was not measured. Fits take straight tubes; the posterior knows of it.
+
+    Raises
+    ------
+    InputError
+        No or two roots, a cycle, an unknown parent, a duplicate name, a size that is not a positive number, or that no
+        animal has (`POSSIBLE`); the row is named. A pressure below 0 or above 100 mmHg. A standard deviation that is
+        not a positive number, a taper that closes the vessel.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Network(("main", "left", "right"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037])
+    Network(3 vessels, 2 terminals, root 'main' r0 0.047 cm, total length 1.23 cm)
+    """
+
+    name: tuple[str, ...]
+    parent: np.ndarray
+    length: np.ndarray
+    radius: np.ndarray
+    where: InitVar[Callable[[int], str] | None] = None
+    pressure: float = 0.0
+    radius_sd: np.ndarray | None = None
+    taper: np.ndarray | None = None
+    taper_sd: np.ndarray | None = None
+
+    def __post_init__(self, where: Callable[[int], str] | None) -> None:
+        """Check the tree once and freeze the arrays; `where` says for a row how errors call it."""
+        object.__setattr__(self, "name", tuple(str(name) for name in self.name))
+        object.__setattr__(self, "parent", _frozen(self.parent, np.int64))
+        object.__setattr__(self, "length", _frozen(self.length, np.float64))
+        object.__setattr__(self, "radius", _frozen(self.radius, np.float64))
+        object.__setattr__(self, "pressure", image_pressure(self.pressure))
+        for field in MEASURED:
+            given = getattr(self, field)
+            object.__setattr__(self, field, None if given is None else _frozen(given, np.float64))
+        where = where or (lambda row: f"row {row + 1}")
+        _check_tree(self, where)
+        _check_measured(self, where)
+
+    def __len__(self) -> int:
+        return len(self.name)
+
+    def __repr__(self) -> str:
+        return (
+            f"Network({len(self)} vessels, {len(self.terminals)} terminals, root '{self.name[self.root]}' "
+            f"r0 {self.radius[self.root]:.4g} cm, total length {self.length.sum():.4g} cm)"
+        )
+
+    def _repr_html_(self) -> str:
+        facts = {
+            "vessels": f"{len(self)}, {len(self.terminals)} of them terminal",
+            "root": f"'{self.name[self.root]}', radius {self.radius[self.root]:.4g} cm",
+            "total length": f"{self.length.sum():.4g} cm",
+            "radii": f"{self.radius.min():.3g} to {self.radius.max():.3g} cm",
+            "measured at": f"{self.pressure:g} mmHg" if self.pressure else "a pressure not known, taken for 0",
+        }
+        return card("Network", facts)
+
+    @cached_property
+    def root(self) -> int:
+        """Row of the root vessel."""
+        return int(np.flatnonzero(self.parent < 0)[0])
+
+    @cached_property
+    def area(self) -> np.ndarray:
+        """Cross-sectional area π r² at the pressure of the image, cm², shape (vessel,); for A0 see `Model.area0`."""
+        return np.pi * self.radius**2
+
+    @cached_property
+    def daughters(self) -> tuple[tuple[int, ...], ...]:
+        """Rows of the daughters of each vessel, in the order of the rows."""
+        daughters: list[list[int]] = [[] for _ in self.name]
+        for row, parent in enumerate(self.parent):
+            if parent >= 0:
+                daughters[parent].append(row)
+        return tuple(map(tuple, daughters))
+
+    @cached_property
+    def terminals(self) -> np.ndarray:
+        """Rows of the vessels without daughters, in the order of the rows."""
+        has_daughters = np.zeros(len(self), dtype=bool)
+        has_daughters[self.parent[self.parent >= 0]] = True
+        return np.flatnonzero(~has_daughters)
+
+    @cached_property
+    def generations(self) -> tuple[np.ndarray, ...]:
+        """Rows by distance from the root: the root alone, its daughters, and so on."""
+        by_parent = np.argsort(self.parent, kind="stable")
+        first = np.searchsorted(self.parent[by_parent], np.arange(len(self)))
+        last = np.searchsorted(self.parent[by_parent], np.arange(len(self)), side="right")
+        levels, current = [], np.array([self.root])
+        while len(current):
+            levels.append(current)
+            slices = [by_parent[first[row] : last[row]] for row in current]
+            current = np.concatenate(slices)
+        return tuple(levels)
+
+    @cached_property
+    def flow_fraction(self) -> np.ndarray:
+        """Share of the root's mean flow in each vessel, by Poiseuille's law (eq. 11), shape (vessel,).
+
+        At every junction the flow divides as the conductances π r0⁴/(8 μ L) of the daughters; the viscosity cancels.
+        """
+        conductance = self.radius**4 / self.length
+        siblings = np.bincount(self.parent[self.parent >= 0], conductance[self.parent >= 0], minlength=len(self))
+        fraction = np.ones(len(self))
+        for rows in self.generations[1:]:
+            above = self.parent[rows]
+            fraction[rows] = fraction[above] * conductance[rows] / siblings[above]
+        return fraction
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the tree into matplotlib axes, or a new figure; returns the axes."""
+        return upstairs("figures.signals:draw_network")(self, ax)
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Return the vessels as a table in the form of a network file, indexed by name, lengths in cm."""
+        import pandas as pd
+
+        parents = [self.name[row] if row >= 0 else "" for row in self.parent]
+        known = {f"{name.replace('_', ' ')} [cm]": getattr(self, name) for name in ("length", "radius")}
+        return pd.DataFrame({"parent": parents} | known, pd.Index(self.name, name="vessel"))
+
+    def row(self, name: str | int) -> int:
+        """Return the row of the vessel called `name`; `InputError` if there is none."""
+        try:
+            return self._rows[str(name)]
+        except KeyError:
+            hint = did_you_mean(str(name), self.name)
+            raise InputError(f"the network has no vessel '{name}'{hint}") from None
+
+    @cached_property
+    def _rows(self) -> dict[str, int]:
+        return {name: row for row, name in enumerate(self.name)}
+
+
+def a_network(given: object) -> Network:
+    """Return a network; raise `InputError` for anything else, with what to do."""
+    if isinstance(given, Network):
+        return given
+    if isinstance(given, str | os.PathLike):
+        raise InputError(f"'{given}' is the name of a file; read it first: vasowave.read_network('{given}')")
+    raise InputError(f"{type(given).__name__} was given where a Network is needed")
+
+
+def image_pressure(value: float) -> float:
+    """Return the pressure of an image, mmHg; raise `InputError` unless it lies between 0 and 100."""
+    pressure = float(value)
+    if not 0 <= pressure <= HIGHEST:
+        raise InputError(
+            f"pressure of the image {pressure:g} mmHg: give the transmural pressure at which the vessels were filled, "
+            f"between 0 (not known) and {HIGHEST:g} mmHg; is its unit right?"
+        )
+    return pressure
+
+
+def _frozen(values: object, dtype: type) -> np.ndarray:
+    array: np.ndarray = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array
+
+
+def _check_tree(network: Network, where: Callable[[int], str]) -> None:
+    """Raise `InputError`, naming the row through `where`, unless the arrays describe one tree of real vessels."""
+    count = len(network.name)
+    if count == 0:
+        raise InputError("the network has no vessels")
+    for field in ("parent", "length", "radius"):
+        shape = getattr(network, field).shape
+        if shape != (count,):
+            raise InputError(f"network: {count} names but {field} has shape {shape}; give one value per vessel")
+    seen: dict[str, int] = {}
+    for row, name in enumerate(network.name):
+        if not name.strip():
+            raise InputError(f"{where(row)}: the vessel has no name")
+        if name.lstrip()[0] in "=@" or not name.isprintable():
+            raise InputError(f"{where(row)}: '{name}' is no name of a vessel: a spreadsheet would run it; rename it")
+        if name in seen:
+            raise InputError(f"{where(row)}: vessel '{name}' is already defined in {where(seen[name])}; rename one")
+        seen[name] = row
+        for field in ("length", "radius"):
+            value = getattr(network, field)[row]
+            if not (np.isfinite(value) and value > 0):
+                raise InputError(f"{where(row)} (vessel '{name}'): {field} {value:g} cm is not a positive number")
+            if not POSSIBLE[field][0] <= value <= POSSIBLE[field][1]:
+                low, high = POSSIBLE[field]
+                raise InputError(
+                    f"{where(row)} (vessel '{name}'): {field} {value:g} cm is no animal's (possible are {low:g} to "
+                    f"{high:g} cm); is its unit right?"
+                )
+        if not -1 <= network.parent[row] < count:
+            raise InputError(f"{where(row)} (vessel '{name}'): parent row {network.parent[row]} does not exist")
+    roots = np.flatnonzero(network.parent < 0)
+    if len(roots) == 0:
+        raise InputError(f"{where(0)}: no root; leave the parent of the vessel that carries the inflow empty")
+    if len(roots) > 1:
+        both = ", ".join(f"'{network.name[row]}' ({where(row)})" for row in roots[:3])
+        raise InputError(f"{len(roots)} vessels have no parent: {both}; one network has one root")
+    reached = np.concatenate(network.generations)
+    if len(reached) < count:
+        row = int(np.setdiff1d(np.arange(count), reached)[0])
+        raise InputError(
+            f"{where(row)} (vessel '{network.name[row]}'): not connected to the root, its parents form a cycle; "
+            "correct the parent column"
+        )
+
+
+def _check_measured(network: Network, where: Callable[[int], str]) -> None:
+    """Raise `InputError`, naming the row through `where`, unless errors and tapers are possible ones."""
+    for field in MEASURED:
+        values = getattr(network, field)
+        if values is None:
+            continue
+        if values.shape != (len(network),):
+            raise InputError(f"network: {field} has shape {values.shape}; give one value per vessel, NaN if unknown")
+        bad = np.isinf(values) | (values <= 0 if field != "taper" else closes(values, network))
+        if bad.any():
+            row = int(np.flatnonzero(bad)[0])
+            raise InputError(
+                f"{where(row)} (vessel '{network.name[row]}'): {field} {values[row]:g} is not possible; a standard "
+                "deviation is positive, and a taper leaves both ends open. Leave the cell empty where it is not known"
+            )
+
+
+def closes(taper: np.ndarray, network: Network) -> np.ndarray:
+    """Return which vessels a taper (cm/cm, shape (vessel,)) would close at one end."""
+    return np.asarray(np.abs(taper) * network.length >= 2 * network.radius)
+
+
+def from_root(network: Network, per_vessel: np.ndarray) -> np.ndarray:
+    """Sum of a quantity over all vessels from the root to the end of each vessel, shape (vessel,)."""
+    total = np.array(per_vessel, dtype=float)
+    for rows in network.generations[1:]:
+        total[rows] += total[network.parent[rows]]
+    return total

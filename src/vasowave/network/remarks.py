@@ -1,0 +1,90 @@
+"""What looks wrong with a network, or is not known of it."""
+
+import numpy as np
+
+from vasowave import units
+from vasowave.findings import Finding, look_kind, note_kind
+from vasowave.network.network import Network
+
+ROOT_RADIUS = {"mouse": (0.02, 0.08), "rat": (0.05, 0.25), "human": (0.3, 2.5)}
+"""Between which the radius of the main pulmonary artery lies, cm; what lies outside is taken for a slip of the unit.
+Mouse: the paper's Table 1 has 0.047 and 0.051. Rat: some three times the mouse's. Human: a diameter of 2.7 ± 0.3 cm
+(CT, Edwards, Bull and Coulden 1998), wider in hypertension; down to lobar arteries, where trees begin, too."""
+
+
+_UNIT = "Correct the unit in the header of the network."
+SLENDER = look_kind(
+    "network.odd-slenderness",
+    "vessels are {ratio:.2g} radii long (median); arteries are 3 to 100: is the radius in the same unit as the length, "
+    "and is it a radius, not a diameter?",
+    _UNIT,
+)
+ROOT_SIZE = look_kind(
+    "network.odd-root",
+    "the root's radius is {radius:.3g} cm; a mouse's main pulmonary artery has 0.05 cm, a human aorta 1.5 cm: is the "
+    "unit in the header right?",
+    _UNIT,
+)
+NO_PRESSURE = look_kind(
+    "network.pressure-unknown",
+    "The pressure at which the vessels were imaged is not known; their radii are taken for those at zero pressure. If "
+    "they were filled, the wall seems stiffer and waves faster than they are, and how it stiffens cannot be told. "
+    "{remedy}",
+    "Give it as a column 'pressure [mmHg]' of the network's file, or as Network(..., pressure=...).",
+)
+
+LEFT_OUT = note_kind("network.left-out", "{what} are no part of a network and were left out")
+UNKNOWN_VARIABLE = note_kind("network.unknown-variable", "the variable '{name}' is not known and was left out")
+
+
+def implausible_sizes(network: Network) -> list[Finding]:
+    """Return every sign that lengths or radii are in another unit than cm."""
+    ratio, widest = float(np.median(network.length / network.radius)), float(network.radius[network.root])
+    slender = [] if 1.5 <= ratio <= 150 else [SLENDER(ratio=ratio)]
+    return slender if 0.004 <= widest <= 2.0 else [*slender, ROOT_SIZE(radius=widest)]
+
+
+def unlike_the_species(network: Network, species: str, unit: float | None = None) -> str:
+    """Return what is wrong with the root's radius in an animal of this `species`, and which unit would be right.
+
+    Parameters
+    ----------
+    network : Network
+    species : str
+        See `ROOT_RADIUS`; any other word is not checked.
+    unit : float, optional
+        What a number of the file was taken for, cm; without it lengths come from a voxel size.
+
+    Returns
+    -------
+    str
+        Empty where nothing is wrong.
+    """
+    if species not in ROOT_RADIUS:
+        return ""
+    radius, (low, high) = float(network.radius[network.root]), ROOT_RADIUS[species]
+    if low <= radius <= high:
+        return ""
+    said = (
+        f"the root's radius is {radius:.3g} cm and the vessels are {float(network.length.sum()):.4g} cm long in all, "
+        f"but a {species}'s main pulmonary artery has a radius of {low:g} to {high:g} cm"
+    )
+    right = f"{low / radius * (unit or 1):.2g} to {high / radius * (unit or 1):.2g}"
+    if unit is None:
+        said += f": the voxel size is wrong, probably by a factor of {right}"
+    else:
+        number = radius / unit
+        fitting = [name for name in ("um", "mm", "cm") if low <= number * units.factor(name, "length") <= high]
+        said += (
+            f": the unit is probably {fitting[0]}"
+            if fitting
+            else f": the numbers are probably voxels; give the size of one in cm as the unit ({right} would fit)"
+        )
+    others = [name for name, (least, most) in ROOT_RADIUS.items() if least <= radius <= most]
+    fits = f"; it would fit a {' or a '.join(others)}" if others else ""
+    return f"{said}. If the animal is another{fits}: say its species ({', '.join((*ROOT_RADIUS, 'other'))})"
+
+
+def unknown_pressure(network: Network) -> list[Finding]:
+    """Return a finding if the pressure at which the radii were measured is not known."""
+    return [] if network.pressure else [NO_PRESSURE()]

@@ -1,0 +1,224 @@
+"""Repairs of a network that was made elsewhere: chains of single daughters, and vessels too short to carry a wave.
+
+A segmentation leaves vessels of a micrometer and points at which nothing divides. A vessel that is far shorter than it
+is wide carries no wave, yet it asks for steps as short as itself, and Poiseuille's division of the flow (eq. 11) gives
+it nearly all. What is repaired keeps its resistance to steady flow and its compliance.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.network.network import MEASURED, Network
+
+SHORTEST = 0.25
+"""Shortest vessel that is kept, in its own radii: a junction is about one radius wide."""
+
+Code = Literal["joined", "merged", "lengthened"]
+
+_MEANING: dict[Code, str] = {
+    "joined": "'{vessel}' ({length:.3g} cm) continues '{into}', where nothing divides; both are '{into}' now",
+    "merged": "'{vessel}' ({length:.3g} cm long, {radius:.3g} cm in radius) is too short for a wave; its daughters "
+    "carry its resistance and compliance and start where it did",
+    "lengthened": "'{vessel}' ({length:.3g} cm long, {radius:.3g} cm in radius) is too short for a wave; it is "
+    "{shortest:.3g} cm long now",
+}
+
+
+@dataclass(frozen=True)
+class Repair:
+    """One repair of a network.
+
+    Attributes
+    ----------
+    code : {"joined", "merged", "lengthened"}
+        Joined to the only vessel before it; taken up by its daughters; made long enough, where it has none.
+    vessel : str
+        As it was called.
+    into : str
+        The vessel that took it up: the one before it if it was joined, else the first daughter; empty if it is there.
+    length, radius : float
+        As they were, cm.
+    shortest : float
+        Length below which such a vessel is repaired, cm.
+    """
+
+    code: Code
+    vessel: str
+    into: str
+    length: float
+    radius: float
+    shortest: float
+
+    def __str__(self) -> str:
+        """Return the repair in words."""
+        return _MEANING[self.code].format(**vars(self))
+
+
+@dataclass(frozen=True, eq=False)
+class Tidied:
+    """A network after its repairs.
+
+    Attributes
+    ----------
+    network : Network
+    repairs : tuple of Repair
+        In the order in which they were made; empty if nothing was wrong.
+    added_volume : float
+        Volume that lengthening added, as a share of the whole network's. All other repairs change no compliance.
+    """
+
+    network: Network
+    repairs: tuple[Repair, ...]
+    added_volume: float
+
+    def summary(self) -> str:
+        """Return the repairs in one sentence; empty if there are none."""
+        if not self.repairs:
+            return ""
+        counts = Counter(one.code for one in self.repairs)
+        parts = [f"{count} {code}" for code, count in counts.items()]
+        end = f", which adds {100 * self.added_volume:.2g} % of its volume" if self.added_volume else ""
+        return f"{len(self.repairs)} vessels of the network were repaired ({', '.join(parts)}{end})"
+
+
+def tidy(network: Network, shortest: float = SHORTEST) -> Tidied:
+    """Return the network without chains of single daughters and without vessels too short to carry a wave.
+
+    Two vessels in line become one with the sum of their resistances to Poiseuille flow, ∝ Σ L/r⁴, and of their
+    compliances at equal stiffness, ∝ Σ L r². A vessel shorter than `shortest` of its own radii hands both on to its
+    daughters, as they share its flow; one without daughters is made `shortest` long; the root, too.
+
+    Parameters
+    ----------
+    network : Network
+    shortest : float
+        Shortest vessel that is kept, in its own radii.
+
+    Raises
+    ------
+    InputError
+        `shortest` is negative or not a number.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> lung = vw.Network(("main", "stub", "left", "right"), [-1, 0, 1, 1], [0.4, 1e-4, 0.4, 0.3],
+    ...                   [0.05, 0.04, 0.03, 0.03])
+    >>> tidied = vw.tidy(lung)
+    >>> tidied.network
+    Network(3 vessels, 2 terminals, root 'main' r0 0.05 cm, total length 1.1 cm)
+    >>> print(*tidied.repairs, sep="\\n")
+    'stub' (0.0001 cm) continues 'main', where nothing divides; both are 'main' now
+    """
+    if not (np.isfinite(shortest) and shortest >= 0):
+        raise InputError(f"the shortest vessel, {shortest:g} radii, must be a number of at least 0")
+    tree = _Tree(network)
+    repairs = [*tree.join_chains(shortest)]
+    before = float(network.length @ network.radius**2)
+    while (row := tree.shortest(shortest)) is not None:
+        repairs += [tree.merge(row, shortest), *tree.join_chains(shortest)]
+    repairs += tree.lengthen(shortest)
+    if not repairs:
+        return Tidied(network, (), 0.0)
+    after = tree.network()
+    added = float(after.length @ after.radius**2) / before - 1.0
+    return Tidied(after, tuple(repairs), max(added, 0.0) if added > 1e-12 else 0.0)
+
+
+class _Tree:
+    """The vessels while they are repaired, by their rows in the network."""
+
+    def __init__(self, network: Network) -> None:
+        self.given = network
+        self.parent = dict(enumerate(network.parent.tolist()))
+        self.daughters = {row: list(rows) for row, rows in enumerate(network.daughters)}
+        self.length, self.radius = network.length.copy(), network.radius.copy()
+        self.measured = {name: None if (values := getattr(network, name)) is None else values.copy()
+                         for name in MEASURED}  # fmt: skip
+
+    def join_chains(self, shortest: float) -> list[Repair]:
+        """Join every vessel that is the only daughter of another to it."""
+        repairs = []
+        for rows in self.given.generations:
+            for row in rows.tolist():
+                while row in self.daughters and len(self.daughters[row]) == 1:
+                    (next_row,) = self.daughters[row]
+                    repairs.append(self._repair("joined", next_row, row, shortest))
+                    self._join(row, next_row)
+        return repairs
+
+    def shortest(self, factor: float) -> int | None:
+        """Return the shortest vessel, in its own radii, that is too short and can be merged into its daughters."""
+        inner = [row for row, rows in self.daughters.items() if rows and self.parent[row] >= 0]
+        ratios = {row: self.length[row] / self.radius[row] for row in inner}
+        return min((row for row in inner if ratios[row] < factor), key=ratios.__getitem__, default=None)
+
+    def merge(self, row: int, shortest: float) -> Repair:
+        """Let the daughters of a vessel start where it did, with its resistance and compliance."""
+        rows = self.daughters[row]
+        repair = self._repair("merged", row, rows[0], shortest)
+        conductance = self.radius[rows] ** 4 / self.length[rows]
+        for daughter, share in zip(rows, conductance / conductance.sum(), strict=True):
+            self._in_line(daughter, row, share)
+        parent = self.parent.pop(row)
+        place = self.daughters[parent].index(row)
+        self.daughters[parent][place : place + 1] = self.daughters.pop(row)
+        self.parent |= dict.fromkeys(rows, parent)
+        return repair
+
+    def lengthen(self, shortest: float) -> list[Repair]:
+        """Make the vessels long enough that cannot hand anything on: the root and those without daughters."""
+        repairs = []
+        for row in self.parent:
+            if self.length[row] < shortest * self.radius[row] * (1 - 1e-12):
+                repairs.append(self._repair("lengthened", row, row, shortest))
+                self.length[row] = shortest * self.radius[row]
+        return repairs
+
+    def network(self) -> Network:
+        """Return what is left, in the order of the rows."""
+        kept = sorted(self.parent)
+        number = {row: i for i, row in enumerate(kept)} | {-1: -1}
+        return Network(
+            tuple(self.given.name[row] for row in kept), np.array([number[self.parent[row]] for row in kept]),
+            self.length[kept], self.radius[kept], pressure=self.given.pressure,
+            **{name: None if values is None else values[kept] for name, values in self.measured.items()},
+        )  # fmt: skip
+
+    def _repair(self, code: Code, row: int, into: int, shortest: float) -> Repair:
+        name, length, radius = self.given.name, float(self.length[row]), float(self.radius[row])
+        return Repair(code, name[row], "" if into == row else name[into], length, radius, shortest * radius)
+
+    def _join(self, row: int, next_row: int) -> None:
+        """Join a vessel to the one before it."""
+        first, second = self.length[row], self.length[next_row]
+        for values in self.measured.values():
+            if values is not None:
+                values[row] = _mean(values[[row, next_row]], [first, second])
+        self._in_line(row, next_row, 1.0)
+        self.daughters[row] = self.daughters.pop(next_row)
+        self.parent |= dict.fromkeys(self.daughters[row], row)
+        del self.parent[next_row]
+
+    def _in_line(self, row: int, added: int, share: float) -> None:
+        """Give a vessel the resistance and the compliance of another that carries `share` of its own flow to it.
+
+        All of it, where the share is 1. Else the pressure that is lost over the other is lost in each of its
+        daughters: resistance over their share of the flow, and the compliance as they share it.
+        """
+        resistance = self.length[row] / self.radius[row] ** 4 + self.length[added] / self.radius[added] ** 4 / share
+        compliance = self.length[row] * self.radius[row] ** 2 + self.length[added] * self.radius[added] ** 2 * share
+        radius = (compliance / resistance) ** (1 / 6)
+        self.length[row], self.radius[row] = compliance / radius**2, radius
+
+
+def _mean(values: np.ndarray, lengths: Sequence[float]) -> float:
+    """Return the mean along two vessels of what is known of both; else what is known of the longer one."""
+    if np.isfinite(values).all():
+        return float(np.average(values, weights=lengths))
+    return float(values[int(np.argmax(lengths))])

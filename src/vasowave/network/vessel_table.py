@@ -1,0 +1,163 @@
+"""The table of vessels: a network as CSV, one row a vessel, units in the header."""
+
+import csv
+import io
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.errors import InputError, did_you_mean
+from vasowave.findings import Finding, look_kind, warn
+from vasowave.io.columns import Columns, read_columns
+from vasowave.io.files import write_file
+from vasowave.network.network import Network, image_pressure
+from vasowave.network.remarks import implausible_sizes
+from vasowave.units import CANONICAL
+
+_ALIASES = {"vessel": "name", "id": "name", "l": "length", "r0": "radius", "r": "radius"}
+_NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
+
+_QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope"}
+
+COUNT = "vessels"
+"""Column that says in every row how many rows the table has, so that one that was cut off is noticed."""
+
+OTHER_COUNT = look_kind(
+    "network.other-count",
+    "{vessels} vessels where the column '{column}' says {count}; was the file cut off? {remedy}",
+    "If rows were added or taken out on purpose, remove that column",
+)
+SINGLE_DAUGHTERS = look_kind(
+    "network.single-daughters",
+    "{count} vessel(s) with one daughter, where nothing divides ({some}); was a row lost?",
+    "Put the row back, or join the two vessels with `vasowave tidy`.",
+)
+
+
+def read_vessel_table(path: str | Path) -> Network:
+    """Read a network from CSV, TSV or Excel.
+
+    Columns: ``name, parent, length [cm], radius [cm], radius_sd [cm], taper [cm/cm], taper_sd [cm/cm], pressure [mmHg],
+    vessels``.
+
+    The root's parent is empty. Sizes and pressure may be in any unit that the header names. The pressure is that of the
+    image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and ``taper_sd`` are
+    those of `Network`; their columns may be left out, and their cells be empty. Other columns are ignored.
+
+    Raises
+    ------
+    InputError
+        As `Network`, with the line of the file; also for a missing column, a missing unit, one of another quantity, or
+        pressures that differ.
+
+    Warns
+    -----
+    VasowaveWarning
+        If the sizes look like another unit than the one stated, or the table seems to have lost rows: another number
+        of them than its column ``vessels`` says, a vessel with one daughter, a last line without an end.
+    """
+    table = read_columns(path, _ALIASES)
+    if not table.names:
+        raise InputError(f"{path}: no header; the first line must read: name,parent,length [cm],radius [cm]")
+    names = [row[table.require("name")] for row in table.cells]
+    parents = [row[table.require("parent")] for row in table.cells]
+    length = table.numbers(table.require("length"), "length")
+    radius = table.numbers(table.require("radius"), "length")
+
+    def where(row: int) -> str:
+        return f"{path}, line {table.lines[row]}"
+
+    parent = np.array(_parent_rows(names, parents, where))
+    known = {field: _known_in(table, field, quantity) for field, quantity in _QUANTITIES.items()}
+    network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where), **known)
+    table.warn()
+    for one in (*_lost(table, network), *implausible_sizes(network)):
+        warn(one.at(str(path)), stacklevel=3)
+    return network
+
+
+def write_network(network: Network, path: str | Path) -> None:
+    """Write `network` as CSV with units in the header; `read_vessel_table` reads it back to the last bit.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.write_network(vw.control_network(), "control.csv")
+    >>> len(vw.read_network("control.csv"))
+    21
+    """
+    known = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
+    measured = measured_columns(network)
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(["name", "parent", "length [cm]", "radius [cm]", *measured, *known, COUNT])
+    for row, name in enumerate(network.name):
+        parent = network.name[network.parent[row]] if network.parent[row] >= 0 else ""
+        sizes = [repr(float(size)) for size in (network.length[row], network.radius[row])]
+        cells = (column[row] for column in measured.values())
+        writer.writerow([name, parent, *sizes, *cells, *known.values(), len(network)])
+    write_file(Path(path), text.getvalue())
+
+
+def measured_columns(network: Network) -> dict[str, list[str]]:
+    """Return the cells of what is known of the vessels beside their sizes, by title; empty where it is not known."""
+    columns = {}
+    for field, quantity in _QUANTITIES.items():
+        values = getattr(network, field)
+        if values is not None:
+            cells = ["" if np.isnan(value) else repr(float(value)) for value in values]
+            columns[f"{field} [{CANONICAL[quantity]}]"] = cells
+    return columns
+
+
+def _known_in(table: Columns, field: str, quantity: str) -> np.ndarray | None:
+    """Return a column whose cells may be empty, NaN where they are; None without the column, or with nothing in it."""
+    column = table.find(field)
+    filled = [] if column is None else [i for i, row in enumerate(table.cells) if row[column].strip()]
+    if column is None or not filled:
+        return None
+    part = replace(table, cells=tuple(table.cells[i] for i in filled), lines=tuple(table.lines[i] for i in filled))
+    values = np.full(len(table.cells), np.nan)
+    values[filled] = part.numbers(column, quantity)
+    return values
+
+
+def _lost(table: Columns, network: Network) -> list[Finding]:
+    """Return every sign that rows are missing."""
+    column = table.find(COUNT)
+    if column is not None:
+        counts = {row[column] for row in table.cells} - {str(len(network))}
+        return [OTHER_COUNT(vessels=len(network), column=COUNT, count=count) for count in sorted(counts)]
+    alone = [name for name, daughters in zip(network.name, network.daughters, strict=True) if len(daughters) == 1]
+    some = ", ".join(f"'{name}'" for name in alone[:5]) + (", …" if len(alone) > 5 else "")
+    return [SINGLE_DAUGHTERS(count=len(alone), some=some)] if alone else []
+
+
+def _pressure_in(table: Columns, where: Callable[[int], str]) -> float:
+    column = table.find("pressure")
+    if column is None:
+        return 0.0
+    values = table.numbers(column, "pressure")
+    other = np.flatnonzero(values != values[0])
+    if len(other):
+        raise InputError(
+            f"{where(int(other[0]))}: pressure {values[other[0]]:g} mmHg, but {values[0]:g} mmHg in the first row; all "
+            "radii of a network were measured at one pressure"
+        )
+    try:
+        return image_pressure(float(values[0]))
+    except InputError as error:
+        raise InputError(f"{where(0)}: {error}") from None
+
+
+def _parent_rows(names: Sequence[str], parents: Sequence[str], where: Callable[[int], str]) -> list[int]:
+    rows = {name: row for row, name in enumerate(names)}
+    numbers = []
+    for row, parent in enumerate(parents):
+        if parent and parent not in rows:
+            hint = "; leave the root's parent empty" if parent.lower() in _NO_PARENT else did_you_mean(parent, rows)
+            raise InputError(f"{where(row)} (vessel '{names[row]}'): parent '{parent}' is not in the table{hint}")
+        numbers.append(rows[parent] if parent else -1)
+    return numbers

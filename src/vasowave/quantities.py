@@ -1,0 +1,165 @@
+"""Every single number of an animal: unit, symbol, meaning, equation, a few words, and its formula from a model.
+
+All that calls, computes, averages or explains a quantity reads it here; a wall law and the outlets describe their own
+parameters, see `animal.quantities.quantities_of`.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vasowave.analysis.compliance import Compliance, compliance
+from vasowave.descriptions import Quantity
+from vasowave.model.model import Model
+from vasowave.model.outlets import Outlets
+from vasowave.model.walls import area_compliance, stiffness, wave_speed
+
+INDICES = ("HR", "CO", "mPAP", "sPAP", "dPAP", "pPAP", "PVR")
+"""The measured indices of Table 1, which `Recording.indices` returns."""
+
+ACROSS_LAWS = ("wave_speed", "area_compliance", "R_T", "a", "C_p")
+"""Quantities that are averaged over wall laws: those of the beds, and those of the wall where pressure was measured."""
+
+SHARES = ("a", "C_p_over_C_T", "C_p_over_C_T_plain")
+"""Quantities that cannot exceed 1."""
+
+OF_PARAMETERS = ("stiffness", *ACROSS_LAWS)
+"""Quantities that follow from a model without a simulation."""
+
+QUESTIONS = {
+    "Pressure and flow": INDICES,
+    "Large arteries": ("stiffness", "wave_speed", "C_v", "C_v_plain"),
+    "Small vessels": ("R_T", "C_p", "C_T", "C_T_plain", "tau", "tau_plain", "a"),
+    "Waves": ("I_R",),
+}
+"""What a quantity tells of; a quantity that is none of these tells of itself."""
+
+_RESISTANCE, _COMPLIANCE = "mmHg s/ml", "ml/mmHg"
+
+
+class At(NamedTuple):
+    """A model where its quantities are taken.
+
+    Attributes
+    ----------
+    model : Model
+    wall : wall law
+        Of the root vessel.
+    mean : float
+        Measured mean pressure, mmHg.
+    diastole : Compliance, optional
+        At the diastolic pressure of every vessel.
+    """
+
+    model: Model
+    wall: Any
+    mean: float
+    diastole: Compliance
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "HR": Quantity("beats/min", "HR", "heart rate", "Table 1"),
+    "CO": Quantity("ml/s", "CO", "cardiac output", "Table 1"),
+    "mPAP": Quantity("mmHg", "mPAP", "mean pressure", "Table 1"),
+    "sPAP": Quantity("mmHg", "sPAP", "systolic pressure", "Table 1"),
+    "dPAP": Quantity("mmHg", "dPAP", "diastolic pressure", "Table 1"),
+    "pPAP": Quantity("mmHg", "pPAP", "pulse pressure", "Table 1"),
+    "PVR": Quantity(
+        _RESISTANCE, "PVR", "total pulmonary vascular resistance, mean pressure over mean flow", "Table 1",
+        "vascular resistance",
+    ),
+    "Z_c": Quantity(_RESISTANCE, "Z_c", "characteristic impedance, up-slope", "8"),
+    "Z_0": Quantity(_RESISTANCE, "Z_0", "impedance at zero frequency", "19"),
+    "I_R": Quantity("1", "I_R", "wave reflection coefficient", "17", "wave reflection"),
+    "beta": Quantity("mmHg", "β", "wall stiffness", "3"),
+    "stiffness": Quantity(
+        "mmHg", "β(0)", "stiffness β of the linear law with the same slope at zero pressure", "24", "wall stiffness",
+        lambda at: stiffness(at.wall),
+    ),
+    "wave_speed": Quantity(
+        "cm/s", "c", "wave speed in the root at the measured mean pressure", "31, 32", "wave speed",
+        lambda at: wave_speed(at.wall, at.mean, at.model.blood.inertia),
+    ),
+    "area_compliance": Quantity(
+        "cm2/mmHg", "dA/dp", "area compliance of the root at the measured mean pressure", "26, 27", "",
+        lambda at: area_compliance(at.wall, at.mean, at.model.area0[at.model.network.root]),
+    ),
+    "R_T": Quantity(
+        _RESISTANCE, "R_T", "total resistance of the vascular beds", "11", "resistance of the beds",
+        lambda at: at.model.outlets.total_resistance(),
+    ),
+    "a": Quantity(
+        "1", "a = R_1/R_T", "resistance ratio", "7", "proximal resistance share",
+        lambda at: at.model.outlets.resistance_ratio(),
+    ),
+    "C_p": Quantity(
+        _COMPLIANCE, "C_p", "weighted compliance of the vascular beds", "30", "compliance of the beds",
+        lambda at: np.sum(at.model.outlets.weighted_compliance()),
+    ),
+    "C_v": Quantity(
+        _COMPLIANCE, "C_v", "compliance of the network, series/parallel rule", "28, 29", "compliance of the network",
+        lambda at: at.diastole.network_published,
+    ),
+    "C_v_plain": Quantity(
+        _COMPLIANCE, "ΣC", "compliance of the network, sum over vessels", "25", "",
+        lambda at: at.diastole.network_sum,
+    ),
+    "C_T": Quantity(
+        _COMPLIANCE, "C_T", "total compliance, with C_v by the series/parallel rule", "30", "total compliance",
+        lambda at: at.diastole.total(),
+    ),
+    "C_T_plain": Quantity(
+        _COMPLIANCE, "C_T (sum)", "total compliance, with the sum over vessels", "30", "",
+        lambda at: at.diastole.total(published=False),
+    ),
+    "C_p_over_C_T": Quantity(
+        "1", "C_p/C_T", "share of the beds in the total compliance", "30", "",
+        lambda at: at.diastole.peripheral_share(),
+    ),
+    "C_p_over_C_T_plain": Quantity(
+        "1", "C_p/C_T (sum)", "share of the beds, with the sum over vessels", "30", "",
+        lambda at: at.diastole.peripheral_share(published=False),
+    ),
+    "tau": Quantity(
+        "s", "τ", "time constant: of the diastolic decay if measured, R_T C_T of a model", "12", "time constant",
+        lambda at: at.diastole.time_constant(),
+    ),
+    "tau_plain": Quantity(
+        "s", "τ (sum)", "time constant R_T C_T, with the sum over vessels", "12", "",
+        lambda at: at.diastole.time_constant(published=False),
+    ),
+    "pressure_drop": Quantity("mmHg", "Δp", "fall of the mean pressure to the terminals, their average"),
+    "S": Quantity("mmHg2", "S", "objective at the optimum", "14"),
+    "RMSE": Quantity("mmHg", "RMSE", "root-mean-square pressure residual"),
+}  # fmt: skip
+"""All quantities by the name of their variable, in the order of tables."""
+
+
+def question_of(name: str) -> str:
+    """Return what a quantity tells of."""
+    return next((question for question, names in QUESTIONS.items() if name in names), name)
+
+
+def lacking(outlets: Outlets) -> frozenset[str]:
+    """Return the quantities that beds do not have: a ratio where one resistance is all, shares of no compliance."""
+    split, compliant = 0 < outlets.resistance_ratio() < 1, np.sum(outlets.weighted_compliance()) > 0
+    ratio, compliances = frozenset({"a"}), frozenset({"C_p", "C_p_over_C_T", "C_p_over_C_T_plain"})
+    return frozenset() if split and compliant else ratio if compliant else compliances if split else ratio | compliances
+
+
+def derived(model: Model, mean: float, diastolic: np.ndarray | None = None) -> dict[str, float]:
+    """Return what follows from a model without a simulation and its beds are not `lacking`, in the order of tables.
+
+    Parameters
+    ----------
+    model : Model
+    mean : float
+        Pressure at which wave speed and area compliance are taken, mmHg.
+    diastolic : array, shape (vessel,), optional
+        Diastolic pressure of the vessels, mmHg, at which their compliance is taken; without it only `OF_PARAMETERS`.
+    """
+    wall = type(model.wall)(*(value[model.network.root] for value in model.wall))
+    absent = lacking(model.outlets)
+    names = [name for name in (QUANTITIES if diastolic is not None else OF_PARAMETERS) if name not in absent]
+    at = At(model, wall, mean, compliance(model, diastolic) if diastolic is not None else None)  # type: ignore[arg-type]
+    return {name: float(formula(at)) for name in names if (formula := QUANTITIES[name].formula) is not None}

@@ -1,0 +1,1 @@
+"""What the running process needs: compiled kernels, threads, memory, locks."""

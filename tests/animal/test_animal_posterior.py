@@ -1,0 +1,55 @@
+"""The posterior in an animal's results: asked for by one word, stored beside the fit, readable by ArviZ."""
+
+import numpy as np
+import pytest
+
+from made_fit import made_fit
+from vasowave.animal.animal import Animal, Settings
+from vasowave.animal.files import from_bytes, to_bytes
+from vasowave.animal.fitting import posteriors_of
+from vasowave.animal.pipeline import analyze
+from vasowave.animal.posterior import SHARES
+from vasowave.animal.result import AnimalResult
+from vasowave.datasets import control_network, virtual_mouse
+from vasowave.findings import from_json, texts
+from vasowave.report.write import write_report
+from vasowave.study.journal import Journal
+from vasowave.study.settings import StudyFile, animal_settings
+
+
+@pytest.mark.validation
+def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_kept_simulations(tmp_path):
+    mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
+    settings = Settings(walls=("linear",), starts=1, inference="posterior")
+    journal = Journal(tmp_path / "key.jsonl")
+    result = AnimalResult.from_datatree(from_bytes(to_bytes(analyze(mouse, settings, kept=journal).to_datatree())))
+    table = result.laws["linear"].posterior.table
+    fitted = result.laws["linear"].calibration
+    assert table["quantity"].values.tolist()[:1] == ["beta"]
+    assert np.all(table["interval_low"] <= table["median"])
+    assert np.all(table["median"] <= table["interval_high"])
+    beta = table.sel(quantity="beta")
+    assert float(beta["interval_low"]) < float(fitted["value"].sel(parameter="beta")) < float(beta["interval_high"])
+    shares = sum(table[f"share_{name}"] for name in SHARES)
+    known = table["quantity"] != "discrepancy"  # which is no parameter
+    np.testing.assert_allclose(shares[known], 1.0, atol=0.02)
+    assert result.laws["linear"].posterior.draws("beta").ndim == 2
+    said, notes = texts(from_json(table.attrs["findings"])), texts(result.findings)
+    assert all(f"linear wall, posterior: {one}" in notes for one in said)
+    kept = journal.simulations("linear")
+    assert kept.is_file()
+    again = analyze(mouse, settings, kept=Journal(tmp_path / "key.jsonl"))
+    np.testing.assert_array_equal(again.laws["linear"].posterior.table["median"], table["median"])
+    page = write_report([result], tmp_path / "report", pdf=False).with_name("supplement.html").read_text("utf-8")
+    assert "Linear wall: posterior" in page
+
+
+def test_the_zero_of_a_study_is_that_of_its_posteriors(monkeypatch):
+    asked = []
+    monkeypatch.setattr("vasowave.animal.fitting.posterior", lambda *_, priors, **__: asked.append(priors.zero))
+    mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
+    study = StudyFile(inference="posterior", zero_sd=1.5)
+    posteriors_of(mouse, [made_fit("linear")], animal_settings(study), None, [])
+    paper = StudyFile(inference="posterior", zero_sd=2.0, practice="paper")
+    posteriors_of(mouse, [made_fit("linear")], animal_settings(paper), None, [])
+    assert asked == [1.5, 2.0]

@@ -1,0 +1,77 @@
+"""Calibration recovers what it should, and says what it cannot."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from vasowave.calibration import Search, calibrate
+from vasowave.calibration.starts import search_all
+from vasowave.datasets import control_network
+from vasowave.errors import InputError
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.walls import LinearWall, TangentWall
+from vasowave.recording import Recording
+from vasowave.solver import Numerics, simulate
+
+_TRUE = {"R_T": 76.0, "tau": 0.12, "a": 0.12}
+
+
+def _noise_free(wall, inflow):
+    network = control_network()
+    outlets = windkessels(network, _TRUE["R_T"], _TRUE["tau"], _TRUE["a"])
+    result = simulate(Model(network, wall, outlets), inflow, Numerics(samples=256, tolerance=1e-9))
+    return Recording(result.pressure.values[:, network.root, 0], inflow.resampled(256), inflow.period)
+
+
+@pytest.mark.parametrize(
+    ("name", "wall"), [("linear", LinearWall(57.0)), ("tangent", TangentWall(9.0, 4.0))], ids=["linear", "tangent"]
+)
+def test_known_parameters_are_recovered_from_noise_free_data(inflow, name, wall):
+    recording = _noise_free(wall, inflow)
+    fit = calibrate(control_network(), recording, name, search=Search(starts=1), numerics=Numerics(tolerance=1e-8))
+    for parameter, truth in zip(wall._fields, wall, strict=True):
+        assert fit.parameters["value"][parameter] == pytest.approx(truth, rel=1e-4)
+    assert fit.total_resistance == pytest.approx(_TRUE["R_T"], rel=1e-4)
+    assert fit.resistance_ratio == pytest.approx(_TRUE["a"], rel=1e-4)
+    outlets = fit.model.outlets
+    np.testing.assert_allclose((outlets.R1 + outlets.R2) * outlets.C, _TRUE["tau"], rtol=1e-4)
+
+
+def test_least_squares_and_sqp_find_the_same_optimum(inflow):
+    recording = _noise_free(LinearWall(57.0), inflow)
+    pressure = recording.pressure + 0.3 * np.sin(2 * np.pi * 3 * np.arange(256) / 256)
+    noisy = Recording(pressure, recording.flow, recording.period)
+    fits = [
+        calibrate(control_network(), noisy, search=Search(starts=1, method=method))
+        for method in ("least-squares", "sqp")
+    ]
+    assert fits[1].S == pytest.approx(fits[0].S, rel=1e-3)
+    np.testing.assert_allclose(fits[1].parameters["value"], fits[0].parameters["value"], rtol=0.02)
+
+
+def test_a_parameter_can_be_held_and_a_bound_is_reported(inflow):
+    recording = _noise_free(LinearWall(57.0), inflow)
+    search = Search(starts=1, fixed={"c1": 1.0}, bounds={"beta": (60.0, 90.0)})
+    fit = calibrate(control_network(), recording, search=search)
+    assert fit.parameters["value"]["c1"] == 1.0
+    assert not fit.parameters["free"]["c1"]
+    assert fit.parameters["at_bound"]["beta"]
+    assert any("beta = 60 lies at its lower bound" in str(one) for one in fit.findings)
+
+
+def test_a_search_that_was_stopped_says_so_before_all_else(inflow, monkeypatch):
+    def stopped(*given):
+        return search_all(*given)[0], True
+
+    monkeypatch.setattr(sys.modules[calibrate.__module__], "search_all", stopped)
+    fit = calibrate(control_network(), _noise_free(LinearWall(57.0), inflow), search=Search(starts=1))
+    assert str(fit.findings[0]) == "Interrupted: 1 of 1 starts had finished."
+    assert len(fit.findings) > 1
+
+
+def test_an_unknown_parameter_is_an_error_with_the_nearest_name(inflow):
+    recording = _noise_free(LinearWall(57.0), inflow)
+    with pytest.raises(InputError, match=r"no parameter 'betta' \(did you mean 'beta'\?\)"):
+        calibrate(control_network(), recording, search=Search(fixed={"betta": 1.0}))

@@ -1,0 +1,208 @@
+"""Radii belong to the pressure of their image: areas, linear theory, fits and files know it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vasowave.analysis import wave_speeds
+from vasowave.animal.networks import network_dataset, network_of
+from vasowave.calibration import Search, calibrate
+from vasowave.datasets import control_network
+from vasowave.datasets.virtual import virtual_mouse
+from vasowave.errors import InputError
+from vasowave.imaging.exchange.tables import write_network_table
+from vasowave.imaging.measure.measurement import filled_at, measured_alone
+from vasowave.imaging.options import Options
+from vasowave.imaging.tree import Line, Tree
+from vasowave.model import walls
+from vasowave.model.blood import Blood
+from vasowave.model.linear import linear_solution
+from vasowave.model.model import Model
+from vasowave.model.nominal import estimate_nominal, stiffness, windkessels
+from vasowave.model.walls import LinearWall, PowerWall, TangentWall
+from vasowave.network.network import Network
+from vasowave.network.remarks import NO_PRESSURE, unknown_pressure
+from vasowave.network.vessel_table import write_network
+from vasowave.network_formats import read_network
+from vasowave.recording import Recording, read_recording
+from vasowave.selection.choices import answers_by_image_pressure
+from vasowave.solver import Numerics, simulate
+from vasowave.study.loading import animal_key, load_animal
+from vasowave.study.plan import read_study
+
+FILLED = 6.3  # mmHg, the paper's
+LAWS = [LinearWall(57.0), TangentWall(7.0, 2.8), PowerWall(20.0, 2.0)]
+
+
+def filled(pressure=FILLED):
+    return replace(control_network(), pressure=pressure)
+
+
+def model_of(wall, network):
+    return Model(network, wall, windkessels(network, 76.0, 0.12, 0.12))
+
+
+@pytest.mark.parametrize("wall", LAWS, ids=lambda wall: type(wall).__name__)
+def test_at_the_pressure_of_the_image_every_law_has_the_area_of_the_image(wall):
+    beta = np.linspace(0.5, 2.0, 21) * wall[0]  # another wall in every vessel
+    model = model_of(wall._replace(**{wall._fields[0]: beta}), filled())
+    np.testing.assert_allclose(walls.area(model.wall, FILLED, model.area0), np.pi * model.network.radius**2, rtol=1e-13)
+    assert np.all(model.area0 < model.network.area)
+    radius = wave_speeds(model, FILLED)["radius [cm]"]
+    np.testing.assert_allclose(radius, model.network.radius, rtol=1e-13)
+
+
+@pytest.mark.parametrize("wall", LAWS, ids=lambda wall: type(wall).__name__)
+def test_a_filled_image_is_the_empty_vessels_seen_wider(wall):
+    """The same animal twice: imaged filled, and with the radii it has at zero pressure."""
+    model = model_of(wall, filled())
+    empty = Network(model.network.name, model.network.parent, model.network.length, np.sqrt(model.area0 / np.pi))
+    other = Model(empty, wall, model.outlets)
+    mouse = virtual_mouse()
+    for one, two in zip(*(linear_solution(each, mouse.inflow).at(np.arange(21), 0.0) for each in (model, other))):
+        np.testing.assert_allclose(one, two, rtol=1e-9, atol=1e-12)
+    numerics = Numerics(tolerance=1e-8)
+    waves, expected = simulate(model, mouse, numerics), simulate(other, mouse, numerics)
+    for name in ("pressure", "area", "flow", "wave_speed"):
+        np.testing.assert_allclose(waves[name], expected[name], rtol=1e-9, atol=1e-9)
+
+
+def test_a_fit_finds_the_truth_only_where_the_radii_were_measured():
+    wall, mouse = LinearWall(45.0), virtual_mouse()
+    truth = model_of(wall, filled())
+    inlet = simulate(truth, mouse, Numerics(samples=512, tolerance=1e-8))["pressure"].sel(vessel="1", station="inlet")
+    recording = Recording(inlet.values, mouse.flow, mouse.period)
+    right, wrong = (calibrate(filled(p), recording, search=Search(starts=1)) for p in (FILLED, 0.0))
+    assert right.parameters["value"]["beta"] == pytest.approx(45.0, rel=1e-3)
+    assert right.total_resistance == pytest.approx(76.0, rel=1e-3)
+    # Too wide a vessel needs a stiffer wall for the same impedance: c/A counts, and A is 1.3 times too large.
+    assert wrong.parameters["value"]["beta"] > 1.15 * 45.0
+    assert NO_PRESSURE() not in right.findings
+    assert wrong.findings.count(NO_PRESSURE()) == 1
+
+
+def test_the_nominal_stiffness_is_that_of_the_linear_law_at_the_pressure_of_the_image():
+    blood, area, beta = Blood(), 0.0069, 45.0
+    Z_c = blood.inertia * float(walls.wave_speed(LinearWall(beta), FILLED, blood.inertia)) / area
+    assert stiffness(Z_c, area, blood, FILLED) == pytest.approx(beta)
+    assert stiffness(Z_c, area, blood, 90.0) > 0  # so soft a wall cannot be; a fit can still begin somewhere
+    mouse = virtual_mouse()
+    at_rest, at_image = (estimate_nominal(filled(p), mouse).beta for p in (0.0, FILLED))
+    assert at_rest - at_image == pytest.approx(FILLED)
+
+
+def test_a_network_keeps_the_pressure_of_its_image_in_its_file(tmp_path):
+    path = tmp_path / "network.csv"
+    write_network(filled(), path)
+    again = read_network(path)
+    assert again.pressure == FILLED
+    np.testing.assert_array_equal(again.radius, filled().radius)
+    write_network(control_network(), path)
+    assert "pressure" not in path.read_text()
+    assert read_network(path).pressure == 0.0
+    assert unknown_pressure(control_network())
+    assert not unknown_pressure(filled())
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("kPa", 7.50064), ("cmH2O", 0.735559), ("mmHg", 1.0)])
+def test_the_pressure_of_the_image_is_read_in_its_unit(tmp_path, unit, factor):
+    path = tmp_path / "network.csv"
+    rows = "a,,0.4,0.04,2\nb,a,0.4,0.03,2\nc,a,0.4,0.03,2\n"
+    path.write_text(f"name,parent,length [cm],radius [cm],pressure [{unit}]\n{rows}")
+    assert read_network(path).pressure == pytest.approx(2 * factor, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("title", "cells", "message"),
+    [
+        ("pressure [mmHg]", ("6.3", "6.4"), r"line 3: pressure 6.4 mmHg, but 6.3 mmHg in the first row"),
+        ("pressure [mmHg]", ("-1", "-1"), r"line 2: pressure of the image -1 mmHg: .* between 0"),
+        ("pressure [kPa]", ("63", "63"), r"line 2: .* 472.5\d mmHg.*is its unit right"),
+        ("pressure", ("6.3", "6.3"), r"column 'pressure' has no unit"),
+        ("pressure [cm]", ("6.3", "6.3"), r"'cm' is not a unit of pressure"),
+        ("pressure [mmHg]", ("6.3", ""), r"line 3, column 'pressure': the cell is empty"),
+    ],
+)
+def test_a_wrong_pressure_of_the_image_is_an_error_that_says_where(tmp_path, title, cells, message):
+    path = tmp_path / "network.csv"
+    path.write_text(f"name,parent,length [cm],radius [cm],{title}\na,,0.4,0.04,{cells[0]}\nb,a,0.4,0.03,{cells[1]}\n")
+    with pytest.raises(InputError, match=message):
+        read_network(path)
+
+
+@pytest.mark.parametrize("pressure", [-0.1, 101.0, np.nan])
+def test_an_absurd_pressure_of_the_image_is_refused(pressure):
+    with pytest.raises(InputError, match="between 0"):
+        filled(pressure)
+
+
+def test_a_stored_animal_keeps_the_pressure_of_its_image():
+    assert network_of(network_dataset(filled())).pressure == FILLED
+
+
+def test_a_stored_animal_keeps_what_was_known_of_its_radii_and_tapers():
+    taper = np.linspace(-0.02, 0.02, len(filled()))
+    known = {"taper": taper, "taper_sd": np.abs(taper) + 0.01, "radius_sd": 0.1 * filled().radius}
+    stored = network_of(network_dataset(replace(filled(), **known)))
+    for field, values in known.items():
+        assert np.array_equal(getattr(stored, field), values), field
+    alone = network_of(network_dataset(replace(filled(), taper=taper)))
+    assert np.array_equal(alone.taper, taper)
+    assert alone.radius_sd is None
+
+
+def study_of_one(folder, setting="", cell="", in_file=False):
+    folder.mkdir()
+    mouse = virtual_mouse()
+    write_network(filled() if in_file else control_network(), folder / "n.csv")
+    rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow, strict=True))
+    (folder / "r.csv").write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
+    (folder / "study.yaml").write_text(f"groups: [CTL]\n{setting}")
+    head = "animal,group,network,recording,image pressure [mmHg]"
+    (folder / "animals.csv").write_text(f"{head}\nm,CTL,n.csv,r.csv,{cell}\n")
+    study = read_study(folder)
+    row = study.animals[0]
+    return load_animal(row, study.settings, folder), animal_key(row, study.settings, folder)
+
+
+def test_a_study_gives_the_pressure_of_the_image_where_the_network_does_not_say_it(tmp_path):
+    unknown, key = study_of_one(tmp_path / "none")
+    by_study, other = study_of_one(tmp_path / "study", "image_pressure: 5\n")
+    by_row, third = study_of_one(tmp_path / "row", "image_pressure: 5\n", "7.5")
+    by_file, _ = study_of_one(tmp_path / "file", "image_pressure: 5\n", "", in_file=True)
+    assert [one.network.pressure for one in (unknown, by_study, by_row, by_file)] == [0.0, 5.0, 7.5, FILLED]
+    assert len({key, other, third}) == 3  # another pressure asks for new results
+
+
+def test_a_row_that_contradicts_the_network_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"imaged at 6.3 mmHg, the table of animals says 7.5"):
+        study_of_one(tmp_path / "study", "", "7.5", in_file=True)
+    with pytest.raises(InputError, match="image_pressure"):
+        study_of_one(tmp_path / "wrong", "image_pressure: -3\n")
+
+
+def test_an_extraction_writes_the_pressure_of_its_image(tmp_path):
+    lines = tuple(Line(np.array([[0, 0, x], [0, 0, x + 1.0], [0, 0, x + 2.0]]), np.full(3, 0.04)) for x in (0.0, 2.0))
+    measured = filled_at(measured_alone(Tree(lines, np.array([-1, 0]))), FILLED)
+    write_network_table(measured, tmp_path / "network.csv")
+    assert read_network(tmp_path / "network.csv").pressure == FILLED
+    assert Options(pressure=FILLED).pressure == FILLED
+    with pytest.raises(InputError, match="pressure"):
+        Options(pressure=-1.0)
+
+
+@pytest.mark.validation
+def test_the_wall_question_of_mouse_c6_hangs_on_the_pressure_of_the_image(shared):
+    """Numbers of an independent sketch that anchored the laws in another way (its β is that at 6.3 mmHg)."""
+    folder = shared / "mouse-c6"
+    mouse = read_recording(folder / "pC6_512.dat", folder / "qC6_512.dat", period=0.11)
+    search = Search(starts=2, pressure_harmonics=20)
+    table = answers_by_image_pressure(filled(), mouse, ("linear", "power"), search=search)
+    assert table.loc[(0.0, "linear"), "beta [mmHg]"] == pytest.approx(57.8, rel=0.01)
+    assert table.loc[(FILLED, "linear"), "beta [mmHg]"] + FILLED == pytest.approx(48.7, rel=0.01)
+    assert table.loc[(FILLED, "linear"), "S [mmHg2]"] == pytest.approx(6.34, rel=0.01)
+    assert table.loc[(FILLED, "linear"), "R_T [mmHg s/ml]"] == pytest.approx(72.7, rel=0.01)
+    assert table.loc[(0.0, "power"), "m [1]"] == pytest.approx(8.3, rel=0.03)
+    assert table.loc[(FILLED, "power"), "m [1]"] == pytest.approx(2.0, rel=0.05)
+    assert table.loc[(FILLED, "power"), "S [mmHg2]"] == pytest.approx(5.84, rel=0.01)

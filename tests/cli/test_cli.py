@@ -1,0 +1,256 @@
+import hashlib
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import typer
+import xarray as xr
+from typer.testing import CliRunner
+
+from approval import approve, tree
+from vasowave.cli import app
+from vasowave.datasets import control_network
+from vasowave.datasets.virtual import virtual_mouse
+from vasowave.errors import InputError
+from vasowave.network.network import Network
+from vasowave.network.vessel_table import write_network
+from vasowave.study.results import read_results
+
+
+@pytest.mark.parametrize("command", [[], ["demo"], ["fit"], ["simulate"], ["extract"], ["match"]])
+def test_help_shows_an_example(command):
+    result = CliRunner().invoke(app, [*command, "--help"])
+    assert result.exit_code == 0
+    assert "Example: vasowave" in result.output
+
+
+@pytest.mark.parametrize(("command", "columns"), [("fit", "length [cm], radius [cm]"), ("extract", "x [cm], y [cm]")])
+def test_help_shows_units_in_brackets(command, columns):
+    words = re.sub(r"[\s│]+", " ", CliRunner().invoke(app, [command, "--help"], terminal_width=200).output)
+    assert columns in words
+
+
+def test_fit_names_a_file_that_does_not_exist():
+    result = CliRunner().invoke(app, ["fit", "missing.csv", "x.csv"])
+    assert isinstance(result.exception, InputError)
+    assert "missing.csv" in str(result.exception)
+
+
+def _vasowave(*arguments, **options):
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"  # a background job ignores it
+    command = [sys.executable, "-c", f"{heard}; from vasowave.cli import run; run()", *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
+
+
+def _write_mouse(folder):
+    network, cycle = folder / "network.csv", folder / "cycle.csv"
+    write_network(control_network(), network)
+    mouse = virtual_mouse()
+    columns = np.column_stack([mouse.time, mouse.pressure, mouse.flow])
+    np.savetxt(cycle, columns, fmt="%.17g", delimiter=",", header="time [s],pressure [mmHg],flow [ml/s]", comments="")
+    return network, cycle
+
+
+def test_an_error_of_ours_is_one_line_and_exit_status_1():
+    done = _vasowave("fit", "missing.csv", "x.csv")
+    output = done.communicate(timeout=300)[0]
+    assert done.returncode == 1
+    assert output.startswith("Error: missing.csv")
+    assert len(output.splitlines()) == 1
+
+
+def test_more_than_pressure_and_flow_are_no_recording(tmp_path):
+    files = [str(tmp_path / name) for name in ("n.csv", "p.csv", "q.csv", "r.csv")]
+    done = CliRunner().invoke(app, ["fit", *files, "-o", str(tmp_path / "out")])
+    assert (
+        "3 files given; a recording is one file, or one of pressure and one of flow" in f"{done.output}{done.exception}"
+    )
+    assert not (tmp_path / "out").exists()
+
+
+def test_interrupting_the_search_writes_nothing_or_what_had_finished(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    output = tmp_path / "result"
+    running = _vasowave("fit", network, cycle, "--starts", 40, "--walls", "tangent", "--no-pdf", "-o", output)
+    while running.poll() is None and not (output / "results").exists():
+        time.sleep(0.1)
+    time.sleep(5)
+    os.kill(running.pid, signal.SIGINT)
+    text = running.communicate(timeout=300)[0]
+    if (output / "results" / "index.json").exists():
+        assert "Interrupted: " in (output / "report" / "report.html").read_text()
+        (result,) = read_results(output).in_order()
+        assert result.interrupted
+    else:
+        assert running.returncode == 130
+        assert "nothing half-written" in text
+        assert not (output / "report").exists()
+    assert "Traceback" not in text
+    assert list(tmp_path.rglob(".vasowave-part-*")) == []
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (("--walls", "lineer"), "did you mean 'linear'"),
+        (("--fixed", "c1"), "--fixed: calibration.fixed.c1"),
+        (("--fixed", "c1=one"), "--fixed: calibration.fixed.c1: 'one' is not a number"),
+        (("--fixed", "cc1=1"), "--fixed: calibration.fixed: 'cc1' is not known (did you mean 'c1'?)"),
+        (("--bounds", "beta=20"), "--bounds: calibration.bounds.beta: write a list"),
+        (("--bounds", "beta=90:20"), "90 is not below 20"),
+        (("--friction", "poisseuille"), "did you mean 'poiseuille'"),
+        (("--reference-radius", "0.07", "--friction", "poiseuille"), "belongs to friction 'boundary-layer'"),
+        (("--method", "newton"), "choose from: least-squares, sqp"),
+        (("--starts", "0"), "--starts: calibration.starts: '0' should be greater than or equal to 1"),
+    ],
+)
+def test_a_wrong_option_of_fit_is_an_error_that_says_what_to_write(tmp_path, option, message):
+    network, cycle = _write_mouse(tmp_path)
+    result = CliRunner().invoke(app, ["fit", str(network), str(cycle), "-o", str(tmp_path / "x"), *option])
+    assert isinstance(result.exception, InputError)
+    assert message in str(result.exception)
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize("place", ["taken/fit", "taken"])
+def test_fit_refuses_a_place_it_cannot_write_before_it_computes(tmp_path, place):
+    network, cycle = _write_mouse(tmp_path)
+    (tmp_path / "taken").write_text("a file")
+    result = CliRunner().invoke(app, ["fit", str(network), str(cycle), "-o", str(tmp_path / place)])
+    assert isinstance(result.exception, InputError)
+    assert "compiles" not in result.output
+
+
+def test_fit_refuses_the_folder_of_a_study_and_of_an_earlier_version(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    for name, words in (("study.yaml", "is a study; add the animal"), ("results.nc", "of an earlier version")):
+        folder = tmp_path / name.partition(".")[0]
+        folder.mkdir()
+        (folder / name).write_text("")
+        result = CliRunner().invoke(app, ["fit", str(network), str(cycle), "-o", str(folder)])
+        assert words in str(result.exception)
+        assert [path.name for path in folder.iterdir()] == [name]
+    report = CliRunner().invoke(app, ["report", str(tmp_path / "results")])
+    assert "of an earlier version of vasowave" in str(report.exception)
+
+
+def test_a_file_that_cannot_be_written_is_refused_and_nothing_stays(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    (tmp_path / "results").mkdir()
+    before = sorted(tmp_path.iterdir())
+    for command in (["simulate", str(network), str(cycle)], ["match", str(network), str(network)]):
+        folder = CliRunner().invoke(app, [*command, "-o", str(tmp_path / "results")])
+        assert "is a folder; give the name of a file" in str(folder.exception)
+        nowhere = CliRunner().invoke(app, [*command, "-o", str(tmp_path / "no" / "file")])
+        assert "there is no folder" in str(nowhere.exception)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_stiffness_of_zero_is_not_taken_for_none(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    result = CliRunner().invoke(
+        app, ["simulate", str(network), str(cycle), "--set", "beta=0", "-o", str(tmp_path / "w.nc")]
+    )
+    assert "beta: give positive numbers" in str(result.exception)
+
+
+def _write_labchart(folder, mouse, words=""):
+    from vasowave.datasets.raw import synthetic_raw_recording
+    from vasowave.datasets.virtual_files import SYNTHETIC, labchart_text
+
+    raw = synthetic_raw_recording(mouse, np.random.default_rng(3), duration=6.0).raw
+    path = folder / f"{words}raw.txt"
+    path.write_text(labchart_text(raw).replace(SYNTHETIC, "start"))
+    return path
+
+
+def test_one_command_leads_from_a_raw_recording_to_the_page_and_back_from_the_results_alone(tmp_path):
+    network = tmp_path / "network.csv"
+    write_network(Network(("1", "2", "3"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037]), network)
+    recording = _write_labchart(tmp_path, virtual_mouse(), "not_synthetic_")
+    output = tmp_path / "x"
+    options = (
+        "--walls linear --starts 1 --fixed c1=0.9 --bounds beta=20:900 --reference-radius 0.07 --no-pdf --beats 12"
+    )
+    result = CliRunner().invoke(app, ["fit", str(network), str(recording), "-o", str(output), *options.split()])
+    assert result.exit_code == 0, result.output
+    assert re.search(
+        r"linear wall: beta [\d.]+ mmHg, r1 [\d.]+ \(factor of the nominal R_1 of all beds\)", result.output
+    )
+    assert re.search(r"[Rr]esistance of the beds R_T [\d.]+ \[[\d.]+, [\d.]+\] mmHg s/ml", result.output)
+    assert "Pressure and flow: Mean pressure 1" in result.output
+    (result,) = read_results(output).in_order()
+    found = result.laws["linear"].calibration.set_index(parameter="parameter")
+    assert float(found["value"].sel(parameter="c1")) == 0.9
+    assert (float(found["lower"].sel(parameter="beta")), float(found["upper"].sel(parameter="beta"))) == (20, 900)
+    assert json.loads(found.attrs["friction"]) == {"law": "BoundaryLayer", "reference_radius": 0.07}
+    assert int(result.beats["kept"].sum()) == 12
+    approve("fit, results", tree(result.to_datatree()), 1e-6, 2e-3)
+    assert result.origin["sha256 of network"].startswith(hashlib.sha256(network.read_bytes()).hexdigest())
+    page = output / "report" / "report.html"
+    first = page.read_text()
+    assert "Synthetic data" not in first  # a word in a file's name decides nothing
+
+    again = CliRunner().invoke(app, ["fit", str(network), str(recording), "-o", str(output), *options.split()])
+    assert "kept from earlier" in again.output
+    elsewhere = tmp_path / "elsewhere" / recording.name
+    elsewhere.parent.mkdir()
+    elsewhere.write_text(recording.read_text("utf-8") + "\n", "utf-8")
+    for other in (["--animal", "another"], []):  # another name; or the same, of another place and content
+        source = recording if other else elsewhere
+        refused = CliRunner().invoke(app, ["fit", str(network), str(source), "-o", str(output), *other])
+        assert f"holds the fit of '{recording.stem}' from" in str(refused.exception)
+    for path in (network, recording):
+        path.unlink()
+    shutil.rmtree(output / "report")
+    report = CliRunner().invoke(app, ["report", str(output), "--no-pdf"])
+    assert report.exit_code == 0, report.output
+    assert len(page.read_text()) == pytest.approx(len(first), rel=0.01)
+
+
+@pytest.mark.parametrize(("command", "endings"), [("sweep", ".csv or .nc"), ("simulate", ".nc"), ("posterior", ".nc")])
+def test_the_name_of_an_output_must_say_what_is_written(command, endings, tmp_path):
+    refused = CliRunner().invoke(app, [command, "n.csv", "c.csv", "-o", str(tmp_path / "out.xlsx")])
+    assert str(refused.exception) == f"{tmp_path / 'out.xlsx'}: the name of this file ends in {endings}"
+
+
+def test_a_report_without_results_says_what_keeps_both(tmp_path):
+    (tmp_path / "report.html").write_text("a report")
+    with pytest.raises(InputError, match="a report alone, without results; `vasowave fit`"):
+        read_results(tmp_path)
+
+
+def test_simulate_writes_waveforms_that_xarray_opens(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    mouse, output = virtual_mouse(), tmp_path / "waveforms.nc"
+    result = CliRunner().invoke(app, ["simulate", str(network), str(cycle), "--output", str(output)])
+    assert result.exit_code == 0, result.output
+    with xr.open_dataset(output) as waves:
+        pressure, flow = waves["pressure"].values[:, 0, 0], waves["flow"].values[:, 0, 0]
+    assert pressure.mean() == pytest.approx(mouse.mean_pressure, rel=0.1)
+    assert flow.mean() == pytest.approx(mouse.cardiac_output, rel=0.005)
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_approved_what_every_command_takes_and_says_of_it():
+    approve("commands", described(typer.main.get_command(app), "vasowave"))
+
+
+def described(command, name):
+    """Describe a command and those in it: what it does, its arguments and options, their defaults and meanings."""
+    yield f"== {name}: " + " ".join((command.help or "").split())
+    for one in command.params:
+        few = f" from {one.min} to {one.max}" if (one.min, one.max) != (None, None) else ""
+        kind = f"{one.type_descriptor.annotation}{few}{' …' * one.multiple}{', required' * one.required}"
+        said = " ".join((getattr(one, "help", "") or "").split())
+        default = f"{one.default}, shown as {one.show_default}"
+        yield f"{' '.join([*one.opts, *one.secondary_opts])} ({kind}) = {default}: {said}"
+    for inner in getattr(command, "commands", {}):
+        yield from described(command.resolve_command(typer.Context(command), [inner])[1], f"{name} {inner}")

@@ -1,0 +1,155 @@
+import io
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+matplotlib.use("Agg")
+from matplotlib.figure import Figure
+
+from made_cohort import bare_law, bare_result
+from made_fit import made_fit
+from vasowave import analysis
+from vasowave.animal.datasets import calibration_dataset, recording_dataset
+from vasowave.animal.reading import autocorrelation
+from vasowave.animal.signals import Station, waves_dataset
+from vasowave.cohort import contrasts
+from vasowave.datasets import published_table
+from vasowave.figures.beats import thinned
+from vasowave.figures.fit import plot_autocorrelation, plot_residuals
+from vasowave.figures.groups import plot_groups, plot_ratios
+from vasowave.figures.spectra import plot_modulus, plot_phase
+from vasowave.figures.starts import plot_waterfall
+from vasowave.figures.style import CTL, HPH, group_looks, source_looks, wall_lines
+from vasowave.figures.waves import plot_separated_pressure, plot_wave_intensity
+from vasowave.recording import Recording
+
+T, N = 0.11, 200
+P = 15 + 5 * np.sin(2 * np.pi * np.arange(N) / N) + np.sin(6 * np.pi * np.arange(N) / N)
+Q = 0.2 + np.roll(P - 15, 10) / 60
+
+
+@pytest.fixture
+def ax():
+    figure = Figure()
+    yield (axis := figure.add_subplot())
+    assert "[" in axis.get_ylabel() or "[" in axis.get_yticklabels()[0].get_text()
+    figure.savefig(io.BytesIO(), format="svg")
+
+
+@pytest.fixture(scope="module")
+def station():
+    return Station(Recording(P, Q, T), 0.007, 200.0, "mean pressure")
+
+
+def test_wave_intensity_is_drawn_as_computed_and_its_largest_waves_are_named(ax, station):
+    waves = waves_dataset(station, 8e-4)
+    assert plot_wave_intensity(ax, waves) is ax
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), waves["WI_plus"])
+    np.testing.assert_array_equal(ax.lines[1].get_ydata(), waves["WI_minus"])
+    named = analysis.named_waves(analysis.wave_intensity(P, Q, T, 0.007, 200.0, 8e-4), T)
+    largest = analysis.largest_waves(named)
+    assert sorted(text.get_text() for text in ax.texts) == sorted(largest.index)
+    for text in ax.texts:
+        assert text.xy[0] * T == pytest.approx(largest.loc[text.get_text(), "peak time [s]"])
+
+
+def test_separated_pressures_are_drawn(ax, station):
+    plot_separated_pressure(ax, waves_dataset(station, 8e-4))
+    together, forward, backward = (line.get_ydata() for line in ax.lines)
+    np.testing.assert_allclose(forward + backward - P[0], P)
+    np.testing.assert_array_equal(together, P)
+
+
+@pytest.mark.parametrize(("draw", "values"), [(plot_modulus, "modulus"), (plot_phase, "phase")])
+def test_harmonics_at_noise_level_are_apart_and_grey(ax, draw, values):
+    rng = np.random.default_rng(0)
+    found = analysis.impedance(P + rng.normal(0, 0.01, N), Q + rng.normal(0, 1e-4, N), T, flow_noise=1e-3)
+    columns = {
+        "frequency": found.frequency,
+        "modulus": found.modulus,
+        "phase": found.phase,
+        "reliable": ~found.at_noise,
+    }
+    spectrum = xr.Dataset({name: ("harmonic", values) for name, values in columns.items()})
+    reliable = spectrum["reliable"].values.astype(bool)
+    assert 0 < (~reliable).sum() < 15
+    draw(ax, spectrum)
+    good, noise = ax.lines[:2]
+    np.testing.assert_array_equal(noise.get_ydata(), spectrum[values].values[~reliable])
+    np.testing.assert_array_equal(good.get_ydata(), spectrum[values].values[reliable])
+    assert noise.get_color() == "0.6"
+
+
+def test_every_animal_stands_beside_its_box(ax):
+    table = published_table("optimized_linear")
+    plot_groups(ax, table, "beta [mmHg]")
+    points = np.concatenate([line.get_ydata() for line in ax.lines if line.get_marker() in ("o", "s")])
+    assert sorted(points) == sorted(table["beta [mmHg]"])
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["CTL\n(n = 7)", "HPH\n(n = 5)"]
+
+
+def test_ratios_stand_with_their_intervals(ax):
+    found = contrasts(published_table("optimized_linear"), ["beta [mmHg]", "S [mmHg2]"], "CTL", "HPH")
+    plot_ratios(ax, found)
+    bars = ax.containers[0].lines[2][0].get_segments()
+    np.testing.assert_allclose([bar[:, 0] for bar in bars], found[["ratio low", "ratio high"]])
+
+
+def test_the_autocorrelation_of_a_harmonic_is_its_cosine():
+    r = np.sin(2 * np.pi * 3 * np.arange(N) / N)
+    np.testing.assert_allclose(autocorrelation(r), np.cos(2 * np.pi * 3 * np.arange(N // 2 + 1) / N), atol=1e-12)
+
+
+def test_residuals_and_their_autocorrelation_are_drawn_for_both_walls(ax):
+    fits = made_fit("linear"), made_fit("tangent")
+    laws = {fit.wall: bare_law(fit.wall, calibration=calibration_dataset(fit)) for fit in fits}
+    result = bare_result(recording=recording_dataset(fits[0].recording), laws=laws)
+    plot_residuals(ax, result)
+    _, linear, tangent = ax.lines
+    assert [line.get_linestyle() for line in (linear, tangent)] == ["--", "-"]
+    np.testing.assert_array_equal(tangent.get_ydata(), fits[1].pressure_residual)
+    ax.clear()
+    plot_autocorrelation(ax, result)
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), autocorrelation(fits[0].pressure_residual))
+
+
+def test_groups_of_any_label_get_colors_and_markers_of_their_own():
+    looks = group_looks(["HPH", "sham", "banded", "CTL", "sham"])
+    assert list(looks) == ["HPH", "sham", "banded", "CTL"]
+    assert (looks["CTL"].color, looks["HPH"].color) == (CTL, HPH)
+    assert len({look.color for look in looks.values()}) == len({look.marker for look in looks.values()}) == 4
+
+
+def test_walls_of_any_name_differ_in_grey_and_the_papers_two_keep_its_lines():
+    walls = ["linear", "tangent", "power", "of_my_own", "mine_too"]
+    lines = wall_lines(walls)
+    assert (lines["linear"]["linestyle"], lines["tangent"]["linestyle"]) == ((0, (5, 2)), "solid")
+    assert len({str(line["linestyle"]) for line in lines.values()}) == len(walls)
+    assert len({look.hatch for look in source_looks(walls).values()}) == len(walls)
+    assert all(look.short for look in source_looks(["measured", *walls]).values())
+
+
+def test_two_sources_stand_side_by_side_and_keep_their_values(ax):
+    table = pd.DataFrame({"group": list("aabb") * 2, "source": ["linear"] * 4 + ["tangent"] * 4, "x [1]": range(8)})
+    plot_groups(ax, table, "x [1]")
+    points = [line.get_ydata().tolist() for line in ax.lines if line.get_marker() in ("^", "D")]
+    assert points == [[0, 1], [4, 5], [2, 3], [6, 7]]
+    assert [label.get_text().split() for label in ax.get_xticklabels()].count(["lin."]) == 2
+
+
+def test_a_thinned_trace_keeps_its_highest_spike_and_its_order():
+    values = np.zeros(50_000)
+    values[31_234] = 7.0
+    time, kept = thinned(np.arange(50_000.0), values, 200)
+    assert len(kept) <= 400
+    assert time[np.argmax(kept)] == 31_234
+    assert np.all(np.diff(time) > 0)
+
+
+def test_a_waterfall_rises_from_one(ax):
+    starts = xr.Dataset({"start_S": ("start", [4.0, 2.0, np.inf, 2.0])})
+    plot_waterfall(ax, starts)
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), [1.0, 1.0, 2.0])

@@ -1,0 +1,256 @@
+"""Excel workbooks wherever a table is read."""
+
+import datetime
+import tracemalloc
+import warnings
+import zipfile
+
+import numpy as np
+import openpyxl
+import pytest
+
+import vasowave as vw
+from made_workbook import BOOK, MAIN, sheet, write_workbook
+from vasowave.errors import InputError
+from vasowave.io.columns import read_columns
+from vasowave.io.textfile import read_lines
+from vasowave.study.animals import read_animals
+from vasowave.study.kind import kind_of
+from vasowave.study.sorting import files_in, sort_files
+
+
+def saved(path, *rows, **sheets):
+    """Save rows with openpyxl, an independent implementation of the format."""
+    book = openpyxl.Workbook()
+    for row in rows:
+        book.active.append(row)
+    for title, more in sheets.items():
+        page = book.create_sheet(title)
+        for row in more:
+            page.append(row)
+    book.save(path)
+    return path
+
+
+HEADER = ("name", "parent", "length [mm]", "radius [mm]")
+NETWORK = [HEADER, ("main", None, 4.1, 0.47), ("left", "main", 4.5, 0.26), ("right", "main", 4.4, 0.2)]
+
+
+def test_a_network_typed_into_a_spreadsheet_is_read_to_the_last_bit(tmp_path):
+    network = vw.read_network(saved(tmp_path / "lung.xlsx", *NETWORK))
+    assert network.name == ("main", "left", "right")
+    assert network.radius.tolist() == [0.1 * 0.47, 0.1 * 0.26, 0.1 * 0.2]
+
+
+def test_vessels_numbered_as_numbers_keep_their_names(tmp_path):
+    rows = [NETWORK[0], (1, None, 4.1, 0.47), (2, 1, 4.5, 0.26), (2.1, 1, 4.4, 0.2)]
+    network = vw.read_network(saved(tmp_path / "lung.xlsx", *rows))
+    assert network.name == ("1", "2", "2.1")
+    assert network.parent.tolist() == [-1, 0, 0]
+
+
+def test_an_averaged_cycle_and_a_continuous_recording_are_read_and_told_apart(tmp_path):
+    mouse = vw.virtual_mouse()
+    head = ("time [s]", "pressure [mmHg]", "flow [ml/s]")
+    rows = list(zip(*(values.tolist() for values in (mouse.time, mouse.pressure, mouse.flow)), strict=True))
+    cycle = saved(tmp_path / "cycle.xlsx", head, *rows)
+    again = vw.read_recording(cycle)
+    np.testing.assert_allclose(again.pressure, mouse.pressure, rtol=1e-14)  # openpyxl writes 16 digits
+    np.testing.assert_allclose(again.flow, mouse.flow, rtol=1e-12, atol=1e-15)
+    t = np.round(np.arange(4000) * 1e-3, 3).tolist()
+    long = saved(tmp_path / "long.xlsx", head, *((one, 20.0 + one, 0.2) for one in t))
+    raw = vw.read_raw_recording(long)
+    np.testing.assert_allclose(raw.pressure, 20.0 + np.array(t), rtol=1e-14)
+    assert raw.sampling_rate == pytest.approx(1000)
+    assert (kind_of([cycle]), kind_of([long])) == ("cycle", "raw")
+
+
+def test_files_of_a_folder_are_sorted_with_the_spreadsheets_among_them(tmp_path):
+    saved(tmp_path / "lung.xlsx", *NETWORK)
+    (tmp_path / "table.csv").write_text("name,parent,length [cm],radius [cm]\na,,1,0.1\n")
+    found = sort_files(files_in([tmp_path]))
+    assert [path.name for path in found.networks] == ["lung.xlsx", "table.csv"]
+
+
+def test_the_table_of_animals_may_be_a_spreadsheet(tmp_path):
+    saved(tmp_path / "lung.xlsx", *NETWORK)
+    (tmp_path / "c.csv").write_text("")
+    rows = [("animal", "group", "network", "recording", "period [s]"), ("mouse 6", "CTL", "lung.xlsx", "c.csv", 0.11)]
+    animals, problems = read_animals(saved(tmp_path / "animals.xlsx", *rows), ["CTL"])
+    assert not [one for one in problems if one.error]
+    assert (animals[0].animal, animals[0].period, animals[0].line) == ("mouse 6", 0.11, 2)
+
+
+def test_empty_rows_gaps_and_remarks_leave_the_rows_their_numbers(tmp_path):
+    book = openpyxl.Workbook()
+    book.active["A3"], book.active["B3"] = "x [cm]", "remark"
+    book.active["A5"], book.active["B9"], book.active["A9"] = 1.5, 'a "word",\nand a line', 2
+    book.save(tmp_path / "t.xlsx")
+    table = read_columns(tmp_path / "t.xlsx")
+    assert table.lines == (5, 9)
+    assert table.cells == (("1.5", ""), ("2", 'a "word", and a line'))
+    book.active["A9"] = "two"
+    book.save(tmp_path / "t.xlsx")
+    with pytest.raises(InputError, match="line 9, column 'x': 'two' is not a number"):
+        read_columns(tmp_path / "t.xlsx").numbers(0, "length")
+
+
+def test_dates_times_errors_and_truths_are_never_taken_for_numbers(tmp_path):
+    day, hour = datetime.datetime(2026, 3, 1), datetime.time(0, 0, 1, 500000)
+    values = [day, hour, datetime.timedelta(seconds=90), True, "#DIV/0!"]
+    for number, value in enumerate(values):
+        path = saved(tmp_path / f"{number}.xlsx", ("x [cm]", "y"), (value, 1))
+        with pytest.raises(InputError, match="is not a number"):
+            read_columns(path).numbers(0, "length")
+    assert read_columns(tmp_path / "0.xlsx").cells[0][0] == "2026-03-01 00:00:00"
+
+
+def test_a_number_shown_with_a_color_a_unit_or_an_exponent_stays_a_number(tmp_path):
+    book = openpyxl.Workbook()
+    book.active.append(["x [cm]", "y"])
+    for row, shown in enumerate(("0.00E+00", '0.0" mmHg days"', "[Red]0.0", "#,##0.00_);\\(#,##0.00\\)", "0%"), 2):
+        book.active.cell(row, 1, 0.25).number_format = shown
+        book.active.cell(row, 2, 1)
+    book.save(tmp_path / "t.xlsx")
+    assert read_columns(tmp_path / "t.xlsx").numbers(0, "length").tolist() == [0.25] * 5
+
+
+def test_the_first_visible_sheet_is_read(tmp_path):
+    path = saved(tmp_path / "t.xlsx", ("hidden",), data=[("x [cm]",), (3,)])
+    book = openpyxl.load_workbook(path)
+    book.worksheets[0].sheet_state = "hidden"
+    book.active = 1
+    book.save(path)
+    assert read_columns(path).numbers(0, "length").tolist() == [3]
+
+
+def test_formulas_count_with_the_value_that_was_last_shown(tmp_path):
+    rows = f'<row r="1"><c r="A1" t="str"><f>"x [cm]"</f><v>x [cm]</v></c></row><row r="2"><c r="A2"><f>1+1</f><v>2</v></c></row>'  # noqa: E501, F541
+    xml = f'<worksheet xmlns="{MAIN}"><sheetData>{rows}</sheetData></worksheet>'
+    path = write_workbook(tmp_path / "t.xlsx", xl__worksheets__sheet1=xml)
+    assert read_columns(path).numbers(0, "length").tolist() == [2]
+
+
+def test_the_pronunciation_of_a_word_is_no_part_of_it(tmp_path):
+    words = "<sst><si><r><t>x </t></r><r><t>[cm]</t></r><rPh><t>EKS</t></rPh></si></sst>"
+    xml = f'<worksheet xmlns="{MAIN}"><sheetData><row><c t="s"><v>0</v></c></row><row><c><v>3</v></c></row></sheetData></worksheet>'  # noqa: E501
+    path = write_workbook(tmp_path / "t.xlsx", xl__sharedStrings=words, xl__worksheets__sheet1=xml)
+    assert read_columns(path).numbers(0, "length").tolist() == [3]
+    assert read_columns(path).names == ("x",)
+
+
+def test_the_longest_text_that_a_cell_may_hold_is_read_and_no_longer_one(tmp_path):
+    path = write_workbook(tmp_path / "t.xlsx", [["x" * 65536]])
+    assert "".join(text for lines in read_lines(path) for text in lines.texts) == "x" * 65536
+    path = write_workbook(tmp_path / "t.xlsx", [["x" * 65537]])
+    with pytest.raises(InputError, match="more than 65536 characters"):
+        list(read_lines(path))
+
+
+BOMB = '<!DOCTYPE a [<!ENTITY b "bbbbbbbbbb"><!ENTITY c "&b;&b;&b;&b;">]>'
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ({"xl__workbook": None}, "not a workbook of Excel"),
+        ({"xl__workbook": "<workbook"}, "damaged workbook"),
+        ({"xl__workbook": "<workbook/>"}, "no visible sheet"),
+        ({"xl__workbook": BOOK.replace("rId1", "rId7")}, "damaged workbook"),
+        ({"xl__worksheets__sheet1": None}, "damaged"),
+        ({"xl__worksheets__sheet1": BOMB + "<worksheet/>"}, "declares XML entities"),
+        ({"xl__worksheets__sheet1": "<worksheet>" + "<a>" * 200000}, "damaged workbook"),
+        ({"xl__worksheets__sheet1": sheet([[1]]).replace('r="A1"', 'r="ZZZ1"')}, "out of place"),
+        ({"xl__worksheets__sheet1": sheet([[1]]).replace('row r="1"', 'row r="99999999"')}, "row 99999999"),
+        ({"xl__worksheets__sheet1": sheet([[1], [2]]).replace('row r="2"', 'row r="1"')}, "follows row 1"),
+        ({"xl__worksheets__sheet1": sheet([[1]]).replace("<v>1<", "<v>one<")}, "damaged workbook"),
+        ({"xl__worksheets__sheet1": sheet([[1]]).replace('r="A1"', 'r="A1" t="s"')}, "damaged workbook"),
+        ({"xl__worksheets__sheet1": sheet([["x" * 100000]])}, "more than 65536 characters"),
+        ({"xl__worksheets__sheet1": sheet([[1]]).replace('r="A1"', 'r="A1" s="word"')}, "damaged workbook"),
+        ({"xl__styles": "<styleSheet><cellXfs><xf numFmtId='x'/></cellXfs></styleSheet>"}, "damaged workbook"),
+    ],
+)
+def test_a_damaged_or_hostile_workbook_is_one_of_our_errors(tmp_path, parts, words):
+    path = write_workbook(tmp_path / "t.xlsx", [["x [cm]"], [1.0]], **parts)
+    with pytest.raises(InputError, match=words) as caught:
+        list(read_lines(path))
+    assert str(caught.value).startswith(str(path))
+
+
+def test_a_workbook_that_unpacks_to_a_thousandfold_is_refused_before_it_is_unpacked(tmp_path):
+    path = write_workbook(tmp_path / "bomb.xlsx", xl__sharedStrings="<sst>" + " " * (40 << 20))
+    assert path.stat().st_size < 1 << 20
+    tracemalloc.start()
+    with pytest.raises(InputError, match="unpacks to 40 MB"):
+        list(read_lines(path))
+    assert tracemalloc.get_traced_memory()[1] < 8 << 20
+    tracemalloc.stop()
+
+
+def test_a_workbook_that_lies_about_its_size_is_refused(tmp_path):
+    path = write_workbook(tmp_path / "liar.xlsx", [["x [cm]"], *([1.0] for _ in range(9000))])
+    raw = bytearray(path.read_bytes())
+    with zipfile.ZipFile(path) as archive:
+        size = archive.getinfo("xl/worksheets/sheet1.xml").file_size
+    at = raw.rfind(size.to_bytes(4, "little"))
+    raw[at : at + 4] = (1000).to_bytes(4, "little")
+    path.write_bytes(raw)
+    with pytest.raises(InputError, match=r"liar\.xlsx"):
+        list(read_lines(path))
+
+
+def test_one_long_text_in_every_cell_of_many_rows_is_refused_and_not_gathered(tmp_path):
+    text = f"<sst><si><t>{'x' * 60000}</t></si></sst>"
+    cells = "".join(f'<c r="{letter}{{0}}" t="s"><v>0</v></c>' for letter in "ABCDEFGHIJKLMNOPQRSTUVWXYZ")
+    rows = "".join(f'<row r="{n}">{cells.format(n)}</row>' for n in range(1, 2000))
+    path = write_workbook(tmp_path / "t.xlsx", xl__sharedStrings=text,
+                          xl__worksheets__sheet1=f"<worksheet><sheetData>{rows}</sheetData></worksheet>")  # fmt: skip
+    with pytest.raises(InputError, match="line 1: longer than 1000000 characters"):
+        list(read_lines(path))
+
+
+def test_other_spreadsheets_are_refused_with_what_to_do(tmp_path):
+    (tmp_path / "old.xls").write_bytes(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(512))
+    with zipfile.ZipFile(tmp_path / "open.ods", "w") as archive:
+        archive.writestr("content.xml", "<x/>")
+    (tmp_path / "cut.xlsx").write_bytes(write_workbook(tmp_path / "t.xlsx", [["a"]]).read_bytes()[:300])
+    for name, words in (
+        ("old.xls", "an .xls file"),
+        ("open.ods", "not a workbook of Excel"),
+        ("cut.xlsx", "truncated"),
+    ):
+        with pytest.raises(InputError, match=words) as caught:
+            read_columns(tmp_path / name)
+        assert "CSV" in str(caught.value)
+
+
+def test_every_cut_and_every_flipped_byte_of_a_workbook_is_read_or_refused(tmp_path):
+    whole = saved(tmp_path / "t.xlsx", *NETWORK).read_bytes()
+    rng = np.random.default_rng(4)
+    refused = 0
+    for trial in range(300):
+        raw = bytearray(whole)
+        for at in rng.integers(0, len(raw), 1 + trial % 4):
+            raw[at] = rng.integers(256)
+        (tmp_path / "d.xlsx").write_bytes(raw[: rng.integers(1, len(raw))] if trial % 5 == 0 else raw)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                network = vw.read_network(tmp_path / "d.xlsx")
+        except InputError:
+            refused += 1
+        else:  # what was hit was of no consequence
+            assert network.radius.tolist() == [0.1 * 0.47, 0.1 * 0.26, 0.1 * 0.2]
+    assert refused > 100
+
+
+def test_a_long_sheet_is_read_in_the_memory_of_a_block(tmp_path, monkeypatch):
+    monkeypatch.setattr("vasowave.io.textfile._BLOCK", 1 << 12)
+    rows = [[float(n), 2.0 * n] for n in range(6000)]
+    path = write_workbook(tmp_path / "long.xlsx", [["a [cm]", "b [cm]"], *rows])
+    tracemalloc.start()
+    count = sum(len(block.texts) for block in read_lines(path))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert count == 6001
+    assert peak < 1 << 20  # all rows together take more than that

@@ -1,0 +1,186 @@
+"""Vascular beds: each is one class, ours and a user's, and what it says of itself holds for solver, fit and files."""
+
+import json
+import re
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vasowave as vw
+from vasowave.animal import fitting
+from vasowave.animal.stored import stored_recording
+from vasowave.calibration import calibrate
+from vasowave.errors import InputError
+from vasowave.inference import posterior
+from vasowave.model.laws import BEDS, _checked_bed, bed_quantities, find_bed, identity
+from vasowave.model.model import Model
+from vasowave.model.nominal import nominal_beds
+from vasowave.model.outlets import ImpedanceSpectrum
+from vasowave.recording import Recording
+from vasowave.report.write import write_report
+from vasowave.solver import Numerics, changed_model, simulate
+from vasowave.solver.direction import direction_between
+from vasowave.solver.run import run_to_periodic
+from vasowave.solver.sensitivity import pressure_derivatives
+
+PAGE = Path(__file__).parents[2] / "docs" / "beds.md"
+OWN = "our_beds:StiffTenth"
+COARSE = Numerics(cell_size=0.3, samples=64, tolerance=1e-8)
+KINDS = ("windkessel", "rc", "resistance", OWN)
+every_kind = pytest.mark.parametrize("kind", KINDS)
+
+
+def fork():
+    return vw.Network(("1", "2", "3"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037])
+
+
+@pytest.fixture(autouse=True)
+def printed_bed(tmp_path, monkeypatch):
+    """Put the program that the page on beds prints into the folder one is in."""
+    (program,) = re.findall(r"```python\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
+    (tmp_path / "our_beds.py").write_text(program, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    return program
+
+
+def model_with(kind, scale=1.0):
+    network = fork()
+    beds = nominal_beds(find_bed(kind), network, 76.0, 0.12)
+    return Model(network, vw.LinearWall(57.0), beds.scaled(*[scale] * len(beds._fields)))
+
+
+@every_kind
+def test_a_bed_passes_the_checks_of_foreign_ones_and_is_found_by_its_identity(kind):
+    bed = find_bed(kind)
+    assert find_bed(identity(bed)) is bed is find_bed(bed)
+    if bed not in BEDS.values():
+        assert _checked_bed(bed) is bed
+    beds = nominal_beds(bed, fork(), 76.0, 0.12)
+    assert beds.total_resistance() == pytest.approx(76.0)
+    assert len(bed.bed().factors) == len(beds._fields)
+
+
+@every_kind
+def test_the_solver_steps_a_bed_as_it_convolves_its_impedance(kind, inflow):
+    """Two ways that share nothing but the circuit's numbers: a differential equation, and an impulse response."""
+    model = model_with(kind)
+    numerics = Numerics(cell_size=0.1, samples=64, tolerance=1e-7)
+    stepped = simulate(model, inflow, numerics)
+    spectrum = ImpedanceSpectrum(model.outlets.impedance_at(2000, inflow.period))
+    convolved = simulate(model.changed(outlets=spectrum), inflow, numerics)
+    apart = np.abs(stepped["pressure"] - convolved["pressure"]).max()
+    assert float(apart) < 0.01 * float(np.ptp(stepped["pressure"].values[:, 0, 0]))
+    assert stepped.attrs["cycles"] <= 8  # the discharge of vessels and beds is known after the first
+
+
+@every_kind
+def test_derivatives_by_the_fields_of_a_bed_are_those_of_the_runs(kind, inflow):
+    step, numerics = 1e-4, Numerics(cell_size=0.3, samples=64, tolerance=1e-10, steps_per_cycle=256)
+    middle = model_with(kind)
+    runs = [run_to_periodic(model_with(kind, np.exp(side * step)), inflow, numerics) for side in (-1, 1)]
+    expected = (runs[1].inlet_pressure(256) - runs[0].inlet_pressure(256)) / (2 * step)
+    direction = direction_between(model_with(kind, np.exp(-step)), model_with(kind, np.exp(step)), 2 * step)
+    run = run_to_periodic(middle, inflow, numerics)
+    found = pressure_derivatives(run, inflow, [direction], numerics)[0]
+    assert np.abs(found - expected).max() < 1e-3 * np.abs(expected).max()
+
+
+@every_kind
+def test_a_fit_finds_what_was_planted(kind, inflow):
+    network, bed = fork(), find_bed(kind)
+    count = len(bed.bed().factors)
+    planted = dict(zip(bed.bed().factors, (1.3, 0.8, 1.2)[:count], strict=False))
+    beds = nominal_beds(bed, network, 76.0, 0.12).scaled(*planted.values())
+    truth = Model(network, vw.LinearWall(57.0), beds)
+    pressure = simulate(truth, inflow, COARSE)["pressure"].values[:, 0, 0]
+    fit = calibrate(network, Recording(pressure, inflow.flow, inflow.period), bed=bed, numerics=COARSE,
+                    search=vw.Search(starts=2))  # fmt: skip
+    assert fit.S < 1e-4 * fit.N
+    assert fit.parameters["value"]["beta"] == pytest.approx(57.0, rel=2e-3)
+    np.testing.assert_allclose(list(fit.model.outlets), list(truth.outlets), rtol=5e-3)
+
+
+@pytest.mark.parametrize("kind", [pytest.param("rc", marks=pytest.mark.validation), *KINDS[2:]])
+def test_a_bed_goes_from_an_analysis_to_posterior_report_stored_model_sweep_and_export(
+    kind, inflow, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(fitting, "posterior", partial(posterior, draws=40))
+    pressure = simulate(model_with(kind), inflow, COARSE)["pressure"].values[:, 0, 0]
+    noise = 0.1 * np.random.default_rng(1).standard_normal(len(pressure))
+    cycle = Recording(pressure + noise, inflow.flow, inflow.period)
+    animal = vw.Animal("mouse", "CTL", fork(), cycle, synthetic=True)
+    settings = vw.Settings(walls=("linear",), beds=kind, starts=1, numerics=COARSE, inference="posterior")
+    result = vw.analyze(animal, settings)
+    linear, said = result.laws["linear"], find_bed(kind).bed()
+    calibration, quantities = linear.calibration, linear.quantities
+    names = [name if kind in BEDS else f"stiff_tenth.{name}" for name in said.factors]
+    assert [str(one) for one in calibration["parameter"].values] == ["beta", *names]
+    assert set(names) <= set(linear.posterior.groups["posterior"].data_vars)
+    assert ("C_p" in quantities) == ("C_p" in calibration) == (kind != "resistance")
+    assert ("a" in quantities) == (kind == OWN)
+    if kind == "resistance":
+        assert "C_p_over_C_T" not in quantities
+        assert float(quantities["C_T"]) == pytest.approx(float(quantities["C_v"]))
+        assert float(quantities["tau"]) == pytest.approx(float(quantities["R_T"] * quantities["C_v"]))
+
+    page = write_report([result], tmp_path / "report").with_name("supplement.html").read_text("utf-8")
+    assert said.title in page
+    assert said.formula in page
+    assert "r1·R1" not in page
+
+    model, cycle = vw.stored_model(result), stored_recording(result)
+    assert type(model.outlets) is find_bed(kind)
+    stored = [calibration[name].values for name in bed_quantities(type(model.outlets))]
+    np.testing.assert_array_equal(list(model.outlets), stored)
+    found = vw.sweep(model, cycle, {"R_T": [60.0, 120.0]}, COARSE)
+    mean = found["root_pressure"].mean("time").values
+    rise = (mean[1] - mean[0]) / (60.0 * cycle.inflow.flow.mean())
+    assert 0.9 < rise < 1.001  # the beds' resistance alone would give 1; vessels widen with pressure, and rub less
+    assert changed_model(model, {"R_T": 120.0}).outlets.total_resistance() == pytest.approx(120.0)
+    with pytest.raises(InputError, match="'a' cannot be swept"):
+        vw.sweep(model, cycle, {"a": [0.1]}, COARSE)
+
+    vw.export_model(model, cycle, "tables", tmp_path / "tables", numerics=COARSE)
+    header = (tmp_path / "tables/parameters.csv").read_text("utf-8").splitlines()[0]
+    assert header.count("R [mmHg s/ml]") == 1
+    vw.export_model(model, cycle, "svzerod", tmp_path / "lumped", numerics=COARSE)
+    beds = json.loads((tmp_path / "lumped/svzerod.json").read_text("utf-8"))["boundary_conditions"][1:]
+    assert {one["bc_type"] for one in beds} == {"RESISTANCE" if kind == "resistance" else "RCR"}
+    if kind == OWN:
+        vw.export_model(model, cycle, "openbf", tmp_path / "openbf", numerics=COARSE)
+    else:
+        with pytest.raises(InputError, match="openBF knows three-element Windkessels as outlets only"):
+            vw.export_model(model, cycle, "openbf", tmp_path / "openbf", numerics=COARSE)
+
+
+SLIPS = {
+    "no resistance": ("0.9 * R, C)", "0.5 * R, C)", "does not have that resistance"),
+    "a missing part": ("Circuit(0.1 * R, 0.9 * R, C)", "(0.1 * R, 0.9 * R)", "must return three arrays"),
+    "a factor too few": ('"c": Parameter', '"r": Parameter', "describe each, with one factor each"),
+    "a taken name": ('BedLaw("stiff_tenth"', 'BedLaw("rc"', "a name of its own"),
+    "bounds exchanged": ("bounds=(0.02, 20.0)", "bounds=(20.0, 0.02)", "factor 'c': .*bounds positive and ordered"),
+    "an error": (
+        "return cls(resistance, time_constant / resistance)",
+        "return cls(1 / 0, 1)",
+        r"our_beds\.py, line 25",
+    ),
+    "another base": ("class StiffTenth(Bed)", "class StiffTenth", "is not a bed"),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_in_a_bed_is_told(slip, printed_bed, tmp_path):
+    right, wrong, said = SLIPS[slip]
+    assert printed_bed.count(right) == 1
+    (tmp_path / "our_beds.py").write_text(printed_bed.replace(right, wrong), "utf-8")
+    with pytest.raises(InputError, match=said):
+        find_bed(OWN)
+
+
+def test_unknown_beds_are_refused_with_the_nearest_known_ones():
+    with pytest.raises(InputError, match=r"unknown beds 'windkesel' \(did you mean 'windkessel'\?\)"):
+        vw.Settings(beds="windkesel")
+    with pytest.raises(InputError, match="no parameter 'r1'"):
+        vw.Settings(beds="rc", fixed={"r1": 1.0})

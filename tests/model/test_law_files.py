@@ -1,0 +1,135 @@
+"""A law in a file of a user's own: only what a study names is run, or refused in words."""
+
+import os
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+from test_laws import EXPONENTIAL
+
+from vasowave.animal.animal import Settings
+from vasowave.errors import InputError
+from vasowave.model.law_files import files_of, in_words, learn, named, plain
+from vasowave.model.laws import find_law
+
+NAME = "our_laws:ExponentialWall"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    (tmp_path / "our_laws.py").write_text(EXPONENTIAL, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_law_is_named_by_its_files_content_and_leaves_no_trace_on_the_path_of_imports(folder):
+    path, modules = list(sys.path), set(sys.modules)
+    law = find_law(NAME)
+    assert law(1.0, 2.0) == (1.0, 2.0)
+    assert find_law("our_laws.py:ExponentialWall") is law
+    assert find_law(named(NAME)) is law
+    assert sys.path == path
+    assert {one for one in set(sys.modules) - modules if "law" in one} == {law.__module__}
+    assert sys.modules[law.__module__].__file__ == str(folder / "our_laws.py")
+    assert not (folder / "__pycache__").exists()
+
+
+def test_a_changed_file_is_another_law_and_both_are_known(folder):
+    first = named(NAME)
+    (folder / "our_laws.py").write_text(EXPONENTIAL.replace("0.25", "0.26"), "utf-8")
+    second = named(NAME)
+    assert first != second
+    assert plain(first) == plain(second) == NAME
+    nominal = [find_law(one).law().parameters[0].nominal for one in (first, second, NAME)]
+    assert nominal == [0.25, 0.26, 0.26]
+
+
+def test_compiled_python_beside_a_law_is_not_run(folder):
+    """Python itself would load a file of compiled code whose date and size fit, whatever the law says."""
+    import py_compile
+
+    evil = folder / "evil.py"
+    evil.write_text("raise SystemExit('ran')".ljust(len(EXPONENTIAL.encode())))
+    os.utime(evil, (1e9, 1e9))
+    os.utime(folder / "our_laws.py", (1e9, 1e9))
+    compiled = Path(py_compile.compile(str(evil), doraise=True))
+    compiled.rename(compiled.with_name(compiled.name.replace("evil", "our_laws")))
+    assert find_law(NAME).__name__ == "ExponentialWall"
+
+
+def test_another_process_is_given_the_source_and_needs_no_file(folder):
+    wall = Settings(walls=(NAME,)).walls[0]
+    files = files_of([wall, "linear"])
+    assert [file.path for file in files] == [str(folder / "our_laws.py")]
+    (folder / "our_laws.py").unlink()
+    with ProcessPoolExecutor(1, get_context("spawn"), learn, (files,)) as pool:
+        assert pool.submit(_symbols, wall).result() == ["k", "m"]
+    with pytest.raises(InputError, match=r"our_laws:ExponentialWall.*read the study that names it"):
+        find_law("our_laws@0000000000000000:ExponentialWall")
+
+
+def _symbols(wall):
+    return [one.symbol for one in find_law(wall).law().parameters]
+
+
+SLIPS = {
+    "a missing bracket": ("def limits(k, m): return", "def limits(k, m: return", r"line \d+: .*"),
+    "a misspelled name": ("class ExponentialWall(NamedTuple)", "class ExponentialWall(Named)", "line 7: NameError"),
+    "a file beside it": ("import numpy as np", "import sibling", "line 3: No module named 'sibling'; a law is one"),
+    "an end": ("import numpy as np", "raise SystemExit", "line 3: SystemExit"),
+    "a null byte": ("import numpy as np", "\0", "null bytes"),
+    "a wrong type": ('2.0, (0.1, 40.0)', '"2", (0.1, 40.0)', "parameter 'm': its nominal value must be a number"),
+    "bounds exchanged": ("(0.1, 40.0)", "(40.0, 0.1)", "parameter 'm': .*bounds positive and ordered"),
+    "another unit": ('Parameter("mmHg"', 'Parameter("kPa"', "write mmHg for a pressure"),
+    "no description": ('return Law("exponential"', 'return ("exponential"', r"law\(\) must return"),
+    "a name that is taken": ('Law("exponential"', 'Law("network"', "a part of every result has this name"),
+    "an unknown function": ("np.log(np.max", "np.logg(np.max", r"line 18: AttributeError.*logg"),
+    "too many arguments": ("def slope_at(p, k, m)", "def slope_at(p, k, m, n)", "TypeError.*missing 1 required"),
+    "one number": ("return 0.0 * k, 0.0 * k + np.inf", "return 0.0 * k", "not a wall law|limits"),
+    "a missing @staticmethod": ("    @staticmethod\n    def limits", "    def limits", "@staticmethod above limits"),
+    "two times @staticmethod": (
+        "    @staticmethod\n    def ratio_at",
+        "    @staticmethod\n    @staticmethod\n    def ratio_at",
+        "@staticmethod above ratio_at, once",
+    ),
+    "another class": ("class ExponentialWall", "class Exponential", "our_laws.py has no 'ExponentialWall'"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_in_a_law_is_told_with_its_file_and_line(folder, slip):
+    right, wrong, said = SLIPS[slip]
+    assert EXPONENTIAL.count(right) == 1
+    (folder / "our_laws.py").write_text(EXPONENTIAL.replace(right, wrong), "utf-8")
+    (folder / "sibling.py").write_text("raise SystemExit('a file that nobody named was run')", "utf-8")
+    with pytest.raises(InputError, match=said) as caught:
+        find_law(NAME)
+    if "line" in said or "null" in said:
+        assert str(folder / "our_laws.py") in str(caught.value)
+
+
+def test_an_error_while_a_law_is_used_is_told_with_its_line_and_others_stay_what_they_are(folder):
+    (folder / "our_laws.py").write_text(
+        EXPONENTIAL.replace("return 1 + np.log", "assert np.all(np.less(p, 1e6))\n        return 1 + np.log").replace(
+            "def ratio_at(p, k, m): ", "def ratio_at(p, k, m):\n        "
+        ),
+        "utf-8",
+    )
+    law = find_law(NAME)
+    with pytest.raises(InputError, match=r"our_laws\.py, line 19: AssertionError; correct the law"), in_words():
+        law.ratio_at(2e6, 1.0, 2.0)
+    with pytest.raises(ZeroDivisionError), in_words():
+        raise ZeroDivisionError
+
+
+@pytest.mark.validation  # a law of its own is compiled anew
+def test_what_the_compiler_cannot_translate_is_told_with_its_line(folder):
+    from vasowave.solver.ready import compile_kernels
+
+    (folder / "our_laws.py").write_text(
+        EXPONENTIAL.replace("np.log(np.max", "np.log(np.asarray(eval('p')) * 0 + np.max"), "utf-8"
+    )
+    with pytest.raises(InputError, match=r"our_laws\.py, line \d+: the compiler of the solver cannot translate it"):
+        compile_kernels(NAME)

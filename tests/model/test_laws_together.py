@@ -1,0 +1,212 @@
+"""The exponent that answers the wall question, and quantities averaged over wall laws by their weights."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+
+from made_fit import made_fit
+from vasowave.animal.animal import Animal, Settings
+from vasowave.animal.averages import averages_dataset
+from vasowave.animal.files import from_bytes, to_bytes
+from vasowave.animal.pipeline import result_of
+from vasowave.animal.result import AnimalResult
+from vasowave.calibration import Search, calibrate
+from vasowave.calibration.profile import profile_likelihood
+from vasowave.datasets import control_network
+from vasowave.datasets.virtual import virtual_mouse
+from vasowave.errors import InputError
+from vasowave.findings import OTHER, texts
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.walls import PowerWall
+from vasowave.quantities import ACROSS_LAWS
+from vasowave.recording import Recording
+from vasowave.selection import Comparing, averaged, compare_models, law_weights, profiled, stiffening
+from vasowave.solver import Numerics, simulate
+
+
+def with_exponent(value, low, high, at_bound=False):
+    fit = made_fit("power")
+    table = fit.parameters.copy()
+    table.loc["m", ["value", "interval_low", "interval_high", "at_bound"]] = [value, low, high, at_bound]
+    return replace(fit, parameters=table)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "verdict", "words"),
+    [
+        ((2.0, 0.9, 4.0), "more", "stiffens with pressure more than the linear law"),
+        ((0.2, 0.1, 0.4), "less", "less than the linear law"),
+        ((2.0, 0.3, 13.0), "open", "does not tell"),
+        ((50.0, 20.0, 90.0, True), "open", "at its bound"),
+    ],
+)
+def test_the_exponents_interval_answers_the_wall_question(numbers, verdict, words):
+    found = stiffening(with_exponent(*numbers))
+    assert found.attrs["verdict"] == verdict
+    assert words in found.attrs["said"]
+    assert "pressure of the image is not known" in found.attrs["said"]
+    assert ("taper" in found.attrs["said"]) == (verdict != "open")
+    assert float(found["exponent"]) == numbers[0]
+
+
+def test_laws_without_an_exponent_and_a_held_exponent_say_nothing():
+    assert stiffening(made_fit("linear")) is None
+    assert stiffening(made_fit("tangent")) is None
+    held = made_fit("power")
+    table = held.parameters.copy()
+    table.loc["m", "free"] = False
+    assert stiffening(replace(held, parameters=table)) is None
+
+
+def linear_with(S):
+    return replace(made_fit("linear"), S=S)
+
+
+@pytest.mark.parametrize("verdict", ["more", "open"])
+def test_the_interval_excludes_the_linear_law_where_the_likelihood_does(verdict):
+    """The deviance of the linear law is its S over the variance, by the squares of the two standard errors."""
+    power = with_exponent(2.0, 0.9, 4.0)
+    row, free = power.parameters.loc["m"], int(power.parameters["free"].sum())
+    scale = power.S / (power.N - free) * (row["standard_error_correlated"] / row["standard_error"]) ** 2
+    limit = stats.chi2.ppf(0.95, 1)
+    factor = {"more": 1.01, "open": 0.99}[verdict]
+    linear, profile = profiled([linear_with(power.S + factor * limit * scale), power])
+    assert linear.parameters.equals(made_fit("linear").parameters)
+    found = stiffening(profile)
+    assert found.attrs["verdict"] == verdict
+    assert found["exponent"].attrs["interval_low"] == pytest.approx(0.5 * 4.0 ** (1 - factor**-0.5), rel=1e-6)
+    assert found["exponent"].attrs["interval_high"] == 4.0
+
+
+def test_of_a_profile_that_is_a_parabola_the_interval_is_the_symmetric_one():
+    power = with_exponent(2.0, 0.9, 4.0)
+    row, free = power.parameters.loc["m"], int(power.parameters["free"].sum())
+    smooth = row["standard_error_correlated"] / row["value"]
+    scale = power.S / (power.N - free) * (row["standard_error_correlated"] / row["standard_error"]) ** 2
+    (_, profile) = profiled([linear_with(power.S + scale * (np.log(4.0) / smooth) ** 2), power])
+    assert profile.parameters["interval_low"]["m"] == pytest.approx(2.0 * np.exp(-stats.norm.ppf(0.975) * smooth))
+
+
+def test_without_a_linear_fit_that_is_worse_or_at_a_bound_an_interval_stays():
+    power, stopped = with_exponent(2.0, 0.9, 4.0), with_exponent(2.0, 0.9, 4.0, at_bound=True)
+    for fits in ([power], [linear_with(0.5 * power.S), power], [linear_with(9 * power.S), stopped]):
+        assert profiled(fits)[-1].parameters.equals(fits[-1].parameters)
+
+
+def test_what_is_said_of_an_interval_follows_it():
+    power = with_exponent(2.0, 0.9, 3.0)
+    (_, profile) = profiled([linear_with(1.001 * power.S), power])
+    assert not profile.parameters["determined"]["m"]
+    (said,) = [one for one in texts(profile.findings) if one.startswith("The data do not determine m")]
+    assert f"{profile.parameters['interval_low']['m']:.3g} to 3" in said
+
+
+@pytest.mark.validation
+def test_the_linear_law_is_the_point_of_the_exponents_profile_at_one_half():
+    network, mouse = replace(control_network(), pressure=6.3), virtual_mouse()
+    model = Model(network, PowerWall(15.0, 3.0), windkessels(network, 76.0, 0.12, 0.12))
+    inlet = simulate(model, mouse, Numerics(samples=256, tolerance=1e-8))["pressure"].sel(vessel="1", station="inlet")
+    noise = 0.1 * np.random.default_rng(2).standard_normal(256)
+    recording = Recording(inlet.values + noise, mouse.resampled(256).flow, mouse.period)
+    linear, power = (calibrate(network, recording, wall, search=Search(starts=2)) for wall in ("linear", "power"))
+    m, free = power.parameters["value"]["m"], int(power.parameters["free"].sum())
+    profile = profile_likelihood(power, "m", points=4, span=float(np.log(m / 0.5)))
+    at_half = float(profile["deviance"].values[np.abs(profile["m"].values - 0.5).argmin()])
+    assert float(np.abs(profile["m"] - 0.5).min()) < 1e-6
+    assert (linear.S / power.S - 1) * (power.N - free) == pytest.approx(at_half, rel=0.02)
+
+
+@pytest.mark.validation
+@pytest.mark.parametrize("true", [0.5, 3.0])
+def test_the_exponent_of_a_simulated_animal_is_found(true):
+    network, mouse = replace(control_network(), pressure=6.3), virtual_mouse()
+    model = Model(network, PowerWall(45.0 if true == 0.5 else 15.0, true), windkessels(network, 76.0, 0.12, 0.12))
+    inlet = simulate(model, mouse, Numerics(samples=256, tolerance=1e-8))["pressure"].sel(vessel="1", station="inlet")
+    recording = Recording(inlet.values, mouse.resampled(256).flow, mouse.period)
+    found = stiffening(calibrate(network, recording, "power", search=Search(starts=1)))
+    assert float(found["exponent"]) == pytest.approx(true, rel=0.01)
+    assert found.attrs["verdict"] == ("open" if true == 0.5 else "more")
+
+
+def test_equal_answers_of_all_laws_are_the_average_and_its_interval_their_own():
+    found = averaged([60.0, 60.0, 60.0], [0.1, 0.1, 0.1], [0.2, 0.5, 0.3])
+    reach = 1.959964 * 0.1
+    assert found == pytest.approx((60.0, 60 * np.exp(-reach), 60 * np.exp(reach), 0.0))
+
+
+def test_the_interval_over_laws_is_that_of_draws_from_their_mixture():
+    values, errors, weights = [200.0, 390.0, 260.0], [0.1, 0.3, 0.05], [0.5, 0.2, 0.3]
+    rng = np.random.default_rng(1)
+    laws = rng.choice(3, 400_000, p=weights)
+    draws = np.log(values)[laws] + np.array(errors)[laws] * rng.standard_normal(400_000)
+    found = averaged(values, errors, weights)
+    assert np.log([found.low, found.high]) == pytest.approx(np.quantile(draws, [0.025, 0.975]), abs=0.01)
+    assert np.log(found.value) == pytest.approx(np.median(draws), abs=0.003)
+    between = np.var(np.repeat(np.log(values), [5, 2, 3]))
+    assert found.between == pytest.approx(between / (between + np.dot(weights, np.square(errors))))
+
+
+def test_a_law_without_weight_has_no_say():
+    alone = averaged([200.0], [0.1], [1.0])
+    assert averaged([200.0, 900.0], [0.1, 0.1], [1.0, 0.0]) == pytest.approx(alone)
+    with pytest.raises(InputError, match="positive"):
+        averaged([200.0, -1.0], [0.1, 0.1], [0.5, 0.5])
+
+
+def three_fits():
+    return [made_fit(wall) for wall in ("linear", "tangent", "power")]
+
+
+def test_weights_are_those_of_the_differences_of_aicc_and_sum_to_one():
+    selection = compare_models(three_fits(), Comparing(covariances=("circulant", "independent")))
+    weights = law_weights(selection)
+    np.testing.assert_allclose(weights.sum("wall"), 1)
+    assert str(weights["covariance"].values[0]) == selection.attrs["preferred_covariance"]
+    table = selection.to_dataframe().query("sharing == 'joint' and covariance == 'independent'").set_index("wall")
+    one = weights.sel(covariance="independent")
+    ratio = float(one.sel(wall="linear") / one.sel(wall="tangent"))
+    expected = -0.5 * (table["AICc"]["linear"] - table["AICc"]["tangent"])
+    assert np.log(ratio) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.validation
+def test_an_animals_tree_holds_the_average_and_how_the_wall_stiffens():
+    fits = three_fits()
+    animal = Animal("mouse", "CTL", fits[0].model.network, fits[0].recording, synthetic=True)
+    made = result_of(animal, fits, Settings(walls=("linear", "tangent", "power")))
+    stored = AnimalResult.from_datatree(from_bytes(to_bytes(made.to_datatree())))
+    averages = stored.averages
+    for name in ACROSS_LAWS:
+        each = [float(stored.laws[wall].quantities[name]) for wall in ("linear", "tangent", "power")]
+        value, attrs = float(averages[name]), averages[name].attrs
+        assert min(each) * (1 - 1e-9) <= value <= max(each) * (1 + 1e-9)
+        assert attrs["interval_low"] < value < attrs["interval_high"]
+        assert 0 <= attrs["between_laws"] <= 1
+        assert attrs["units"] == stored.laws["linear"].quantities[name].attrs["units"]
+    assert averages.attrs["covariance"] == stored.selection.attrs["preferred_covariance"]
+    assert stored.laws["power"].stiffening.attrs["verdict"] in ("more", "less", "open")
+    assert stored.laws["linear"].stiffening is None
+
+
+def test_quantities_without_an_error_are_not_averaged():
+    quantities = {
+        wall: xr.Dataset({name: ((), 1.0, {"units": "1", "long_name": name, "symbol": name}) for name in ACROSS_LAWS})
+        for wall in ("linear", "tangent", "power")
+    }
+    selection = compare_models(three_fits(), Comparing(covariances=("circulant",)))
+    assert list(averages_dataset(selection, quantities).data_vars) == ["weight"]
+
+
+def test_what_all_laws_share_is_said_once_and_the_rest_with_the_name_of_its_law():
+    fits = [
+        replace(fit, findings=(OTHER(text="about the image"), OTHER(text=f"about {fit.wall}"))) for fit in three_fits()
+    ]
+    animal = Animal("mouse", "CTL", fits[0].model.network, fits[0].recording, synthetic=True)
+    notes = texts(result_of(animal, fits, Settings(model_selection=False)).findings)
+    assert notes.count("about the image") == 1
+    assert "power wall: about power" in notes
+    assert not any("wall: about the image" in note for note in notes)

@@ -1,0 +1,181 @@
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+import vasowave as vw
+from vasowave.errors import InputError, VasowaveWarning
+
+DATA = Path(__file__).parents[3] / "shared/data"
+needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no measured data at {DATA}")
+
+SEGMENTS = """MODEL tree
+NODE 0 0 0 0
+JOINT J1 1 IN OUT
+JOINTINLET IN 1 0
+JOINTOUTLET OUT 2 1 2
+SEGMENT main 0 17.5 50 0 1 5.0 1.6 0.0 MAT1 NONE 0.0 0 0 NOBOUND NONE
+SEGMENT left 1 13.0 50 1 3 1.5 0.3 0.0 MAT1 NONE 0.0 0 0 RCR VALUES
+SEGMENT right 2 12.0 50 1 2 1.5 1.5 0.0 MAT1 NONE 0.0 0 0 RCR VALUES
+MATERIAL MAT1 OLUFSEN 1.06 0.04 113324.0 1.0 2.0e7 -22.5267 8.65e5
+"""
+
+EDGES = """type,ID,name,start_node,end_node,start_diameter[SI],end_diameter[SI],length[SI]
+vis,A1,aorta,H,n1,0.03,0.02,0.05
+vis,A2,left,n1,p1,0.012,0.012,0.20
+vis,A3,right,n1,p2,0.010,0.008,0.10
+perif,p1,0,,
+"""
+
+
+def quiet(path, unit=None):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)
+        return vw.read_network(path, unit)
+
+
+def matrices(tmp_path, **changes):
+    values = {
+        "dim_mat": np.array([[1, 40.0, 5.0], [2, 45.0, 3.0], [3, 37.0, 4.0]]),
+        "ves_conn": np.array([[1, 2, 3]], dtype=np.uint8),
+        "r_std": np.array([[0.5], [0.3], [0.0]]),
+    } | changes
+    savemat(tmp_path / "tree.mat", {name: value for name, value in values.items() if value is not None})
+    return tmp_path / "tree.mat"
+
+
+def test_matrices_of_matlab_become_a_network_in_the_unit_that_was_given(tmp_path):
+    network = quiet(matrices(tmp_path), "0.01 cm")
+    assert network.name == ("1", "2", "3")
+    assert network.parent.tolist() == [-1, 0, 0]
+    np.testing.assert_allclose(network.length, [0.4, 0.45, 0.37])
+    np.testing.assert_allclose(network.radius, [0.05, 0.03, 0.04])
+    np.testing.assert_allclose(network.radius_sd, [0.005, 0.003, np.nan])
+
+
+def test_a_unit_that_is_absent_is_asked_for(tmp_path):
+    with pytest.raises(InputError, match=r"does not say the unit.*--unit"):
+        vw.read_network(matrices(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("unit", "message"),
+    [("furlong", "not a unit of length"), ("0 mm", "must be positive"), ("3", "write a unit"), ("", "write a unit")],
+)
+def test_a_wrong_unit_is_refused(tmp_path, unit, message):
+    with pytest.raises(InputError, match=message):
+        vw.read_network(matrices(tmp_path), unit)
+
+
+def test_a_unit_beside_a_file_that_says_its_own_is_refused(tmp_path):
+    (tmp_path / "tree.in").write_text(SEGMENTS, "utf-8")
+    with pytest.raises(InputError, match="says the unit of its lengths itself"):
+        vw.read_network(tmp_path / "tree.in", "mm")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"ves_conn": None}, "no variable ves_conn"),
+        ({"ves_conn": np.array([[1, 2, 9]])}, "no vessel 9"),
+        ({"ves_conn": np.array([[1, 2, 3], [2, 3, 0]])}, "two parents"),
+        ({"dim_mat": np.array([[1, 40.0], [2, 45.0]])}, "at least 3 columns"),
+        ({"dim_mat": np.array([[1, 40.0, 5.0], [1, 45.0, 3.0], [3, 37.0, 4.0]])}, "stands twice"),
+        ({"r_std": np.ones((2, 1))}, "one number for each"),
+        ({"dim_mat": np.array([[1, 40.0, 5.0], [2, -45.0, 3.0], [3, 37.0, 4.0]])}, r"row 2 \(vessel '2'\): length"),
+    ],
+)
+def test_a_slip_in_the_matrices_is_named(tmp_path, changes, message):
+    with pytest.raises(InputError, match=message):
+        vw.read_network(matrices(tmp_path, **changes), "mm")
+
+
+def test_two_plain_tables_become_a_network_with_its_tapers(tmp_path):
+    (tmp_path / "Dimensions.txt").write_text("2.87\t1.64\t1.64\n4.74\t1.55\t1.45\n6.23\t1.36\t1.2\n", "utf-8")
+    (tmp_path / "connectivity.txt").write_text("0\t1\t2\t0\n1\t0\t0\t0\n2\t0\t0\t0\n", "utf-8")
+    for name in ("Dimensions.txt", "connectivity.txt"):
+        network = quiet(tmp_path / name, "cm")
+        assert network.parent.tolist() == [-1, 0, 0]
+        np.testing.assert_allclose(network.radius, [1.64, 1.5, 1.28])
+        np.testing.assert_allclose(network.taper, [0.0, 0.1 / 4.74, 0.16 / 6.23])
+
+
+def test_one_of_two_plain_tables_alone_is_not_enough(tmp_path):
+    (tmp_path / "Dimensions.txt").write_text("2.87 1.64 1.64\n", "utf-8")
+    with pytest.raises(InputError, match=r"connectivity\.txt must lie beside it"):
+        vw.read_network(tmp_path / "Dimensions.txt", "cm")
+
+
+def test_segments_of_svonedsolver_become_a_network(tmp_path):
+    (tmp_path / "tree.in").write_text(SEGMENTS, "utf-8")
+    with pytest.warns(VasowaveWarning, match="walls are no part of a network"):
+        network = vw.read_network(tmp_path / "tree.in")
+    assert network.name == ("main", "left", "right")
+    assert network.parent.tolist() == [-1, 0, 0]
+    first, last = np.sqrt(5.0 / np.pi), np.sqrt(1.6 / np.pi)
+    assert network.radius[0] == pytest.approx((first + last) / 2)
+    assert network.taper[0] == pytest.approx((first - last) / 17.5)
+    np.testing.assert_allclose(network.length, [17.5, 13.0, 12.0])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("17.5", "long", "line 6: 'long' is not a number"),
+        ("JOINTINLET IN 1 0", "JOINTINLET IN 2 0 1", "must join one known segment"),
+        ("OUT 2 1 2", "OUT 2 1 7", "must join one known segment"),
+        ("SEGMENT", "# SEGMENT", "has no SEGMENT"),
+        ("50 0 1 5.0 1.6 0.0 MAT1 NONE 0.0 0 0 NOBOUND NONE", "50", "a SEGMENT of 4 words"),
+        ("5.0 1.6", "-5.0 1.6", "has areas -5"),
+    ],
+)
+def test_a_slip_in_segments_is_named_with_its_line(tmp_path, old, new, message):
+    (tmp_path / "tree.in").write_text(SEGMENTS.replace(old, new), "utf-8")
+    with pytest.raises(InputError, match=message):
+        vw.read_network(tmp_path / "tree.in")
+
+
+def test_segments_without_joints_are_joined_by_their_nodes(tmp_path):
+    text = "".join(line for line in SEGMENTS.splitlines(keepends=True) if not line.startswith("JOINT"))
+    (tmp_path / "tree.in").write_text(text, "utf-8")
+    assert quiet(tmp_path / "tree.in").parent.tolist() == [-1, 0, 0]
+
+
+def test_a_table_of_edges_in_meters_becomes_a_network_in_centimeters(tmp_path):
+    (tmp_path / "arterial.csv").write_text(EDGES, "utf-8")
+    network = quiet(tmp_path / "arterial.csv")
+    assert network.name == ("A1", "A2", "A3")
+    assert network.parent.tolist() == [-1, 0, 0]
+    np.testing.assert_allclose(network.length, [5.0, 20.0, 10.0])
+    np.testing.assert_allclose(network.radius, [1.25, 0.6, 0.45])
+    np.testing.assert_allclose(network.taper, [0.1, 0.0, 0.01])
+
+
+def test_edges_that_meet_are_refused_with_their_names(tmp_path):
+    (tmp_path / "arterial.csv").write_text(EDGES.replace("A3,right,n1,p2", "A3,right,n1,p1"), "utf-8")
+    with pytest.raises(InputError, match="'A2' and 'A3' both end in node 'p1'"):
+        vw.read_network(tmp_path / "arterial.csv")
+
+
+@needs_data
+@pytest.mark.parametrize(
+    ("file", "unit", "vessels", "terminals"),
+    [
+        ("other-formats/PP_C1_p1.mat", "0.0036 cm", 135, 68),
+        ("other-formats/Dimensions.txt", "cm", 3, 2),
+        ("other-formats/05_bifurcation_RCR.in", None, 3, 2),
+        ("benchmarks/xiao2014_cases_svOneD_tests/Left_coronary_inlet_pressure_wave_outlet_coronary.in", None, 86, 6),
+    ],
+)
+def test_files_of_other_groups_are_read(file, unit, vessels, terminals):
+    network = quiet(DATA / file, unit)
+    assert (len(network), len(network.terminals)) == (vessels, terminals)
+
+
+@needs_data
+@pytest.mark.parametrize("file", ["other-formats", "benchmarks/reymond103_first_blood/Abel_ref2"])
+def test_a_circle_of_willis_is_refused_as_a_loop(file):
+    with pytest.raises(InputError, match="loops cannot be simulated"):
+        vw.read_network(DATA / file / "arterial.csv")

@@ -1,0 +1,101 @@
+"""Vessels shorter than a cell: one cell each, so that they do not set everyone's step at the price of accuracy."""
+
+import numpy as np
+import pytest
+
+from vasowave.errors import NumericalError
+from vasowave.model import walls
+from vasowave.model.linear import linear_solution
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.outlets import Windkessel
+from vasowave.model.walls import LinearWall, TangentWall
+from vasowave.network.network import Network
+from vasowave.recording import Inflow
+from vasowave.solver import Numerics
+from vasowave.solver.run import run_to_periodic
+
+BED = Windkessel(20.0, 56.0, 0.0016)
+WALLS = pytest.mark.parametrize("wall", [LinearWall(57.0), TangentWall(7.0, 4.0)], ids=["linear", "tangent"])
+
+
+def chain(lengths, wall):
+    count = len(lengths)
+    network = Network(tuple(map(str, range(count))), np.arange(count) - 1, np.array(lengths), np.full(count, 0.047))
+    return Model(network, wall, BED)
+
+
+@WALLS
+def test_vessels_in_a_row_are_the_tube_they_make(inflow, wall):
+    """Ten vessels of one cell and one vessel of ten: the nodes between them must neither reflect nor delay a wave."""
+    numerics = Numerics(samples=64, steps_per_cycle=1024, tolerance=1e-8)
+    cut = run_to_periodic(chain(np.full(10, 0.1), wall), inflow, numerics)
+    whole = run_to_periodic(chain([1.0], wall), inflow, numerics)
+    assert cut.grid.counts.tolist() == [1] * 10
+    assert np.max(np.abs(cut.pressure[:, 0, 0] - whole.pressure[:, 0, 0])) < 0.01
+    assert np.max(np.abs(cut.pressure[:, 2, -1] - whole.pressure[:, 2, -1])) < 0.03
+    assert abs(cut.volume_error) < 1e-12
+
+
+@WALLS
+def test_a_short_vessel_between_others_costs_third_order(inflow, wall):
+    """It is cut from a tube of the same radius: what one cell of its own changes shrinks by eight as cells halve."""
+    apart = []
+    for cells in (10, 20):
+        numerics = Numerics(cell_size=1 / cells, samples=64, steps_per_cycle=192 * cells, tolerance=1e-9)
+        short = run_to_periodic(chain([0.8, 1 / cells, 1.2 - 1 / cells], wall), inflow, numerics)
+        whole = run_to_periodic(chain([0.8, 1.2], wall), inflow, numerics)
+        assert short.grid.counts[1] == 1
+        apart.append(max(np.max(np.abs(short.pressure[:, s, v] - whole.pressure[:, s, min(v, 1)]))
+                         for s, v in ((0, 0), (2, 0), (2, 2))))  # fmt: skip
+    assert apart[0] < 1e-3
+    assert apart[0] / apart[1] > 6.0
+
+
+def test_a_short_vessel_asks_for_the_steps_of_one_cell(control, inflow):
+    run = run_to_periodic(control, inflow, Numerics(samples=64))
+    network = control.network
+    assert set(np.flatnonzero(run.grid.counts == 1)) == set(np.flatnonzero(network.length <= 0.1))
+    c = walls.wave_speed(control.wall, run.pressure, control.blood.inertia)
+    speed = np.max(np.abs(np.moveaxis(run.stations[1] / run.stations[0], -1, -2)) + c, axis=(0, 1))
+    short = network.length <= 0.1
+    assert run.courant == pytest.approx(
+        np.max(speed / network.length, where=short, initial=0.0) * 0.11 / run.steps, rel=0.1
+    )
+    assert run.courant > 0.7
+
+
+@pytest.mark.parametrize("courant", [0.9, 0.3, 0.05])
+def test_vessels_of_one_cell_are_stable_at_every_step(inflow, courant):
+    """Among shorter ones a vessel meets steps far below its own; what it learned half a step ago must not grow."""
+    model = chain(np.full(10, 0.1), LinearWall(57.0))
+    steps = 64 * round(6 / courant)
+    numerics = Numerics(samples=64, steps_per_cycle=steps, tolerance=1e-8, most_cycles=10)
+    run = run_to_periodic(model, inflow, numerics)
+    assert np.ptp(np.diff(run.inlet_area, 2)) < 1e-2 * np.ptp(run.inlet_area)
+
+
+@WALLS
+def test_the_linear_network_has_the_mean_pressures_of_a_steady_flow(wall):
+    """Its areas, friction and pressures fit each other: the nonlinear scheme finds the same along the tree."""
+    from vasowave.datasets import control_network
+
+    network = control_network()
+    model = Model(network, wall, windkessels(network, 76.0, 0.11, a=0.12))
+    steady = Inflow(np.full(64, 0.17), 0.11)
+    run = run_to_periodic(model, steady, Numerics(samples=64))
+    found = linear_solution(model, steady).mean_pressure
+    np.testing.assert_allclose(found, run.pressure[0, 1], rtol=0.01)
+
+
+def test_a_run_beside_another_takes_fewer_cycles_and_one_of_another_network_is_refused():
+    network = Network(("1", "2", "3"), np.array([-1, 0, 0]), np.full(3, 0.4), np.array([0.047, 0.03, 0.03]))
+    inflow = Inflow(0.2 + 0.15 * np.sin(2 * np.pi * np.arange(64) / 64), 0.11)
+    model, near = (Model(network, LinearWall(beta), windkessels(network, 76.0, 0.12)) for beta in (57.0, 57.5))
+    run, numerics = run_to_periodic(model, inflow, Numerics(tolerance=1e-6)), Numerics(tolerance=1e-6)
+    beside, alone = run_to_periodic(near, inflow, numerics, run), run_to_periodic(near, inflow, numerics)
+    assert len(beside.convergence.changes) < len(alone.convergence.changes)
+    np.testing.assert_allclose(beside.pressure, alone.pressure, atol=1e-4)
+    tube = Network(("1",), np.array([-1]), np.array([0.4]), np.array([0.047]))
+    with pytest.raises(NumericalError, match="another network"):
+        run_to_periodic(Model(tube, LinearWall(57.0), windkessels(tube, 76.0, 0.12)), inflow, numerics, run)

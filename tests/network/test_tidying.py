@@ -1,0 +1,180 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vasowave as vw
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.model.linear import linear_solution
+from vasowave.model.nominal import estimate_nominal
+from vasowave.network.network import Network
+from vasowave.network.tidying import SHORTEST, tidy
+
+FOREIGN = Path(__file__).parents[3] / "shared/data/structured-trees/net_chambers_C1_hard.csv"
+
+
+def resistance(network):
+    """Resistance of the whole tree to Poiseuille flow, all terminals at one pressure."""
+
+    def below(row):
+        daughters = network.daughters[row]
+        beyond = 1 / sum(1 / below(one) for one in daughters) if daughters else 0.0
+        return network.length[row] / network.radius[row] ** 4 + beyond
+
+    return below(network.root)
+
+
+def compliance(network):
+    return float(network.length @ network.radius**2)
+
+
+def made(rng, levels=3):
+    """A tree of two daughters a junction."""
+    names, parent, length, radius = ["0"], [-1], [0.4], [0.05]
+    level = [0]
+    for _ in range(levels):
+        fresh = []
+        for row in level:
+            for _ in range(2):
+                fresh.append(len(names))
+                names.append(str(len(names)))
+                parent.append(row)
+                length.append(rng.uniform(0.1, 0.4))
+                radius.append(radius[row] * rng.uniform(0.6, 0.9))
+        level = fresh
+    return Network(tuple(names), parent, length, radius)
+
+
+def cut(network, row, share):
+    """The network with one vessel cut in two pieces in line."""
+    count = len(network)
+    parent = network.parent.copy()
+    parent[list(network.daughters[row])] = count
+    length = np.append(network.length, share * network.length[row])
+    length[row] *= 1 - share
+    return Network(
+        (*network.name, "piece"), [*parent, row], length, [*network.radius, network.radius[row]],
+        pressure=network.pressure,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("row", [0, 2, 9])
+def test_a_vessel_cut_in_two_becomes_one_again(row):
+    network = made(np.random.default_rng(row))
+    again = tidy(cut(network, row, 0.3))
+    assert [(one.code, one.vessel, one.into) for one in again.repairs] == [("joined", "piece", network.name[row])]
+    np.testing.assert_allclose(again.network.length, network.length, rtol=1e-12)
+    np.testing.assert_allclose(again.network.radius, network.radius, rtol=1e-12)
+    assert again.network.name == network.name
+    np.testing.assert_array_equal(again.network.parent, network.parent)
+
+
+def test_a_chain_of_unlike_vessels_keeps_resistance_and_compliance():
+    chain = Network(("a", "b", "c", "left", "right"), [-1, 0, 1, 2, 2], [0.1, 0.2, 0.3, 0.2, 0.2],
+                    [0.05, 0.04, 0.045, 0.03, 0.02])  # fmt: skip
+    tidied = tidy(chain)
+    assert tidied.network.name == ("a", "left", "right")
+    assert resistance(tidied.network) == pytest.approx(resistance(chain), rel=1e-12)
+    assert compliance(tidied.network) == pytest.approx(compliance(chain), rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_vessel_too_short_for_a_wave_hands_resistance_and_compliance_to_its_daughters(seed):
+    rng = np.random.default_rng(seed)
+    network = made(rng)
+    row = int(rng.choice([1, 2, 3, 4]))
+    length = network.length.copy()
+    length[row] = 1.4e-4
+    short = Network(network.name, network.parent, length, network.radius)
+    tidied = tidy(short)
+    assert [(one.code, one.vessel) for one in tidied.repairs] == [("merged", network.name[row])]
+    assert len(tidied.network) == len(network) - 1
+    assert tidied.added_volume == 0.0
+    assert compliance(tidied.network) == pytest.approx(compliance(short), rel=1e-12)
+    # With the flow that the daughters share, each loses the pressure of the short vessel and its own.
+    below = [tidied.network.row(network.name[one]) for one in network.daughters[row]]
+    conductance = network.radius**4 / network.length
+    share = conductance[list(network.daughters[row])] / conductance[list(network.daughters[row])].sum()
+    for place, one, part in zip(below, network.daughters[row], share, strict=True):
+        lost = part * tidied.network.length[place] / tidied.network.radius[place] ** 4
+        assert lost == pytest.approx(part / conductance[one] + short.length[row] / short.radius[row] ** 4, rel=1e-12)
+
+
+def test_a_short_terminal_is_lengthened_and_the_added_volume_is_said():
+    lung = Network(("main", "left", "right"), [-1, 0, 0], [0.4, 0.3, 1.1e-3], [0.05, 0.04, 0.02])
+    tidied = tidy(lung)
+    (repair,) = tidied.repairs
+    assert (repair.code, repair.vessel) == ("lengthened", "right")
+    assert tidied.network.length[2] == pytest.approx(SHORTEST * 0.02)
+    assert tidied.added_volume == pytest.approx(compliance(tidied.network) / compliance(lung) - 1, rel=1e-9)
+    assert "1 lengthened" in tidied.summary()
+
+
+def test_a_network_in_order_is_returned_as_it_is():
+    network = vw.control_network()
+    tidied = tidy(network)
+    assert tidied.network is network
+    assert tidied.repairs == ()
+    assert tidied.summary() == ""
+
+
+def test_what_is_known_of_radii_is_kept():
+    lung = Network(("a", "b", "left", "right"), [-1, 0, 1, 1], [0.2, 0.2, 0.2, 0.2], [0.05, 0.05, 0.03, 0.03],
+                   pressure=6.3, radius_sd=[0.002, 0.004, np.nan, 0.001])  # fmt: skip
+    tidied = tidy(lung).network
+    assert tidied.pressure == 6.3
+    np.testing.assert_allclose(tidied.radius_sd, [0.003, np.nan, 0.001])
+
+
+@pytest.mark.parametrize("shortest", [-1.0, np.nan, np.inf])
+def test_an_impossible_shortest_vessel_is_refused(shortest):
+    with pytest.raises(InputError, match="shortest vessel"):
+        tidy(vw.control_network(), shortest)
+
+
+@pytest.mark.skipif(not FOREIGN.is_file(), reason=f"no measured network at {FOREIGN}")
+def test_repairs_of_a_measured_tree_do_not_change_its_impedance():
+    network, mouse = vw.read_network(FOREIGN), vw.virtual_mouse()
+    tidied = tidy(network)
+    assert {one.code for one in tidied.repairs} == {"merged", "lengthened"}
+    spectra = []
+    for one in (network, tidied.network):
+        beds = estimate_nominal(network, mouse).outlets if one is network else estimate_nominal(one, mouse).outlets
+        solution = linear_solution(vw.Model(one, vw.LinearWall(60.0), beds), mouse.inflow, 10)
+        spectra.append(solution.pressure[:, one.root])
+    # The pressure's own largest harmonics; a fit leaves 1 to 3 % of them.
+    np.testing.assert_allclose(spectra[1], spectra[0], atol=0.003 * abs(spectra[0][0]), rtol=0)
+
+
+def test_a_tree_of_a_micrometer_vessel_is_repaired_by_the_command_and_then_simulated(tmp_path):
+    from typer.testing import CliRunner
+
+    from vasowave.cli import app
+
+    rows = ["name,parent,length [cm],radius [cm]", "main,,0.4,0.05", "stub,main,0.00014,0.04", "left,stub,0.4,0.03",
+            "right,stub,0.3,0.03", "other,main,0.3,0.03", ""]  # fmt: skip
+    (tmp_path / "tree.csv").write_text("\n".join(rows), "utf-8")
+    said = CliRunner().invoke(app, ["tidy", str(tmp_path / "tree.csv"), "-o", str(tmp_path / "tidied.csv")])
+    assert said.exit_code == 0, said.output
+    assert "merged: 'stub' (0.00014 cm long" in said.output
+    network, mouse = vw.read_network(tmp_path / "tidied.csv"), vw.virtual_mouse()
+    assert network.name == ("main", "left", "right", "other")
+    beds = estimate_nominal(network, mouse).outlets
+    assert np.isfinite(vw.simulate(vw.Model(network, vw.LinearWall(60.0), beds), mouse)["pressure"]).all()
+
+
+def test_the_command_never_overwrites_what_it_reads(tmp_path):
+    vw.write_network(vw.control_network(), tmp_path / "lung.csv")
+    from typer.testing import CliRunner
+
+    from vasowave.cli import app
+
+    said = CliRunner().invoke(app, ["tidy", str(tmp_path / "lung.csv"), "-o", str(tmp_path / "lung.csv")])
+    assert isinstance(said.exception, InputError)
+
+
+def test_a_vessel_with_one_daughter_is_warned_about_and_repaired(tmp_path):
+    (tmp_path / "chain.csv").write_text("name,parent,length [cm],radius [cm]\na,,0.4,0.04\nb,a,0.3,0.03\n", "utf-8")
+    with pytest.warns(VasowaveWarning, match="one daughter"):
+        network = vw.read_network(tmp_path / "chain.csv")
+    assert tidy(network).network.name == ("a",)

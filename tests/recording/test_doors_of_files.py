@@ -1,0 +1,156 @@
+"""Files as labs have them: wrong units, titles of other places, cut ends, clocks, offsets; each said with its cure."""
+
+import warnings
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from vasowave.datasets import virtual_mouse
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.findings import Severity
+from vasowave.recording import average_beats, describe_recording, read_raw_recording, read_recording
+from vasowave.recording.gaps import Span, longest_between
+from vasowave.recording.plateaus import Plateau, plateau_findings
+from vasowave.recording.plausibility import odd_values, resting_flow
+from vasowave.units import factor
+
+MOUSE = virtual_mouse()
+TIME = np.arange(0, 5, 1e-3)
+
+
+def signals(pressure_scale=1.0, flow_offset=0.0):
+    phase = (TIME / MOUSE.period) % 1
+    p, q = (np.interp(phase, np.arange(len(v) + 1) / len(v), np.append(v, v[0])) for v in (MOUSE.pressure, MOUSE.flow))
+    return p * pressure_scale, q + flow_offset
+
+
+def labchart(titles, unit_names=("mmHg", "mL/s"), pressure_scale=1.0, flow_offset=0.0):
+    rows = (f"{t:.3f}\t{p:.4f}\t{q:.5f}" for t, p, q in zip(TIME, *signals(pressure_scale, flow_offset)))
+    units = ["UnitName=\t" + "\t".join(unit_names)] if unit_names else []
+    head = ["Interval=\t0.001 s", "ChannelTitle=\t" + "\t".join(titles), "Range=\t100 mV\t10 V", *units]
+    return "\n".join([*head, *rows, ""])
+
+
+def read(path, **options):
+    with warnings.catch_warnings(record=True):
+        warnings.simplefilter("always", VasowaveWarning)
+        return read_raw_recording(path, **options)
+
+
+@pytest.mark.parametrize(("scale", "unit"), [(133.322, "Pa"), (0.133322, "kPa")])
+def test_a_unit_that_is_given_counts_though_the_file_says_another(tmp_path, scale, unit):
+    path = tmp_path / "raw.txt"
+    path.write_text(labchart(["PAP", "Flow"], pressure_scale=scale), "utf-8")
+    with pytest.raises(InputError, match=f"--unit pressure={unit}"):
+        average_beats(read(path), reject_ventilation=False, drift="warn")
+    raw = read(path, pressure_unit=unit)
+    assert raw.pressure.mean() == pytest.approx(MOUSE.pressure.mean(), rel=1e-2)
+    (said,) = [one for one in raw.notes if one.code == "recording.unit-replaced"]
+    assert said.severity is Severity.LOOK
+    assert str(said) == f"pressure was taken to be in {unit}, as given, although the file says mmHg"
+    assert not any(one.code == "recording.unit-replaced" for one in read_same(path).notes)
+
+
+def read_same(path):
+    path.write_text(labchart(["PAP", "Flow"]), "utf-8")
+    return read(path, pressure_unit="mmHg")
+
+
+def test_a_unit_that_is_given_counts_for_a_cycle_too(tmp_path):
+    rows = (f"{t:.6f},{p * 133.322:.4f},{q:.6f}" for t, p, q in zip(MOUSE.time, MOUSE.pressure, MOUSE.flow))
+    (tmp_path / "c.csv").write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]), "utf-8")
+    made = read_recording(tmp_path / "c.csv", pressure_unit="Pa")
+    assert made.mean_pressure == pytest.approx(MOUSE.mean_pressure, rel=1e-4)
+    assert [one.code for one in made.notes].count("recording.unit-replaced") == 1
+    savemat(tmp_path / "c.mat", {"time": MOUSE.time, "p": MOUSE.pressure * 133.322, "p_unit": "mmHg", "q": MOUSE.flow})
+    named = {"time": MOUSE.time, "pressure": MOUSE.pressure * 133.322, "pressure_unit": "mmHg", "flow": MOUSE.flow}
+    savemat(tmp_path / "c.mat", named)
+    made = read_recording(tmp_path / "c.mat", pressure_unit="Pa")
+    assert made.mean_pressure == pytest.approx(MOUSE.mean_pressure, rel=1e-4)
+    assert "recording.unit-replaced" in [one.code for one in made.notes]
+
+
+def test_a_title_of_another_place_is_named_as_the_reason(tmp_path):
+    (tmp_path / "raw.txt").write_text(labchart(["RVP/PA (mmHg)", "Flow"]), "utf-8")
+    with pytest.raises(InputError, match=r"pressure \('RVP/PA \(mmHg\)' may be of another place than the pulmonary"):
+        read(tmp_path / "raw.txt")
+
+
+def test_a_title_and_a_range_that_contradict_each_other_are_both_named(tmp_path):
+    (tmp_path / "raw.txt").write_text(labchart(["PAP (mmHg)", "Flow"], unit_names=None), "utf-8")
+    with pytest.raises(InputError, match="pressure is in mV, though its title speaks of mmHg") as refused:
+        read(tmp_path / "raw.txt")
+    assert "flow is in V; set the units conversion" in str(refused.value)  # both at once
+    assert "--unit flow=ml/s" in str(refused.value)
+
+
+def test_variables_without_units_are_named_as_the_file_names_them_all_at_once(tmp_path):
+    p, q = signals()
+    savemat(tmp_path / "m.mat", {"t": TIME, "PAP": p, "Flow": q})
+    with pytest.raises(InputError, match="variable 'PAP': pressure has no unit; name its unit") as refused:
+        read(tmp_path / "m.mat")
+    assert "variable 'Flow': flow has no unit" in str(refused.value)
+    assert "conversion" not in str(refused.value)
+    assert "--unit pressure=mmHg" in str(refused.value)
+
+
+@pytest.mark.parametrize("left", [-1, -4, -9, -12])
+def test_a_text_that_ends_within_its_last_line_loses_that_line_alone(tmp_path, left):
+    text = labchart(["PAP", "Flow"])
+    whole = text.count("\n") - 4
+    (tmp_path / "raw.txt").write_text(text[:left], "utf-8")
+    raw = read(tmp_path / "raw.txt")
+    assert len(raw.pressure) == whole - 1
+    assert "recording.cut-off" in [one.code for one in raw.notes]
+    rows = (f"{t:.3f},{p:.4f},{q:.5f}" for t, p, q in zip(TIME, *signals()))
+    table = "\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""])
+    (tmp_path / "raw.csv").write_text(table[:left], "utf-8")
+    raw = read(tmp_path / "raw.csv")
+    assert len(raw.pressure) == len(TIME) - 1
+    assert "recording.cut-off" in [one.code for one in raw.notes]
+
+
+def test_title_lines_above_the_header_and_clocks_are_named_with_the_cure(tmp_path):
+    rows = [f"{t:.3f},{p:.4f},{q:.5f}" for t, p, q in zip(TIME, *signals())]
+    (tmp_path / "t.csv").write_text("\n".join(["Mouse 17,week 3", "t [s],PAP [mmHg],Flow [ml/s]", *rows, ""]), "utf-8")
+    with pytest.raises(InputError, match="line 2: 3 columns below a header of 2; if title lines stand above"):
+        describe_recording(tmp_path / "t.csv")
+    clock = ["time,PAP [mmHg],Flow [ml/s]", *(f"10:01:0{row}" for row in rows), ""]
+    (tmp_path / "c.csv").write_text("\n".join(clock), "utf-8")
+    with pytest.raises(InputError, match=r"'10:01:00\.000' is not a number; a time of day is not read: write seconds"):
+        describe_recording(tmp_path / "c.csv")
+
+
+@pytest.mark.parametrize("offset", [0.03, -0.03])
+def test_a_flow_that_does_not_rest_at_zero_is_said_with_its_size(offset):
+    found = {one.code: one for one in odd_values(MOUSE.pressure, MOUSE.flow + offset, MOUSE.period)}
+    said = dict(found["recording.flow-off-zero"].values)
+    assert said["level"] == pytest.approx(offset, abs=0.003)
+    assert said["mean"] == pytest.approx(MOUSE.flow.mean(), abs=0.003)
+
+
+def test_flows_that_rest_at_zero_or_never_rest_are_left_alone():
+    for seed in range(6):
+        mouse = virtual_mouse(seed=seed)
+        assert not [one for one in odd_values(mouse.pressure, mouse.flow, mouse.period) if "off-zero" in one.code]
+    phase = np.arange(256) / 256
+    assert resting_flow(0.2 + 0.1 * np.sin(2 * np.pi * phase) + 0.05 * np.sin(4 * np.pi * phase)) == 0.0
+
+
+@pytest.mark.parametrize(("first", "last", "code"), [(0.2, 9.0, "zero-within"), (3.0, 9.0, "open-to-air")])
+def test_a_zero_between_beats_asks_for_a_look(first, last, code):
+    (found,) = plateau_findings((Plateau(1.0, 2.0, 0.0),), first, last)
+    assert found.code == f"recording.{code}"
+    assert (found.severity is Severity.LOOK) == (code == "zero-within")
+
+
+def test_units_are_listed_as_people_write_them():
+    with pytest.raises(InputError, match="known: mmHg, Torr, kPa, Pa, dyn/cm2, cmH2O"):
+        factor("bar", "pressure")
+    assert factor("MMHG", "pressure") == factor("mmHg", "pressure") == 1.0
+    assert factor("µV", "voltage") == 1e-3
+
+
+def test_a_stretch_from_the_start_begins_at_zero_and_not_below():
+    assert str(longest_between([Span(9.0, 9.4)], 0.0, 15.0).start) == "0.0"

@@ -1,0 +1,279 @@
+import re
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from made_cohort import FAILURE, PLANTED, made_results
+from vasowave.animal.failure import Failure, Stage
+from vasowave.cohort import Primary, cohort_table, compare, contrasts, gathered, importance
+from vasowave.errors import InputError
+from vasowave.figures.style import new_figure, style
+from vasowave.report.blocks import SUPPLEMENT, Answers, Columns, Drawing, Report, Section
+from vasowave.report.pdf import markup
+from vasowave.report.sections.methods import methods_section
+from vasowave.report.tables import groups, models
+from vasowave.report.tables.cells import median_iqr
+from vasowave.report.wording import number
+from vasowave.report.write import write_report
+
+NOTHING = Primary("linear", pd.DataFrame(), pd.DataFrame(), {})
+
+
+class Tables(HTMLParser):
+    """Collects the rows of every table of a page by the table's id."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tables, self.name, self.cell = {}, None, None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        if tag == "div" and values.get("class") == "table":
+            self.name = values.get("id", f"unnamed {len(self.tables)}")
+            self.tables[self.name] = []
+        elif tag == "tr":
+            self.tables[self.name].append([])
+        elif tag in ("td", "th"):
+            self.cell = tag
+            self.tables[self.name][-1].append("")
+
+    def handle_endtag(self, tag):
+        if tag in ("td", "th"):
+            self.cell = None
+
+    def handle_data(self, text):
+        if self.cell:
+            self.tables[self.name][-1][-1] += text
+
+
+@pytest.fixture(scope="module")
+def tables(cohort_page):
+    return Tables(cohort_page).tables
+
+
+@pytest.fixture
+def results(cohort_results):
+    return cohort_results
+
+
+@pytest.fixture
+def folder(cohort_report):
+    return cohort_report
+
+
+@pytest.fixture
+def page(cohort_page):
+    return cohort_page
+
+
+def column_of(rows, start):
+    return next(place for place, cell in enumerate(rows[0]) if cell.startswith(start))
+
+
+def test_the_values_of_the_page_come_from_the_trees(results, tables):
+    rows = tables["table-Parameters-linear"]
+    place = column_of(rows, "R_T")
+    assert rows[2][0] == "CTL 2"
+    assert rows[2][place] == "98.8"
+    for row, result in zip(rows[1:], results, strict=True):
+        assert row[0] == result.name
+        assert float(row[column_of(rows, "β")]) == pytest.approx(
+            float(result.laws["linear"].quantities["beta"]), rel=5e-3
+        )
+    start = {row[0]: row for row in tables["table-ParNom"][1:]}
+    for result in results:
+        assert float(start[result.name][3]) == pytest.approx(float(result.nominal["beta"]), rel=5e-3)
+
+
+def test_a_value_at_its_bound_is_marked_where_it_stands(tables):
+    rows = tables["table-Parameters-tangent"]
+    assert rows[1][column_of(rows, "p₁ ")].endswith("†")
+    assert not rows[2][column_of(rows, "p₁ ")].endswith("†")
+
+
+def test_eta_and_p_of_the_page_are_those_of_the_cohort_functions(results, tables):
+    table = cohort_table(results)
+    linear = table[table["source"] == "linear"]
+    found = contrasts(linear, ["R_T [mmHg s/ml]", "C_T [ml/mmHg]"], "CTL", "HPH")
+    rows = {row[0].split(" [")[0]: row for row in tables["table-Contrasts-linear"][1:]}
+    for name, (_, expected) in zip(("R_T", "C_T"), found.iterrows(), strict=True):
+        assert rows[name][1] == number(expected["eta"], 2)
+        assert float(rows[name][2].split()[0]) == pytest.approx(expected["ratio"], rel=0.05)
+        assert rows[name][4] == number(expected["p"], 2)
+    ctl, hph = (linear.loc[linear["group"] == group, "R_T [mmHg s/ml]"].mean() for group in ("CTL", "HPH"))
+    drawn = importance(gathered(results), "linear", {"R_T": "R_T"})
+    assert drawn["eta"].tolist() == [pytest.approx((hph - ctl) / ctl)]
+
+
+def test_the_indices_of_the_groups_are_mean_and_sd_of_their_animals(results, tables):
+    rows = {row[0]: row for row in tables["table-HemoStats"][1:]}
+    for place, group in ((1, "CTL"), (2, "HPH")):
+        values = [float(t.measured.quantities["mPAP"]) for t in results if t.group == group]
+        mean, deviation = map(float, rows["mPAP [mmHg]"][place].split(" ± "))
+        assert mean == pytest.approx(np.mean(values), rel=5e-3)
+        assert deviation == pytest.approx(np.std(values, ddof=1), rel=0.05)
+
+
+def test_every_figure_and_table_of_the_paper_is_there(page, folder, tables):
+    figures = "hemoData Network parEst PQsim-1 PAsim ParOpt WIA-1 WIA-2 Impd ParAll_change Residuals Waterfall beats-1"
+    for name in figures.split():
+        assert f'id="figure-{name}"' in page
+        letters = "".join(ElementTree.parse(folder / "figures" / f"{name}.svg").getroot().itertext())
+        assert re.search(r"\[|%", letters), f"{name} has no editable letters"
+        assert (folder / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+    for name in [
+        "HemoStats",
+        "Network",
+        "ParNom",
+        "Bounds",
+        "Parameters-linear",
+        "Parameters-tangent",
+        "Groups",
+        "Starts",
+    ]:
+        assert f"table-{name}" in tables
+        assert (folder / "tables" / f"{name}.tex").is_file()
+        assert len(pd.read_csv(folder / "tables" / f"{name}.csv"))
+
+
+def test_tables_on_disk_keep_full_precision_and_units(results, folder):
+    table = pd.read_csv(folder / "tables" / "Parameters-linear.csv").set_index("animal")
+    assert table.loc["CTL 2", "R_T [mmHg s/ml]"] == PLANTED
+    assert float(results[5].laws["linear"].quantities["beta"]) == table.loc["HPH 3", "beta [mmHg]"]
+
+
+def test_failed_animals_stand_on_the_first_page_notes_and_settings_behind_it(page, cohort_answer):
+    answer = cohort_answer
+    assert f"HPH 9 failed, computing: {FAILURE}" in answer
+    assert "the flow &lt;ends&gt; late &amp; is odd" in page
+    assert "Synthetic data." in page
+    assert "Synthetic data." in answer
+    assert "bounded least squares" in page
+    assert "No rank or permutation test can fall below p = 0.10 with 3 + 3 animals" in answer
+
+
+def test_the_pages_load_nothing_and_their_ids_are_unique(page, cohort_answer, folder):
+    for text, least in ((page, 500), (cohort_answer, 50)):
+        assert not re.search(
+            r'https?:|@import|<script (?!type="application/json">)\w|<link|<iframe|fetch\(|url\((?!#)', text
+        )
+        ids = re.findall(r'\bid="([^"]+)"', text)
+        assert len(ids) == len(set(ids)) > least
+        assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', text)) <= set(ids)
+        assert all((folder / name).is_file() for name in re.findall(r'<a href="([^"#]+)"', text))
+        assert len(text) < 5_000_000
+
+
+def test_other_files_of_the_folder_stay_and_foreign_reports_are_not_replaced(results, folder, tmp_path):
+    assert (folder / "results.nc").read_bytes() == b"not ours to touch"
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "figures",
+        "report.html",
+        "report.pdf",
+        "results.nc",
+        "supplement.html",
+        "supplement.pdf",
+        "tables",
+    ]
+    (tmp_path / "report.html").write_text("a thesis")
+    with pytest.raises(InputError, match="not of an earlier vasowave report"):
+        write_report(results, tmp_path, pdf=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_a_report_that_fails_midway_leaves_the_earlier_one_as_it_was(results, folder, monkeypatch):
+    before = {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+    def full(*arguments):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("vasowave.report.write.write_tables", full)
+    monkeypatch.setattr("vasowave.report.write.write_figures", lambda *arguments: None)
+    with pytest.raises(InputError, match="no space left"):
+        write_report(results[:1], folder, pdf=False)
+    assert {path: path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()} == before
+
+
+def test_the_methods_say_whose_beats_were_averaged():
+    mixed = methods_section(gathered(made_results({"CTL": 2}, raw=1, walls=("linear",))), NOTHING, {}).blocks[0].text
+    assert re.search(
+        r"flow of CTL 1 were averaged over \d+ beats \(rejected ones left out\), aligned at the R wave of the ECG",
+        mixed,
+    )
+    assert "; of CTL 2 an averaged cycle was given." in mixed
+    given = methods_section(gathered(made_results({"CTL": 2}, walls=("linear",))), NOTHING, {}).blocks[0].text
+    assert "were averaged" not in given
+    assert "One averaged cycle of pressure and flow per animal was given" in given
+
+
+def test_a_group_of_one_animal_has_no_empty_scatter():
+    table = models.waves(gathered(made_results({"sham": 1}, walls=("linear",))))
+    assert {row[3] for row in table.rows} == {"1"}
+    assert not any("±" in cell for row in table.rows for cell in row)
+
+
+def test_one_animal_has_no_quartiles():
+    one = pd.Series({"median": 537.0, "Q1": 537.0, "Q3": 537.0, "SD": np.nan})
+    assert median_iqr(one) == "537"
+    assert median_iqr(pd.Series({"median": 537.0, "Q1": 530.0, "Q3": 540.0, "SD": 5.0})) == "537.0 [530.0, 540.0]"
+
+
+def three_groups():
+    return made_results({"sham & co": 2, "2 weeks": 2, "4 weeks": 2}, walls=("linear",))
+
+
+def test_three_groups_of_any_label_are_compared_two_by_two():
+    arranged = gathered(three_groups(), "2 weeks")
+    assert list(arranged.groups) == ["2 weeks", "sham & co", "4 weeks"]
+    found = compare(arranged, "linear")
+    pairs = list(zip(found.contrasts["reference"], found.contrasts["other"], strict=True))
+    assert set(pairs) == {("2 weeks", "sham & co"), ("2 weeks", "4 weeks"), ("sham & co", "4 weeks")}
+    assert len(found.all_groups) == len(pairs) / 3
+    assert found.without_one.index.is_unique
+    shown = groups.contrasts(found, "linear", {})
+    assert shown.rows[0][1] == "sham & co / 2 weeks"
+    with pytest.raises(InputError, match="no animal is of the reference group 'CTL'"):
+        gathered(three_groups(), "CTL")
+
+
+@pytest.mark.validation
+def test_three_groups_of_any_label_get_a_report(tmp_path):
+    path = write_report(three_groups(), tmp_path / "three", reference="2 weeks")
+    assert "sham &amp; co" in path.read_text(encoding="utf-8")
+    assert re.search(r"No rank or permutation test.* can fall below p = .* with 2 \+ 2", path.read_text("utf-8"))
+    assert (path.parent / "tables" / "AllGroups-linear.csv").is_file()
+    assert (path.parent / "report.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_contents_and_provenance_stand_in_the_pdf_of_the_supplement_alone():
+    origin = {"vasowave": "1.0", "animals.csv": "0f3a"}
+    first, second = (markup(Report(name, "Mice", "two", "", [], origin)) for name in ("report", SUPPLEMENT))
+    assert "Provenance" not in first
+    assert "outline" not in first
+    assert "#outline(title: none, target: heading.where(level: 2)" in second  # its own title is no content
+    assert all(f'"{word}"' in second.partition("== Provenance")[2] for pair in origin.items() for word in pair)
+
+
+@pytest.mark.parametrize(("height", "pages"), [(10, 1), (17, 1), (20, 1), (30, 2)])
+def test_a_figure_stands_on_the_page_of_its_words_where_it_can(height, pages, tmp_path):
+    """24.7 cm of a page are for the text, and the words take about 6 of them; a figure shrinks to 0.7 at most."""
+    with style():
+        drawing = Drawing("Forest", "A caption of the figure.", new_figure(17, height))
+    answers = Answers([(f"Question {k}?", "An answer of more than one line. " * 6) for k in range(5)])
+    sections = [Section("answer", "The answer", [Columns([answers], [drawing])])]
+    (tmp_path / "Forest.svg").write_text(drawing.svg, encoding="utf-8")
+    (tmp_path / "page.typ").write_text(markup(Report("report", "Mice", "two", "", sections)), encoding="utf-8")
+    typst = pytest.importorskip("typst")
+    made = typst.Compiler(root=str(tmp_path)).compile(str(tmp_path / "page.typ"), format="svg")
+    assert (len(made) if isinstance(made, list) else 1) == pages
+
+
+def test_no_animal_and_twins_are_refused(results, tmp_path):
+    with pytest.raises(InputError, match="there is no animal to report; a: lost"):
+        write_report([], tmp_path, lost=[Failure("a", "CTL", "", Stage.READING, "lost")])
+    with pytest.raises(InputError, match="two animals are called 'CTL 1'"):
+        write_report([results[0], results[0]], tmp_path)

@@ -1,0 +1,97 @@
+"""The pages used as a reader does, in headless Chromium without network: pointer over curves, animals picked."""
+
+import html
+import json
+import re
+
+import numpy as np
+import pytest
+
+from chromium import WATCH, browser, run
+
+DRIVE = """
+const said = [], at = (one, x, y) => {
+  const to = new PointerEvent("pointermove", {clientX: x, clientY: y, bubbles: true});
+  (one || document.elementFromPoint(x, y) || document.body).dispatchEvent(to);
+  const reading = document.getElementById("reading");
+  return reading.hidden ? "" : reading.textContent;
+};
+addEventListener("load", () => {
+  const panel = document.querySelector("#figure-Measured [data-scale] path").getBoundingClientRect();
+  const shares = [0.2, 0.5, 0.8];
+  const curves = shares.map(share => at(null, panel.left + share * panel.width, panel.top + 0.4 * panel.height));
+  const marked = document.querySelector("#figure-Forest [data-animal]");
+  const outside = at(document.body, 1, 1);
+  const dot = at(marked, 1, 1);
+  document.querySelector('[data-pick="CTL 2"]').click();
+  const count = () => document.querySelectorAll("svg .picked").length;
+  const picked = count(), others = [...document.querySelectorAll("a[data-other]")].map(one => one.hash);
+  const names = [...document.querySelectorAll("svg .picked")].map(one => one.dataset.animal);
+  document.querySelector('[data-pick="CTL 2"]').click();
+  const result = {curves, scale: document.querySelector("#figure-Measured [data-scale]").dataset.scale, dot, outside,
+    picked, others, names, after: count(), errors: window.failed,
+    loaded: performance.getEntriesByType("resource").map(one => one.name)};
+  const shown = document.createElement("pre");
+  shown.id = "result";
+  shown.textContent = JSON.stringify(result);
+  document.body.append(shown);
+});
+"""
+
+
+def driven(text, folder, script, fragment=""):
+    """Return what a script that drives a page found, and the lines of the console."""
+    browser()
+    page = folder / "driven.html"
+    watched = text.replace("<head>", f"<head><script>{WATCH}</script>", 1)
+    page.write_text(watched.replace("</body>", f"<script>{script}</script></body>"), encoding="utf-8")
+    arguments = ["--dump-dom", "--virtual-time-budget=20000", "--enable-logging=stderr", "--window-size=1280,1600"]
+    done = run([*arguments, page.as_uri() + fragment], folder)
+    found = re.search(r'<pre id="result">(.*?)</pre>', done.stdout, re.DOTALL)
+    return json.loads(html.unescape(found[1])), [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+
+
+@pytest.fixture(scope="module")
+def found(cohort_answer, tmp_path_factory):
+    return driven(cohort_answer, tmp_path_factory.mktemp("driven"), DRIVE)
+
+
+def test_a_curve_under_the_pointer_is_read_with_the_value_that_was_measured(found, cohort_results):
+    by_name = {result.name: result for result in cohort_results}
+    result, console = found
+    assert (result["errors"], result["loaded"], console) == ([], [], [])
+    for said in result["curves"]:
+        name, pressure, time = re.fullmatch(r"(CTL \d): ([\d.]+) mmHg at ([\d.]+) s", said).groups()
+        recording = by_name[name].recording
+        expected = np.interp(float(time), recording["time"], recording["pressure"], period=by_name[name].period)
+        # Time is told to half a ms; the pressure rises by its whole range in no less than 10 ms.
+        low, high = json.loads(result["scale"])["y"]
+        assert float(pressure) == pytest.approx(expected, abs=0.05 * (high - low))
+
+
+def test_a_point_of_the_forest_says_whose_it_is_and_nothing_is_said_beside(found):
+    result, _ = found
+    assert re.match(r"(CTL|HPH) \d: [\d.]+ mmHg", result["dot"])
+    assert result["outside"] == ""
+
+
+def test_an_animal_that_is_picked_is_marked_everywhere_and_let_go_again(found):
+    result, _ = found
+    assert set(result["names"]) == {"CTL 2"}
+    assert result["picked"] >= 2 + 5  # its pressure, its flow, and a point in most rows
+    assert result["others"] == ["#pick=CTL%202"]
+    assert result["after"] == 0
+
+
+def test_the_supplement_marks_the_animal_that_was_picked_before(cohort_page, tmp_path):
+    script = """addEventListener("load", () => {
+      const shown = document.createElement("pre");
+      shown.id = "result";
+      const rows = [...document.querySelectorAll("tr.picked")];
+      shown.textContent = JSON.stringify(rows.map(one => one.cells[0].textContent));
+      document.body.append(shown);
+    });"""
+    rows, console = driven(cohort_page, tmp_path, script, "#pick=CTL%202")
+    assert len(rows) > 5
+    assert set(rows) == {"CTL 2"}
+    assert console == []

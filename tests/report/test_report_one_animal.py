@@ -1,0 +1,142 @@
+"""The report of one animal: the same page, with nothing about groups."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from approval import PAPER, approve, figures
+from approval import page as page_of
+from made_cohort import changed, made_results
+from vasowave.report.sections.fits import fit_sentences
+from vasowave.report.tables import animal as tables
+from vasowave.report.wording import value_text
+from vasowave.report.write import write_report
+
+
+@pytest.fixture(scope="module")
+def result():
+    (only,) = made_results({"sham": 1}, raw=1)
+    return only
+
+
+@pytest.fixture(scope="module")
+def folder(result, tmp_path_factory):
+    return write_report([result], tmp_path_factory.mktemp("one"), pdf=False).parent
+
+
+@pytest.fixture(scope="module")
+def page(folder):
+    return (folder / "supplement.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def answer(folder):
+    return (folder / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_page_is_about_one_animal(result, page, folder):
+    assert "<h1>Supplement: Hemodynamic assessment of sham 1</h1>" in page
+    assert 'id="groups"' not in page
+    assert "±" not in page.split('id="table-HemoStats"')[1].split("</table>")[0]
+    for name in (
+        "hemoData",
+        "Network",
+        "parEst",
+        "PQsim-1",
+        "PAsim",
+        "Waterfall",
+        "WIA-1",
+        "Impd",
+        "Residuals",
+        "beats-1",
+        "fit-1",
+    ):
+        assert f'id="figure-{name}"' in page
+    for name in ("ParOpt", "ParAll_change", "Ratios-linear"):
+        assert f'id="figure-{name}"' not in page
+    assert not (folder / "report.pdf").exists()
+    assert not re.search(r"per animal|every animal|each recording|of 1 ", page)
+
+
+def test_the_first_page_of_an_animal_gives_its_numbers_with_intervals_against_its_data(result, answer):
+    assert 'id="figure-Forest"' in answer
+    assert 'id="figure-Measured"' in answer
+    quantities = result.laws["linear"].quantities
+    said = value_text(quantities["R_T"])
+    assert "[" in said
+    assert said.split(" [")[0] in answer
+    assert "Open between" not in answer  # of one animal nothing is pooled
+
+
+def test_approved_the_pages_and_the_drawings_of_one_animal(folder):
+    approve(
+        "one animal, pages", (line for name in ("report.html", "supplement.html") for line in page_of(folder / name))
+    )
+    of_a_cohort = ("Network", "PQsim-1", "WIA-1", "Impd", "Residuals", "beats-1", "fit-1", "Tree")
+    approve("one animal, figures", figures(folder / "figures", without=of_a_cohort), PAPER)
+
+
+def test_what_was_measured_stands_beside_what_every_wall_law_says(result):
+    table = tables.values(result, {})
+    assert table.header == ("quantity", "measured", "linear wall", "tangent wall")
+    rows = {row[0].split(" [")[0]: row for row in table.rows}
+    for place, source in enumerate(("measured", "linear", "tangent"), start=1):
+        shown = float(rows["mPAP"][place].split(" [")[0])
+        assert shown == pytest.approx(float(result.sources[source].quantities["mPAP"]), rel=5e-3)
+    assert rows["p1"][1:3] == ("", "")
+
+
+def test_correlations_starts_and_numerics_are_those_of_the_tree(result, page):
+    fit = result.laws["tangent"].calibration
+    table = tables.correlations(result, "tangent", {})
+    assert [[float(cell) for cell in row[1:]] for row in table.rows] == fit["correlation"].values.round(2).tolist()
+    starts = tables.starts_frame(result, "tangent")
+    np.testing.assert_array_equal(starts["S [mmHg2]"], fit["start_S"])
+    numerics = {row[0]: row[2:] for row in tables.numerics(result).rows}
+    assert numerics["time steps per cycle"] == ("2048", "2048")
+    assert numerics["periodic"] == ("yes", "yes")
+    for caption in ("correlation of the estimates", "starts of the search", "Settings and checks of the simulations"):
+        assert caption in page
+
+
+def test_disagreeing_starts_bounds_and_undetermined_parameters_are_said_in_words(result):
+    tangent, symbols = result, {"gamma": "γ", "p1": "p₁"}
+    said = " ".join(fit_sentences(tangent, "tangent", symbols))
+    assert "Only 3 of 4 starts" in said
+    assert "do not determine r1" in said
+    fit = tangent.laws["tangent"].calibration
+    gamma, p1 = (fit["parameter"].values == name for name in ("gamma", "p1"))
+    ends = {"at_bound": gamma, "free": fit["free"].values & ~p1, "lower": np.where(gamma, fit["value"], fit["lower"])}
+    tangent = changed(result, "tangent/calibration", **ends)
+    said = " ".join(fit_sentences(tangent, "tangent", symbols))
+    assert "The search ended with γ at its lower bound (1.60)." in said
+    assert re.search(r"p₁ = [\d.]+ mmHg \(held\)", said)
+    assert "All 4 starts" in " ".join(fit_sentences(result, "linear", {}))
+
+
+def test_the_records_are_tidy_and_whole(result, folder):
+    starts = pd.read_csv(folder / "tables" / "EveryStart.csv")
+    assert starts.groupby("wall")["start"].count().tolist() == [4, 4]
+    outlets = pd.read_csv(folder / "tables" / "Outlets.csv")
+    linear = outlets[outlets["wall"] == "linear"]
+    np.testing.assert_array_equal(linear["R1 [mmHg s/ml]"], result.laws["linear"].calibration["R1"])
+    assert linear["flow fraction [1]"].sum() == pytest.approx(1.0)
+    waves = pd.read_csv(folder / "tables" / "Waveforms.csv")
+    measured = waves[waves["source"] == "measured"]
+    np.testing.assert_allclose(measured["pressure [mmHg]"], result.recording["pressure"])
+    np.testing.assert_allclose(measured["time [s]"], result.recording["time"], atol=1e-12)
+
+
+def test_an_animal_without_a_model_is_reported_and_called_synthetic_only_where_its_tree_says_so(page, tmp_path):
+    assert "Synthetic data." in page
+    (lone,) = made_results({"sham": 1}, walls=())
+    lone = replace(lone, synthetic=False, name="not_synthetic_<script>alert(1)</script>")
+    path = write_report([lone], tmp_path / "lone", pdf=False)
+    for text in (path.read_text(encoding="utf-8"), path.with_name("supplement.html").read_text(encoding="utf-8")):
+        assert "Synthetic data." not in text
+        assert "<script>alert" not in text
+        assert 'id="models"' not in text
+        assert 'id="figure-hemoData"' in text or 'id="figure-Measured"' in text

@@ -1,0 +1,224 @@
+"""What a report says of groups of any size, of any number of wall laws, and of what went wrong."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from made_cohort import changed, made_results, voting
+from made_posterior import NAMES, with_posterior
+from vasowave.cohort import Family, gathered, primary_comparison
+from vasowave.cohort.misfit import misfits
+from vasowave.cohort.votes import ballots, differences, stored, vote
+from vasowave.report.answer.groups import group_answers, influence, other_laws
+from vasowave.report.answer.limits import model_limits, one_geometry
+from vasowave.report.answer.problems import problem_blocks, problems
+from vasowave.report.contents import report_of
+from vasowave.report.glossary import explained
+from vasowave.report.tables.selection import selection_table
+from vasowave.report.wording import probability, ratio_with_interval, with_error, with_interval
+
+
+def plain(name):
+    return name
+
+
+def test_the_best_law_is_compared_with_the_runner_up_not_with_the_worst(cohort_results):
+    close = {"linear": 100.0, "tangent": 101.0, "power": 130.0}
+    far = {"linear": 130.0, "tangent": 101.0, "power": 110.0}
+    results = [voting(result, {"ARMA": (close, 0), "periodic": (far, 0)}, "ARMA") for result in cohort_results[:2]]
+    assert vote(results[0].selection) == "undecided"
+    assert selection_table(gathered(results)).data["AICc prefers"].tolist() == ["undecided", "tangent"] * 2
+
+
+def test_discarded_noise_models_stand_last_and_decide_nothing(cohort_results):
+    scores = {
+        "se": ({"linear": -900.0, "tangent": -800.0}, 1),
+        "matern32": ({"linear": -610.0, "tangent": -607.0}, 0),
+        "periodic": ({"linear": -500.0, "tangent": -520.0}, 0),
+    }
+    table = ballots(voting(cohort_results[0], scores, "periodic").selection)
+    assert table["covariance"].tolist() == ["matern32", "periodic", "se"]
+    assert table["AICc prefers"].tolist() == ["undecided", "tangent", "discarded"]
+    assert (table["D linear"].iloc[0], table["D tangent"].iloc[0]) == (4, 5)
+    assert vote(voting(cohort_results[0], scores, "periodic").selection) == "tangent"
+    lost = voting(cohort_results[0], {"se": scores["se"]}, "")
+    assert vote(lost.selection) == "discarded"
+    assert len(differences([stored(lost.selection)], "linear")) == 0
+
+
+def test_three_and_three_animals_far_apart_are_told_their_effect_and_that_no_test_could_confirm_it():
+    results = made_results({"CTL": 3, "HPH": 3}, walls=())
+    resistance = {"CTL": (80.0, 91.0, 100.0), "HPH": (230.0, 262.0, 288.0)}
+    results = [
+        changed(result, "measured/quantities", PVR=resistance[result.group][int(result.name[-1]) - 1])
+        for result in results
+    ]
+    primary = primary_comparison(gathered(results), Family(quantities=("PVR",)))
+    (question, said), (_, said_once) = group_answers(primary, plain)
+    assert question == "Pressure and flow"
+    row = primary.rows.iloc[0]
+    low, high = (f"{row[end]:.2f}" for end in ("low", "high"))
+    p = probability(row["p"])
+    effect = f"PVR 90.0 → 259 mmHg s/ml (2.88 times [{low}, {high}], {p})"
+    assert said == f"HPH against CTL: {effect}; the groups do not overlap, as chance makes them in 10 % of quantities."
+    assert said_once.startswith("No rank or permutation test can fall below p = 0.10 with 3 + 3 animals; p and")
+    assert float(low) > 1
+
+
+def test_what_is_shown_stands_apart_from_what_is_not_and_every_effect_has_interval_and_p():
+    primary = primary_comparison(gathered(made_results({"CTL": 6, "HPH": 6}, walls=())))
+    ((_, said),) = group_answers(primary, plain)
+    shown, _, rest = said.partition("; not shown: ")
+    clear = set(primary.rows.loc[primary.rows["p"] < 0.05, "quantity"])
+    assert shown.startswith("Higher in HPH than in CTL: ")
+    assert {name for name in ("mPAP", "CO", "PVR") if name in shown} == clear
+    assert len(
+        re.findall(r"[\d.]+ → [\d.]+ (mmHg|ml/s|mmHg s/ml) \([\d.]+ times \[[\d.]+, [\d.]+\], p [=<] [\d.]+\)", said)
+    ) == len(primary.rows)
+    assert rest.startswith("CO ")
+
+
+def test_the_animal_that_moves_an_effect_most_is_named_and_other_laws_only_where_they_differ(cohort_results):
+    cohort = gathered([changed(cohort_results[5], "measured/quantities", PVR=9000.0), *cohort_results[:5]])
+    primary = primary_comparison(cohort)
+    (said,) = influence(primary, plain)
+    assert "without HPH 3, PVR is " in said
+    modeled = primary.rows[primary.rows["source"] == "linear"].assign(source="tangent").reset_index(drop=True)
+    (same,) = other_laws(replace(primary, others=modeled), plain)
+    assert same == "By the tangent wall every ratio lies inside the intervals of the linear wall."
+    modeled.loc[0, "ratio"] = 40.0
+    (other,) = other_laws(replace(primary, others=modeled), plain)
+    assert other == "Outside the intervals of the linear wall lie stiffness 40.0 times (tangent)."
+
+
+def test_a_law_that_misses_its_data_is_a_problem_and_one_among_equals_is_none(cohort_results):
+    none = gathered(cohort_results)
+    primary = primary_comparison(none)
+    assert problems(none, primary) == []
+    bad = changed(
+        cohort_results[1], "tangent/calibration", RMSE=3.1 * float(cohort_results[1].laws["linear"].calibration["RMSE"])
+    )
+    cohort = gathered([cohort_results[0], bad, *cohort_results[2:]])
+    table = misfits(cohort)
+    assert table.loc[table["missed"], ["animal", "wall"]].to_numpy().tolist() == [["CTL 2", "tangent"]]
+    (said,) = problems(cohort, primary)
+    assert "The tangent wall misses the data of CTL 2" in said
+    assert "3.1 times what the best law leaves" in said
+    assert problem_blocks(cohort, primary)[0].kind == "notice"
+    assert [block.kind for block in problem_blocks(none, primary)] == ["remarks"]
+
+
+def test_a_law_that_leaves_just_twice_what_the_best_leaves_is_not_said_to_miss(cohort_results):
+    best = float(cohort_results[1].laws["linear"].calibration["RMSE"])
+    twice = changed(cohort_results[1], "tangent/calibration", RMSE=2.0 * best)
+    cohort = gathered([cohort_results[0], twice, *cohort_results[2:]])
+    assert not misfits(cohort)["missed"].any()
+
+
+def test_a_held_parameter_and_one_at_its_bound_are_called_so(cohort_results):
+    fit = cohort_results[1].laws["tangent"].calibration
+    gamma = fit["parameter"].values == "gamma"
+    held = changed(cohort_results[1], "tangent/calibration", free=~gamma, value=np.where(gamma, 2.0, fit["value"]))
+    said = " ".join(model_limits(gathered([cohort_results[0], held]), "linear", {"gamma": "γ"}))
+    assert "Held, not fitted (tangent wall): γ = 2.00" in said
+    assert "Stopped at a bound of the search: p1 in 1 of 2 (tangent wall); there" in said
+    assert "do not determine r1 in 2 of 2" in said
+
+
+def test_the_pressure_of_the_image_is_said_or_that_nobody_knows_it(cohort_results):
+    def said(*pressures):
+        animals = [
+            changed(result, "network", image_pressure=pressure)
+            for result, pressure in zip(cohort_results, pressures, strict=False)
+        ]
+        return " ".join(model_limits(gathered(animals), "linear", {}))
+
+    assert "The image's pressure is not known" in said(0.0, 0.0)
+    assert "at the image's pressure, 6.30 mmHg, taken as exact" in said(6.3, 6.3)
+    assert "at the image's pressure, 6.30 to 17.2 mmHg" in said(6.3, 17.2)
+
+
+def test_what_is_said_of_one_image_is_what_intervals_and_p_do():
+    """Of fits no p where a group has one image, and no interval with its error; posteriors contain it in both."""
+    results = made_results({"CTL": 4, "HPH": 3}, walls=("linear",))
+    by_fits, by_draws = page_of(results), page_of([with_posterior(result) for result in results])
+    contained = "Intervals and p from posteriors contain the error of the image."
+    not_tested = "fits take it as exact, so that their intervals do not contain its error"
+    assert not_tested in by_fits
+    assert contained not in by_fits
+    assert contained in by_draws
+    assert not_tested not in by_draws
+    for said in (by_fits, by_draws):
+        assert "Within CTL and HPH all animals have one network: of its geometry n is 1." in said
+
+
+def test_one_network_of_all_animals_is_said_to_move_them_alike(cohort_results):
+    same = [replace(result, network=cohort_results[0].network) for result in cohort_results]
+    cohort = gathered(same)
+    (said,) = one_geometry(cohort, primary_comparison(cohort))
+    assert said.startswith("All animals have one network: of its geometry n is 1.")
+    assert "times" not in said
+
+
+def page_of(results):
+    """Return the sentences of the page, of which the model's quantities are two."""
+    cohort, family = gathered(results), Family("linear", NAMES)
+    sections = report_of(cohort, primary_comparison(cohort, family), family).sections
+    return " ".join(text for section in sections for text in texts(section.blocks))
+
+
+def test_an_interval_that_excludes_one_is_written_so():
+    assert ratio_with_interval(2.17, 1.023, 4.53) == "2.17 [1.02, 4.53]"
+    assert ratio_with_interval(0.42, 0.18, 0.9996) == "0.420 [0.1800, 0.9996]"
+    assert ratio_with_interval(2.10, 1.31, 3.37) == "2.10 [1.31, 3.37]"
+    assert ratio_with_interval(4.0, 1.9, 10.0) == "4.0 [1.9, 10.0]"
+    assert ratio_with_interval(0.558, 1e-9, 1e9) == "0.558 [no limits]"
+
+
+def test_errors_have_two_digits_and_values_end_where_they_do():
+    assert [with_error(0.18, 0.0297), with_error(76.9, 21.3), with_error(5.0, 0.0996)] == [
+        "0.180 ± 0.030", "77 ± 21", "5.00 ± 0.10",
+    ]  # fmt: skip
+    assert with_interval(57.8, 26.2, 126.4) == "58 [26, 126]"
+    assert with_interval(2.733, 1.742, 4.289) == "2.73 [1.74, 4.29]"
+    assert with_interval(0.22, 0.0032, 15.2) == "0.22 [0.0032, 15]"
+    assert with_interval(1.7e-5, 1.1e-5, 2.4e-5) == "1.70 [1.10, 2.40]·10⁻⁵"
+    assert with_error(2.0, float("nan")) == "2.00"
+    assert with_error(1 / 3, 4e-16) == with_interval(1 / 3, 1 / 3 - 6e-17, 1 / 3 + 6e-17) == "0.333"
+
+
+def test_a_symbol_carries_its_meaning_and_a_word_stays_a_word():
+    mark = explained({"a": "resistance ratio", "R_T": "total <resistance>", "β": "stiffness"})
+    assert 'title="total &lt;resistance&gt;">R_T</abbr> of a mouse' in mark("R_T of a mouse")
+    assert "abbr" not in mark("a mouse")
+    assert mark("a [1]").startswith('<abbr tabindex="0" title="resistance ratio">a</abbr>')
+    assert mark("R_T1 & <b>") == "R_T1 &amp; &lt;b&gt;"
+
+
+@pytest.mark.parametrize("sizes", [{"WT": 3, "HOX": 2}, {"CTL": 6, "HPH": 5}])
+def test_the_page_says_no_sentence_twice(sizes):
+    results = made_results(sizes, walls=("linear", "tangent", "power"))
+    for wall in ("tangent", "power"):
+        table = results[0].laws[wall].calibration
+        results[0] = changed(results[0], f"{wall}/calibration", at_bound=table["parameter"].values == "c1")
+    cohort = gathered(results, reference=next(iter(sizes)))
+    document = report_of(cohort, primary_comparison(cohort), Family(), {})
+    sentences = [
+        sentence.strip(" .")
+        for section in document.sections
+        for text in texts(section.blocks)
+        for sentence in re.split(r"(?<=[.;])\s+", text)
+        if len(sentence.split()) >= 5
+    ]
+    assert len(sentences) > 15
+    assert [one for one in sentences if sentences.count(one) > 1] == []
+
+
+def texts(blocks):
+    """Return the sentences, captions and answers of blocks."""
+    for block in blocks:
+        for inner in (getattr(block, "text", ""), getattr(block, "caption", ""), *getattr(block, "items", ())):
+            yield inner[1] if isinstance(inner, tuple) else inner
+        yield from texts(getattr(block, "blocks", ()))

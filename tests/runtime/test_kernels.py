@@ -1,0 +1,269 @@
+"""Compiled kernels: made once for all processes of a user, in a private place, never met by another source."""
+
+import hashlib
+import os
+import shutil
+import stat
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+import vasowave
+
+SCRIPT = """
+import sys, time
+from numba import njit
+from numba.extending import overload
+from vasowave.runtime import kernels
+kernels.inspect.getsource = lambda module: sys.argv[1]
+
+def twice(x): ...
+
+@overload(twice)
+def compile_twice(x):
+    time.sleep(4.0)  # so that processes that start together meet here
+    return lambda x: 2.0 * x
+
+@kernels.kept
+@njit
+def doubled(x):
+    return twice(x)
+
+assert doubled(3.0) == 6.0
+print(sum(doubled.stats.cache_hits.values()), sum(doubled.stats.cache_misses.values()), doubled.stats.cache_path)
+"""
+
+
+def installed(folder, writable=True):
+    """A copy of what keeps kernels, where nothing can be written beside it unless it is writable."""
+    package = folder / "vasowave"
+    (package / "runtime").mkdir(parents=True)
+    modules = ("__init__.py", "kernels.py", "locks.py")
+    for name in ("__init__.py", "__init__.pyi", "errors.py", *(f"runtime/{module}" for module in modules)):
+        shutil.copy(Path(vasowave.__file__).parent / name, package / name)
+    if not writable:
+        (package / "__pycache__").write_text("a file where a folder would have to be")
+        (package / "runtime" / "__pycache__").write_text("a file where a folder would have to be")
+        (package / "runtime").chmod(0o555)
+        package.chmod(0o555)  # for all but the administrator, to whom nothing is forbidden
+    return folder
+
+
+def started(folder, home, source="one", code=SCRIPT, name="script.py", **environment):
+    script = home / name
+    script.write_text(code)
+    variables = {**os.environ, "PYTHONPATH": str(folder), "HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")}
+    variables.pop("NUMBA_CACHE_DIR", None)
+    variables |= {"PYTHONDONTWRITEBYTECODE": "1", **environment}
+    command = [sys.executable, str(script), source]
+    return subprocess.Popen(command, env=variables, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def told(process):
+    out, error = process.communicate(timeout=120)
+    assert process.returncode == 0, error
+    hits, misses, path = out.strip().split(" ", 2)
+    return int(hits), int(misses), Path(path)
+
+
+@pytest.fixture(scope="module")
+def sealed(tmp_path_factory):
+    return installed(tmp_path_factory.mktemp("sealed"), writable=False)
+
+
+@pytest.mark.validation
+def test_a_read_only_installation_compiles_once_for_all_processes_and_anew_for_another_source(sealed, tmp_path):
+    """Two start together: one compiles, the other waits and loads; one of another source meets none of it."""
+    first, second, other = map(told, [started(sealed, tmp_path, source) for source in ("one", "one", "another")])
+    assert sorted([first[:2], second[:2]]) == [(0, 1), (1, 0)]
+    assert other[:2] == (0, 1)
+    assert first[2] == second[2] != other[2]
+    assert (tmp_path / "cache") in first[2].parents
+
+
+@pytest.mark.validation
+def test_kernels_for_other_arguments_are_compiled_at_the_same_time_and_all_kept(sealed, tmp_path):
+    """Each compiles one of two kernels of a function, neither waits for the other, and a third process loads both."""
+    head = SCRIPT.split("assert doubled")[0].replace("time.sleep(4.0)", "time.sleep(4.0); print('slept', time.time())")
+    for code, count in ((head + "doubled(3.0)\n", 1), (head + "doubled(3)\n", 1), (head, 0)):
+        assert code.count("doubled(3") == count
+    pair = [
+        started(sealed, tmp_path, code=head + f"doubled({argument})\n", name=f"{number}.py")
+        for number, argument in enumerate(("3.0", "3"))
+    ]
+    slept = [float(process.communicate(timeout=120)[0].split()[1]) for process in pair]
+    assert abs(slept[0] - slept[1]) < 4.0
+    both = head + "doubled(3.0), doubled(3)\nprint(len(doubled.stats.cache_hits), 0, '.')\n"
+    assert told(started(sealed, tmp_path, code=both))[0] == 2
+
+
+@pytest.mark.validation
+def test_where_nothing_at_all_can_be_written_every_process_compiles(sealed, tmp_path):
+    (tmp_path / "cache").write_text("a file")
+    code = SCRIPT.rsplit("print", 1)[0] + "print(0, 1, doubled._cache.__class__.__name__)\n"
+    assert told(started(sealed, tmp_path, code=code))[2] == Path("NullCache")
+
+
+@pytest.mark.validation
+def test_kernels_lie_in_a_private_folder_of_the_user_also_where_the_package_could_be_written(tmp_path):
+    folder, home = installed(tmp_path / "here"), tmp_path / "home"
+    home.mkdir()
+    place = told(started(folder, home))[2]
+    assert home in place.parents
+    assert stat.S_IMODE(place.stat().st_mode) == 0o700
+    assert {stat.S_IMODE(one.stat().st_mode) for one in place.glob("*.kernel")} == {0o600}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no modes")
+@pytest.mark.parametrize("fault", ["open to a group", "a link", "a file"])
+def test_a_folder_that_others_may_write_to_is_not_used(tmp_path, monkeypatch, fault):
+    from vasowave.runtime import kernels
+
+    monkeypatch.setattr(kernels.numba.config, "CACHE_DIR", str(tmp_path / "one"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "other"))
+    place = kernels._folder("source")
+    assert place.parent == tmp_path / "one"
+    if fault == "open to a group":
+        place.chmod(0o770)
+    else:
+        place.rmdir()
+        (tmp_path / "elsewhere").mkdir(mode=0o700)
+        place.symlink_to(tmp_path / "elsewhere") if fault == "a link" else place.write_text("")
+    assert kernels._folder("source").parent == tmp_path / "other" / "vasowave"
+
+
+@pytest.fixture
+def thrice(tmp_path, monkeypatch):
+    """A kernel that was compiled and kept: what compiles or loads it anew, and its file."""
+    from numba import njit
+
+    from vasowave.runtime import kernels
+
+    monkeypatch.setattr(kernels.numba.config, "CACHE_DIR", str(tmp_path))
+
+    def tripled(x):
+        return 3.0 * x
+
+    def again():
+        taken = kernels.kept(njit(tripled))
+        assert taken(2.0) == 6.0
+        return sum(taken.stats.cache_hits.values())
+
+    assert [again(), again()] == [0, 1]
+    (file,) = tmp_path.rglob("*.kernel")
+    return again, file
+
+
+DAMAGES = {
+    "a byte flipped": lambda content: content[:5000] + bytes([content[5000] ^ 1]) + content[5001:],
+    "a byte of the check sum flipped": lambda content: bytes([content[0] ^ 128]) + content[1:],
+    "cut": lambda content: content[:-1],
+    "empty": lambda content: b"",
+    "longer": lambda content: content + b"\0",
+    "nothing that can be unpickled": lambda content: hashlib.sha256(b"no").digest() + b"no",
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_kernel_is_said_once_and_compiled_anew(thrice, damage, caplog):
+    again, file = thrice
+    file.write_bytes(DAMAGES[damage](file.read_bytes()))
+    assert [again(), again()] == [0, 1]
+    assert [record.getMessage() for record in caplog.records] == [
+        f"{file}: a compiled function was damaged; it is compiled anew."
+    ]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no modes")
+def test_a_kernel_that_others_may_write_to_is_not_read(thrice, monkeypatch):
+    again, file = thrice
+    file.chmod(0o620)
+    monkeypatch.setattr(
+        "vasowave.runtime.kernels.pickle.loads", lambda packed: pytest.fail("what others wrote was unpickled")
+    )
+    assert again() == 0
+
+
+def test_a_compilation_that_fails_keeps_nobody_waiting(tmp_path, monkeypatch):
+    """The lock of the failed one is let go of before the next is asked for."""
+    from numba import njit
+    from numba.core.errors import TypingError
+
+    from vasowave.runtime import kernels
+
+    monkeypatch.setattr(kernels.numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(kernels, "_PATIENCE", 20.0)
+
+    def first(x):
+        return x[0]
+
+    taken = kernels.kept(njit(first))
+    began = time.monotonic()
+    for _ in range(2):
+        with pytest.raises(TypingError):
+            taken(1.0)
+    assert taken((1.0, 2.0)) == 1.0
+    assert time.monotonic() - began < 20.0
+
+
+def test_a_kernel_for_a_class_from_elsewhere_is_compiled_in_every_process(thrice):
+    """Its source is not in the folder's name: a changed class of the same name would meet the kernel of the old one."""
+    from numba import njit
+
+    from vasowave.runtime import kernels
+
+    def first(pair):
+        return pair[0]
+
+    class Pair(NamedTuple):
+        one: float
+        other: float
+
+    _, file = thrice
+    for pair in (Pair(1.0, 2.0), (0, Pair(1.0, 2.0))):
+        kernels.kept(njit(first))(pair)
+    assert [one.name for one in file.parents[1].rglob("*.kernel")] == [file.name]
+    kernels.kept(njit(first))((1.0, 2.0))
+    assert len(list(file.parents[1].rglob("*.kernel"))) == 2
+
+
+def test_compiling_is_timed_and_what_is_compiled_within_counts_once(tmp_path, monkeypatch):
+    from numba import njit
+
+    from vasowave.runtime import kernels
+
+    monkeypatch.setattr(kernels.numba.config, "CACHE_DIR", str(tmp_path))
+
+    def inner(x):
+        return x + 1.0
+
+    def outer(x):
+        return within(x) * 2.0
+
+    within, taken = kernels.kept(njit(inner)), kernels.kept(njit(outer))
+    before, began = kernels.seconds_compiling(), time.monotonic()
+    assert taken(1.0) == 4.0
+    spent = kernels.seconds_compiling() - before
+    assert 0.0 < spent <= time.monotonic() - began
+    for _ in range(100):
+        taken(1.0)
+    assert kernels.seconds_compiling() - before == spent
+
+
+def test_a_fit_asks_for_no_kernel_that_was_not_compiled_beforehand():
+    code = """
+import vasowave as vw
+from vasowave.runtime.kernels import seconds_compiling
+from vasowave.solver.ready import compile_kernels
+mouse = vw.virtual_mouse()
+compile_kernels("linear")
+before = seconds_compiling()
+vw.calibrate(vw.control_network(), mouse, search=vw.Search(starts=1))
+print(before > 0.0, seconds_compiling() - before)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300)
+    assert done.stdout == "True 0.0\n"

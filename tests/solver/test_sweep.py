@@ -1,0 +1,124 @@
+"""A model over a grid of values: each member is the model with that value; a stored fit is a model again."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+from vasowave.animal.animal import Animal, Settings
+from vasowave.animal.pipeline import analyze
+from vasowave.animal.stored import stored_model, stored_recording
+from vasowave.cli import app
+from vasowave.datasets import control_network, virtual_mouse
+from vasowave.errors import InputError
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.walls import LinearWall
+from vasowave.network.vessel_table import write_network
+from vasowave.solver import changed_model, simulate, sweep
+
+
+@pytest.fixture(scope="module")
+def model():
+    network = control_network()
+    return Model(network, LinearWall(57.0), windkessels(network, 76.0, 0.11, a=0.12))
+
+
+def test_every_member_is_the_simulation_of_the_model_with_its_values(model):
+    mouse = virtual_mouse()
+    found = sweep(model, mouse, {"beta": [50.0, 70.0], "R_T": [70.0, 90.0, 110.0]}, samples=64)
+    assert found.root_pressure.dims == ("beta", "R_T", "time")
+    assert (found["R_T"].attrs["units"], found["beta"].attrs["units"]) == ("mmHg s/ml", "mmHg")
+    np.testing.assert_allclose(found["time"], np.linspace(0, mouse.period, 64, endpoint=False), rtol=1e-12)
+    one = changed_model(model, {"beta": 70.0, "R_T": 90.0})
+    np.testing.assert_allclose(one.outlets.total_resistance(), 90.0)
+    np.testing.assert_allclose(one.outlets.resistance_ratio(), model.outlets.resistance_ratio())
+    np.testing.assert_allclose((one.outlets.R1 + one.outlets.R2) * one.outlets.C, 0.11)
+    alone = simulate(one, mouse)
+    member = found.sel(beta=70.0, R_T=90.0)
+    middle = alone.pressure.sel(station="middle")
+    np.testing.assert_allclose(member.mean_pressure, middle.mean("time"), rtol=1e-6)
+    np.testing.assert_allclose(member.pulse_pressure, middle.max("time") - middle.min("time"), rtol=1e-6)
+
+
+def test_flow_times_resistance_is_the_mean_pressure_of_every_terminal_vessel(model):
+    mouse = virtual_mouse()
+    found = sweep(model, mouse, {"R_T": [60.0, 120.0]})
+    ends = [model.network.name[row] for row in model.network.terminals]
+    for R_T in (60.0, 120.0):
+        beds, ended = changed_model(model, {"R_T": R_T}).outlets, found.sel(R_T=R_T, vessel=ends)
+        drop = ended.mean_pressure - ended.mean_flow * (beds.R1 + beds.R2)  # friction from the middle to the outlet
+        assert np.all((drop > 0) & (drop < 0.06 * ended.mean_pressure))
+        assert float(ended.mean_flow.sum()) == pytest.approx(mouse.flow.mean(), rel=1e-3)
+
+
+def test_a_combination_that_cannot_be_simulated_is_named_and_the_others_are_there(model):
+    found = sweep(model, virtual_mouse(), {"beta": [57.0, 1e7]})
+    assert found["failure"].values[0] == ""
+    assert found["failure"].values[1] != ""
+    assert np.all(np.isnan(found.root_pressure.values[1]))
+    assert np.all(np.isfinite(found.root_pressure.values[0]))
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [({}, "nothing to sweep"), ({"bta": [1.0]}, "did you mean 'beta'"), ({"beta": [-1.0]}, "positive"),
+     ({"a": [1.2]}, "below 1"), ({"beta": []}, "positive")],
+)  # fmt: skip
+def test_wrong_values_are_refused_before_anything_is_simulated(model, values, words):
+    with pytest.raises(InputError, match=words):
+        sweep(model, virtual_mouse(), values)
+
+
+def test_five_hundred_values_take_little_room_and_keep_their_coordinates(model, tmp_path, monkeypatch):
+    """Memory: what is kept of a member is its root's pressure and three numbers a vessel."""
+    found = sweep(model, virtual_mouse(), {"tau": [0.08, 0.16]})
+    assert 250 * found.nbytes < 50e6
+    assert found["tau"].values.tolist() == [0.08, 0.16]
+
+
+def test_the_stored_fit_of_an_animal_is_its_model_again_to_the_last_bit():
+    mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
+    result = analyze(mouse, Settings(walls=("linear",), starts=1))
+    model, cycle = stored_model(result), stored_recording(result)
+    again = simulate(model, cycle).pressure.sel(station="inlet").isel(vessel=model.network.root)
+    stored = result.laws["linear"].simulation["pressure"].sel(station="inlet").isel(vessel=model.network.root)
+    assert np.array_equal(model.wall.beta, result.laws["linear"].calibration["beta"].values)
+    assert float(abs(again.mean() - stored.mean())) < 1e-3
+    with pytest.raises(InputError, match="there are: linear"):
+        stored_model(result, "tangent")
+
+
+def test_simulate_and_sweep_take_any_wall_and_value(tmp_path):
+    network, mouse = tmp_path / "n.csv", virtual_mouse()
+    write_network(control_network(), network)
+    cycle = tmp_path / "c.csv"
+    rows = (f"{t:.6f},{p:.6f},{q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow))
+    cycle.write_text("\n".join(["time [s],pressure [mmHg],flow [ml/s]", *rows, ""]))
+    given = [str(network), str(cycle)]
+    done = CliRunner().invoke(
+        app,
+        [
+            "simulate",
+            *given,
+            "--wall",
+            "power",
+            "--set",
+            "m=1",
+            "--friction",
+            "poiseuille",
+            "-o",
+            str(tmp_path / "w.nc"),
+        ],
+    )
+    assert done.exit_code == 0, done.output
+    assert "PowerWall" in done.output
+    done = CliRunner().invoke(
+        app, ["sweep", *given, "--vary", "beta=40:80:3", "--vary", "a=0.1,0.2", "-o", str(tmp_path / "s.nc")]
+    )
+    assert done.exit_code == 0, done.output
+    found = xr.open_datatree(tmp_path / "s.nc").to_dataset()
+    assert found["beta"].values.tolist() == [40.0, 60.0, 80.0]
+    assert found.sizes["a"] == 2
+    wrong = CliRunner().invoke(app, ["sweep", *given, "--vary", "beta:40"])
+    assert "write NAME=VALUE" in str(wrong.exception)

@@ -1,0 +1,173 @@
+"""What `check` warns of is said at every door, and no file, animal, group or fit is lost in silence."""
+
+import csv
+import json
+import re
+
+import pytest
+from typer.testing import CliRunner
+
+from vasowave.cli import app
+from vasowave.errors import VasowaveWarning
+from vasowave.findings import OTHER
+from vasowave.network.vessel_table import write_network
+from vasowave.recording import Recording
+from vasowave.study.adding import add_files
+from vasowave.study.problems import Problem, one_per_cause
+
+QUICK = ["--walls", "linear", "--starts", "1", "--no-pdf", "--cell-size", "0.3", "--no-model-selection"]
+
+
+def typed(*words, status=0):
+    done = CliRunner().invoke(app, list(map(str, words)))
+    assert done.exit_code == status, (done.output, done.exception)
+    return done.output
+
+
+def cycle_text(cycle, flow_unit="ml/s", flow_scale=1.0):
+    rows = (f"{t:.6f},{p:.6f},{q * flow_scale:.6f}" for t, p, q in zip(cycle.time, cycle.pressure, cycle.flow))
+    return "\n".join([f"time [s],pressure [mmHg],flow [{flow_unit}]", *rows, ""])
+
+
+def groups_of(study):
+    lines = [line for line in (study / "animals.csv").read_text("utf-8").splitlines() if not line.startswith("#")]
+    return {row["animal"]: row["group"] for row in csv.DictReader(lines)}
+
+
+def chosen_groups(study):
+    return re.search(r"^groups: (.*)$", (study / "study.yaml").read_text("utf-8"), re.MULTILINE)[1]
+
+
+@pytest.fixture
+def lab(tmp_path, mice):
+    """Return a folder of four cycles and a network."""
+    folder = tmp_path / "lab"
+    folder.mkdir()
+    from vasowave.network.network import Network
+
+    write_network(Network(("1", "2", "3"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037]), folder / "lung.csv")
+    for name, mouse, shift in (("Nx_1", 0, 0.0), ("Nx_2", 1, 0.0), ("SuHx_1", 2, 1.0), ("SuHx_2", 2, 2.0)):
+        moved = Recording(mice[mouse].pressure + shift, mice[mouse].flow, mice[mouse].period)
+        (folder / f"{name}.csv").write_text(cycle_text(moved), "utf-8")
+    return folder
+
+
+def test_the_first_group_of_the_option_stays_the_reference(lab, tmp_path):
+    study = tmp_path / "s"
+    typed("new", study, "--groups", "normoxia,SuHx")
+    first = add_files(study, [lab / "Nx_1.csv", lab / "SuHx_1.csv", lab / "lung.csv"])
+    assert any("no group is told" in one for one in first.said)
+    again = add_files(study, [lab / "Nx_1.csv", lab / "SuHx_1.csv"], groups="normoxia=Nx,SuHx")
+    assert chosen_groups(study) == "[normoxia, SuHx]"
+    assert not any("groups are" in one for one in again.said)
+    assert groups_of(study) == {"Nx_1": "normoxia", "SuHx_1": "SuHx"}
+
+
+@pytest.mark.parametrize(
+    ("given", "left"),
+    [
+        ("SuHx,normoxia=Nx", "[SuHx, normoxia]"),  # all groups in use are named: the user's order
+        ("SuHx", "[normoxia, SuHx]"),  # one of them: nothing is turned around and none is lost
+        ("MCT,Sham", "[normoxia, SuHx, MCT, Sham]"),  # further ones come behind those in use
+    ],
+)
+def test_an_option_turns_no_reference_around_but_that_it_names(lab, tmp_path, given, left):
+    study = tmp_path / "s"
+    typed("new", study, "--groups", "normoxia,SuHx")
+    add_files(study, [lab], groups="normoxia=Nx,SuHx")
+    add_files(study, [lab], groups=given)
+    assert chosen_groups(study) == left
+
+
+def test_an_implausible_flow_is_said_by_add_run_fit_and_in_front_of_the_page(lab, tmp_path, mice):
+    study = tmp_path / "s"
+    (lab / "SuHx_2.csv").write_text(cycle_text(mice[2], flow_unit="ml/min"), "utf-8")  # the numbers are ml/s
+    typed("new", study, "--groups", "Nx,SuHx")
+    added = typed("add", study, lab)
+    text = (study / "study.yaml").read_text("utf-8")
+    text = re.sub(r"walls: .*", "walls: [linear]", text)
+    text = re.sub(r"starts: \d+", "starts: 1", re.sub(r"cell_size: .*", "cell_size: 0.3", text))
+    text = re.sub(r"model_selection: .*", "model_selection: false", re.sub(r"pdf: .*", "pdf: false", text))
+    (study / "study.yaml").write_text(text, "utf-8")
+    checked = typed("check", study)
+    ran = typed("run", study, "--workers", "1")
+    fitted = typed("fit", lab / "lung.csv", lab / "SuHx_2.csv", "-o", tmp_path / "fit", *QUICK)
+    page = (study / "report" / "report.html").read_text("utf-8")
+    single = (tmp_path / "fit" / "report" / "report.html").read_text("utf-8")
+    for said in (added, checked, ran, fitted):
+        warnings = [line for line in said.splitlines() if "warning: " in line]
+        assert any("a mouse has about 0.2 ml/s" in line for line in warnings)
+        assert any("is implausible for a mouse" in line for line in warnings)
+    for shown in (page, single):
+        front = shown.partition("Recordings to look at")[2]
+        assert "SuHx_2: mean flow" in front
+        assert "is implausible for a mouse (0.05 to 0.45)" in front
+        assert "No problem was found" not in shown
+    (event,) = [json.loads(line) for line in typed("run", study, "--json").splitlines() if '"done", "results"' in line]
+    assert {one["code"] for one in event["warnings"]} >= {"recording.odd-flow", "physiology.implausible"}
+    assert {one["animal"] for one in event["warnings"]} == {"SuHx_2"}
+
+    changed = (study / "animals.csv").read_text("utf-8").replace("Nx_2,Nx", "Nx_2,SuHx")
+    typed("report", study)
+    (study / "animals.csv").write_text(changed, "utf-8")
+    with pytest.warns(VasowaveWarning, match="Nx_2.*vasowave run computes what changed"):
+        typed("report", study)
+    assert f"the study is {study}" in str(CliRunner().invoke(app, ["status", str(study / "report")]).exception)
+
+    other = CliRunner().invoke(app, ["fit", *map(str, (lab / "lung.csv", lab / "Nx_1.csv", "-o", tmp_path / "fit"))])
+    assert "holds the fit of 'SuHx_2' from " in str(other.exception)
+
+
+def test_files_that_cannot_be_read_are_counted_and_the_exit_says_so(lab, tmp_path):
+    (lab / "SuHx_9.csv").write_text("time [s],pressure [mmHg],flow [ml/s]\n0.001,x,y\n0.002,1,2\n", "utf-8")
+    typed("new", tmp_path / "s", "--groups", "Nx,SuHx")
+    said = typed("add", tmp_path / "s", lab, status=3)
+    assert f"error: not added: {lab / 'SuHx_9.csv'}" in said
+    assert "1 file of these could not be read: no row of the table holds such a file" in said
+    assert len(groups_of(tmp_path / "s")) == 4
+
+
+def test_adding_a_file_says_nothing_of_the_errors_of_others(lab, tmp_path):
+    study = tmp_path / "s"
+    typed("new", study, "--groups", "Nx,SuHx")
+    typed("add", study, lab / "Nx_1.csv", lab / "lung.csv")
+    (lab / "Nx_1.csv").unlink()
+    said = typed("add", study, lab / "SuHx_1.csv")
+    assert "'../lab/Nx_1.csv' does not exist" not in said
+    assert "1 problem of animals that were there: see vasowave check" in said
+
+
+def test_a_problem_of_many_animals_is_one_and_names_them_all():
+    at = OTHER(text="no").at("a.csv")
+    one, other = (Problem(at.at(line=line, animal=name)) for line, name in ((2, "a"), (3, "b")))
+    (joined,) = one_per_cause([one, other])
+    assert joined.animals == ("a", "b")
+
+
+def test_in_the_folder_of_a_study_a_file_needs_no_name_of_it(lab, tmp_path, monkeypatch):
+    typed("new", tmp_path / "s t", "--groups", "Nx,SuHx")
+    monkeypatch.chdir(tmp_path / "s t")
+    assert "animals.csv: 1 new row" in typed("add", lab / "Nx_2.csv", lab / "lung.csv")
+
+
+def test_new_quotes_names_and_says_what_one_group_means(tmp_path):
+    said = typed("new", tmp_path / "my study", "--groups", "normoxia SuHx")
+    assert "note: 'normoxia SuHx' is one group, and nothing is compared with it; commas separate groups" in said
+    assert f"vasowave add '{tmp_path / 'my study'}' FILES" in said
+    assert "is one group" not in typed("new", tmp_path / "t")
+
+
+def test_a_group_in_other_letters_is_proposed(lab, tmp_path):
+    typed("new", tmp_path / "s", "--groups", "Nx,SuHx")
+    refused = CliRunner().invoke(app, ["add", str(tmp_path / "s"), str(lab), "--group", "suhx"])
+    assert "'suhx' is not a group of the study (did you mean 'SuHx'?)" in str(refused.exception)
+
+
+def test_the_block_that_is_read_is_said_where_there_are_several(tmp_path):
+    from test_adding_files import exported, with_decimal_commas_and_a_short_block
+
+    (tmp_path / "m.txt").write_text(with_decimal_commas_and_a_short_block(exported(4, 15.0)), "utf-8")
+    typed("new", tmp_path / "s")
+    (said,) = [one for one in add_files(tmp_path / "s", [tmp_path / "m.txt"]).said if "block" in one]
+    assert re.search(r"m.txt: block 2 of 2 is read, the longest \(blocks last [\d.]+ s, 12 s\); --block", said)
+    assert not any("block" in one for one in add_files(tmp_path / "s", [tmp_path / "m.txt"], cells={"block": "1"}).said)
