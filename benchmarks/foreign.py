@@ -16,6 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 
 import vasowave as vw
@@ -76,7 +77,7 @@ def kernels_flipped(count: int, folder: Path) -> Said:
         return 3.0 * x + 1.0
 
     with tempfile.TemporaryDirectory() as place:
-        kernels.numba.config.CACHE_DIR = place
+        vars(numba.config)["CACHE_DIR"] = place
         kernels.kept(njit(kernel))(2.0)
         (file,) = Path(place).rglob("*.kernel")
         for _ in range(count):
@@ -228,7 +229,7 @@ class _Fitting:
     def __init__(self, place: Path) -> None:
         context = multiprocessing.get_context("spawn")
         self._start = lambda end: context.Process(target=_fit_each, args=(str(place), end), daemon=True)
-        self._pipe, self._process = context.Pipe, None
+        self._pipe = context.Pipe
         self._begin()
 
     def _begin(self) -> None:

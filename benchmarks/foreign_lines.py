@@ -78,13 +78,13 @@ def voronoi_lines(lumen, begin, ends):
     inside[inside] = lumen.mask[tuple(voxel[inside].astype(int).T)]
     radius = cKDTree(surface).query(diagram.vertices)[0]
     inside &= radius > 0.7 * lumen.spacing
-    edges = []
+    pairs = []
     for ridge in diagram.ridge_vertices:
         corners = np.array(ridge)
-        edges.append(np.column_stack([corners, np.roll(corners, 1)]))
+        pairs.append(np.column_stack([corners, np.roll(corners, 1)]))
         if len(ridge) > 4:  # ways also cross the diagram's polygons
-            edges.append(np.column_stack([corners, np.roll(corners, len(ridge) // 2)]))
-    edges = np.concatenate(edges)
+            pairs.append(np.column_stack([corners, np.roll(corners, len(ridge) // 2)]))
+    edges = np.concatenate(pairs)
     edges = edges[(edges >= 0).all(axis=1) & inside[edges].all(axis=1)]
     far = np.linalg.norm(diagram.vertices[edges[:, 0]] - diagram.vertices[edges[:, 1]], axis=1)
     cost = np.maximum(far, 1e-9) / radius[edges].mean(axis=1)

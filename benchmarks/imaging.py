@@ -172,7 +172,8 @@ def main():
     if sys.argv[1:2] == ["cost"]:
         cost(*numbers or [256])
     elif sys.argv[1:2] == ["accuracy"]:
-        accuracy(*[*numbers, *(256, 40, 5000)[len(numbers) :]], settings)
+        voxels, count, first = [*numbers, *(256, 40, 5000)[len(numbers) :]]
+        accuracy(voxels, count, first, settings)
     else:
         sys.exit(__doc__)
 

@@ -21,8 +21,7 @@ from scipy.stats import beta
 
 from known_animals import ROWS, animal, image_of, priors_of
 from robustness_page import put
-from vasowave.animal.quantities import derived as quantities_of
-from vasowave.animal.quantities import errors_of, model_of
+from vasowave.animal.quantities import derived_of, errors_of
 from vasowave.calibration import Search, calibrate
 from vasowave.inference import posterior
 from vasowave.inference.laws import CLEAR
@@ -53,10 +52,10 @@ FIELDS = (
 
 def by_fit(fit, network, recording):
     """Return low, middle, high of every quantity as the fit reports them."""
-    mean, diastolic = recording.mean_pressure, np.full(len(network), recording.diastolic_pressure)
+    diastolic = np.full(len(network), recording.diastolic_pressure)
 
     def derive(values):
-        return quantities_of(model_of(fit, values), values, diastolic, mean)
+        return derived_of(fit, values, diastolic)
 
     middle, errors = derive(fit.parameters["value"].to_dict()), errors_of(fit, derive)
     reach = {name: np.exp(min(errors[name][1], 200.0)) for name in QUANTITIES}

@@ -111,7 +111,7 @@ def of_posteriors(path: Path) -> str:
         found = []
         for row, animals in one.groupby("row"):
             logs = np.log(animals.sort_values("animal")["middle"].to_numpy())
-            errors = np.log(animals["high"] / animals["low"]).to_numpy()[np.argsort(animals["animal"])] / (2 * NORMAL)
+            errors = np.log((animals["high"] / animals["low"]).to_numpy())[np.argsort(animals["animal"])] / (2 * NORMAL)
             for first in range(0, 2 * FOUR * count[row], 2 * FOUR):
                 halves = slice(first, first + FOUR), slice(first + FOUR, first + 2 * FOUR)
                 groups = [(logs[half], errors[half]) for half in halves]

@@ -86,7 +86,7 @@ def emulator(wall, rng):
     u[: TRAINING[wall] // 2] *= 0.6  # denser where optima lie
     runs = simulate_runs(list(models(wall, u)), inflow, Numerics(samples=SAMPLES, tolerance=1e-6))
     good = np.array([not isinstance(run, Exception) for run in runs])
-    pressure = np.stack([run.inlet_pressure() for run, ok in zip(runs, good) if ok])
+    pressure = np.stack([run.inlet_pressure(SAMPLES) for run, ok in zip(runs, good) if ok])
     seen = (np.arange(len(u)) < TRAINING[wall])[good]
     weights = np.linalg.lstsq(features(u[good][seen], terms), pressure[seen], rcond=None)[0]
     error = features(u[good][~seen], terms) @ weights - pressure[~seen]

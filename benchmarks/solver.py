@@ -135,7 +135,7 @@ def one_simulation(name: str, wall: LinearWall | TangentWall) -> tuple[dict[str,
         f"  a Jacobian of {free} parameters costs as much as {exact / alone:.2f} simulations near by, one for a search "
         f"{rough / alone:.2f}"
     )
-    work = {
+    work: dict[str, float] = {
         f"{name}, cell steps": cells * run.steps * cycles,
         f"{name}, end steps": 2 * len(network) * run.steps * cycles,
     }

@@ -155,7 +155,8 @@ def main():
     elif words[:1] == ["run"] and len(words) > 2:
         numbers = [int(word) for word in words[3:] if word.isdigit()]
         kinds = [word for word in words[3:] if word in KINDS | UNSEEN] or list(KINDS | UNSEEN)
-        run(words[1], Path(words[2]), *[*numbers, *(2, 1000)[len(numbers) :]], kinds)
+        count, first = [*numbers, *(2, 1000)[len(numbers) :]]
+        run(words[1], Path(words[2]), count, first, kinds)
     else:
         sys.exit(__doc__)
 

@@ -150,6 +150,10 @@ class AnimalResult:
 
         return replace(self, laws={name: light(law) for name, law in self.laws.items()})
 
+    def identical(self, other: "AnimalResult") -> bool:
+        """Whether everything that is stored of the two is the same: values, names, units and attributes."""
+        return self.to_datatree().identical(other.to_datatree())
+
     def to_datatree(self) -> xr.DataTree:
         """Return the result as it is stored; its groups and attributes are described in docs/results.md."""
         groups = {"network": network_dataset(self.network)} | {name: getattr(self, name) for name in _WHOLE}
