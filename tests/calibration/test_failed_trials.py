@@ -236,7 +236,7 @@ def test_no_sick_animal_and_no_law_of_one_is_lost_without_a_reason(shared):
     linear = calibrate(control_network(), stiff, "linear", search=Search(starts=1), numerics=FAST)
     assert fit.S < 1.05 * linear.S
     tree = came("trees", 0)
-    assert not tree.lost and not tree.reasons, summary([tree])
+    assert (tree.lost, tree.reasons) == ("", {}), summary([tree])
     assert tree.RMSE["tangent"] < 0.4  # mmHg; the noise of the truth is 0.22
 
 
@@ -245,4 +245,4 @@ def test_a_sick_animal_with_a_law_of_its_users_is_not_lost(shared):
     from stiff_animals import came, summary
 
     animal = came("own", 0)
-    assert not animal.lost and not animal.reasons, summary([animal])
+    assert (animal.lost, animal.reasons) == ("", {}), summary([animal])
