@@ -27,10 +27,10 @@ from vasowave.recording import (
     ringing,
     suspect_catheter,
 )
+from vasowave.recording.describe import kind_of
 from vasowave.solver.practice import PAPER
 from vasowave.study.fingerprint import fingerprint
 from vasowave.study.journal import Journal
-from vasowave.study.kind import kind_of
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
 
