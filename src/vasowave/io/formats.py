@@ -81,6 +81,10 @@ class Registry(Generic[F]):
         """What names of files end in that may be of use."""
         return tuple(sorted({suffix for form in self for suffix in form.suffixes}))
 
+    def start(self, path: Path) -> bytes:
+        """Return the first bytes of a file."""
+        return look(path).start
+
     def known(self, path: Path) -> F | None:
         """Return the format that a file's content shows; None if it shows none.
 
@@ -89,7 +93,7 @@ class Registry(Generic[F]):
         InputError
             The file cannot be read.
         """
-        start = look(path).start
+        start = self.start(path)
         return next((form for form in self if form.sniff(path, start)), None)
 
     def of(self, path: str | Path) -> F:
@@ -101,5 +105,5 @@ class Registry(Generic[F]):
             The file cannot be read.
         """
         path = Path(path)
-        by_suffix = (form for form in self if path.suffix.lower() in form.suffixes)
+        by_suffix = (form for form in self if path.name.lower().endswith(form.suffixes))
         return self.known(path) or next(by_suffix, None) or self[self._fallback]

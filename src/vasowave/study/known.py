@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.provenance import sha256
+from vasowave.io.textfile import look
 from vasowave.study.sorting import Recorded
 
 
@@ -41,7 +41,7 @@ class Known:
 
 def _digest(file: Path) -> str:
     try:
-        return sha256(file)
+        return look(file).sha256
     except InputError:
         return str(file)
 

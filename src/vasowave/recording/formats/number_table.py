@@ -146,7 +146,7 @@ def _begin(path: Path, lines: Lines) -> "_Table | None":
 class _Table:
     """A table while it is read."""
 
-    def __init__(self, path: str | Path, line: int, header: list[str], separator: str | None) -> None:
+    def __init__(self, path: Path, line: int, header: list[str], separator: str | None) -> None:
         self.names, self.units = read_headings(path, header, ALIASES | {"ekg": "ecg"})
         self.names = with_time(self.names, self.units)
         if self.names.count("time") > 1:
