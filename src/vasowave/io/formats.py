@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from threading import RLock
 from typing import Any, Generic, TypeVar
 
 from vasowave.io.textfile import look
@@ -52,7 +53,7 @@ class Registry(Generic[F]):
     def __init__(self, package: str, fallback: str) -> None:
         self._package, self._fallback = package, fallback
         self._formats: dict[str, F] = {}
-        self._complete = False
+        self._complete, self._loading = False, RLock()
 
     def register(self, form: F) -> F:
         """Add a format; one of the same name is replaced. A file is asked of the newest first."""
@@ -66,10 +67,11 @@ class Registry(Generic[F]):
 
     def __iter__(self) -> Iterator[F]:
         """Go through all formats, the newest first."""
-        if not self._complete:
-            self._complete = True  # first, because a module may ask for formats while it is imported
-            for module in pkgutil.iter_modules(import_module(self._package).__path__):
-                import_module(f"{self._package}.{module.name}")
+        with self._loading:  # another thread waits until all are there
+            if not self._complete:
+                self._complete = True
+                for module in pkgutil.iter_modules(import_module(self._package).__path__):
+                    import_module(f"{self._package}.{module.name}")
         return reversed(list(self._formats.values()))
 
     def __getitem__(self, name: str) -> F:

@@ -1,6 +1,7 @@
 """Variables of a MATLAB file, and clear words when the file cannot give them."""
 
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.io.apart import Answer, read_apart
 from vasowave.io.remembered import remembered
-from vasowave.io.textfile import read_start, regular_file
+from vasowave.io.textfile import look, read_bytes
 
 _SAVE_AGAIN = "in MATLAB, load it and write it again with: save('NAME.mat', '-v7')"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -33,37 +34,31 @@ def read_mat(path: str | Path) -> dict[str, np.ndarray]:
     InputError
         File missing, truncated, damaged, or not a MATLAB file.
     """
-    names, arrays = read_apart(variables_in, regular_file(path), "a MATLAB file", _SAVE_AGAIN)
+    start = look(path).start[:1024]
+    read = variables_of_7_3 if _HDF5 in start or start.startswith(b"MATLAB 7.3") else variables_before
+    names, arrays = read_apart(read, Path(path), "a MATLAB file", _SAVE_AGAIN)
     values = iter(arrays)
     for one in arrays:
         one.setflags(write=False)
     return {name: next(values) if told else np.empty(0, object) for name, told in names}
 
 
-def variables_in(path: Path) -> Answer:
-    """Return names, each with whether it has a value, and the values; any exception of a library, or the end."""
-    start = read_start(path, 1024)
-    read = _variables_of_7_3 if _HDF5 in start or start.startswith(b"MATLAB 7.3") else _variables_before
-    found = {name: np.asarray(value) for name, value in read(path).items()}
-    told = {name: value.dtype.kind in "biufcU" for name, value in found.items()}
-    return Answer(list(told.items()), [value for name, value in found.items() if told[name]])
-
-
-def _variables_before(path: Path) -> dict[str, Any]:
+def variables_before(path: Path) -> Answer:
+    """Return the variables of versions before 7.3; any exception of SciPy, or the end of the process."""
     from scipy.io import loadmat
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         variables = loadmat(path, chars_as_strings=True)
-    return {name: value for name, value in variables.items() if not name.startswith("__")}
+    return _answer({name: value for name, value in variables.items() if not name.startswith("__")})
 
 
-def _variables_of_7_3(path: Path) -> dict[str, Any]:
+def variables_of_7_3(path: Path) -> Answer:
     """Return the matrices in HDF5 behind a header of 512 bytes, every one stored by its columns; cells are left out."""
     from netCDF4 import Dataset
 
     variables: dict[str, Any] = {}
-    with Dataset(path) as file:
+    with Dataset("in memory", memory=read_bytes(path)) as file:  # by its name the library opens it three times
         for name, variable in file.variables.items():
             kind = variable.getncattr("MATLAB_class") if "MATLAB_class" in variable.ncattrs() else ""
             if "MATLAB_empty" in variable.ncattrs():
@@ -71,7 +66,14 @@ def _variables_of_7_3(path: Path) -> dict[str, Any]:
             elif getattr(variable.dtype, "kind", "") in "iufb" and variable.dtype is not str:
                 values = np.asarray(variable[...]).T
                 variables[name] = _texts(values) if kind == "char" else values
-    return variables
+    return _answer(variables)
+
+
+def _answer(variables: Mapping[str, Any]) -> Answer:
+    """Return names, each with whether it has a value, and the values."""
+    found = {name: np.asarray(value) for name, value in variables.items()}
+    told = {name: value.dtype.kind in "biufcU" for name, value in found.items()}
+    return Answer(list(told.items()), [value for name, value in found.items() if told[name]])
 
 
 def _texts(codes: np.ndarray) -> np.ndarray:
