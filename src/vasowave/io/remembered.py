@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable
 from dataclasses import is_dataclass
 from functools import wraps
 from pathlib import Path
-from threading import Lock
+from threading import RLock
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -27,7 +27,7 @@ class _Found(NamedTuple):
 
 
 _found: OrderedDict[Hashable, _Found] = OrderedDict()
-_lock = Lock()
+_lock = RLock()
 
 
 def remembered(read: Read) -> Read:
@@ -44,19 +44,16 @@ def remembered(read: Read) -> Read:
         if mark is None:
             return read(path, *given, **more)
         key = (read.__module__, read.__qualname__, str(path), *given)
-        with _lock:
-            known = _found.get(key)
-            if known is not None and known.mark == mark:
-                _found.move_to_end(key)
-                return known.value
-        value = read(path, *given, **more)
-        if _mark(Path(path)) == mark:
-            with _lock:
-                _found[key] = _Found(mark, value, _size(value))
-                _found.move_to_end(key)
+        with _lock:  # another thread that asks for the same waits for it
+            known = _found.pop(key, None)
+            if known is None or known.mark != mark:
+                value = read(path, *given, **more)
+                known = _Found(mark, value, _size(value))
+            if _mark(Path(path)) == mark:
+                _found[key] = known
                 while len(_found) > 1 and sum(one.size for one in _found.values()) > MOST:
                     _found.popitem(last=False)
-        return value
+        return known.value
 
     return cast(Read, found)
 
