@@ -23,8 +23,8 @@ class Format:
         What people call it.
     suffixes : tuple of str
         What names of such files end in, lower case.
-    sniff : callable
-        Tells from a file's path and its first bytes whether it is one.
+    sniff : callable, optional
+        Tells from a file's path and its first bytes whether it is one; without it, the name tells.
     read : callable
         Returns what such a file holds; the registry says what it takes and gives.
     """
@@ -32,7 +32,7 @@ class Format:
     name: str
     title: str
     suffixes: tuple[str, ...]
-    sniff: Callable[[Path, bytes], bool]
+    sniff: Callable[[Path, bytes], bool] | None
     read: Callable[..., Any]
 
 
@@ -95,8 +95,9 @@ class Registry(Generic[F]):
         InputError
             The file cannot be read.
         """
-        start = self.start(path)
-        return next((form for form in self if form.sniff(path, start)), None)
+        asked = [(form, form.sniff) for form in self if form.sniff is not None]
+        start = self.start(path) if asked else b""
+        return next((form for form, sniff in asked if sniff(path, start)), None)
 
     def of(self, path: str | Path) -> F:
         """Return the format of a file: by its content, else by its suffix, else the fallback.

@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import Any
 from xml.etree.ElementTree import Element, ParseError, XMLPullParser
 
 from vasowave.errors import InputError
@@ -155,7 +156,8 @@ def _elements(
         raise InputError(f"{part} unpacks to {about.file_size >> 20} MB, more than {most >> 20}; save the sheet as CSV")
     if about.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise InputError(f"packed as no workbook is; {_AS_CSV}")
-    parser, above, read, end = XMLPullParser(("start", "end")), list[Element](), 0, b""
+    parser: Any = XMLPullParser(("start", "end"))
+    above, read, end = list[Element](), 0, b""
     with archive.open(about) as stream:  # which ends at the size that was declared
         while piece := stream.read(_CHUNK):
             if b"\0" in piece or b"<!DOCTYPE" in end + piece:

@@ -30,8 +30,3 @@ class _Volumes(Registry[VolumeFormat]):
 
 VOLUMES = _Volumes("vasowave.imaging.read", "other image")
 """Every format of volumes."""
-
-
-def by_name(path: Path, start: bytes) -> bool:
-    """Whether the content shows the format: nobody looks."""
-    return False

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.imaging.read.formats import VOLUMES, VolumeFormat, by_name
+from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.volume import SKEWED, Image, Volume
 
 MISSING = "reading and writing images needs the extra 'imaging': install vasowave[imaging]"
@@ -63,4 +63,4 @@ def write_image(values: np.ndarray, grid: Volume, path: str | Path) -> None:
     itk().WriteImage(image, str(path), bool(np.issubdtype(values.dtype, np.integer)))
 
 
-VOLUMES.register(VolumeFormat("other image", "image that SimpleITK reads", (), by_name, read_itk))
+VOLUMES.register(VolumeFormat("other image", "image that SimpleITK reads", (), None, read_itk))

@@ -5,7 +5,7 @@ from math import prod
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.imaging.read.formats import VOLUMES, VolumeFormat, by_name
+from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.itk import read_itk
 from vasowave.imaging.read.payload import data_file, no_voxel_size, require_bytes
 from vasowave.io.textfile import read_start
@@ -63,4 +63,4 @@ def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int
         require_bytes(holder, start + offset, count)
 
 
-VOLUMES.register(VolumeFormat("metaimage", "MetaImage", (".mha", ".mhd"), by_name, read_itk, require_whole_metaimage))
+VOLUMES.register(VolumeFormat("metaimage", "MetaImage", (".mha", ".mhd"), None, read_itk, require_whole_metaimage))

@@ -7,7 +7,7 @@ from math import prod
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.imaging.read.formats import VOLUMES, VolumeFormat, by_name
+from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.itk import read_itk
 from vasowave.imaging.read.payload import no_voxel_size, require_bytes
 
@@ -64,4 +64,4 @@ def _announced(header: bytes) -> int:
     raise ValueError("its first number is neither 348 nor 540")
 
 
-VOLUMES.register(VolumeFormat("nifti", "NIfTI", (".nii", ".nii.gz"), by_name, read_itk, require_whole_nifti))
+VOLUMES.register(VolumeFormat("nifti", "NIfTI", (".nii", ".nii.gz"), None, read_itk, require_whole_nifti))

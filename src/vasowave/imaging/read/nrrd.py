@@ -5,7 +5,7 @@ from math import prod
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.imaging.read.formats import VOLUMES, VolumeFormat, by_name
+from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.itk import read_itk
 from vasowave.imaging.read.payload import Packing, data_file, no_voxel_size, require_bytes
 from vasowave.io.textfile import read_start
@@ -72,4 +72,4 @@ def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int
         require_bytes(holder, start, count + max(offset, 0), packing)
 
 
-VOLUMES.register(VolumeFormat("nrrd", "NRRD", (".nrrd", ".nhdr"), by_name, read_itk, require_whole_nrrd))
+VOLUMES.register(VolumeFormat("nrrd", "NRRD", (".nrrd", ".nhdr"), None, read_itk, require_whole_nrrd))

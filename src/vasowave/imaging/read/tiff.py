@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.imaging.read.formats import VOLUMES, VolumeFormat, by_name
+from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.itk import MISSING
 from vasowave.imaging.read.volume import Image
 
@@ -29,4 +29,4 @@ def read_tiff(path: Path) -> Image:
     return Image(grey, np.ones(3), np.zeros(3))
 
 
-VOLUMES.register(VolumeFormat("tiff", "TIFF stack", (".tif", ".tiff"), by_name, read_tiff))
+VOLUMES.register(VolumeFormat("tiff", "TIFF stack", (".tif", ".tiff"), None, read_tiff))

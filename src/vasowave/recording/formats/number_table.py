@@ -257,7 +257,7 @@ def _headerless(table: Columns) -> str:
 
 RECORDINGS.register(
     RecordingFormat(
-        "table", "table", (".csv", ".tsv", ".txt", ".dat", ".xlsx"), lambda path, start: False,
+        "table", "table", (".csv", ".tsv", ".txt", ".dat", ".xlsx"), None,
         lambda path, rate, progress: [read_number_table(path, rate, progress)], cycle=read_cycle,
     )
 )  # fmt: skip
