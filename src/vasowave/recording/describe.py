@@ -126,17 +126,13 @@ def kind_of(recordings: Sequence[Path]) -> Literal["cycle", "raw"]:
     if len(recordings) > 1:
         return "cycle"
     try:
-        return "raw" if describe_recording(recordings[0]).kind == "raw" else "cycle"
+        form, size = RECORDINGS.of(recordings[0]), look(recordings[0]).size
     except InputError:
-        return "raw" if _is_refused_as_raw(recordings[0]) else "cycle"
-
-
-def _is_refused_as_raw(path: Path) -> bool:
-    """Whether the reader of continuous recordings finds the better words for a file that cannot be read."""
+        return "cycle"
     try:
-        return RECORDINGS.of(path).continuous or look(path).size > _LARGEST
+        return "raw" if form.continuous or describe_recording(recordings[0]).kind == "raw" else "cycle"
     except InputError:
-        return False
+        return "raw" if size > _LARGEST else "cycle"
 
 
 def _block(block: Block) -> BlockDescription:
