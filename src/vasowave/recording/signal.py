@@ -9,6 +9,7 @@ import numpy as np
 from vasowave import units
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Severity, kind
+from vasowave.recording.gaps import leaps_closed
 
 _EXACT = 1e-6  # steps that differ by less than this share of their mean are equal
 ALIASES = {
@@ -80,6 +81,15 @@ def even_step(time: np.ndarray, quantum: float, file: str, place: Callable[[int]
             f"where the others have {np.median(steps):.6g} s; resample evenly or fill the gap"
         )
     return step
+
+
+def sampling(
+    time: np.ndarray, quantum: float, file: str, place: Callable[[int], str]
+) -> tuple[float, np.ndarray | None]:
+    """Return samples per second, and the places of samples if the times leap over gaps; raises as `even_step`."""
+    leaps = leaps_closed(time)
+    even, places = (time, None) if leaps is None else leaps
+    return 1.0 / even_step(even, quantum, file, place), places
 
 
 def given_unit(quantity: str, stated: str, given: str | None, where: str) -> tuple[float, tuple[Finding, ...]]:

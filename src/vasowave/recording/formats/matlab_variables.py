@@ -11,9 +11,9 @@ from vasowave.errors import InputError
 from vasowave.recording.channels import Block, Channel
 from vasowave.recording.formats import RECORDINGS, RecordingFormat, Wanted
 from vasowave.recording.formats.labchart_mat import is_labchart_mat
-from vasowave.recording.gaps import leaps_closed, with_gaps
+from vasowave.recording.gaps import with_gaps
 from vasowave.recording.matlab import is_mat, read_mat, text, vector
-from vasowave.recording.signal import ALIASES, UNIT_REPLACED, Signal, even_step
+from vasowave.recording.signal import ALIASES, Signal, given_unit, sampling
 
 
 def _sniff(path: Path, start: bytes) -> bool:
@@ -61,11 +61,8 @@ def _rate(path: str | Path, time: np.ndarray | None, unit: str, given: float | N
     if time is None or len(time) < 2:
         return (np.nan if given is None else given), None
     time = time * units.factor(unit or "s", "time")
-    leaps = leaps_closed(time)
-    even = time if leaps is None else leaps[0]
-    rounding = 4 * float(np.finfo(np.float64).eps) * float(np.abs(even).max())
-    step = even_step(even, rounding, str(path), lambda row: f"{path}, time({row + 1})")
-    return 1.0 / step, None if leaps is None else leaps[1]
+    rounding = 4 * float(np.finfo(np.float64).eps) * float(np.abs(time).max())
+    return sampling(time, rounding, str(path), lambda row: f"{path}, time({row + 1})")
 
 
 def read_cycle(path: Path, wanted: Wanted) -> list[Signal]:
@@ -90,9 +87,8 @@ def _from_mat(path: str | Path, named: Mapping[str, Any], quantity: str, unit: s
         raise InputError(f"{path}: no variable '{quantity}'; it has: {', '.join(named) or 'nothing'}")
     stated = text(named.get(f"{quantity}_unit", ""))
     assumed = "" if stated or unit else units.CANONICAL[quantity]
-    values = _finite(path, quantity, named[quantity]) * units.factor(unit or stated or assumed, quantity)
-    replaced = stated and unit and units.factor(stated, quantity) != units.factor(unit, quantity)
-    notes = (UNIT_REPLACED(name=quantity, unit=unit, stated=stated),) if replaced and unit else ()
+    scale, notes = given_unit(quantity, stated or assumed, unit, str(path))
+    values = scale * _finite(path, quantity, named[quantity])
     places = tuple(f"{path}, {quantity}({i + 1})" for i in range(len(values)))
     if "time" not in named:
         return Signal(quantity, values, None, 0.0, str(path), places, assumed, notes)

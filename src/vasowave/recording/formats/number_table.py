@@ -24,9 +24,9 @@ from vasowave.io.textfile import Lines, Progress, read_lines
 from vasowave.recording.channels import CUT_OFF, Block, Channel
 from vasowave.recording.choosing import TAKEN, choose, with_time
 from vasowave.recording.formats import RECORDINGS, RecordingFormat, Wanted
-from vasowave.recording.gaps import leaps_closed, with_gaps
+from vasowave.recording.gaps import with_gaps
 from vasowave.recording.number_rows import DecimalMark, NumberRows
-from vasowave.recording.signal import ALIASES, UNIT_REPLACED, Signal, even_step, written_to
+from vasowave.recording.signal import ALIASES, UNIT_REPLACED, Signal, sampling, written_to
 
 _HEADER = "the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"
 
@@ -85,13 +85,12 @@ class NumberTable(NamedTuple):
         if len(gaps):
             row = int(gaps[0])
             raise InputError(f"{self.path}, line {self.line(row)}, column 'time': the cell is empty or no number")
-        leaps = leaps_closed(time)
-        even = time if leaps is None else leaps[0]
-        places = lambda row: f"{self.path}, line {self.line(row)}"  # noqa: E731
-        measured = 1.0 / even_step(even, self.quantum * scale, str(self.path), places)
+        measured, place = sampling(
+            time, self.quantum * scale, str(self.path), lambda row: f"{self.path}, line {self.line(row)}"
+        )
         if given is not None and abs(given - measured) > 1e-3 * measured:
             raise InputError(f"{self.path}: the time column has {measured:.6g} samples/s, given are {given:.6g}")
-        return measured, None if leaps is None else leaps[1]
+        return measured, place
 
 
 def read_number_table(path: Path, sampling_rate: float | None = None, progress: Progress | None = None) -> Block:
