@@ -100,6 +100,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     said = list(found_in(caught))
     synthetic = row.synthetic or _says_synthetic(row)
     recording = _through_catheter(_relative(animal.recording, said, folder), study)
+    recording = replace(recording, wedge_pressure=row.wedge or 0.0)
     odd = _oddities(network, recording, study)
     recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *odd))))
     return replace(animal, recording=recording, synthetic=synthetic)
