@@ -38,7 +38,7 @@ NEEDED = ("animal", "group", "network", "recording")
 class AnimalRow:
     """One row of the table; a number is None and a text empty where the cell is.
 
-    An empty `kind` is told from the file, see `study.kind`.
+    An empty `kind` is told from the file, see `recording.describe`.
     """
 
     animal: str
