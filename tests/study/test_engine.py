@@ -339,6 +339,6 @@ def test_a_system_without_room_for_shared_locks_is_one_sentence(monkeypatch):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("multiprocessing.synchronize.SemLock.__init__", none_left)
-    with pytest.raises(InputError, match="processes cannot be started.*no space left.*/dev/shm"), process_pool(1):
+    with pytest.raises(InputError, match=r"processes cannot be started.*no space left.*/dev/shm"), process_pool(1):
         pass
     assert "PYTHONSAFEPATH" not in os.environ
