@@ -33,8 +33,7 @@ def fit(
     given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Calibrate the model to one animal and write results, figures and report: a study of one."""
-    from vasowave.cli.row_options import row_cells
-    from vasowave.cli.study_options import read_settings
+    from vasowave.cli.options import read_settings, row_cells
     from vasowave.study.alone import animal_alone
     from vasowave.study.names import plain_name
 
@@ -114,9 +113,7 @@ def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, 
     from dataclasses import replace
 
     from vasowave.animal import stored
-    from vasowave.cli.options import flag
-    from vasowave.cli.row_options import row_cells
-    from vasowave.cli.study_options import read_settings
+    from vasowave.cli.options import flag, read_settings, row_cells
     from vasowave.errors import InputError
     from vasowave.model.laws import find_law
     from vasowave.study.settings import animal_settings

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from vasowave.animal.failure import Failure
 from vasowave.animal.result import AnimalResult
@@ -15,6 +16,7 @@ from vasowave.report.contents import report_of, supplement_of
 from vasowave.report.files import Each, write_figures, write_tables
 from vasowave.report.html import page
 from vasowave.report.pdf import write_pdf
+from vasowave.settings import given_values, settings_class
 
 PAGE, FIGURES, TABLES = f"{REPORT}.html", "figures", "tables"
 PDFS = f"{REPORT}.pdf", f"{SUPPLEMENT}.pdf"
@@ -22,16 +24,28 @@ _OURS = (PAGE, f"{SUPPLEMENT}.html", *PDFS, FIGURES, TABLES)
 _MARK = 'name="generator" content="vasowave'
 
 
+@settings_class
+class ReportFiles:
+    """The files of the report."""
+
+    pdf: bool = True
+    """Whether the pages are also written as PDF."""
+
+
+@settings_class
+class ReportSettings(Family, ReportFiles):
+    """The report: its files, and what of it is primary."""
+
+
 def write_report(
     results: Sequence[AnimalResult],
     folder: Path,
     *,
     lost: Sequence[Failure] = (),
-    pdf: bool = True,
     reference: str | None = None,
     title: str = "",
-    family: Family | None = None,
     each: Each = map,
+    **settings: Any,
 ) -> Path:
     """Write ``report`` and ``supplement`` (.html, .pdf), ``figures/`` and ``tables/``; return the report's page.
 
@@ -44,16 +58,15 @@ def write_report(
     lost : sequence of Failure
         Animals that have no result, see `animal.failure`; the report names them and why. What failed of an animal that
         has one stands in its result.
-    pdf : bool
-        Whether to typeset the PDF too.
     reference : str, optional
         Group that the others are compared with; by default CTL, or the first.
     title : str
         Of the page; by default what it is about.
-    family : Family, optional
-        The primary law and quantities, which one p holds for together.
     each : callable
         Draws the figures as `map` would; that of a pool of processes draws several at a time.
+    settings
+        - ``pdf``: whether to typeset the PDF too, True by default;
+        - ``law``, ``quantities``: what is primary, and has one p together; see `cohort.primary.Family`.
 
     Raises
     ------
@@ -74,31 +87,31 @@ def write_report(
     >>> vw.write_report([vw.analyze(mouse, quick)], "my-report", pdf=False).name
     'report.html'
     """
+    asked = given_values(ReportSettings, None, settings)
     if not results:
         raise InputError("; ".join(["there is no animal to report", *(f"{one.animal}: {one.reason}" for one in lost)]))
     cohort = gathered(results, reference, lost=lost)
-    return write_cohort_report(cohort, folder, pdf=pdf, title=title, family=family or Family(), each=each)
+    return write_cohort_report(cohort, folder, asked, title=title, each=each)
 
 
 def write_cohort_report(
     cohort: Cohort,
     folder: Path,
+    asked: ReportSettings,
     *,
-    pdf: bool,
     title: str,
-    family: Family,
     each: Each = map,
 ) -> Path:
     """Do what `write_report` does, for animals that are gathered already."""
     folder = Path(folder).resolve()
     _check_free(folder)
     with style():
-        primary = primary_comparison(cohort, family)
+        primary = primary_comparison(cohort, asked)
         documents = (
-            report_of(cohort, primary, family, title),
+            report_of(cohort, primary, asked, title),
             supplement_of(cohort, primary, title),
         )
-    _place(documents, folder, pdf, each)
+    _place(documents, folder, asked.pdf, each)
     return folder / PAGE
 
 
