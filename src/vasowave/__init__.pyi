@@ -40,6 +40,7 @@ from vasowave.network.network import Network as Network
 from vasowave.network.tidying import tidy as tidy
 from vasowave.network.vessel_table import write_network as write_network
 from vasowave.network_formats import read_network as read_network
+from vasowave.recording import Averaging as Averaging
 from vasowave.recording import EnsembleAverage as EnsembleAverage
 from vasowave.recording import Inflow as Inflow
 from vasowave.recording import RawRecording as RawRecording
@@ -48,6 +49,7 @@ from vasowave.recording import average_beats as average_beats
 from vasowave.recording import describe_recording as describe_recording
 from vasowave.recording import read_raw_recording as read_raw_recording
 from vasowave.recording import read_recording as read_recording
+from vasowave.report.answer.comparison import Comparison as Comparison
 from vasowave.report.write import write_report as write_report
 from vasowave.selection import Comparing as Comparing
 from vasowave.selection import compare_models as compare_models
@@ -55,6 +57,7 @@ from vasowave.solver import Numerics as Numerics
 from vasowave.solver import simulate as simulate
 from vasowave.solver import sweep as sweep
 from vasowave.study.plan import read_study as read_study
+from vasowave.study.results import Results as Results
 from vasowave.study.results import read_results as read_results
 from vasowave.study.running import run_study as run_study
 

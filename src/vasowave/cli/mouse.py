@@ -101,7 +101,7 @@ def posterior(
             vessels, cycle, law, bed=settings.beds, priors=Priors(zero=settings.zero_sd), blood=settings.blood,
             search=settings.search(law), numerics=settings.numerics, draws=draws, seed=settings.seed, progress=count,
         )  # fmt: skip
-    found.write(output)
+    found.to_netcdf(output)
     _say(found)
     typer.echo(f"Draws: {output}")
     raise typer.Exit(0 if found.diagnostics.trusted else FAILED)
