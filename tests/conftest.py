@@ -88,3 +88,10 @@ def cohort_page(cohort_report) -> str:
 def cohort_answer(cohort_report) -> str:
     """Return the first page of that report."""
     return (cohort_report / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def undrawn(monkeypatch) -> None:
+    """Leave the figures of reports empty, for tests of their words: drawing is most of what a report costs."""
+    empty = '<svg xmlns="http://www.w3.org/2000/svg" width="9pt" height="9pt" viewBox="0 0 9 9"></svg>'
+    monkeypatch.setattr("vasowave.report.blocks.svg", lambda figure: empty)
