@@ -92,7 +92,14 @@ class Search:
 
 @settings_class
 class Fitting(Search):
-    """How to search, and with what beds, blood and numerics: what `calibrate` takes by name."""
+    """How to search, and with what beds, blood and numerics: what `calibrate` takes by name.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Fitting(starts=4, bed="rc").bed
+    'rc'
+    """
 
     bed: str | type = "windkessel"
     """What stands behind the terminals: ``windkessel``, ``rc``, ``resistance``, or a class of your own; see
@@ -131,13 +138,7 @@ def calibrate(
     ends : Ends, optional
         Where the ends of searches are kept as they come, and found again by a fit that goes on after a kill.
     settings
-        Those of `Search` by name, ``starts=4``, in place of what `search` says of them, and:
-
-        - ``bed``: what stands behind the terminals: ``windkessel``, ``rc``, ``resistance``, or a class of your own; see
-          `laws.find_bed`;
-        - ``blood``: a `Blood`;
-        - ``numerics``: a `Numerics`. Its `samples` is ignored: the simulation has the recording's (at most 1024). A
-          tolerance above 1e-6 mmHg becomes 1e-6.
+        Those of `Fitting` by name, ``starts=4, bed="rc"``, in place of what `search` says of them.
 
     Returns
     -------

@@ -37,7 +37,14 @@ _OPEN = 2.0  # SD of the prior at which a search begins where a fit ended farthe
 
 @settings_class
 class Sampling:
-    """What a posterior is of, and how it is drawn: what `posterior` takes by name."""
+    """What a posterior is of, and how it is drawn: what `posterior` takes by name.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Sampling(draws=200, search=vw.Search(fixed={"c1": 1.0})).draws
+    200
+    """
 
     bed: str | type = "windkessel"
     """As for `calibrate`."""
@@ -88,13 +95,7 @@ def posterior(
     progress : callable, optional
         Called with the number of simulations so far.
     settings
-        - ``bed``, ``blood``, ``numerics``: as for `calibrate`;
-        - ``priors``: a `Priors`, what is assumed before;
-        - ``search``: a `Search`. Its ``fixed`` parameters are held, its ``pressure_harmonics`` are compared; the rest
-          does not matter here;
-        - ``draws``: draws that are simulated and weighted, 400 by default, at least 40;
-        - ``seed``: of everything random; the same seed gives the same result;
-        - ``workers``: threads; by default as many as the process may use.
+        Those of `Sampling` by name: ``draws=200, priors=vw.Priors(radius_scale=0.1)``.
 
     Raises
     ------

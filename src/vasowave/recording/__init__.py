@@ -9,7 +9,7 @@ from vasowave.recording.ensemble import Averaging, Beat, EnsembleAverage, averag
 from vasowave.recording.harmonics import HarmonicErrors, harmonic_errors
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
-from vasowave.recording.read_raw import read_raw_recording
+from vasowave.recording.read_raw import Reading, read_raw_recording
 
 __all__ = [
     "Averaging",
@@ -22,6 +22,7 @@ __all__ = [
     "HarmonicErrors",
     "Inflow",
     "RawRecording",
+    "Reading",
     "Recording",
     "Step",
     "average_beats",

@@ -128,7 +128,14 @@ def one_cycle(given: object) -> Recording:
 
 @settings_class
 class Averaging:
-    """From continuous recordings to one cycle. Only for animals of kind 'raw'."""
+    """From continuous recordings to one cycle. Only for animals of kind 'raw'.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Averaging(beats=12, drift="warn").samples
+    256
+    """
 
     beats: Annotated[int, Ge(2)] = 20
     """Number of beats to average, 20 in the paper."""

@@ -33,7 +33,14 @@ INTERPOLATED = note_kind("recording.interpolated", "'{title}' was interpolated f
 
 @settings_class
 class Reading:
-    """What to read of a continuous recording: what `read_raw_recording` takes by name."""
+    """What to read of a continuous recording: what `read_raw_recording` takes by name.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Reading(flow="Flow 2", start=30, end=60).end
+    60.0
+    """
 
     pressure: str | None = None
     """Title of its channel; needed where neither titles nor units leave one answer (a note says what was guessed)."""
@@ -68,14 +75,7 @@ def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **
     progress : callable, optional
         Is called with the fraction of a text file that was read, 0 to 1.
     settings
-        - ``pressure``, ``flow``, ``ecg``: titles of the channels; needed where neither titles nor units leave one
-          answer (a note says what was guessed);
-        - ``pressure_unit``, ``flow_unit``: units of channels for which the file names none (in LabChart: for which no
-          units conversion was set), or a wrong one: what is given here counts;
-        - ``block``: which block to read, counted from 1; by default the longest (a note says which);
-        - ``start``, ``end``: stretch to read, s since the start of the block. Gaps elsewhere do not matter then. What
-          is outside is kept in `RawRecording.beside`, because it shows the drift of the pressure;
-        - ``sampling_rate``: samples per second of a table without a time column.
+        Those of `Reading` by name: ``flow="Flow 2", start=30, end=60``; needed where the file leaves several answers.
 
     Raises
     ------

@@ -34,7 +34,14 @@ class ReportFiles:
 
 @settings_class
 class ReportSettings(Family, ReportFiles):
-    """The report: its files, and what of it is primary."""
+    """The report: its files, and what of it is primary.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.ReportSettings(pdf=False, quantities=("mPAP", "stiffness")).pdf
+    False
+    """
 
 
 def write_report(
@@ -65,8 +72,7 @@ def write_report(
     each : callable
         Draws the figures as `map` would; that of a pool of processes draws several at a time.
     settings
-        - ``pdf``: whether to typeset the PDF too, True by default;
-        - ``law``, ``quantities``: what is primary, and has one p together; see `cohort.primary.Family`.
+        Those of `ReportSettings` by name: ``pdf=False``; ``law, quantities``, the primary family.
 
     Raises
     ------

@@ -77,7 +77,7 @@ class StoredAnimal:
 class Results(Mapping[str, AnimalResult]):
     """What came out of a study: a mapping of every animal's name to its result.
 
-    The animals are read when they are asked for, each checked against its SHA-256.
+    The animals are read when they are asked for, each checked against its SHA-256. See `read_results`.
 
     Attributes
     ----------
