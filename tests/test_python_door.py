@@ -63,6 +63,18 @@ def test_every_line_of_the_page_for_python_users_runs(study, tmp_path, monkeypat
         plt.close("all")
 
 
+def test_what_a_value_draws_is_a_figure_that_a_notebook_shows(results):
+    import matplotlib.pyplot as plt
+
+    plt.close("all")
+    mouse, result = vw.virtual_mouse(), results["CTL 1"]
+    for count, draw in enumerate((vw.control_network().plot, mouse.plot, result.plot.pressure), start=1):
+        draw()
+        assert len(plt.get_fignums()) == count
+    assert results.compare("HPH").forest().figure.number in plt.get_fignums()
+    plt.close("all")
+
+
 def test_what_the_page_calls_another_name_is_not_there():
     """Else the page would hide what works, or two names would mean one thing."""
     for value, absent in (
@@ -133,7 +145,7 @@ def test_a_comparison_says_itself_draws_itself_and_can_be_turned_round(results):
     assert comparison.reference == "CTL"
     assert "HPH" in repr(comparison)
     assert "HPH against CTL" in comparison._repr_html_()
-    words = [text.get_text() for ax in comparison.forest().axes for text in ax.texts]
+    words = [text.get_text() for ax in comparison.forest().figure.axes for text in ax.texts]
     assert any("mPAP" in text for text in words)
 
 
