@@ -289,8 +289,8 @@ def read_results(folder: Path) -> Results:
     >>> results = vw.read_results(Path())
     >>> results["mouse 6"].laws["linear"].rmse < 0.5  # mmHg
     True
-    >>> results.table().query("quantity == 'beta'")[["animal", "law", "unit"]].to_numpy().tolist()
-    [['mouse 6', 'linear', 'mmHg']]
+    >>> results.table().query("law == 'linear' and quantity == 'R_T'")[["animal", "unit"]].to_numpy().tolist()
+    [['mouse 6', 'mmHg s/ml']]
     """
     folder = Path(folder)
     where = next((one for one in (folder / "results", folder) if (one / INDEX).is_file()), None)
