@@ -14,6 +14,15 @@ from vasowave.recording import Inflow
 SHARED = Path(__file__).parents[1] / ".." / "shared" / "data"
 
 
+def pytest_collection_modifyitems(items):
+    """Mark what is `fast`: everything but validation and the files and tests that `slow.txt` names."""
+    slow = set((Path(__file__).parent / "slow.txt").read_text(encoding="utf-8").split("\n"))
+    for item in items:
+        names = {item.nodeid.partition("::")[0], item.nodeid.partition("[")[0]}
+        if not names & slow and not item.get_closest_marker("validation"):
+            item.add_marker(pytest.mark.fast)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _linear_algebra_on_one_thread():
     """Let small matrices cost what they cost: threads that wait for each other spin, beside another worker above all.

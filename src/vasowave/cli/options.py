@@ -28,6 +28,7 @@ _REPEATED = {"outlets": "--outlet"}
 
 _CELLS = {
     "period": "period [s]",
+    "wedge": "wedge [mmHg]",
     "block": "block",
     "start": "start [s]",
     "end": "end [s]",

@@ -44,7 +44,9 @@ class Priors:
     image_pressure: Spread = 0.3
     """SD of the logarithm of the pressure at which the image was taken, where the network has one."""
     zero: Annotated[float, Ge(0)] = 0.5
-    """SD of the zero of the pressure, mmHg: catheter and the pressure behind the vascular beds, which counts as 0."""
+    """SD of the zero of the pressure, mmHg: of the catheter."""
+    wedge: Annotated[float, Ge(0)] = 0.0
+    """SD of the pressure behind the vascular beds around the recording's wedge pressure, mmHg."""
     discrepancy: tuple[Positive, Spread] = (0.3, 0.7)
     """Median (mmHg) and SD of the logarithm of the standard deviation of what no parameters of the model explain. The
     residuals of the twelve published mice are 0.11 to 0.65 mmHg."""

@@ -102,6 +102,10 @@ class Unknowns:
         if image:
             meaning = "pressure at which the image was taken"
             structure["image_pressure"] = Unknown("mmHg", meaning, float(image), priors.image_pressure, True, "image")
+        behind = self.space.outlet_pressure
+        structure["wedge"] = Unknown(
+            "mmHg", "pressure behind the vascular beds", behind, priors.wedge, False, "recording"
+        )
         if self.fall.any():
             meaning = "factor of all measured tapers"
             structure["taper_scale"] = Unknown("1", meaning, 1.0, priors.taper_scale, False, "image")
@@ -146,7 +150,7 @@ class Unknowns:
         kind, nominal = type(self.space.outlets), self.nominal
         beds = nominal_beds(kind, network, nominal.total_resistance, nominal.time_constant)
         factors = (float(value[name]) for name in self.space.names[len(law._fields) :])
-        return Model(network, wall, beds.scaled(*factors), self.space.blood)
+        return Model(network, wall, beds.scaled(*factors), self.space.blood, float(value["wedge"]))
 
     def tapered(
         self,

@@ -31,7 +31,7 @@ class Stepper:
         self.inflow = inflow.resampled(steps)
         dt = inflow.period / steps
         self.parts = grid.vessels, grid.cells(dt), grid.ends(dt)
-        self.outlets = outlet_steps(grid.model.outlets, steps, inflow.period)
+        self.outlets = outlet_steps(grid.model.outlets, steps, inflow.period, grid.model.outlet_pressure)
         blood = grid.model.blood
         self.fluid = Fluid(blood.inertia, *blood.friction.coefficients(blood.viscosity, inflow.period))
         slots, vessels = len(grid.vessel), len(grid.model.network)
