@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import pandas as pd
 from annotated_types import Ge, Le
+from pydantic import BeforeValidator
 
 from vasowave.calibration import search as searching
 from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, checked_harmonics, compared_part
@@ -83,7 +84,9 @@ class Search:
     and c1 have none). p1 is that of eq. 4; the published table lists π p1."""
     fixed: Annotated[Mapping[str, Positive], Example({"gamma": 2})] = field(default_factory=dict)
     """Parameters held at a value, in the same units."""
-    pressure_harmonics: Annotated[str | int, Check(checked_harmonics, _harmonics_schema)] = "signal"
+    pressure_harmonics: Annotated[
+        str | int, BeforeValidator(checked_harmonics), Check(checked_harmonics, _harmonics_schema)
+    ] = "signal"
     """Harmonics of the pressure that are compared: those that carry signal, all that the recording holds (the paper's
     practice, up to 1024 samples), or up to a number, at least 8."""
     seed: Annotated[int, Ge(0)] = 0
