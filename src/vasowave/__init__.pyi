@@ -52,7 +52,7 @@ from vasowave.recording import average_beats as average_beats
 from vasowave.recording import describe_recording as describe_recording
 from vasowave.recording import read_raw_recording as read_raw_recording
 from vasowave.recording import read_recording as read_recording
-from vasowave.report.write import ReportSettings as ReportSettings
+from vasowave.report.settings import ReportSettings as ReportSettings
 from vasowave.report.write import write_report as write_report
 from vasowave.selection import Comparing as Comparing
 from vasowave.selection import compare_models as compare_models

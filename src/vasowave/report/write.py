@@ -7,7 +7,7 @@ from typing import Any
 from vasowave.animal.failure import Failure
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort, gathered
-from vasowave.cohort.primary import Family, primary_comparison
+from vasowave.cohort.primary import primary_comparison
 from vasowave.errors import InputError
 from vasowave.figures.style import style
 from vasowave.io.files import write_folder
@@ -16,32 +16,13 @@ from vasowave.report.contents import report_of, supplement_of
 from vasowave.report.files import Each, write_figures, write_tables
 from vasowave.report.html import page
 from vasowave.report.pdf import write_pdf
-from vasowave.settings import given_values, settings_class
+from vasowave.report.settings import ReportSettings
+from vasowave.settings import given_values
 
 PAGE, FIGURES, TABLES = f"{REPORT}.html", "figures", "tables"
 PDFS = f"{REPORT}.pdf", f"{SUPPLEMENT}.pdf"
 _OURS = (PAGE, f"{SUPPLEMENT}.html", *PDFS, FIGURES, TABLES)
 _MARK = 'name="generator" content="vasowave'
-
-
-@settings_class
-class ReportFiles:
-    """The files of the report."""
-
-    pdf: bool = True
-    """Whether the pages are also written as PDF."""
-
-
-@settings_class
-class ReportSettings(Family, ReportFiles):
-    """The report: its files, and what of it is primary.
-
-    Examples
-    --------
-    >>> import vasowave as vw
-    >>> vw.ReportSettings(pdf=False, quantities=("mPAP", "stiffness")).pdf
-    False
-    """
 
 
 def write_report(

@@ -33,14 +33,14 @@ from vasowave.io.files import made_inside, write_file
 from vasowave.model.law_files import looking_in, plain, remember
 from vasowave.notebook import card
 from vasowave.provenance import provenance
-from vasowave.report.answer.comparison import Comparison
+from vasowave.report.settings import ReportSettings
 from vasowave.report.wording import some_of
-from vasowave.report.write import ReportSettings
 from vasowave.settings import given_values
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import piece_digest
 
 if TYPE_CHECKING:
+    from vasowave.report.answer.comparison import Comparison
     from vasowave.report.files import Each
 from vasowave.io.textfile import read_bytes
 
@@ -171,7 +171,7 @@ class Results(Mapping[str, AnimalResult]):
         parts = [result.table() for result in self.in_order(whole=False)]
         return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=[*TIDY])
 
-    def compare(self, group: str, reference: str | None = None, **family: Any) -> Comparison:
+    def compare(self, group: str, reference: str | None = None, **family: Any) -> "Comparison":
         """Compare a group with another as the report does, by its primary comparison.
 
         Parameters
@@ -188,6 +188,8 @@ class Results(Mapping[str, AnimalResult]):
             There is no such group, or it is the reference; a law or a quantity that no animal has; the file of an
             animal is missing or damaged.
         """
+        from vasowave.report.answer.comparison import Comparison
+
         results = self.in_order(whole=False)
         first = reference or (results[0].group if results else None)
         cohort = gathered(results, first, whole=self.__getitem__, lost=self.lost)

@@ -14,7 +14,7 @@ from vasowave.errors import InputError
 from vasowave.model.blood import FRICTIONS, Blood, BoundaryLayer, Fluid, FrictionName, PowerLaw
 from vasowave.network.network import HIGHEST
 from vasowave.recording import Averaging
-from vasowave.report.write import ReportSettings
+from vasowave.report.settings import ReportSettings
 from vasowave.settings import Check, Positive, settings_class, settings_of
 from vasowave.solver import Numerics
 from vasowave.solver.numerics import Resolution
