@@ -244,9 +244,9 @@ def _sentence(owner: type, error: Mapping[str, Any]) -> str:
     return str(_finding(owner, error))
 
 
-def _finding(owner: type, error: Mapping[str, Any]) -> Finding:
+def _finding(owner: type, refused: Mapping[str, Any]) -> Finding:
     """Return what is wrong with a value, from what pydantic says of it."""
-    at, code, given, told = list(error["loc"]), error["type"], error["input"], error.get("ctx", {})
+    at, code, given, told = list(refused["loc"]), refused["type"], refused["input"], refused.get("ctx", {})
     key = _name(at)
     if code == "unexpected_keyword_argument":
         return _unknown_key(owner, at)
@@ -258,10 +258,10 @@ def _finding(owner: type, error: Mapping[str, Any]) -> Finding:
     kind = _CODES.get(code, NOT_VALID)
     if given is None and kind not in _OF_SHAPE:
         return EMPTY(key=key)
-    if code == "float_parsing" and "," in str(given):
+    if code == "float_parsing" and isinstance(given, str) and "," in given:
         return DECIMAL_COMMA(key=key, given=_shown(given))
     limits = {name: limit for name, limit in told.items() if isinstance(limit, int | float)}
-    return kind(key=key, given=_shown(given), **limits | ({"why": str(error["msg"])} if kind is NOT_VALID else {}))
+    return kind(key=key, given=_shown(given), **limits | ({"why": str(refused["msg"])} if kind is NOT_VALID else {}))
 
 
 def _shown(given: Any) -> str:

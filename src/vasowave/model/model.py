@@ -114,7 +114,7 @@ class Model:
 
 def _pressures(given: Any, terminals: list[str]) -> np.ndarray:
     try:
-        values = np.broadcast_to(np.asarray(given, dtype=float), len(terminals))
+        values = np.array(np.broadcast_to(np.asarray(given, dtype=float), len(terminals)))
     except (TypeError, ValueError):
         raise InputError(
             f"outlet_pressure: give one number, or one for each of the {len(terminals)} terminal vessels, mmHg"
