@@ -10,11 +10,14 @@ from vasowave.errors import InputError
 from vasowave.model.blood import Blood
 from vasowave.model.outlets import Outlets
 from vasowave.model.per_vessel import one_per_vessel
+from vasowave.model.shape import Shape, shape_of
 from vasowave.model.walls import Wall
 from vasowave.network.network import Network
 from vasowave.notebook import card, upstairs
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import xarray as xr
 
     from vasowave.recording import Inflow, Recording
@@ -36,12 +39,14 @@ class Model:
     outlets : Windkessel, other Bed, or ImpedanceSpectrum
         One value per terminal vessel, in the order of ``network.terminals``.
     blood : Blood
+    shape : Shape, optional
+        How radius and stiffness change along the vessels; by default the taper of the network, where it has one.
 
     Raises
     ------
     InputError
         A parameter that is not a positive finite number or has the wrong shape, or a law without an area at the
-        pressure of the image; the vessel is named.
+        pressure of the image; the vessel is named. A shape of another number of vessels.
 
     Examples
     --------
@@ -56,6 +61,7 @@ class Model:
     wall: Any
     outlets: Outlets
     blood: Blood = field(default_factory=Blood)
+    shape: Shape | None = None
 
     def __post_init__(self) -> None:
         """Expand every parameter to one value per vessel or terminal, and check it."""
@@ -66,6 +72,8 @@ class Model:
         terminals = [self.network.name[row] for row in self.network.terminals]
         object.__setattr__(self, "wall", one_per_vessel(self.wall, self.network.name, "wall"))
         object.__setattr__(self, "outlets", self.outlets.checked(terminals))
+        if self.shape is not None and len({1, len(self.network), *_rows(self.shape)}) > 2:
+            raise InputError(f"shape: give one row of points, or one for each of the {len(self.network)} vessels")
         bad = np.flatnonzero(~(np.isfinite(self.area0) & (self.area0 > 0)))
         if len(bad):
             raise InputError(
@@ -75,10 +83,47 @@ class Model:
 
     @cached_property
     def area0(self) -> np.ndarray:
-        """Cross-sectional area A0 at zero pressure, cm², shape (vessel,): measured area over the law's ratio there."""
+        """Cross-sectional area A0 at zero pressure, cm², shape (vessel,): measured area over the law's ratio there.
+
+        It is that of the vessel's own radius; where the vessel changes along its way, `at` knows more.
+        """
+        return self._area0(self.wall, self.network.area)
+
+    def _area0(self, wall: Any, area: np.ndarray) -> np.ndarray:
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-            ratio = np.asarray(self.wall.ratio_at(self.network.pressure, *self.wall))
-            return self.network.area / ratio
+            return area / np.asarray(wall.ratio_at(self.network.pressure, *wall))
+
+    @cached_property
+    def profile(self) -> Shape | None:
+        """The shape that was given or else follows from the network's taper; nothing where all vessels are straight."""
+        shape = shape_of(self.network) if self.shape is None else self.shape
+        return shape if shape is not None and shape.changes.any() else None
+
+    @cached_property
+    def changing(self) -> np.ndarray:
+        """True for a vessel whose radius or stiffness changes along its way, shape (vessel,)."""
+        none = np.zeros(len(self.network), dtype=bool)
+        return none if self.profile is None else none | self.profile.changes
+
+    @cached_property
+    def stiffening(self) -> np.ndarray:
+        """True for a vessel whose stiffness does, shape (vessel,)."""
+        none = np.zeros(len(self.network), dtype=bool)
+        return none if self.profile is None else none | self.profile.stiffens
+
+    def at(self, vessel: "np.ndarray | Sequence[int]", share: "np.ndarray | Sequence[float]") -> tuple[Any, np.ndarray]:
+        """Return the wall law and A0 (cm²) at places: rows of vessels, and shares of their length from the inlet.
+
+        Both have the same shape, which is that of A0 and of every parameter of the law.
+        """
+        vessel = np.asarray(vessel)
+        wall, area0 = type(self.wall)(*(value[vessel] for value in self.wall)), self.area0[vessel]
+        if self.profile is None:
+            return wall, area0
+        radius, stiffness = self.profile.at(vessel, np.asarray(share))
+        parameters = self.wall.law().parameters
+        wall = type(wall)(*(value * one.scale(stiffness) for value, one in zip(wall, parameters, strict=True)))
+        return wall, self._area0(wall, self.network.area[vessel] * radius**2)
 
     def __repr__(self) -> str:
         parameters = ", ".join(
@@ -103,6 +148,10 @@ class Model:
     def changed(self, **parts: Any) -> "Model":
         """Return a model with other parts: ``model.changed(wall=LinearWall(60.0))``."""
         return replace(self, **parts)
+
+
+def _rows(shape: Shape) -> tuple[int, int]:
+    return len(np.asarray(shape.radius)), len(np.asarray(shape.stiffness))
 
 
 def _spread(values: np.ndarray) -> str:

@@ -1,6 +1,6 @@
 """Directions: relative changes of a model, in which derivatives are taken."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,16 +14,32 @@ class Direction(NamedTuple):
 
     Attributes
     ----------
-    wall : array, shape (parameter, vessel)
-    area0, length : array, shape (vessel,)
-    outlets : array, shape (field, terminal)
-        Of the fields of the beds.
+    before, after : Model
+    apart : float
+        How far they are apart in the number.
     """
 
-    wall: np.ndarray
-    area0: np.ndarray
-    length: np.ndarray
-    outlets: np.ndarray
+    before: Model
+    after: Model
+    apart: float
+
+    def walls(self, vessel: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Return what becomes of the wall law's parameters and A0 at places (`Model.at`), (parameter + 1, place)."""
+        low, high = (np.array([*wall, area0]) for wall, area0 in (m.at(vessel, share) for m in self[:2]))
+        return self._relative(low, high)
+
+    @property
+    def length(self) -> np.ndarray:
+        """What becomes of the vessels' lengths, shape (vessel,)."""
+        return self._relative(self.before.network.length, self.after.network.length)
+
+    @property
+    def outlets(self) -> np.ndarray:
+        """What becomes of the fields of the beds, shape (field, terminal)."""
+        return self._relative(np.array(list(self.before.outlets)), np.array(list(self.after.outlets)))
+
+    def _relative(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        return np.asarray(np.log(high / low) / self.apart)
 
 
 def direction_between(before: Model, after: Model, apart: float) -> Direction:
@@ -40,13 +56,4 @@ def direction_between(before: Model, after: Model, apart: float) -> Direction:
         raise InputError("derivatives need beds of one kind with parameters; an impedance spectrum has none")
     if before.network.name != after.network.name or type(before.wall) is not type(after.wall):
         raise InputError("a direction leads between two models of the same vessels and the same wall law")
-
-    def relative(low: Any, high: Any) -> np.ndarray:
-        return np.asarray(np.log(np.array(high) / np.array(low)) / apart)
-
-    return Direction(
-        relative(tuple(before.wall), tuple(after.wall)),
-        relative(before.area0, after.area0),
-        relative(before.network.length, after.network.length),
-        relative(tuple(before.outlets), tuple(after.outlets)),
-    )
+    return Direction(before, after, apart)

@@ -42,7 +42,7 @@ def common_discharge(grid: Grid, scale: Scale, state: State, period: float) -> D
     if not isinstance(beds, Bed):
         none = np.zeros(len(scale.vector(state)))
         return Discharge(none, none)
-    wall, area0 = grid.wall, model.area0[grid.vessel]
+    wall, area0 = grid.wall, grid.area0
     per_pressure = walls.area_compliance(wall, walls.pressure(wall, state.area, area0), area0)
     circuit = beds.circuit()
     held = np.where(circuit.compliance > 0, 1.0, 0.0)[:, np.newaxis] * np.ones_like(state.memory)

@@ -91,6 +91,7 @@ def run_cycles(model: Model, inflow: Inflow, numerics: Numerics, count: int) -> 
 
 def _finished(stepper: Stepper, end: State, convergence: Convergence, scale: Scale, numerics: Numerics) -> Run:
     require_subcritical(stepper.mach)
+    stepper.stations[0, :, :, 1] *= stepper.grid.middle
     cells = stepper.cells if not numerics.every_cell else at_samples(stepper.cells, numerics.samples, axis=1)
     return Run(
         stepper.grid, stepper.period, stepper.steps, numerics.samples, stepper.inlet_area, stepper.stations, cells, end,

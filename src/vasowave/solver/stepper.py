@@ -30,16 +30,16 @@ class Stepper:
         self.grid, self.numerics, self.steps, self.period = grid, numerics, steps, inflow.period
         self.inflow = inflow.resampled(steps)
         dt = inflow.period / steps
-        self.parts = grid.vessels, grid.cells(dt), grid.ends(dt)
+        self.parts = grid.vessels, grid.cells(dt), grid.faces(dt), grid.ends(dt), grid.changing
         self.outlets = outlet_steps(grid.model.outlets, steps, inflow.period)
         blood = grid.model.blood
         self.fluid = Fluid(blood.inertia, *blood.friction.coefficients(blood.viscosity, inflow.period))
         slots, vessels = len(grid.vessel), len(grid.model.network)
-        self.law = grid.wall, grid.wall_at_ends()
+        self.law = grid.wall, grid.face_wall, grid.wall_at_ends()
         self.scratch = (
             Faces(np.ones(slots), np.ones(slots)),
             Fluxes(*np.ones((3, slots))),
-            make_node_states(self.parts[2]),
+            make_node_states(self.parts[3]),
         )
         self.inlet_area = np.zeros(steps)
         kept = steps // numerics.kept_every(steps)
