@@ -25,6 +25,18 @@ def faces_by_pressure(flow, cells, at_faces, wall, changing, fluxes, faces):
 
 
 @njit(**OPTIONS)
+def keep_energy(flow, cells, changing, faces):
+    """Take the momentum flux q²/A in the cells as ū Δq + Ā Δ(u²/2), with which a steady flow keeps Bernoulli's energy.
+
+    The difference of q²/A itself has ½ Δ(u²) (Ā + Δu ΔA/4ū): of second order, but it grows with the change of area.
+    """
+    for j in changing.cell:
+        wider = faces.area[j + 1] - faces.area[j]
+        faster = faces.flow[j + 1] / faces.area[j + 1] - faces.flow[j] / faces.area[j]
+        flow[j] += 0.5 * cells.half[j] * wider * faster * faster
+
+
+@njit(**OPTIONS)
 def carry_to_ends(ends, wall, fluid, changing, fluxes, nodes):
     """Area that the ends' own walls have at the pressures of the cells, its drag, and what the change of area adds."""
     for e in changing.end:

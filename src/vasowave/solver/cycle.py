@@ -25,7 +25,7 @@ from vasowave.solver.cells import (
     update_cells,
     worst_slot,
 )
-from vasowave.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure
+from vasowave.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure, keep_energy
 from vasowave.solver.nodes import characteristics, gather, solve_nodes
 
 DONE, LEFT_LAW, NODE_FAILED = 0, 1, 2
@@ -121,6 +121,7 @@ def _compiled() -> Any:
             if cells_kept:
                 record_cells(n // of_cells, area, flow, cell_out)
             update_cells(area, flow, cells, fluid, fluxes, faces)
+            keep_energy(flow, cells, changing, faces)
             continue_lines(area, flow, vessels.single, faces)
             continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
             if cells_kept:

@@ -17,7 +17,7 @@ from vasowave.model.model import Model
 
 _STEADY_ERROR = 2e-4  # of the pressure, allowed to the fall of the mean pressure along a vessel
 _FLAT = 0.05  # share of the pressure: where the mean falls by more, a vessel's middle is not the mean of its ends
-_NINE, _SIMPSON = np.linspace(0.0, 1.0, 9), np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24  # places and their weights
+_SIMPSON = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24  # weights of nine places
 
 
 class Vessels(NamedTuple):
@@ -67,7 +67,7 @@ class Cells(NamedTuple):
     smallest: np.ndarray  # (slot,) cm², below it the wall law ends
     largest: np.ndarray  # (slot,) cm², above it the wall law ends
     half: np.ndarray  # (slot,) dt/(2 dx), s/cm
-    dt: np.ndarray  # (slot,) s
+    dt: np.ndarray  # (slot,) in which drag acts, s
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +164,7 @@ class Grid:
         single = cell[self.counts[self.vessel[cell]] == 1]
         end = np.flatnonzero(self.model.changing[self._ends[1]])
         places = np.setdiff1d(cell, self.vessels.first), cell, slot, end, single
-        return Changing(*(place.astype(np.uintp) for place in places))
+        return Changing(*(place.astype(np.int64) for place in places))
 
     @property
     def places(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
@@ -198,9 +198,12 @@ class Grid:
         area0 = np.broadcast_to(self.at_stations[1], (3, len(left)))[1]
         return np.asarray(area0 / (0.5 * (self.face_area0[left] + self.face_area0[right])))
 
-    def cells(self, dt: float) -> Cells:
-        """Return the slots' constants for the time step `dt` (s)."""
-        return self._constants(self.wall, self.area0, dt)
+    def cells(self, dt: float, friction: tuple[float, float]) -> Cells:
+        """Return the slots' constants for the time step `dt` (s) and the coefficients of the friction."""
+        cells, where = self._constants(self.wall, self.area0, dt), self.changing.cell
+        if len(where):
+            cells.dt[where] *= self._drag_along(where, *friction)
+        return cells
 
     def faces(self, dt: float) -> Cells:
         """Return the same of their left faces."""
@@ -210,6 +213,16 @@ class Grid:
         low, high = wall.limits(*wall)
         step = np.where(self.is_cell, dt, 0.0)
         return Cells(1 / area0, low * area0, high * area0, step / (2 * self.spacing), step)
+
+    def _drag_along(self, cells: np.ndarray, k0: float, k1: float) -> np.ndarray:
+        """Fall of pressure by drag along cells over that by the mean of their faces, from their radii alone."""
+        left, right = self.share[1][cells], self.share[1][cells + 1]
+        share = np.linspace(left, right, len(_SIMPSON))
+        A = self.model.at(np.broadcast_to(self.vessel[cells], share.shape), share)[1]
+        drag = (k0 + k1 * np.sqrt(A)) / A
+        with np.errstate(invalid="ignore"):
+            factor = (A[0] + A[-1]) / (drag[0] + drag[-1]) * np.tensordot(_SIMPSON, drag / A, axes=1)
+        return np.where(drag[0] > 0, factor, 1.0)
 
 
 def make_grid(model: Model, counts: np.ndarray) -> Grid:
@@ -225,7 +238,8 @@ def make_grid(model: Model, counts: np.ndarray) -> Grid:
     position[single + 1], position[single + 2] = 1.5 * spacing[single], -0.5 * spacing[single]
     plain = single[~model.changing[vessel[single]]]
     whole = counts[vessel]
-    share = np.where(number < whole, number + 0.5, whole - 0.5) / whole, np.minimum(number / whole, 1.0)
+    middle = np.where(number < whole, number + 0.5, whole - 0.5) / whole
+    share = middle, np.where(number <= whole, number / whole, middle)
     middles = model.at(vessel, share[0])
     lefts = model.at(vessel, share[1]) if model.changing.any() else middles
     return Grid(model, Vessels(first, first + counts, plain), vessel, share, position, spacing, *middles, *lefts)
@@ -249,17 +263,11 @@ def cell_counts(model: Model, cell_size: float, steady: LinearSolution) -> np.nd
 
 def _error_of_one_cell(model: Model, inlet: np.ndarray, outlet: np.ndarray, period: float) -> np.ndarray:
     """Error that one cell would make in the steady fall of pressure along each vessel, as a share of the pressure."""
-    p = outlet + _NINE[:, np.newaxis] * (inlet - outlet)
-    changing = model.changing.any()
-    vessel, share = np.broadcast_arrays(np.arange(len(model.network)), 1.0 - _NINE[:, np.newaxis])
-    wall, area0 = model.at(vessel, share) if changing else (model.wall, model.area0)
-    A = np.asarray(walls.area(wall, np.maximum(p, 0.0), area0))
+    p = outlet + np.linspace(0.0, 1.0, 9)[:, np.newaxis] * (inlet - outlet)
+    A = np.asarray(walls.area(model.wall, np.maximum(p, 0.0), model.area0))
     k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
     drag = (k0 + k1 * np.sqrt(A)) / A  # the fall per length is proportional to drag/A
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = (drag[0] + drag[-1]) / (A[0] + A[-1]) * np.tensordot(_SIMPSON, A / drag, axes=1)
-        if changing:  # not only the pressure changes the area, so that it is no function of the pressure
-            along = (drag[0] + drag[-1]) / (A[0] + A[-1]) / np.tensordot(_SIMPSON, drag / A, axes=1)
-            ratio = np.where(model.changing, along, ratio)
         error = np.abs((ratio - 1) * (inlet - outlet) / np.maximum(inlet, outlet))
     return np.where(np.isfinite(error), np.minimum(error, 1.0), 0.0)

@@ -30,10 +30,11 @@ class Stepper:
         self.grid, self.numerics, self.steps, self.period = grid, numerics, steps, inflow.period
         self.inflow = inflow.resampled(steps)
         dt = inflow.period / steps
-        self.parts = grid.vessels, grid.cells(dt), grid.faces(dt), grid.ends(dt), grid.changing
         self.outlets = outlet_steps(grid.model.outlets, steps, inflow.period)
         blood = grid.model.blood
-        self.fluid = Fluid(blood.inertia, *blood.friction.coefficients(blood.viscosity, inflow.period))
+        friction = blood.friction.coefficients(blood.viscosity, inflow.period)
+        self.fluid = Fluid(blood.inertia, *friction)
+        self.parts = grid.vessels, grid.cells(dt, friction), grid.faces(dt), grid.ends(dt), grid.changing
         slots, vessels = len(grid.vessel), len(grid.model.network)
         self.law = grid.wall, grid.face_wall, grid.wall_at_ends()
         self.scratch = (
@@ -89,7 +90,7 @@ class Stepper:
             within = self.parts[1].smallest[place] < cell < self.parts[1].largest[place]
             if np.isfinite(cell) and not (within or grid.is_cell[place]):  # no wall's area: the line's through its ends
                 raise too_steep(grid, grid.vessel[place], time)
-            raise left_law(grid, state, place, face if within else cell, time)
+            raise left_law(grid, state, place, face if within else None, time)
         if report[cycles.STATUS] == cycles.NODE_FAILED:
             raise no_balance(grid, state, place, time)
 

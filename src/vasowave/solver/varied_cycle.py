@@ -9,7 +9,7 @@ from vasowave.model import walls
 from vasowave.runtime.kernels import kept
 from vasowave.solver import changing_variations, node_variations, variations
 from vasowave.solver.cells import WHOLE, Faces, continue_lines, find_fluxes, inner_faces, update_cells
-from vasowave.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure
+from vasowave.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure, keep_energy
 from vasowave.solver.changing_variations import (
     change_changing_cells,
     change_changing_ends,
@@ -100,6 +100,7 @@ def _compiled() -> Any:
                 continue_lines(dA[d], dq[d], vessels.single, Faces(face_dA, face_dq))
                 continue_changing(dA[d], dq[d], changing, weight, carrying, face_dq)
             update_cells(area, flow, cells, fluid, fluxes, faces)
+            keep_energy(flow, cells, changing, faces)
             continue_lines(area, flow, vessels.single, faces)
             continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
 
