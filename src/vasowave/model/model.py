@@ -116,14 +116,18 @@ class Model:
 
         Both have the same shape, which is that of A0 and of every parameter of the law.
         """
-        vessel = np.asarray(vessel)
-        wall, area0 = type(self.wall)(*(value[vessel] for value in self.wall)), self.area0[vessel]
+        vessel, share = np.asarray(vessel), np.asarray(share)
+        wall = type(self.wall)(*(value[vessel] for value in self.wall))
         if self.profile is None:
-            return wall, area0
-        radius, stiffness = self.profile.at(vessel, np.asarray(share))
-        parameters = self.wall.law().parameters
+            return wall, self.area0[vessel]
+        stiffness, parameters = self.profile.at(vessel, share)[1], self.wall.law().parameters
         wall = type(wall)(*(value * one.scale(stiffness) for value, one in zip(wall, parameters, strict=True)))
-        return wall, self._area0(wall, self.network.area[vessel] * radius**2)
+        return wall, self._area0(wall, self.image_area(vessel, share))
+
+    def image_area(self, vessel: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Cross-sectional area, cm², at the pressure of the image, at places as in `at`."""
+        area = self.network.area[vessel]
+        return area if self.profile is None else area * self.profile.at(vessel, share)[0] ** 2
 
     def __repr__(self) -> str:
         parameters = ", ".join(

@@ -33,6 +33,7 @@ class Carrying(NamedTuple):
     gain_by_flow: np.ndarray  # (place,) of the flow that an end gains, by the flow of the cell
     gain_by_end: np.ndarray  # (place,) by the area carried to the end
     gain_by_cell: np.ndarray  # (place,) by the cell's own
+    kept: np.ndarray  # (5, slot) the flow of `keep_energy`, itself, then by area and flow of the left and the right face
     pressure: np.ndarray  # (slot,) change of pressure in one direction
 
 
@@ -100,6 +101,20 @@ def differentiate_gains(changing, nodes, carrying, slopes):
 
 
 @njit(**OPTIONS)
+def differentiate_energy(cells, changing, faces, kept):
+    """What `keep_energy` adds to the flow in the cells, and its derivatives."""
+    for j in changing.cell:
+        left, right = faces.flow[j] / faces.area[j], faces.flow[j + 1] / faces.area[j + 1]
+        wider, faster, share = faces.area[j + 1] - faces.area[j], right - left, 0.5 * cells.half[j]
+        by_speed = 2.0 * share * wider * faster
+        kept[0, j] = share * wider * faster * faster
+        kept[1, j] = by_speed * left / faces.area[j] - share * faster * faster
+        kept[2, j] = -by_speed / faces.area[j]
+        kept[3, j] = share * faster * faster - by_speed * right / faces.area[j + 1]
+        kept[4, j] = by_speed / faces.area[j + 1]
+
+
+@njit(**OPTIONS)
 def change_pressures(changing, dA, slopes, weight, pressure):
     """Changes of the pressures in the cells, or at the faces, of the vessels that change."""
     for j in changing.slot:
@@ -143,8 +158,12 @@ def change_changing_ends(dA, ends, changing, weight, carrying, slopes, changes):
 
 
 @njit(**OPTIONS)
-def change_changing_cells(face_dA, changing, slopes, stencil, face_weight, carrying, dq):
-    """Changes of the flow in the cells where the wall's changes are not the same all along; `slopes` of the faces."""
+def change_changing_cells(face_dA, face_dq, changing, slopes, stencil, longer, face_weight, carrying, dq):
+    """Changes of the flow in the cells by `keep_energy`, and where the wall's changes are not the same all along."""
+    kept = carrying.kept
+    for j in changing.cell:
+        dq[j] += kept[1, j] * face_dA[j] + kept[2, j] * face_dq[j]
+        dq[j] += kept[3, j] * face_dA[j + 1] + kept[4, j] * face_dq[j + 1] - kept[0, j] * longer[j]
     change_pressures(changing, face_dA, slopes, face_weight, carrying.pressure)
     for k in range(len(face_weight)):
         for j in changing.cell:

@@ -50,10 +50,18 @@ def direction_between(before: Model, after: Model, apart: float) -> Direction:
     Raises
     ------
     InputError
-        Outlets without parameters, or models that differ in their vessels or in the kind of their beds.
+        Outlets without parameters, or models that differ in their vessels, in how these change along their way, or in
+        the kind of their beds.
     """
     if not (isinstance(before.outlets, Bed) and type(before.outlets) is type(after.outlets)):
         raise InputError("derivatives need beds of one kind with parameters; an impedance spectrum has none")
     if before.network.name != after.network.name or type(before.wall) is not type(after.wall):
         raise InputError("a direction leads between two models of the same vessels and the same wall law")
+    if not all(np.array_equal(*both) for both in zip(_profile(before), _profile(after), strict=True)):
+        raise InputError("derivatives by the shape of vessels are not known; take differences of simulations")
     return Direction(before, after, apart)
+
+
+def _profile(model: Model) -> tuple[object, ...]:
+    profile = model.profile
+    return (None, None) if profile is None else (profile.radius, profile.stiffness)

@@ -215,10 +215,10 @@ class Grid:
         return Cells(1 / area0, low * area0, high * area0, step / (2 * self.spacing), step)
 
     def _drag_along(self, cells: np.ndarray, k0: float, k1: float) -> np.ndarray:
-        """Fall of pressure by drag along cells over that by the mean of their faces, from their radii alone."""
+        """Fall of pressure by drag along cells over that by the mean of their faces, from the image's radii alone."""
         left, right = self.share[1][cells], self.share[1][cells + 1]
         share = np.linspace(left, right, len(_SIMPSON))
-        A = self.model.at(np.broadcast_to(self.vessel[cells], share.shape), share)[1]
+        A = self.model.image_area(np.broadcast_to(self.vessel[cells], share.shape), share)
         drag = (k0 + k1 * np.sqrt(A)) / A
         with np.errstate(invalid="ignore"):
             factor = (A[0] + A[-1]) / (drag[0] + drag[-1]) * np.tensordot(_SIMPSON, drag / A, axes=1)

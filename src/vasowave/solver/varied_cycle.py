@@ -16,6 +16,7 @@ from vasowave.solver.changing_variations import (
     change_changing_faces,
     continue_changing,
     differentiate_changing,
+    differentiate_energy,
     differentiate_gains,
 )
 from vasowave.solver.cycle import PARTS
@@ -77,6 +78,7 @@ def _compiled() -> Any:
             differentiate_characteristics(ends, nodes, lines)
             differentiate_gains(changing, nodes, carrying, lines)
             differentiate_nodes(outlet, ends, lines)
+            differentiate_energy(cells, changing, faces, carrying.kept)
             for d in range(len(dA)):
                 rows = in_slots.rows[d]
                 weight, face_weight, end_weight = in_slots.wall[d, :rows], in_faces.wall[d, :rows], in_ends.wall[d, :rows]
@@ -94,7 +96,9 @@ def _compiled() -> Any:
                 change_memory(d, before, remembered[d], outlet, outlets, ends, faces, face_dq)
                 out[d, n] = at_nodes.pressure[ends.inlet]
                 change_cells(face_dA, face_dq, cells, to_cells, face_weight, dA[d], dq[d])
-                change_changing_cells(face_dA, changing, slopes, to_cells, face_weight, carrying, dq[d])
+                change_changing_cells(
+                    face_dA, face_dq, changing, slopes, to_cells, in_slots.length[d], face_weight, carrying, dq[d]
+                )
                 if in_slots.lengthens[d]:
                     lengthen_cells(in_slots.length[d], faces.flow, cells, to_cells, dA[d], dq[d])
                 continue_lines(dA[d], dq[d], vessels.single, Faces(face_dA, face_dq))

@@ -90,7 +90,7 @@ def _ones(kind: Any, shapes: Sequence[tuple[int, ...]]) -> Any:
 def _carrying(changing: Changing, rows: int, slots: int) -> Carrying:
     places = changing.face, changing.end, changing.end, changing.single, changing.single
     carried = (_ones(Carried, [(len(place),), (len(place),), (rows, len(place))]) for place in places)
-    return Carrying(*carried, *np.ones((3, len(changing.end))), np.ones(slots))
+    return Carrying(*carried, *np.ones((3, len(changing.end))), np.ones((5, slots)), np.ones(slots))
 
 
 def _weights(directions: Sequence[Direction], places: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[Weights, ...]:
