@@ -12,8 +12,8 @@ from vasowave.errors import InputError, did_you_mean
 from vasowave.inference.priors import Priors
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal, nominal_beds
-from vasowave.model.tapering import tapered
-from vasowave.network.network import MEASURED, Network
+from vasowave.model.shape import Shape
+from vasowave.network.network import MEASURED, Network, falls
 
 
 class Unknown(NamedTuple):
@@ -126,11 +126,22 @@ class Unknowns:
                 scores[i] = change / one.spread
         return scores
 
-    def model(self, scores: np.ndarray, radii: np.ndarray | None = None, lengths: np.ndarray | None = None) -> Model:
-        """Return the model at scores of shape (unknown,), with each vessel's own errors of logarithms, (vessel,).
+    def model(
+        self,
+        scores: np.ndarray,
+        radii: np.ndarray | None = None,
+        lengths: np.ndarray | None = None,
+        tapers: np.ndarray | None = None,
+    ) -> Model:
+        """Return the model at scores of shape (unknown,), with each vessel's own errors, (vessel,).
 
-        Its vessels are straight; `tapered` says what is simulated. Nominal vascular beds share the flow by Poiseuille's
-        law in the changed network, as in the one of the image.
+        Those of radius and length are of logarithms, those of the taper of the fall as a share of the radius. Nominal
+        vascular beds share the flow by Poiseuille's law in the changed network, as in the one of the image.
+
+        Raises
+        ------
+        InputError
+            A vessel that would taper until it is closed.
         """
         value = self.values(scores)
         changed: dict[str, Any] = dict.fromkeys(MEASURED) | {
@@ -146,21 +157,8 @@ class Unknowns:
         kind, nominal = type(self.space.outlets), self.nominal
         beds = nominal_beds(kind, network, nominal.total_resistance, nominal.time_constant)
         factors = (float(value[name]) for name in self.space.names[len(law._fields) :])
-        return Model(network, wall, beds.scaled(*factors), self.space.blood)
-
-    def tapered(
-        self,
-        scores: np.ndarray,
-        radii: np.ndarray | None = None,
-        lengths: np.ndarray | None = None,
-        falls: np.ndarray | None = None,
-    ) -> Model:
-        """Return the model that is simulated: as `model`, with vessels that narrow as measured, and errors of that."""
-        model = self.model(scores, radii, lengths)
-        fall = self.fall + (0.0 if falls is None else falls)
-        if not fall.any():
-            return model
-        return tapered(model, self.values(scores).get("taper_scale", 1.0) * fall)
+        fall = value.get("taper_scale", 1.0) * (self.fall + (0.0 if tapers is None else tapers))
+        return Model(network, wall, beds.scaled(*factors), self.space.blood, Shape(1.0 + np.outer(fall, [0.5, -0.5])))
 
     @cached_property
     def own_errors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -180,12 +178,4 @@ class Unknowns:
     @cached_property
     def _falls(self) -> tuple[np.ndarray, np.ndarray]:
         """Mean and SD of each vessel's fall by its measured taper and the prior; 0 where no taper was measured."""
-        network, prior = self.network, self.priors.taper
-        if network.taper is None or prior == 0:
-            return np.zeros(len(network)), np.zeros(len(network))
-        share = network.length / network.radius
-        measured = network.taper * share
-        sd = np.zeros(len(network)) if network.taper_sd is None else np.nan_to_num(network.taper_sd) * share
-        weight = prior**2 / (prior**2 + sd**2)
-        known = np.isfinite(measured)
-        return np.where(known, weight * measured, 0.0), np.where(known, np.sqrt(weight) * sd, 0.0)
+        return falls(self.network, self.priors.taper)

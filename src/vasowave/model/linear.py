@@ -15,7 +15,7 @@ from vasowave.model import walls
 from vasowave.model.model import Model
 from vasowave.recording import Inflow
 
-_PARTS = 4  # lines that a vessel makes where one changes along its way
+_PARTS = 6  # lines that a vessel makes where one changes along its way
 _GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)  # places in a line whose mean is right to third order
 
 

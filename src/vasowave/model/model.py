@@ -72,7 +72,7 @@ class Model:
         terminals = [self.network.name[row] for row in self.network.terminals]
         object.__setattr__(self, "wall", one_per_vessel(self.wall, self.network.name, "wall"))
         object.__setattr__(self, "outlets", self.outlets.checked(terminals))
-        if self.shape is not None and len({1, len(self.network), *_rows(self.shape)}) > 2:
+        if self.shape is not None and not set(self.shape.rows) <= {1, len(self.network)}:
             raise InputError(f"shape: give one row of points, or one for each of the {len(self.network)} vessels")
         bad = np.flatnonzero(~(np.isfinite(self.area0) & (self.area0 > 0)))
         if len(bad):
@@ -152,10 +152,6 @@ class Model:
     def changed(self, **parts: Any) -> "Model":
         """Return a model with other parts: ``model.changed(wall=LinearWall(60.0))``."""
         return replace(self, **parts)
-
-
-def _rows(shape: Shape) -> tuple[int, int]:
-    return len(np.asarray(shape.radius)), len(np.asarray(shape.stiffness))
 
 
 def _spread(values: np.ndarray) -> str:

@@ -56,6 +56,11 @@ class Shape:
             table.setflags(write=False)
             object.__setattr__(self, name, table)
 
+    @property
+    def rows(self) -> tuple[int, int]:
+        """Number of rows of both tables."""
+        return len(np.asarray(self.radius)), len(np.asarray(self.stiffness))
+
     @cached_property
     def changes(self) -> np.ndarray:
         """True for a row where radius or stiffness change, or differ from the vessel's own; shape (vessel,) or (1,)."""
