@@ -238,7 +238,9 @@ FAULTS = [
         "solver/changing_variations.py",
         (("kept[1, j] * face_dA[j] + kept[2, j] * face_dq[j]", "kept[1, j] * face_dA[j]"),),
     ),
-    Fault("tapers believed as they are", "network/network.py", (("prior**2 / (prior**2 + sd**2)", "prior**2 / prior**2"),)),
+    Fault(
+        "tapers believed as they are", "network/network.py", (("prior**2 / (prior**2 + sd**2)", "prior**2 / prior**2"),)
+    ),
     Fault(
         "errors of radii forgotten", UNKNOWNS, (("radii[known] = given[known]", "radii[known] *= given[known] > 0 #"),)
     ),

@@ -49,7 +49,7 @@ def test_waves_are_those_of_a_conical_horn():
     speed = float(np.sqrt(BETA / (2 * blood.inertia)))  # of the linear wall without pressure
     for k in (1, 3):
         expected = horn_impedance(2 * np.pi * k / FLOW.period, speed, blood.inertia, 3000.0)
-        assert found.input_impedance[k, 0] == pytest.approx(expected, rel=1e-3)
+        assert found.input_impedance[k, 0] == pytest.approx(expected, rel=2e-3)
         straight = linear_solution(cone(blood, (3000.0, 1e-3, 1e9), 0.0), FLOW).input_impedance[k, 0]
         assert abs(straight / expected - 1) > 0.02
 
@@ -59,7 +59,7 @@ def test_the_steady_resistance_is_that_of_the_cone():
     share = np.linspace(-0.5, 0.5, 100_001)
     expected = np.mean((1 - FALL * share) ** -3.0)
     one, other = (linear_solution(cone(Blood(), (1e-6, 1e-6, 1e-3), fall), FLOW) for fall in (FALL, 0.0))
-    assert one.resistance[0] / other.resistance[0] == pytest.approx(expected, rel=1e-3)
+    assert one.resistance[0] / other.resistance[0] == pytest.approx(expected, rel=2e-3)
 
 
 def test_spectra_along_a_vessel_join_those_of_its_ends():

@@ -1,4 +1,4 @@
-"""Vessels that change on their way: the steady ordinary differential equation, fine cells, rest, volume, derivatives."""
+"""Vessels that change on their way: the steady differential equation, fine cells, rest, volume, derivatives."""
 
 from itertools import pairwise
 

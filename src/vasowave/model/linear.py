@@ -160,7 +160,7 @@ def _mean_pressure(model: Model, flow: float, period: float) -> np.ndarray:
 
 
 def _parts(model: Model) -> list[tuple[Any, np.ndarray]]:
-    """Return wall and A0 of all vessels at places along them, two in each of their lines; one place for all if straight."""
+    """Return wall and A0 of all vessels at places along them: two in each of their lines, one if all are straight."""
     if not model.changing.any():
         return [(model.wall, model.area0)]
     rows = np.arange(len(model.network))

@@ -16,9 +16,8 @@ from vasowave.network.network import Network
 from vasowave.notebook import card, upstairs
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import xarray as xr
+    from numpy.typing import ArrayLike
 
     from vasowave.recording import Inflow, Recording
     from vasowave.solver import Numerics
@@ -111,7 +110,7 @@ class Model:
         none = np.zeros(len(self.network), dtype=bool)
         return none if self.profile is None else none | self.profile.stiffens
 
-    def at(self, vessel: "np.ndarray | Sequence[int]", share: "np.ndarray | Sequence[float]") -> tuple[Any, np.ndarray]:
+    def at(self, vessel: "ArrayLike", share: "ArrayLike") -> tuple[Any, np.ndarray]:
         """Return the wall law and A0 (cm²) at places: rows of vessels, and shares of their length from the inlet.
 
         Both have the same shape, which is that of A0 and of every parameter of the law.

@@ -15,7 +15,7 @@ Factors = float | Sequence[float] | Sequence[Sequence[float]] | np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Radius and stiffness along every vessel, as shares of the vessel's own, straight lines between evenly spaced points.
+    """Radius and stiffness along every vessel, as shares of its own: straight lines between evenly spaced points.
 
     Attributes
     ----------

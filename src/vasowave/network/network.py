@@ -277,7 +277,7 @@ def closes(taper: np.ndarray, network: Network) -> np.ndarray:
 
 
 def falls(network: Network, prior: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return what each vessel's radius falls from inlet to outlet, as a share of its radius, and its SD, shape (vessel,).
+    """Return what each vessel's radius falls from inlet to outlet, as a share of it, and its SD, shape (vessel,).
 
     Both are those of a normal prior around none of SD `prior` after the measurement: a taper that was measured with an
     error is drawn towards none. 0 where no taper is known.

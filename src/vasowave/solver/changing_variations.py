@@ -33,7 +33,7 @@ class Carrying(NamedTuple):
     gain_by_flow: np.ndarray  # (place,) of the flow that an end gains, by the flow of the cell
     gain_by_end: np.ndarray  # (place,) by the area carried to the end
     gain_by_cell: np.ndarray  # (place,) by the cell's own
-    kept: np.ndarray  # (5, slot) the flow of `keep_energy`, itself, then by area and flow of the left and the right face
+    kept: np.ndarray  # (5, slot) the flow of `keep_energy`; by area and flow of the left face; of the right
     pressure: np.ndarray  # (slot,) change of pressure in one direction
 
 
@@ -126,7 +126,7 @@ def change_pressures(changing, dA, slopes, weight, pressure):
 
 @njit(**OPTIONS)
 def change_carried(i, dp, carried, weight, j):
-    """Return the change of the area that place i has at a pressure which changes by `dp`; j is where its wall stands."""
+    """Return the change of the area that place i has at a pressure which changes by `dp`; its wall stands at j."""
     for k in range(len(weight)):
         dp -= carried.wall[k, i] * weight[k, j]
     return carried.compliance[i] * dp

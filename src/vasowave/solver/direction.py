@@ -1,12 +1,13 @@
 """Directions: relative changes of a model, in which derivatives are taken."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.model.model import Model
 from vasowave.model.outlets import Bed
+from vasowave.model.shape import Shape
 
 
 class Direction(NamedTuple):
@@ -36,7 +37,8 @@ class Direction(NamedTuple):
     @property
     def outlets(self) -> np.ndarray:
         """What becomes of the fields of the beds, shape (field, terminal)."""
-        return self._relative(np.array(list(self.before.outlets)), np.array(list(self.after.outlets)))
+        before, after = (np.array(list(cast(Any, one.outlets))) for one in (self.before, self.after))
+        return self._relative(before, after)
 
     def _relative(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         return np.asarray(np.log(high / low) / self.apart)
@@ -62,6 +64,6 @@ def direction_between(before: Model, after: Model, apart: float) -> Direction:
     return Direction(before, after, apart)
 
 
-def _profile(model: Model) -> tuple[object, ...]:
-    profile = model.profile
-    return (None, None) if profile is None else (profile.radius, profile.stiffness)
+def _profile(model: Model) -> tuple[np.ndarray, np.ndarray]:
+    shape = model.profile or Shape()
+    return np.asarray(shape.radius), np.asarray(shape.stiffness)

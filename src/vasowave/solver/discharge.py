@@ -38,7 +38,7 @@ class Discharge:
 
 def common_discharge(grid: Grid, scale: Scale, state: State, period: float) -> Discharge:
     """Return the discharge of a model about the `state` at the start of a cycle; none where it has no such circuit."""
-    model, beds = grid.model, grid.model.outlets
+    beds = grid.model.outlets
     if not isinstance(beds, Bed):
         none = np.zeros(len(scale.vector(state)))
         return Discharge(none, none)

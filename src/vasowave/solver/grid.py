@@ -168,7 +168,7 @@ class Grid:
 
     @property
     def places(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-        """Where the walls of slots, of their left faces, and of vessel ends are: vessels, and shares of their length."""
+        """Where the walls of slots, their left faces and vessel ends are: vessels, and shares of their length."""
         _, vessel, side = self._ends
         return (self.vessel, self.share[0]), (self.vessel, self.share[1]), (vessel, np.where(side > 0, 1.0, 0.0))
 

@@ -32,7 +32,9 @@ def judge(grid: Grid, period: float, steps: int, area: np.ndarray) -> Judged:
     for rows, waves in _waves_by_cells(grid, period, area):
         found[:, rows] = waves.judged(period, steps)
     judged = Judged(*found)
-    gathered = echoes(grid.model, period, _as_in_middle(grid, area).mean(axis=(0, 2))) * from_root(network, judged.dispersion)
+    gathered = echoes(grid.model, period, _as_in_middle(grid, area).mean(axis=(0, 2))) * from_root(
+        network, judged.dispersion
+    )
     return judged._replace(error=judged.error - judged.dispersion + gathered)
 
 

@@ -76,7 +76,11 @@ class FromLinear:
             pressure, flow = pressure[:, np.newaxis], flow[:, np.newaxis]
         speed = walls.wave_speed(wall, pressure, model.blood.inertia)
         speed = speed + np.abs(flow) / walls.area(wall, pressure, area0)
-        return np.max(speed, axis=tuple(range(area0.ndim))) / self.grid.spacing[self.grid.vessels.first] * (linear.period / AIM)
+        return (
+            np.max(speed, axis=tuple(range(area0.ndim)))
+            / self.grid.spacing[self.grid.vessels.first]
+            * (linear.period / AIM)
+        )
 
     def mean_pressure(self) -> np.ndarray:
         """Return the mean pressures of the linear solution, mmHg."""

@@ -72,7 +72,17 @@ def _compiled() -> Any:
             differentiate_cells(faces.area, faces.flow, cells, fluid, fluxes, slopes, to_cells)
             gather_slopes(ends, nodes, faces, cell_slopes, slopes, lines)
             differentiate_changing(
-                area, ends, (cells, at_faces, changing), law, shifted, fluid, cell_fluxes, fluxes, nodes, carrying, lines
+                area,
+                ends,
+                (cells, at_faces, changing),
+                law,
+                shifted,
+                fluid,
+                cell_fluxes,
+                fluxes,
+                nodes,
+                carrying,
+                lines,
             )
             differentiate_speeds(ends, fluid, end_wall, end_wall_beside, nodes, lines)
             differentiate_characteristics(ends, nodes, lines)
@@ -80,16 +90,30 @@ def _compiled() -> Any:
             differentiate_nodes(outlet, ends, lines)
             differentiate_energy(cells, changing, faces, carrying.kept)
             for d in range(len(dA)):
-                rows = in_slots.rows[d]
-                weight, face_weight, end_weight = in_slots.wall[d, :rows], in_faces.wall[d, :rows], in_ends.wall[d, :rows]
+                rows, longer = in_slots.rows[d], in_slots.length[d]
+                weight, face_weight, end_weight = (
+                    in_slots.wall[d, :rows],
+                    in_faces.wall[d, :rows],
+                    in_ends.wall[d, :rows],
+                )
                 change_faces(dA[d], dq[d], cells, to_faces, weight, face_dA, face_dq)
                 change_changing_faces(
-                    dA[d], dq[d], cells, changing, cell_slopes, to_faces, weight, face_weight, carrying, face_dA, face_dq
+                    dA[d],
+                    dq[d],
+                    cells,
+                    changing,
+                    cell_slopes,
+                    to_faces,
+                    weight,
+                    face_weight,
+                    carrying,
+                    face_dA,
+                    face_dq,
                 )
                 change_characteristics(dA[d], dq[d], ends, lines, end_weight, at_nodes)
                 change_changing_ends(dA[d], ends, changing, end_weight, carrying, lines, at_nodes)
                 if in_slots.lengthens[d]:
-                    lengthen_faces(in_slots.length[d], flow, cells, to_faces, face_dA, face_dq)
+                    lengthen_faces(longer, flow, cells, to_faces, face_dA, face_dq)
                     lengthen_characteristics(in_ends.length[d], lines, at_nodes)
                 change_nodes(d, before, remembered[d], outlet, outlets, ends, faces, lines, at_nodes)
                 change_ends(ends, nodes, lines, at_nodes, face_dA, face_dq)
@@ -97,10 +121,10 @@ def _compiled() -> Any:
                 out[d, n] = at_nodes.pressure[ends.inlet]
                 change_cells(face_dA, face_dq, cells, to_cells, face_weight, dA[d], dq[d])
                 change_changing_cells(
-                    face_dA, face_dq, changing, slopes, to_cells, in_slots.length[d], face_weight, carrying, dq[d]
+                    face_dA, face_dq, changing, slopes, to_cells, longer, face_weight, carrying, dq[d]
                 )
                 if in_slots.lengthens[d]:
-                    lengthen_cells(in_slots.length[d], faces.flow, cells, to_cells, dA[d], dq[d])
+                    lengthen_cells(longer, faces.flow, cells, to_cells, dA[d], dq[d])
                 continue_lines(dA[d], dq[d], vessels.single, Faces(face_dA, face_dq))
                 continue_changing(dA[d], dq[d], changing, weight, carrying, face_dq)
             update_cells(area, flow, cells, fluid, fluxes, faces)

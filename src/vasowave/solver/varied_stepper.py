@@ -90,7 +90,8 @@ def _ones(kind: Any, shapes: Sequence[tuple[int, ...]]) -> Any:
 def _carrying(changing: Changing, rows: int, slots: int) -> Carrying:
     places = changing.face, changing.end, changing.end, changing.single, changing.single
     carried = (_ones(Carried, [(len(place),), (len(place),), (rows, len(place))]) for place in places)
-    return Carrying(*carried, *np.ones((3, len(changing.end))), np.ones((5, slots)), np.ones(slots))
+    gains = (np.ones(len(changing.end)) for _ in range(3))
+    return Carrying(*carried, *gains, np.ones((5, slots)), np.ones(slots))  # type: ignore[call-arg]
 
 
 def _weights(directions: Sequence[Direction], places: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[Weights, ...]:
