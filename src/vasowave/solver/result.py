@@ -88,7 +88,7 @@ class Run:
     @property
     def notes(self) -> tuple[Finding, ...]:
         """What a reader must know before believing the waves."""
-        return notes_of(self.extremes, float(np.max(self.pressure)), self.error_estimate)
+        return notes_of(self.extremes, float(np.max(np.abs(self.pressure))), self.error_estimate)
 
     @cached_property
     def pressure(self) -> np.ndarray:
