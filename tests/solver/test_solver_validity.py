@@ -20,6 +20,7 @@ from vasowave.solver.failures import Lost
 from vasowave.solver.grid import cell_counts, make_grid
 from vasowave.solver.grid_error import echoes
 from vasowave.solver.run import run_to_periodic
+from vasowave.solver.simulate import simulate_run
 from vasowave.solver.start import FromLinear
 
 

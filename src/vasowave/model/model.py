@@ -101,14 +101,12 @@ class Model:
     @cached_property
     def changing(self) -> np.ndarray:
         """True for a vessel whose radius or stiffness changes along its way, shape (vessel,)."""
-        none = np.zeros(len(self.network), dtype=bool)
-        return none if self.profile is None else none | self.profile.changes
+        return np.zeros(len(self.network), dtype=bool) | (self.profile is not None and self.profile.changes)
 
     @cached_property
     def stiffening(self) -> np.ndarray:
         """True for a vessel whose stiffness does, shape (vessel,)."""
-        none = np.zeros(len(self.network), dtype=bool)
-        return none if self.profile is None else none | self.profile.stiffens
+        return np.zeros(len(self.network), dtype=bool) | (self.profile is not None and self.profile.stiffens)
 
     def at(self, vessel: "ArrayLike", share: "ArrayLike") -> tuple[Any, np.ndarray]:
         """Return the wall law and A0 (cm²) at places: rows of vessels, and shares of their length from the inlet.

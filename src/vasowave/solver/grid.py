@@ -159,6 +159,8 @@ class Grid:
     @cached_property
     def changing(self) -> Changing:
         """Places of the vessels that change along their way."""
+        if not self.model.changing.any():
+            return Changing(*np.zeros((5, 0), dtype=np.int64))
         slot = np.flatnonzero(self.model.changing[self.vessel])
         cell = slot[self.is_cell[slot]]
         single = cell[self.counts[self.vessel[cell]] == 1]
@@ -193,10 +195,11 @@ class Grid:
 
         Where a cell lies in the middle, its area is taken from its faces.
         """
+        if not self.model.changing.any():
+            return np.ones(len(self.counts))
         left = (self.vessels.first + self.vessels.last) // 2
         right = self.vessels.first + self.vessels.last - left
-        area0 = np.broadcast_to(self.at_stations[1], (3, len(left)))[1]
-        return np.asarray(area0 / (0.5 * (self.face_area0[left] + self.face_area0[right])))
+        return np.asarray(self.at_stations[1][1] / (0.5 * (self.face_area0[left] + self.face_area0[right])))
 
     def cells(self, dt: float, friction: tuple[float, float]) -> Cells:
         """Return the slots' constants for the time step `dt` (s) and the coefficients of the friction."""

@@ -34,7 +34,9 @@ class Stepper:
         blood = grid.model.blood
         friction = blood.friction.coefficients(blood.viscosity, inflow.period)
         self.fluid = Fluid(blood.inertia, *friction)
-        self.parts = grid.vessels, grid.cells(dt, friction), grid.faces(dt), grid.ends(dt), grid.changing
+        cells = grid.cells(dt, friction)
+        faces = grid.faces(dt) if grid.model.changing.any() else cells
+        self.parts = grid.vessels, cells, faces, grid.ends(dt), grid.changing
         slots, vessels = len(grid.vessel), len(grid.model.network)
         self.law = grid.wall, grid.face_wall, grid.wall_at_ends()
         self.scratch = (
