@@ -29,7 +29,7 @@ from vasowave.imaging.measure.cannula import cannula_radius, without_cannula
 from vasowave.imaging.measure.measurement import RELIABLE
 from vasowave.imaging.measure.radii import densitometry
 from vasowave.imaging.measure.sizes import network_of
-from vasowave.imaging.read import native
+from vasowave.io import apart
 
 EDGE = 2.2
 """Edge of the volume, cm."""
@@ -161,7 +161,7 @@ def _peak():
 
 def seconds():
     """Return the CPU seconds of this process and of the one that reads images, which counts once it has ended."""
-    native._HELPER.stop()
+    apart._HELPER.stop()
     return time.process_time() + sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
 
 

@@ -83,7 +83,7 @@ FAULTS = [
     Fault(
         "linear network about rest",
         "model/linear.py",
-        (("middle = 0.5 * (1.0 + kept) * inlet", "middle = 0.0 * kept"),),
+        (("middle = np.asarray(behind) + 0.5 * (1.0 + kept) * above", "middle = 0.0 * kept"),),
     ),
     Fault("flow faster than its waves", "solver/validity.py", (("mach.value >= 1.0", "mach.value >= 1e9"),)),
     Fault("drag bends no pressure", "solver/grid_error.py", (("**2 / 8 * drag", "**2 / 80 * drag"),)),
@@ -191,7 +191,8 @@ FAULTS = [
     Fault("logarithm one term short", POWERS, (("1 / 17 + w * (1 / 19)", "1 / 17"),)),
     Fault("exponential one term short", POWERS, (("1 / 39916800 + r * (1 / 479001600)", "1 / 39916800"),)),
     Fault("a power that is too large wraps around", POWERS, (("np.minimum(np.maximum(y, -_MOST), _MOST)", "y + 0.0"),)),
-    Fault("R1 dropped", LAWS, (("np.array(circuit.proximal))", "np.zeros_like(circuit.proximal))"),)),
+    Fault("R1 dropped", LAWS, (("np.array(circuit.proximal)", "np.zeros_like(circuit.proximal)"),)),
+    Fault("nothing lies behind the beds", LAWS, (("outlet.behind[j] + outlet.decay", "outlet.decay"),)),
     Fault("capacitor discharges a whole step early", LAWS, (("outlet.decay_half[j] *", "outlet.decay[j] *"),)),
     Fault("capacitor not charged between steps", LAWS, (("fast[j] + outlet.gain_half[j]", "fast[j]"),)),
     Fault("tangent wall of constant slope", "model/walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),

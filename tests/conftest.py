@@ -13,6 +13,15 @@ from vasowave.recording import Inflow
 SHARED = Path(__file__).parents[1] / ".." / "shared" / "data"
 
 
+def pytest_collection_modifyitems(items):
+    """Mark what is `fast`: everything but validation and the files and tests that `slow.txt` names."""
+    slow = set((Path(__file__).parent / "slow.txt").read_text(encoding="utf-8").split("\n"))
+    for item in items:
+        names = {item.nodeid.partition("::")[0], item.nodeid.partition("[")[0]}
+        if not names & slow and not item.get_closest_marker("validation"):
+            item.add_marker(pytest.mark.fast)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _linear_algebra_on_one_thread():
     """Let small matrices cost what they cost: threads that wait for each other spin, beside another worker above all.
@@ -88,3 +97,10 @@ def cohort_page(cohort_report) -> str:
 def cohort_answer(cohort_report) -> str:
     """Return the first page of that report."""
     return (cohort_report / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def undrawn(monkeypatch) -> None:
+    """Leave the figures of reports empty, for tests of their words: drawing is most of what a report costs."""
+    empty = '<svg xmlns="http://www.w3.org/2000/svg" width="9pt" height="9pt" viewBox="0 0 9 9"></svg>'
+    monkeypatch.setattr("vasowave.report.blocks.svg", lambda figure: empty)

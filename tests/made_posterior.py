@@ -1,5 +1,6 @@
 """Posteriors made of given draws, so that what is done with them can be tested without a simulation."""
 
+import zlib
 from dataclasses import replace
 
 import numpy as np
@@ -33,7 +34,7 @@ def made_posterior(wall, log_evidence, center, spread=0.1, foretold=(0.0, 0.0, 0
 
 def with_posterior(result, sd=SD, share=SHARE, trusted=1):
     """Return an animal with draws around what its fit says."""
-    rng = np.random.default_rng(abs(hash(result.name)) % 2**32)
+    rng = np.random.default_rng(zlib.crc32(result.name.encode()))
     draws = rng.standard_normal((4, 100))
     scores = (draws - draws.mean()) / draws.std(ddof=1)
     values = {name: float(result.laws["linear"].quantities[name]) * np.exp(sd * scores) for name in NAMES}

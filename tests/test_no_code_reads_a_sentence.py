@@ -12,8 +12,6 @@ SOURCE = Path(vasowave.__file__).parent
 
 ALLOWED = {
     "runtime/memory.py:is_starved": "the operating system, NumPy and LLVM say only in words that memory ran out",
-    "recording/matlab.py:_try_in_another_process": "the last line of the traceback of another process",
-    "io/sheet_xml.py:_value": "the cells of a spreadsheet",
     "cohort/primary.py:_check": "the name of a quantity",
     "report/tables/animal.py:starts_frame": "the name of a variable",
     "study/reading.py:_wrong": "what a user wrote as a number",

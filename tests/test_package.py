@@ -69,7 +69,7 @@ def test_strict_mypy_sees_real_types_in_a_users_script_and_finds_what_is_wrong(t
     right = strict_mypy(SCRIPT, tmp_path)
     assert right.returncode == 0, right.stdout
     wrong = strict_mypy('import vasowave as vw\nvw.calibrate(1, "nonsense", wall=3)\n', tmp_path)
-    for word in ('"int"; expected "Network"', '"str"; expected "Recording"', '"wall"'):
+    for word in ('"int"; expected "Network"', '"str"; expected "Recording', '"wall"'):
         assert word in wrong.stdout
 
 

@@ -65,11 +65,11 @@ QUANTITIES: dict[str, Quantity] = {
     "dPAP": Quantity("mmHg", "dPAP", "diastolic pressure", "Table 1"),
     "pPAP": Quantity("mmHg", "pPAP", "pulse pressure", "Table 1"),
     "PVR": Quantity(
-        _RESISTANCE, "PVR", "total pulmonary vascular resistance, mean pressure over mean flow", "Table 1",
+        _RESISTANCE, "PVR", "vascular resistance, mean pressure above the wedge pressure over mean flow", "Table 1",
         "vascular resistance",
     ),
     "Z_c": Quantity(_RESISTANCE, "Z_c", "characteristic impedance, up-slope", "8"),
-    "Z_0": Quantity(_RESISTANCE, "Z_0", "impedance at zero frequency", "19"),
+    "Z_0": Quantity(_RESISTANCE, "Z_0", "impedance at zero frequency, mean pressure over mean flow", "19"),
     "I_R": Quantity("1", "I_R", "wave reflection coefficient", "17", "wave reflection"),
     "beta": Quantity("mmHg", "β", "wall stiffness", "3"),
     "stiffness": Quantity(

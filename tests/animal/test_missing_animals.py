@@ -15,6 +15,8 @@ from vasowave.cohort.primary import Primary, primary_comparison
 from vasowave.report.answer.problems import problems
 from vasowave.report.write import write_report
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 NO_START = "no start of the fit could be simulated; the first: vessel '1': collapses"
 
 

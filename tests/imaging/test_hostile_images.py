@@ -11,9 +11,9 @@ import pytest
 from fuzzing.images import dicom, itk_file, metaimage_bomb, nifti_bomb, volume
 from vasowave.errors import InputError
 from vasowave.imaging import Volume, read_volume
-from vasowave.imaging.read import native
 from vasowave.imaging.read.nrrd import require_whole_nrrd
 from vasowave.imaging.read.payload import require_bytes, unpacked
+from vasowave.io import apart
 
 
 def image(folder, name, packed=False):
@@ -93,7 +93,7 @@ def test_damage_in_a_packed_image_is_never_silent(tmp_path):
 
 @pytest.mark.parametrize(("name", "bomb"), [("v.mha", metaimage_bomb), ("v.nii.gz", nifti_bomb)])
 def test_an_image_that_unpacks_to_more_than_it_says_or_than_it_may_take_is_refused(tmp_path, monkeypatch, name, bomb):
-    monkeypatch.setattr(native, "MEMORY", 600 << 20)
+    monkeypatch.setattr(apart, "MEMORY", 600 << 20)
     (tmp_path / name).write_bytes(bomb(1 << 29))
     with pytest.raises(InputError, match=r"more voxels than|takes more than 0\.6 GB"):
         read_volume(tmp_path / name)
@@ -143,15 +143,15 @@ def test_an_origin_that_is_no_number_is_refused():
 def test_a_reader_that_dies_is_an_error_and_the_next_image_is_read(tmp_path, monkeypatch, ending, words):
     path = image(tmp_path, "v.mha")
     sound = read_volume(path)
-    process = native._HELPER._process
-    asked = native._asked
+    process = apart._HELPER._process
+    asked = apart._asked
 
     def killed(*arguments):
         os.kill(process.pid, ending)
         process.wait()
         return asked(*arguments)
 
-    monkeypatch.setattr(native, "_asked", killed)
+    monkeypatch.setattr(apart, "_asked", killed)
     with pytest.raises(InputError, match=words):
         read_volume(path)
     monkeypatch.undo()
@@ -161,8 +161,8 @@ def test_a_reader_that_dies_is_an_error_and_the_next_image_is_read(tmp_path, mon
 def test_a_reader_that_takes_too_long_is_ended(tmp_path, monkeypatch):
     path = image(tmp_path, "v.mha")
     read_volume(path)
-    native._HELPER._process.send_signal(signal.SIGSTOP)
-    monkeypatch.setattr(native, "SECONDS", 0.05)
+    apart._HELPER._process.send_signal(signal.SIGSTOP)
+    monkeypatch.setattr(apart, "SECONDS", 0.05)
     begin = time.monotonic()
     with pytest.raises(InputError, match="did not end"):
         read_volume(path)

@@ -14,8 +14,8 @@ from made_workbook import BOOK, MAIN, sheet, write_workbook
 from vasowave.errors import InputError
 from vasowave.io.columns import read_columns
 from vasowave.io.textfile import read_lines
+from vasowave.recording.describe import kind_of
 from vasowave.study.animals import read_animals
-from vasowave.study.kind import kind_of
 from vasowave.study.sorting import files_in, sort_files
 
 

@@ -20,7 +20,7 @@ FLOW = Inflow(1e-5 * (1 + np.cos(2 * np.pi * np.arange(64) / 64) + 0.5 * np.sin(
 def cone(blood, outlet, fall=FALL):
     """A nearly rigid tube that narrows to both sides of its middle."""
     beds = Windkessel(*(np.array([value]) for value in outlet))
-    return Model(TUBE, LinearWall(BETA), beds, blood, Shape([1 + fall / 2, 1 - fall / 2]))
+    return Model(TUBE, LinearWall(BETA), beds, blood, shape=Shape([1 + fall / 2, 1 - fall / 2]))
 
 
 def horn_impedance(omega, speed, density, load):

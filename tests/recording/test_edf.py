@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from vasowave.errors import InputError
 from vasowave.recording import read_raw_recording
-from vasowave.recording.edf import read_edf
+from vasowave.recording.formats.edf import read_edf
 
 RATE, SECONDS = 1000, 4
 TIME = np.arange(RATE * SECONDS) / RATE

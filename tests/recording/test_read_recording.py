@@ -178,7 +178,7 @@ def test_one_column_with_decimal_commas_is_told_so(tmp_path):
 def test_a_continuous_recording_is_told_from_a_cycle(tmp_path):
     labchart = tmp_path / "raw.txt"
     labchart.write_text("Interval=\t0.001 s\nChannelTitle=\tPAP\tFlow\n0.0\t14.0\t0.2\n")
-    with pytest.raises(InputError, match=r"continuous recording exported by LabChart.*'raw' into the column 'kind'"):
+    with pytest.raises(InputError, match=r"continuous recording \(LabChart text.*'raw' into the column 'kind'"):
         read_recording(labchart)
     long = write(tmp_path / "long.csv", 100 * TIME, PRESSURE, FLOW, header=",".join(GOOD))
     with pytest.raises(InputError, match="or a continuous recording"):

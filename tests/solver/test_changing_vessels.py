@@ -35,7 +35,7 @@ NARROWS = Shape([1.2, 0.8])
 def tube(wall, length, radius, R_T, shape=None, blood=None):
     network = Network(("tube",), [-1], [length], [radius])
     beds = Windkessel(*(np.array([value]) for value in (0.2 * R_T, 0.8 * R_T, 0.05 / R_T)))
-    return Model(network, wall, beds, blood or Blood(), shape)
+    return Model(network, wall, beds, blood or Blood(), shape=shape)
 
 
 def steady_inlet(law, parameters, blood, flow, period, outlet, length, radius, stiffness):
@@ -185,7 +185,7 @@ def test_derivatives_of_a_tree_that_changes_are_those_of_differences(inflow, wal
             parts["wall"] = wall._replace(**{name: getattr(wall, name) * f})
         else:
             parts["outlets"] = beds._replace(**{name: getattr(beds, name) * f})
-        return Model(*parts.values(), blood, shape)
+        return Model(*parts.values(), blood, shape=shape)
 
     run = simulate_run(changed("C", 0.0), inflow, numerics)
     assert run.grid.counts[2] == 1

@@ -15,6 +15,8 @@ from vasowave.recording import Recording
 from vasowave.study.adding import add_files
 from vasowave.study.problems import Problem, one_per_cause
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 QUICK = ["--walls", "linear", "--starts", "1", "--no-pdf", "--cell-size", "0.3", "--no-model-selection"]
 
 

@@ -329,3 +329,16 @@ def test_what_a_library_prints_of_errors_that_it_raises_is_not_printed():
     logger.error("heard again")
     assert printed.getvalue() == "heard again\n"
     logger.removeHandler(printer)
+
+
+def test_a_system_without_room_for_shared_locks_is_one_sentence(monkeypatch):
+    """Their semaphores are files in /dev/shm, which a container may not have and a limit of sizes may forbid."""
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+
+    def none_left(*_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("multiprocessing.synchronize.SemLock.__init__", none_left)
+    with pytest.raises(InputError, match=r"processes cannot be started.*no space left.*/dev/shm"), process_pool(1):
+        pass
+    assert "PYTHONSAFEPATH" not in os.environ

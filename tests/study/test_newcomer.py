@@ -20,6 +20,8 @@ from vasowave.study.grouping import proposed_groups, told_group
 from vasowave.study.overview import AnimalRead, overview_lines
 from vasowave.study.results import read_results
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 MICE = {"WT_101": 14.2, "WT_102": 15.3, "WT_103": 13.6, "HOX_1": 27.9, "HOX_2": 30.2, "HOX_3": 25.4}
 DRIFTS = {"WT_102": -4.0, "HOX_2": 6.0}
 

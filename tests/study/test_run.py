@@ -24,6 +24,8 @@ from vasowave.study.results import read_results
 from vasowave.study.running import Done, run_study
 from vasowave.study.status import study_status
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 # A background job inherits a SIGINT that is ignored.
 HEARD = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
 PROGRAM = [sys.executable, "-c", f"{HEARD}; from vasowave.cli import run; run()"]

@@ -16,7 +16,7 @@ class InputImpedance:
     frequency : array
         Hz.
     Z : complex array
-        mmHg s/ml; Z[0] is PVR.
+        mmHg s/ml; Z[0] is mean pressure over mean flow.
     at_noise : bool array
         Harmonics whose flow amplitude is below the given noise level.
     """
@@ -79,7 +79,7 @@ def impedance(
     >>> import vasowave as vw
     >>> mouse = vw.virtual_mouse()
     >>> spectrum = vw.impedance(mouse.pressure, mouse.flow, mouse.period)
-    >>> float(round(spectrum.modulus[0] / mouse.vascular_resistance, 6))
+    >>> float(round(spectrum.modulus[0] / mouse.total_resistance, 6))
     1.0
     """
     if not (np.isfinite(period) and period > 0):

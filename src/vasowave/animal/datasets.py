@@ -30,6 +30,9 @@ def recording_dataset(recording: Recording) -> xr.Dataset:
         if (error := getattr(recording, f"{name}_error")) is not None:
             words = f"standard error of the amplitude of each harmonic of the {name}, the mean first"
             measured[f"{name}_error"] = _variable(f"{name}_harmonic", error, unit, words)
+    if recording.wedge_pressure:
+        wedge = np.asarray(recording.wedge_pressure)
+        measured["wedge_pressure"] = _variable((), wedge, "mmHg", "pressure behind the vascular beds")
     indices = {name: _quantity(name, value) for name, value in recording.indices().items()}
     return xr.Dataset(
         measured | indices,

@@ -37,7 +37,7 @@ def measured_quantities(recording: Recording, nominal: Nominal, station: Station
     R_T, tau = nominal.total_resistance, nominal.time_constant
     values = recording.indices() | {
         "Z_c": nominal.characteristic_impedance,
-        "Z_0": recording.vascular_resistance,
+        "Z_0": recording.total_resistance,
         "I_R": float(waves["I_R"]),
         "beta": nominal.beta,
         "stiffness": nominal.beta,
@@ -92,7 +92,7 @@ def model_of(fit: Fit, values: Mapping[str, float]) -> Model:
     law = type(fit.model.wall)
     wall = law(*(values[name] for name in parameter_names(law)))
     outlets = fit.nominal.outlets.scaled(*(values[name] for name in bed_factors(type(fit.nominal.outlets))))
-    return Model(fit.model.network, wall, outlets, fit.model.blood)
+    return fit.model.changed(wall=wall, outlets=outlets)
 
 
 def errors_of(fit: Fit, derive: Callable[[Mapping[str, float]], dict[str, float]]) -> dict[str, tuple[float, float]]:

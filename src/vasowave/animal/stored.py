@@ -21,7 +21,8 @@ def stored_recording(result: AnimalResult) -> Recording:
     data = result.recording
     errors = {name: data[name].values for name in ("pressure_error", "flow_error") if name in data}
     return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"],
-                     from_json(data.attrs["findings"]), **errors)  # fmt: skip
+                     from_json(data.attrs["findings"]), **errors,
+                     wedge_pressure=float(data.get("wedge_pressure", 0.0)))  # fmt: skip
 
 
 def stored_settings(result: AnimalResult) -> Settings:
@@ -93,4 +94,5 @@ def stored_model(result: AnimalResult, wall: str | type = "") -> Model:
     )
     bed = find_bed(str(data.attrs["bed"]))
     outlets = bed(*(data[name].values for name in bed_quantities(bed)))
-    return Model(result.network, law(*(data[name].values for name in parameter_names(law))), outlets, blood)
+    wall, behind = law(*(data[name].values for name in parameter_names(law))), stored_recording(result).wedge_pressure
+    return Model(result.network, wall, outlets, blood, behind)

@@ -54,6 +54,7 @@ class Space:
     network: Network
     outlets: Bed
     blood: Blood
+    outlet_pressure: float
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,7 +91,8 @@ class Space:
     def model(self, values: np.ndarray) -> Model:
         """Return the model that all parameters together make."""
         count = len(self.law._fields)
-        return Model(self.network, self.law(*values[:count]), self.outlets.scaled(*values[count:]), self.blood)
+        outlets = self.outlets.scaled(*values[count:])
+        return Model(self.network, self.law(*values[:count]), outlets, self.blood, self.outlet_pressure)
 
 
 def parameter_space(
@@ -128,7 +130,8 @@ def parameter_space(
         raise InputError("every parameter is held fixed; leave at least one free, or use simulate")
     values = [fixed.get(name, one.nominal * one.scale(nominal.beta)) for name, one in parameters.items()]
     lower, upper = np.array(list(spans.values()), dtype=float).T
-    return Space(law, parameters, np.array(values), lower, upper, free, network, nominal.outlets, blood)
+    return Space(law, parameters, np.array(values), lower, upper, free, network, nominal.outlets, blood,
+                 nominal.outlet_pressure)  # fmt: skip
 
 
 def _span(parameter: Parameter, nominal: Nominal, paper: bool) -> tuple[float, float]:

@@ -94,7 +94,8 @@ def _nominal(network: Path, recording: Sequence[Path], period: float | None, kin
     one = animal_from(network, recording, cells, StudyFile.model_validate({}))
     wall, bed = kinds
     nominal = estimate_nominal(one.network, one.recording, blood, find_bed(bed or "windkessel"))
-    return Model(one.network, nominal.wall(find_law(wall or "linear")), nominal.outlets, blood), one.recording
+    law = find_law(wall or "linear")
+    return Model(one.network, nominal.wall(law), nominal.outlets, blood, nominal.outlet_pressure), one.recording
 
 
 def animal_from(

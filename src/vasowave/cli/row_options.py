@@ -9,6 +9,7 @@ from vasowave.study.rows import COLUMNS
 
 _PLAIN = {
     "period": "period [s]",
+    "wedge": "wedge [mmHg]",
     "block": "block",
     "start": "start [s]",
     "end": "end [s]",

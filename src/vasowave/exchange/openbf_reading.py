@@ -93,7 +93,7 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
         *np.array([_bed(vessels[row], density, beta[row], radius[row]) for row in network.terminals]).T
     )
     stiffness, width = np.moveaxis(along / along[:, :, [len(_ALONG) // 2]], 1, 0)
-    model = Model(network, LinearWall(beta / PA), outlets, blood, Shape(width, stiffness))
+    model = Model(network, LinearWall(beta / PA), outlets, blood, shape=Shape(width, stiffness))
     return model, _inflow(path, config)
 
 

@@ -118,6 +118,8 @@ def circuit(model: Model, program: str, whole: bool = False) -> Circuit:
 
     If `whole`, it knows only three-element Windkessels, with a resistance before and behind each capacitor.
     """
+    if whole and np.any(model.outlet_pressure):
+        raise InputError(f"{program} knows no pressure behind its outlets; this model has {model.outlet_pressure} mmHg")
     if isinstance(model.outlets, Bed):
         parts = model.outlets.circuit()
         if not whole or all(np.all(np.asarray(one) > 0) for one in parts):

@@ -67,14 +67,15 @@ def _inflow(solved: Solved) -> dict[str, Any]:
 
 
 def _beds(solved: Solved) -> list[dict[str, Any]]:
-    parts = zip(solved.network.terminals.tolist(), *circuit(solved.model, "svZeroDSolver"), strict=True)
+    beds, behind = circuit(solved.model, "svZeroDSolver"), np.asarray(solved.model.outlet_pressure)
+    parts = zip(solved.network.terminals.tolist(), *beds, behind, strict=True)
     return [{"bc_name": f"OUT{row}", **_bed(*map(float, values))} for row, *values in parts]
 
 
-def _bed(proximal: float, distal: float, compliance: float) -> dict[str, Any]:
+def _bed(proximal: float, distal: float, compliance: float, behind: float) -> dict[str, Any]:
     if not compliance:
-        return {"bc_type": "RESISTANCE", "bc_values": {"R": proximal * MMHG, "Pd": 0.0}}
-    values = {"Rp": proximal * MMHG, "Rd": distal * MMHG, "C": compliance / MMHG, "Pd": 0.0}
+        return {"bc_type": "RESISTANCE", "bc_values": {"R": proximal * MMHG, "Pd": behind * MMHG}}
+    values = {"Rp": proximal * MMHG, "Rd": distal * MMHG, "C": compliance / MMHG, "Pd": behind * MMHG}
     return {"bc_type": "RCR", "bc_values": values}
 
 

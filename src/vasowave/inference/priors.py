@@ -37,7 +37,9 @@ class Priors:
     image_pressure : float
         SD of the logarithm of the pressure at which the image was taken, where the network has one.
     zero : float
-        SD of the zero of the pressure, mmHg: catheter and the pressure behind the vascular beds, which counts as 0.
+        SD of the zero of the pressure, mmHg: of the catheter.
+    wedge : float
+        SD of the pressure behind the vascular beds around the recording's wedge pressure, mmHg.
     discrepancy : (float, float)
         Median (mmHg) and SD of the logarithm of the standard deviation of what no parameters of the model explain. The
         residuals of the twelve published mice are 0.11 to 0.65 mmHg.
@@ -59,6 +61,7 @@ class Priors:
     stiffening: Spread = 0.5
     image_pressure: Spread = 0.3
     zero: Annotated[float, Ge(0)] = 0.5
+    wedge: Annotated[float, Ge(0)] = 0.0
     discrepancy: tuple[Positive, Spread] = (0.3, 0.7)
 
     def __post_init__(self) -> None:

@@ -102,6 +102,10 @@ class Unknowns:
         if image:
             meaning = "pressure at which the image was taken"
             structure["image_pressure"] = Unknown("mmHg", meaning, float(image), priors.image_pressure, True, "image")
+        behind = self.space.outlet_pressure
+        structure["wedge"] = Unknown(
+            "mmHg", "pressure behind the vascular beds", behind, priors.wedge, False, "recording"
+        )
         if self.fall.any():
             meaning = "factor of all measured tapers"
             structure["taper_scale"] = Unknown("1", meaning, 1.0, priors.taper_scale, False, "image")
@@ -158,7 +162,8 @@ class Unknowns:
         beds = nominal_beds(kind, network, nominal.total_resistance, nominal.time_constant)
         factors = (float(value[name]) for name in self.space.names[len(law._fields) :])
         fall = value.get("taper_scale", 1.0) * (self.fall + (0.0 if tapers is None else tapers))
-        return Model(network, wall, beds.scaled(*factors), self.space.blood, Shape(1.0 + np.outer(fall, [0.5, -0.5])))
+        shape = Shape(1.0 + np.outer(fall, [0.5, -0.5]))
+        return Model(network, wall, beds.scaled(*factors), self.space.blood, float(value["wedge"]), shape)
 
     @cached_property
     def own_errors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,5 +1,6 @@
 """A text table whose columns carry a name and a unit in the header: ``pressure [mmHg]``."""
 
+import codecs
 import csv
 import math
 import re
@@ -12,6 +13,8 @@ import numpy as np
 from vasowave import units
 from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import Finding, look_kind, warn
+from vasowave.io.remembered import remembered
+from vasowave.io.spreadsheet import is_workbook
 from vasowave.io.textfile import read_lines
 
 _HEADING = re.compile(r"^\s*(?P<name>[^\[\](]*?)\s*(?:[\[(]\s*(?P<unit>[^\])]*)[\])])?\s*$")
@@ -137,6 +140,14 @@ def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> 
     InputError
         File missing, empty, binary, with rows of different width or with both decimal marks (the line is named).
     """
+    header, rows, lines, cut = _rows_of(Path(path))
+    names, column_units = read_headings(path, header, aliases or {})
+    return Columns(str(path), names, column_units, rows, lines, (NO_END(),) if cut else ())
+
+
+@remembered
+def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], tuple[int, ...], bool]:
+    """Return titles, rows, their lines, and whether the file ends without a line end."""
     kept, cut = [], False
     for block in read_lines(path):
         kept += [(line, text) for line, text in enumerate(block.texts, block.first) if is_row(text)]
@@ -162,8 +173,23 @@ def read_columns(path: str | Path, aliases: Mapping[str, str] | None = None) -> 
             comma = separator == "," and len(row) == 2 * width and all(_is_number(cell) for cell in row)
             why = "; if the comma is a decimal mark too, separate the cells with semicolons" if comma else ""
             raise InputError(f"{path}, line {line}: {len(row)} columns where {width} were expected{why}")
-    names, column_units = read_headings(path, header, aliases or {})
-    return Columns(str(path), names, column_units, tuple(map(tuple, rows)), lines, (NO_END(),) if cut else ())
+    return header, tuple(map(tuple, rows)), lines, cut
+
+
+def read_titles(path: Path, start: bytes) -> tuple[str, ...]:
+    """Return the titles of a table's columns, lower case, by the first bytes of its file; none if it has none."""
+    if is_workbook(start):
+        texts = next((block.texts for block in read_lines(path)), [])
+    else:
+        encoding = "utf-16" if start[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
+        texts = start.decode(encoding, errors="replace").split("\n")
+    first = next(filter(is_row, texts), "")
+    separator = separator_of(first)
+    try:
+        cells = split_titles(first) if separator is None else split_cells(path, 1, first, separator)
+        return () if all(map(is_numeric, cells)) else read_headings(path, cells, {})[0]
+    except InputError:
+        return ()
 
 
 def is_row(text: str) -> bool:

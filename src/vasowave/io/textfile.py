@@ -1,19 +1,24 @@
 """Text files and spreadsheets in blocks of lines: any size in bounded memory, any usual encoding."""
 
 import codecs
+import hashlib
 import io
 import stat
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple, TypeVar
 
 from vasowave.errors import InputError
+from vasowave.io.remembered import remembered
 from vasowave.io.spreadsheet import is_workbook, read_sheet
 
 LONGEST_LINE = 1_000_000
 """No table has a longer line, in characters."""
 
 _BLOCK = 1 << 20  # letters that are read at a time
+_START = 1 << 18  # bytes that are looked at; a table of one cycle or of a network is no longer
+
+T = TypeVar("T")
 
 Progress = Callable[[float], None]
 """Is called with the fraction of a file that was read, 0 to 1."""
@@ -55,6 +60,34 @@ def regular_file(path: str | Path) -> Path:
     return path
 
 
+class Look(NamedTuple):
+    """What a file looks like from outside: its first bytes, all of a short one, and the SHA-256 of all."""
+
+    start: bytes
+    sha256: str
+    size: int
+
+    @property
+    def whole(self) -> bool:
+        """Whether the first bytes are all."""
+        return self.size == len(self.start)
+
+
+@remembered
+def look(path: str | Path) -> Look:
+    """Return what a file looks like; `InputError` if it cannot be read."""
+
+    def looked(file: BinaryIO) -> Look:
+        start = file.read(_START)
+        digest, size = hashlib.sha256(start), len(start)
+        while block := file.read(_START):
+            digest.update(block)
+            size += len(block)
+        return Look(start, digest.hexdigest(), size)
+
+    return _opened(path, looked)
+
+
 def read_start(path: str | Path, count: int = 4096) -> bytes:
     """Return the first bytes of a file."""
     return _opened(path, lambda file: file.read(count))
@@ -65,7 +98,7 @@ def read_bytes(path: str | Path) -> bytes:
     return _opened(path, lambda file: file.read())
 
 
-def _opened(path: str | Path, use: Callable) -> bytes:
+def _opened(path: str | Path, use: Callable[[BinaryIO], T]) -> T:
     path = regular_file(path)
     try:
         with path.open("rb") as file:
@@ -86,13 +119,15 @@ def read_lines(path: str | Path, progress: Progress | None = None) -> Iterator[L
         A file that cannot be read, is none, is not text, or has a line above a million characters.
     """
     path = regular_file(path)
-    if is_workbook(read_start(path, 8)):
+    seen = look(path)
+    if is_workbook(seen.start):
         yield from _sheet(path, progress)
         return
     try:
-        encoding = _encoding(path)
-        size = max(path.stat().st_size, 1)
-        with path.open("rb") as file, io.TextIOWrapper(file, encoding, errors="replace") as stream:
+        with io.BytesIO(seen.start) if seen.whole else path.open("rb") as file:
+            encoding = _encoding(path, file)
+            file.seek(0)
+            stream = io.TextIOWrapper(file, encoding, errors="replace")
             number, rest = 1, ""
             while text := stream.read(_BLOCK):
                 *texts, rest = (rest + text).split("\n")
@@ -101,7 +136,7 @@ def read_lines(path: str | Path, progress: Progress | None = None) -> Iterator[L
                     yield Lines(number, texts, False)
                 number += len(texts)
                 if progress:
-                    progress(min(file.tell() / size, 1.0))
+                    progress(min(file.tell() / max(seen.size, 1), 1.0))
             if rest:
                 yield Lines(number, [rest], True)
     except OSError as error:
@@ -142,20 +177,19 @@ def _too_long(path: Path, line: int) -> InputError:
     return InputError(f"{path}, line {line}: longer than {LONGEST_LINE} characters; not a table, export it again")
 
 
-def _encoding(path: Path) -> str:
+def _encoding(path: Path, file: BinaryIO) -> str:
     """Return how the whole file is encoded; `InputError` if it is not text."""
-    with path.open("rb") as file:
-        start = file.read(2)
-        if start in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
-            return "utf-16"
-        file.seek(0)
-        decoder = codecs.getincrementaldecoder("utf-8")()
-        encoding = "utf-8-sig"
-        while block := file.read(_BLOCK):
-            if b"\0" in block:
-                raise InputError(f"{path}: not a text file; export it as CSV first")
-            try:
-                decoder.decode(block)
-            except UnicodeDecodeError:
-                encoding = "cp1252"
+    start = file.read(2)
+    if start in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        return "utf-16"
+    file.seek(0)
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    encoding = "utf-8-sig"
+    while block := file.read(_BLOCK):
+        if b"\0" in block:
+            raise InputError(f"{path}: not a text file; export it as CSV first")
+        try:
+            decoder.decode(block)
+        except UnicodeDecodeError:
+            encoding = "cp1252"
     return encoding

@@ -81,9 +81,9 @@ class LinearSolution:
     period : float
         s.
     mean_pressure : array, shape (vessel,)
-        Pressure about which each vessel is linearized, mmHg.
+        Mean pressure about which each vessel is linearized, mmHg.
     input_impedance : complex array, shape (harmonic, vessel)
-        Impedance at each vessel's inlet, mmHg s/ml.
+        Impedance at each vessel's inlet, mmHg s/ml; that of the mean counts from the pressure behind the outlets.
     pressure, flow : complex array, shape (harmonic, vessel)
         Spectra at the vessels' inlets (mmHg, ml/s): p(t) = Re Σ P_k exp(iω_k t), the mean at k = 0.
     lines : tuple of Lines
@@ -142,20 +142,25 @@ def _mean_pressure(model: Model, flow: float, period: float) -> np.ndarray:
     parent, downward = network.parent.tolist(), np.concatenate(network.generations).tolist()
     beds = np.zeros(len(network))
     beds[network.terminals] = 1.0 / model.outlets.impedance_at(1, period)[0].real
+    pulled = np.zeros(len(network))
+    pulled[network.terminals] = beds[network.terminals] * model.outlet_pressure
     k0, k1 = blood.friction.coefficients(blood.viscosity, period)
-    middle, parts = np.zeros(len(network)), _parts(model)
+    middle, parts = np.full(len(network), np.mean(model.outlet_pressure)), _parts(model)
     for _ in range(4):
         areas = (np.asarray(walls.area(wall, middle, area0)) for wall, area0 in parts)
         fall = _mean([blood.inertia * network.length * (k0 + k1 * np.sqrt(A)) / A**2 for A in areas])
-        resistance, conductance = fall.tolist(), beds.tolist()
+        resistance, conductance, behind = fall.tolist(), beds.tolist(), pulled.tolist()
         for row in reversed(downward):  # plain numbers: arrays of a few vessels cost more
             resistance[row] += 1.0 / conductance[row]
+            behind[row] /= conductance[row]
             if parent[row] >= 0:
                 conductance[parent[row]] += 1.0 / resistance[row]
-        kept, inlet = 1.0 - fall / resistance, [flow * resistance[network.root]] * len(network)
+                behind[parent[row]] += behind[row] / resistance[row]
+        kept, above = 1.0 - fall / resistance, [flow * resistance[network.root]] * len(network)
         for row in downward[1:]:
-            inlet[row] = inlet[parent[row]] * float(kept[parent[row]])
-        middle = 0.5 * (1.0 + kept) * inlet
+            before = parent[row]
+            above[row] = above[before] * float(kept[before]) + behind[before] - behind[row]
+        middle = np.asarray(behind) + 0.5 * (1.0 + kept) * above
     return middle
 
 
@@ -200,12 +205,29 @@ def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period
     passage = reduce(_Passage.then, (line.passage(network.length / len(lines)) for line in lines))
     Z_in = _input_impedance(model, model.outlets.impedance_at(len(spectrum), period), passage)
     passed = passage.d * (1.0 - passage.across / Z_in)
-    P = np.empty_like(Z_in)
+    behind = _behind(model, Z_in[0].real)
+    P = np.empty_like(Z_in)  # above the pressure behind each vessel
     P[:, network.root] = Z_in[:, network.root] * spectrum
     for rows in network.generations[1:]:
         parents = network.parent[rows]
         P[:, rows] = P[:, parents] * passed[:, parents]
-    return LinearSolution(period, mean_pressure, Z_in, P, P / Z_in, lines, network.length)
+        P[0, rows] += behind[parents] - behind[rows]
+    flow = P / Z_in
+    P[0] += behind
+    return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length)
+
+
+def _behind(model: Model, resistance: np.ndarray) -> np.ndarray:
+    """Pressure that each vessel's inlet would have without flow into it, mmHg, shape (vessel,): its outlets' mean."""
+    network = model.network
+    behind, weight = np.zeros(len(network)), np.zeros(len(network))
+    behind[network.terminals], weight[network.terminals] = model.outlet_pressure, 1.0
+    for rows in reversed(network.generations):
+        behind[rows] /= weight[rows]
+        if (parents := network.parent[rows])[0] >= 0:
+            np.add.at(behind, parents, behind[rows] / resistance[rows])
+            np.add.at(weight, parents, 1.0 / resistance[rows])
+    return behind
 
 
 def _hyperbolic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -38,6 +38,9 @@ class Model:
     outlets : Windkessel, other Bed, or ImpedanceSpectrum
         One value per terminal vessel, in the order of ``network.terminals``.
     blood : Blood
+    outlet_pressure : float or array, shape (terminal,)
+        Pressure behind the outlets, mmHg: of the left atrium, or the wedge pressure; 0 in the paper. What the pressure
+        before a bed is above it drives the flow; walls feel the whole pressure. Kept as one value per terminal.
     shape : Shape, optional
         How radius and stiffness change along the vessels; by default the taper of the network, where it has one.
 
@@ -60,6 +63,7 @@ class Model:
     wall: Any
     outlets: Outlets
     blood: Blood = field(default_factory=Blood)
+    outlet_pressure: float | np.ndarray = 0.0
     shape: Shape | None = None
 
     def __post_init__(self) -> None:
@@ -73,6 +77,7 @@ class Model:
         object.__setattr__(self, "outlets", self.outlets.checked(terminals))
         if self.shape is not None and not set(self.shape.rows) <= {1, len(self.network)}:
             raise InputError(f"shape: give one row of points, or one for each of the {len(self.network)} vessels")
+        object.__setattr__(self, "outlet_pressure", _pressures(self.outlet_pressure, terminals))
         bad = np.flatnonzero(~(np.isfinite(self.area0) & (self.area0 > 0)))
         if len(bad):
             raise InputError(
@@ -137,6 +142,8 @@ class Model:
         facts = {"wall": f"{law.title}: {law.formula}"}
         facts |= {one: _spread(value) for one, value in zip(self.wall._fields, self.wall, strict=True)}
         facts["outlets"] = f"{type(self.outlets).__name__} at {len(self.network.terminals)} terminals"
+        if np.any(self.outlet_pressure):
+            facts["behind the outlets"] = f"{_spread(np.asarray(self.outlet_pressure))} mmHg"
         facts["vessels"] = f"{len(self.network)}, {self.network.length.sum():.4g} cm long in all"
         facts["blood"] = repr(self.blood)
         return card("Model", facts)
@@ -149,6 +156,19 @@ class Model:
     def changed(self, **parts: Any) -> "Model":
         """Return a model with other parts: ``model.changed(wall=LinearWall(60.0))``."""
         return replace(self, **parts)
+
+
+def _pressures(given: Any, terminals: list[str]) -> np.ndarray:
+    try:
+        values = np.broadcast_to(np.asarray(given, dtype=float), len(terminals))
+    except (TypeError, ValueError):
+        raise InputError(
+            f"outlet_pressure: give one number, or one for each of the {len(terminals)} terminal vessels, mmHg"
+        ) from None
+    bad = np.flatnonzero(~np.isfinite(values))
+    if len(bad):
+        raise InputError(f"vessel '{terminals[bad[0]]}': the pressure behind its outlet is {values[bad[0]]}")
+    return values
 
 
 def _spread(values: np.ndarray) -> str:

@@ -37,11 +37,13 @@ class Nominal:
     beta : float
         β0, mmHg (eq. 9, at the pressure of the network's image).
     total_resistance : float
-        R_T0 = mean pressure / mean flow, mmHg s/ml.
+        R_T0 = (mean pressure - wedge pressure)/mean flow, mmHg s/ml.
     time_constant : float
         τ0 of the diastolic pressure decay, s (eq. 12).
     outlets : Windkessel or other Bed
         Those of every terminal (eqs. 11, 13).
+    outlet_pressure : float
+        Pressure behind them, mmHg: the recording's wedge pressure.
     upstroke : tuple of array
         Flow (ml/s) and pressure (mmHg) of the samples behind Z_c.
     decay : tuple of array
@@ -60,6 +62,7 @@ class Nominal:
     total_resistance: float
     time_constant: float
     outlets: Any
+    outlet_pressure: float
     upstroke: tuple[np.ndarray, np.ndarray]
     decay: tuple[np.ndarray, np.ndarray]
 
@@ -99,7 +102,7 @@ def estimate_nominal(
             "are pressure and flow aligned in time?"
         )
     time, falling = diastole(recording)
-    tau = time_constant(time, falling, recording.source)
+    tau = time_constant(time, falling - recording.wedge_pressure, recording.source)
     R_T = recording.vascular_resistance
     return Nominal(
         characteristic_impedance=Z_c,
@@ -107,6 +110,7 @@ def estimate_nominal(
         total_resistance=R_T,
         time_constant=tau,
         outlets=nominal_beds(bed, network, R_T, tau),
+        outlet_pressure=recording.wedge_pressure,
         upstroke=(flow, pressure),
         decay=(time, falling),
     )
@@ -174,9 +178,14 @@ def diastole(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
 
 
 def time_constant(time: np.ndarray, pressure: np.ndarray, source: str = "recording") -> float:
-    """Time constant τ, s, of p(t) = p(t_d) exp(-(t - t_d)/τ) (eq. 12), by a log-linear least-squares fit."""
+    """Time constant τ, s, of p(t) = p(t_d) exp(-(t - t_d)/τ) (eq. 12), by a log-linear least-squares fit.
+
+    `pressure` is that above the pressure behind the beds, to which it falls, mmHg.
+    """
     if len(time) < 4 or pressure.min() <= 0:
-        raise InputError(f"{source}: no diastolic decay of positive pressure after ejection; check the cycle")
+        raise InputError(
+            f"{source}: no diastolic decay of positive pressure after ejection; check the cycle and the wedge pressure"
+        )
     slope = float(np.polyfit(time, np.log(pressure), 1)[0])
     if slope >= 0:
         raise InputError(f"{source}: pressure does not fall after ejection; check that pressure and flow are aligned")

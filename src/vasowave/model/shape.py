@@ -35,7 +35,7 @@ class Shape:
     >>> import vasowave as vw
     >>> network = vw.control_network()
     >>> beds = vw.estimate_nominal(network, vw.virtual_mouse()).outlets
-    >>> tapering = vw.Model(network, vw.LinearWall(60.0), beds, shape=Shape([1.1, 0.9]))
+    >>> tapering = vw.Model(network, vw.LinearWall(60.0), beds, shape=vw.Shape([1.1, 0.9]))
     >>> wall, area0 = tapering.at([0, 0], [0.0, 1.0])  # at both ends of the first vessel
     >>> round(float(area0[1] / area0[0]), 4)  # (0.9/1.1)²
     0.6694

@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError, did_you_mean
-from vasowave.findings import Finding, look_kind, warn
-from vasowave.io.columns import Columns, read_columns
+from vasowave.findings import Finding, look_kind
+from vasowave.io.columns import Columns, read_columns, read_titles
 from vasowave.io.files import write_file
 from vasowave.network.network import Network, image_pressure
-from vasowave.network.remarks import implausible_sizes
 from vasowave.units import CANONICAL
 
 _ALIASES = {"vessel": "name", "id": "name", "l": "length", "r0": "radius", "r": "radius"}
@@ -36,8 +35,13 @@ SINGLE_DAUGHTERS = look_kind(
 )
 
 
-def read_vessel_table(path: str | Path) -> Network:
-    """Read a network from CSV, TSV or Excel.
+def is_vessel_table(path: Path, start: bytes) -> bool:
+    """Return whether a file is a table with a column `parent`."""
+    return "parent" in read_titles(path, start)
+
+
+def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
+    """Read a network from CSV, TSV or Excel, and why it may not be whole.
 
     Columns: ``name, parent, length [cm], radius [cm], radius_sd [cm], taper [cm/cm], taper_sd [cm/cm], pressure [mmHg],
     vessels``.
@@ -52,11 +56,12 @@ def read_vessel_table(path: str | Path) -> Network:
         As `Network`, with the line of the file; also for a missing column, a missing unit, one of another quantity, or
         pressures that differ.
 
-    Warns
-    -----
-    VasowaveWarning
-        If the sizes look like another unit than the one stated, or the table seems to have lost rows: another number
-        of them than its column ``vessels`` says, a vessel with one daughter, a last line without an end.
+    Returns
+    -------
+    network : Network
+    found : list of Finding
+        What looks like lost rows: another number of them than the column ``vessels`` says, a vessel with one daughter,
+        a last line without an end.
     """
     table = read_columns(path, _ALIASES)
     if not table.names:
@@ -72,10 +77,7 @@ def read_vessel_table(path: str | Path) -> Network:
     parent = np.array(_parent_rows(names, parents, where))
     known = {field: _known_in(table, field, quantity) for field, quantity in _QUANTITIES.items()}
     network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where), **known)
-    table.warn()
-    for one in (*_lost(table, network), *implausible_sizes(network)):
-        warn(one.at(str(path)), stacklevel=3)
-    return network
+    return network, [*table.suspicions, *_lost(table, network)]
 
 
 def write_network(network: Network, path: str | Path) -> None:

@@ -1,52 +1,54 @@
-"""Networks in the files of other programs and groups: one registry, one module a program.
+"""The formats of networks: one module a program or group, which registers what it reads; a further one needs no more.
 
 A file is known by what it holds. What a network cannot hold of it (walls, beds, inflow) is said and left out.
 """
 
-from collections.abc import Callable
+import re
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+
+import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.findings import Finding, warn
-from vasowave.io.textfile import read_start, regular_file
+from vasowave.findings import warn
+from vasowave.io.formats import Format, Registry
+from vasowave.io.textfile import regular_file
 from vasowave.network.network import Network
 from vasowave.network.remarks import implausible_sizes
-from vasowave.network.vessel_table import read_vessel_table
-from vasowave.network_formats import first_blood, ncsu, svonesolver
+from vasowave.network.vessel_table import is_vessel_table, read_vessel_table
+from vasowave.units import factor
+
+_AMOUNT = re.compile(r"\s*(?P<number>[\d.]+(?:e-?\d+)?)?\s*(?P<unit>[^\d\s].*?)\s*", re.IGNORECASE)
 
 
-class Format(NamedTuple):
-    """How networks of one program are recognized and read.
+@dataclass(frozen=True)
+class NetworkFormat(Format):
+    """How networks of one kind are known and read.
 
     Attributes
     ----------
-    name : str
+    read : callable
+        Takes a path and what lengths are multiplied by. Returns the network, and what of it was left out or is odd.
     has_unit : bool
         Whether the files say in which unit their lengths are.
-    recognizes : callable
-        Tells from a file's path and its first bytes whether it is one.
-    read : callable
-        Returns the network, and what was left out; lengths times the number that it is given.
     """
 
-    name: str
-    has_unit: bool
-    recognizes: Callable[[Path, bytes], bool]
-    read: Callable[[Path, float], tuple[Network, list[Finding]]]
+    has_unit: bool = True
 
 
-FORMATS = (
-    Format("MATLAB file with dim_mat and ves_conn", False, ncsu.is_mat, ncsu.read_mat_network),
-    Format("Dimensions.txt with connectivity.txt", False, ncsu.is_dimensions, ncsu.read_dimensions),
-    Format("svOneDSolver input", True, svonesolver.is_input, svonesolver.read_input),
-    Format("FirstBlood table of edges", True, first_blood.is_edges, first_blood.read_edges),
-)
-"""Every format but the table of vessels, which is taken where no other is recognized."""
+NETWORKS = Registry[NetworkFormat](__name__, "table")
+"""Every format of networks."""
+
+NETWORKS.register(
+    NetworkFormat(
+        "table", "table of vessels", (".csv", ".tsv", ".txt", ".dat", ".xlsx"), is_vessel_table,
+        lambda path, scale: read_vessel_table(path),
+    )
+)  # fmt: skip
 
 
 def read_network(path: str | Path, unit: str | None = None) -> Network:
-    """Read a network: a table of vessels, or a file of another program (`FORMATS`).
+    """Read a network: a table of vessels, or a file of another program (`NETWORKS`).
 
     Parameters
     ----------
@@ -82,22 +84,34 @@ def read_network(path: str | Path, unit: str | None = None) -> Network:
     Network(3 vessels, 2 terminals, root '0' r0 0.05 cm, total length 1.23 cm)
     """
     path = regular_file(path)
-    start = read_start(path)
-    form = next((form for form in FORMATS if form.recognizes(path, start)), None)
-    if form is None or form.has_unit:
-        if unit is not None:
-            raise InputError(f"{path}: says the unit of its lengths itself; leave out the unit '{unit}'")
-        if form is None:
-            return read_vessel_table(path)
-    elif unit is None:
-        raise InputError(
-            f"{path}: a {form.name} does not say the unit of its lengths; give it, as mm or as the edge of a voxel: "
-            "`vasowave tidy FILE --unit '0.0036 cm' -o network.csv`, or read_network(path, unit='mm')"
-        )
-    network, left_out = form.read(path, ncsu.scale_of(unit) if unit is not None else 1.0)
-    for one in (*left_out, *implausible_sizes(network)):
+    form = NETWORKS.of(path)
+    if form.has_unit and unit is not None:
+        raise InputError(f"{path}: says the unit of its lengths itself; leave out the unit '{unit}'")
+    if not form.has_unit and unit is None:
+        raise InputError(unit_wanted(path, form))
+    network, found = form.read(path, scale_of(unit) if unit is not None else 1.0)
+    for one in (*found, *implausible_sizes(network)):
         warn(one.at(str(path)))
     return network
 
 
-__all__ = ["FORMATS", "Format", "read_network"]
+def unit_wanted(path: Path, form: NetworkFormat) -> str:
+    """Say that a file does not name its unit, and how to give it."""
+    return (
+        f"{path}: a {form.title} does not say the unit of its lengths; give it, as mm or as the edge of a voxel: "
+        "`vasowave tidy FILE --unit '0.0036 cm' -o network.csv`, or read_network(path, unit='mm')"
+    )
+
+
+def scale_of(unit: str) -> float:
+    """Return the number that turns lengths in a unit, or in so many of it (``0.0036 cm``), into cm."""
+    match = _AMOUNT.fullmatch(unit)
+    if not match:
+        raise InputError(f"unit '{unit}': write a unit, as mm, or a number and a unit, as 0.0036 cm")
+    scale = float(match["number"] or 1.0) * factor(match["unit"], "length")
+    if not (np.isfinite(scale) and scale > 0):
+        raise InputError(f"unit '{unit}': the number must be positive")
+    return scale
+
+
+__all__ = ["NETWORKS", "NetworkFormat", "read_network", "unit_wanted"]

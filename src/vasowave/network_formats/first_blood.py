@@ -10,6 +10,7 @@ from vasowave.findings import Finding
 from vasowave.io.textfile import read_lines
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT
+from vasowave.network_formats import NETWORKS, NetworkFormat
 from vasowave.network_formats.nodes import parents_of_edges
 
 _VESSELS = ("vis", "vis_f")
@@ -59,3 +60,6 @@ def _number(path: Path, line: int, text: str) -> float:
         return float(text)
     except ValueError:
         raise InputError(f"{path}, line {line}: '{text[:40]}' is not a number") from None
+
+
+NETWORKS.register(NetworkFormat("first blood", "FirstBlood table of edges", (), is_edges, read_edges))

@@ -1,6 +1,5 @@
 """Networks of the paper's authors and their groups: matrices in a MATLAB file, or two tables of plain numbers."""
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,29 +10,15 @@ from vasowave.findings import Finding
 from vasowave.io.textfile import read_lines
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT, UNKNOWN_VARIABLE
-from vasowave.recording.matlab import read_mat
-from vasowave.units import factor
+from vasowave.network_formats import NETWORKS, NetworkFormat
+from vasowave.recording.matlab import is_mat, read_mat
 
 DIMENSIONS, CONNECTIVITY = "dimensions.txt", "connectivity.txt"
 
-_MAT = b"MATLAB 5.0"
-_AMOUNT = re.compile(r"\s*(?P<number>[\d.]+(?:e-?\d+)?)?\s*(?P<unit>[^\d\s].*?)\s*", re.IGNORECASE)
 
-
-def scale_of(unit: str) -> float:
-    """Return the number that turns lengths in a unit, or in so many of it (``0.0036 cm``), into cm."""
-    match = _AMOUNT.fullmatch(unit)
-    if not match:
-        raise InputError(f"unit '{unit}': write a unit, as mm, or a number and a unit, as 0.0036 cm")
-    scale = float(match["number"] or 1.0) * factor(match["unit"], "length")
-    if not (np.isfinite(scale) and scale > 0):
-        raise InputError(f"unit '{unit}': the number must be positive")
-    return scale
-
-
-def is_mat(path: Path, start: bytes) -> bool:
-    """Return whether a file is one of MATLAB."""
-    return path.suffix.lower() == ".mat" or start.startswith(_MAT)
+def is_mat_network(path: Path, start: bytes) -> bool:
+    """Return whether a file is one of MATLAB that holds a network."""
+    return is_mat(path, start) and {"dim_mat", "ves_conn"} <= set(read_mat(path))
 
 
 def read_mat_network(path: Path, scale: float) -> tuple[Network, list[Finding]]:
@@ -146,3 +131,13 @@ def _table(path: Path, least: int, most: int | None) -> np.ndarray:
 
 def _placed(what: str) -> Callable[[int], str]:
     return lambda row: f"{what} {row + 1}"
+
+
+NETWORKS.register(
+    NetworkFormat(
+        "dim_mat", "MATLAB file with dim_mat and ves_conn", (".mat",), is_mat_network, read_mat_network, False
+    )
+)
+NETWORKS.register(
+    NetworkFormat("dimensions", "Dimensions.txt with connectivity.txt", (), is_dimensions, read_dimensions, False)
+)

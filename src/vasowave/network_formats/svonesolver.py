@@ -10,6 +10,7 @@ from vasowave.findings import Finding
 from vasowave.io.textfile import read_lines
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT
+from vasowave.network_formats import NETWORKS, NetworkFormat
 from vasowave.network_formats.nodes import parents_of_edges
 
 _SEGMENT_WORDS = 8  # of a segment, that say its place and its size
@@ -123,3 +124,6 @@ def _whole(path: Path, line: int, word: str) -> int:
     if not np.isfinite(value) or value != int(value):
         raise InputError(f"{path}, line {line}: '{word[:40]}' is not a whole number")
     return int(value)
+
+
+NETWORKS.register(NetworkFormat("svonedsolver", "svOneDSolver input", (".in",), is_input, read_input))

@@ -74,11 +74,14 @@ class Recording:
         What was noticed or assumed while it was read; stands in every report.
     pressure_error, flow_error : float array, shape (harmonic,), optional
         Standard error of the amplitude of each harmonic, the mean first, mmHg and ml/s; of a cycle averaged from beats.
+    wedge_pressure : float
+        Pressure behind the vascular beds, mmHg: the wedge pressure, or that of the left atrium; 0 in the paper.
 
     Raises
     ------
     InputError
-        Too few samples, a value that is not finite, a period that is not positive, a negative error.
+        Too few samples, a value that is not finite, a period that is not positive, a negative error, a wedge pressure
+        that the mean pressure does not exceed.
 
     Examples
     --------
@@ -97,6 +100,7 @@ class Recording:
     notes: tuple[Finding, ...] = ()
     pressure_error: np.ndarray | None = None
     flow_error: np.ndarray | None = None
+    wedge_pressure: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the values and freeze the arrays."""
@@ -106,6 +110,11 @@ class Recording:
         for name in ("pressure_error", "flow_error"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _errors(getattr(self, name), name))
+        if self.wedge_pressure and not self.wedge_pressure < self.mean_pressure:
+            raise InputError(
+                f"{self.source}: a wedge pressure of {self.wedge_pressure:g} mmHg is not below the mean pressure, "
+                f"{self.mean_pressure:.4g} mmHg; nothing would drive the flow"
+            )
 
     def __repr__(self) -> str:
         return (
@@ -166,7 +175,12 @@ class Recording:
 
     @property
     def vascular_resistance(self) -> float:
-        """Total pulmonary vascular resistance PVR = mPAP/CO, mmHg s/ml (Table 1), for capillary pressure zero."""
+        """Vascular resistance PVR = (mPAP - wedge pressure)/CO, mmHg s/ml; Table 1 has it for a wedge of 0."""
+        return (self.mean_pressure - self.wedge_pressure) / self.cardiac_output
+
+    @property
+    def total_resistance(self) -> float:
+        """Mean pressure over mean flow, mmHg s/ml: the impedance at zero frequency, clinically the TPR."""
         return self.mean_pressure / self.cardiac_output
 
     def indices(self) -> dict[str, float]:

@@ -1,19 +1,21 @@
 """What a file holds before anyone says what it is: kind, blocks, channels, rate, length."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
+from vasowave.errors import InputError
 from vasowave.findings import Finding
-from vasowave.io.textfile import Progress
-from vasowave.recording.blocks import KINDS, file_kind, read_blocks
+from vasowave.io.remembered import remembered
+from vasowave.io.textfile import Progress, look
 from vasowave.recording.channels import Block
 from vasowave.recording.choosing import quantity_of
+from vasowave.recording.formats import RECORDINGS
 from vasowave.recording.gaps import Span, gaps_in
-from vasowave.recording.labchart_mat import is_labchart_mat
-from vasowave.recording.mat_variables import read_variables
-from vasowave.recording.number_table import read_number_table
 from vasowave.recording.plausibility import PERIODS
+
+_LARGEST = 4 << 20  # bytes; no table of one cycle is larger
 
 
 class ChannelDescription(NamedTuple):
@@ -49,7 +51,7 @@ class FileDescription(NamedTuple):
     ----------
     path : str
     format : str
-        ``labchart text``, ``edf``, ``mat`` or ``table``.
+        ``labchart text``, ``labchart mat``, ``mat``, ``edf``, ``table``, or the name of one that was registered.
     kind : str
         ``raw`` (a continuous recording), ``cycle`` (one averaged cycle), or empty where the file has no times.
     blocks : tuple of BlockDescription
@@ -74,7 +76,7 @@ class FileDescription(NamedTuple):
         )
         what = {"raw": "continuous", "cycle": "one cycle", "": "cycle or continuous"}[self.kind]
         more = f", the longest of {len(self.blocks)} blocks" if len(self.blocks) > 1 else ""
-        return f"{KINDS[self.format]}, {what}: {lasts}{more}; {channels}"
+        return f"{RECORDINGS[self.format].title}, {what}: {lasts}{more}; {channels}"
 
 
 def describe_recording(path: str | Path, progress: Progress | None = None) -> FileDescription:
@@ -100,19 +102,37 @@ def describe_recording(path: str | Path, progress: Progress | None = None) -> Fi
     >>> vw.describe_recording("mouse.txt").kind
     'raw'
     """
-    kind = file_kind(path)
-    if kind == "mat" and not is_labchart_mat(path):
-        variables = _block(read_variables(path))
-        return FileDescription(str(path), "mat", _kind(variables.duration), (variables,))
-    if kind == "table":
-        blocks = [read_number_table(path, math.nan, progress, titled=False)]
-    else:
-        blocks = read_blocks(path, progress=progress)
-    described = tuple(_block(block) for block in blocks)
-    lasts = max(block.duration for block in described)
-    raw = _kind(lasts) if kind == "table" else "raw"
+    return _described(Path(path), progress=progress)
+
+
+@remembered
+def _described(path: Path, progress: Progress | None = None) -> FileDescription:
+    form = RECORDINGS.of(path)
+    blocks = form.read(path, math.nan, progress)
+    described = tuple(_block(block) for block in blocks if block.channels)
+    if not described:
+        raise InputError(f"{path}: headers and no samples")
     suspicions = tuple(dict.fromkeys(one for block in blocks for one in block.suspicions))
-    return FileDescription(str(path), kind, raw, described, suspicions)
+    kind = "raw" if form.continuous else _kind(described)
+    return FileDescription(str(path), form.name, kind, described, suspicions)
+
+
+def kind_of(recordings: Sequence[Path]) -> Literal["cycle", "raw"]:
+    """Return what the files of a recording hold: one averaged cycle, or a continuous recording.
+
+    Two files are the pressure and the flow of one cycle. What cannot be told, or read, is taken for a cycle; its reader
+    says what is wrong.
+    """
+    if len(recordings) > 1:
+        return "cycle"
+    try:
+        form, size = RECORDINGS.of(recordings[0]), look(recordings[0]).size
+    except InputError:
+        return "cycle"
+    try:
+        return "raw" if form.continuous or describe_recording(recordings[0]).kind == "raw" else "cycle"
+    except InputError:
+        return "raw" if size > _LARGEST else "cycle"
 
 
 def _block(block: Block) -> BlockDescription:
@@ -125,7 +145,11 @@ def _block(block: Block) -> BlockDescription:
     return BlockDescription(rate, len(fastest.values) / rate, len(fastest.values), channels, len(block.comments))
 
 
-def _kind(lasts: float) -> str:
+def _kind(blocks: Sequence[BlockDescription]) -> str:
+    """Return what blocks last like; with an ECG they are continuous."""
+    if any(channel.quantity == "ecg" for block in blocks for channel in block.channels):
+        return "raw"
+    lasts = max(block.duration for block in blocks)
     if math.isnan(lasts):
         return ""
     return "raw" if lasts > PERIODS[1] else "cycle"

@@ -237,7 +237,7 @@ def average_beats(
     errors = [harmonic_error(values[used, :-1]) for values in (cut.pressure, cut.flow)]
     errors[0][0] = np.hypot(errors[0][0], baseline.error_left(first, last))
     return EnsembleAverage(
-        Recording(cycles[0], cycles[1], period, raw.source, tuple(found), *errors),
+        Recording(cycles[0], cycles[1], period, raw.source, tuple(found), errors[0], errors[1]),
         deviations[0],
         np.maximum(deviations[1], 0.0),
         _listed(cut.starts, cut.ends, set(used.tolist()), reasons),

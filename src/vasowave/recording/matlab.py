@@ -1,84 +1,85 @@
 """Variables of a MATLAB file, and clear words when the file cannot give them."""
 
-import os
-import subprocess
-import sys
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.io.textfile import read_start, regular_file
-from vasowave.recording.matlab_hdf5 import read_mat_hdf5
+from vasowave.io.apart import Answer, read_apart
+from vasowave.io.remembered import remembered
+from vasowave.io.textfile import look, read_bytes
 
 _SAVE_AGAIN = "in MATLAB, load it and write it again with: save('NAME.mat', '-v7')"
-_MEMORY = 1 << 30  # bytes of addresses that the trial may take beside the file
-_SECONDS = 15
-"""What reading may take beside what grows with the file: bytes, and s of the processor; a busy machine waits longer."""
-
-_TRIAL = """
-import sys
-try:
-    import resource
-    resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[2]),) * 2)
-    resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[3]),) * 2)
-except (ImportError, ValueError, OSError):
-    pass
-if sys.argv[4] == "hdf5":
-    from vasowave.recording.matlab_hdf5 import read_mat_hdf5
-    read_mat_hdf5(sys.argv[1])
-else:
-    from scipy.io import loadmat
-    loadmat(sys.argv[1])
-"""
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
-def read_mat(path: str | Path) -> dict[str, Any]:
-    """Return the variables of a ``.mat`` file (version 4 to 7.3) by name; of 7.3 matrices of numbers and characters.
+def is_mat(path: Path, start: bytes) -> bool:
+    """Whether a file is one of MATLAB."""
+    return path.suffix.lower() == ".mat" or start.startswith(b"MATLAB ")
+
+
+@remembered
+def read_mat(path: str | Path) -> dict[str, np.ndarray]:
+    """Return the variables of a ``.mat`` file (version 4 to 7.3) by name.
+
+    Matrices of numbers, and of characters as one text a row; what else there is has its name and no value. The file is
+    read in another process: SciPy's and HDF5's compiled readers can end the whole process on a damaged file, and a
+    compressed variable of a few kilobytes can inflate to any size.
 
     Raises
     ------
     InputError
         File missing, truncated, damaged, or not a MATLAB file.
     """
+    start = look(path).start[:1024]
+    read = variables_of_7_3 if _HDF5 in start or start.startswith(b"MATLAB 7.3") else variables_before
+    names, arrays = read_apart(read, Path(path), "a MATLAB file", _SAVE_AGAIN)
+    values = iter(arrays)
+    for one in arrays:
+        one.setflags(write=False)
+    return {name: next(values) if told else np.empty(0, object) for name, told in names}
+
+
+def variables_before(path: Path) -> Answer:
+    """Return the variables of versions before 7.3; any exception of SciPy, or the end of the process."""
     from scipy.io import loadmat
 
-    path = regular_file(path)
-    start = read_start(path, 1024)
-    if _HDF5 in start or start.startswith(b"MATLAB 7.3"):
-        _try_in_another_process(path, "hdf5")
-        return read_mat_hdf5(path)
-    _try_in_another_process(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         variables = loadmat(path, chars_as_strings=True)
-    return {name: value for name, value in variables.items() if not name.startswith("__")}
+    return _answer({name: value for name, value in variables.items() if not name.startswith("__")})
 
 
-def _try_in_another_process(path: Path, form: str = "") -> None:
-    """Raise `InputError` if reading `path` fails, does not end, or takes far more memory than the file is long.
+def variables_of_7_3(path: Path) -> Answer:
+    """Return the matrices in HDF5 behind a header of 512 bytes, every one stored by its columns; cells are left out."""
+    from netCDF4 import Dataset
 
-    SciPy's and HDF5's compiled readers can end the whole process on a damaged file, and raise a dozen unrelated kinds
-    of error; a compressed variable of a few kilobytes can inflate to any size.
-    """
-    size = path.stat().st_size
-    seconds = int(_SECONDS + size / 2e7)
-    limits = [str(_MEMORY + 4 * size), str(seconds)]
-    command = [sys.executable, "-P", "-W", "ignore", "-c", _TRIAL, str(path), *limits, form]
-    alone = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-    try:
-        trial = subprocess.run(command, capture_output=True, timeout=8 * seconds, check=False, env=os.environ | alone)
-    except subprocess.TimeoutExpired:
-        raise InputError(f"{path}: reading did not end; the file is damaged; {_SAVE_AGAIN}") from None
-    if trial.returncode != 0:
-        lines = trial.stderr.decode(errors="replace").strip().splitlines()
-        what = lines[-1] if lines and trial.returncode > 0 else "its structure is damaged"
-        if what.startswith("MemoryError") or "Unable to allocate" in what:
-            what = "it asks for far more memory than the file is long"
-        raise InputError(f"{path}: truncated, damaged, or not a MATLAB file ({what}); {_SAVE_AGAIN}")
+    variables: dict[str, Any] = {}
+    with Dataset("in memory", memory=read_bytes(path)) as file:  # by its name the library opens it three times
+        for name, variable in file.variables.items():
+            kind = variable.getncattr("MATLAB_class") if "MATLAB_class" in variable.ncattrs() else ""
+            if "MATLAB_empty" in variable.ncattrs():
+                variables[name] = np.empty((0, 0))
+            elif getattr(variable.dtype, "kind", "") in "iufb" and variable.dtype is not str:
+                values = np.asarray(variable[...]).T
+                variables[name] = _texts(values) if kind == "char" else values
+    return _answer(variables)
+
+
+def _answer(variables: Mapping[str, Any]) -> Answer:
+    """Return names, each with whether it has a value, and the values."""
+    found = {name: np.asarray(value) for name, value in variables.items()}
+    told = {name: value.dtype.kind in "biufcU" for name, value in found.items()}
+    return Answer(list(told.items()), [value for name, value in found.items() if told[name]])
+
+
+def _texts(codes: np.ndarray) -> np.ndarray:
+    """Return the rows of a matrix of UTF-16 codes as texts."""
+    rows = np.atleast_2d(codes).astype("<u2")
+    return np.array([row.tobytes().decode("utf-16-le", errors="replace") for row in rows])
 
 
 def vector(value: Any, where: str) -> np.ndarray:
@@ -88,7 +89,7 @@ def vector(value: Any, where: str) -> np.ndarray:
         raise InputError(f"{where} is not a vector of real numbers")
     if array.size != max(array.shape, default=0):
         raise InputError(f"{where} has size {' × '.join(map(str, array.shape))}; it must be one row or one column")
-    return array.ravel().astype(np.float64)
+    return array.ravel().astype(np.float64, copy=False)
 
 
 def text(value: Any) -> str:

@@ -5,6 +5,7 @@ from pathlib import Path
 from vasowave.errors import InputError
 from vasowave.findings import Finding, note_kind, warn
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
+from vasowave.recording.formats import read_signals
 from vasowave.recording.plausibility import (
     check_closure,
     check_flow,
@@ -13,7 +14,7 @@ from vasowave.recording.plausibility import (
     odd_values,
     repeats_first,
 )
-from vasowave.recording.signal import Signal, even_step, read_signals
+from vasowave.recording.signal import Signal, even_step
 
 _CHECKS = {"pressure": check_pressure, "flow": check_flow}
 

@@ -10,9 +10,9 @@ from vasowave import units
 from vasowave.errors import InputError
 from vasowave.findings import Finding, note_kind, warn
 from vasowave.io.textfile import Progress
-from vasowave.recording.blocks import read_blocks
 from vasowave.recording.channels import Block, Channel, Comment
 from vasowave.recording.choosing import DIMENSIONS, pick_channels
+from vasowave.recording.formats import read_blocks
 from vasowave.recording.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.recording.raw import SHORTEST, RawRecording
 from vasowave.recording.signal import UNIT_REPLACED

@@ -65,6 +65,8 @@ class BedSteps(NamedTuple):
         What the flow adds to it, mmHg s/ml.
     fast : array, shape (terminal,)
         Resistance before the capacitor, mmHg s/ml.
+    behind : array, shape (terminal,)
+        Pressure behind the bed, mmHg; that of the capacitor is counted from it.
     """
 
     decay_half: np.ndarray
@@ -72,6 +74,7 @@ class BedSteps(NamedTuple):
     gain_half: np.ndarray
     gain: np.ndarray
     fast: np.ndarray
+    behind: np.ndarray
 
     def memory_scale(self, impedance: np.ndarray) -> np.ndarray:
         """Factors that turn the memory into pressures, shape (terminal, 1): it is the capacitor's pressure."""
@@ -83,13 +86,17 @@ class BedSteps(NamedTuple):
 
     def memory_of(self, pressure: np.ndarray, flow: np.ndarray) -> np.ndarray:
         """Memory from pressure (mmHg) and flow (ml/s) of the terminals at these times, shape (time, terminal)."""
-        return (pressure - self.fast * flow).T.copy()
+        return (pressure - self.behind - self.fast * flow).T.copy()
 
 
 class ConvolutionSteps(NamedTuple):
-    """A periodic impulse response, mmHg s/ml per step, shape (terminal, step); the paper's form of eq. 7."""
+    """A periodic impulse response, mmHg s/ml per step, shape (terminal, step); the paper's form of eq. 7.
+
+    `behind` is the pressure behind the outlets, mmHg, shape (terminal,).
+    """
 
     response: np.ndarray
+    behind: np.ndarray
 
     def memory_scale(self, impedance: np.ndarray) -> np.ndarray:
         """Factors that turn the memory into pressures, shape (terminal, step): it is the flow of one cycle."""
@@ -107,18 +114,22 @@ class ConvolutionSteps(NamedTuple):
 OutletSteps = BedSteps | ConvolutionSteps
 
 
-def outlet_steps(outlets: Outlets, steps: int, period: float) -> OutletSteps:
-    """Return the outlets' response over one of `steps` steps a cycle: exact for a `Bed`, else by convolution."""
+def outlet_steps(outlets: Outlets, steps: int, period: float, behind: float | np.ndarray) -> OutletSteps:
+    """Return the outlets' response over one of `steps` steps a cycle: exact for a `Bed`, else by convolution.
+
+    `behind` is the pressure behind them, mmHg, shape (terminal,).
+    """
+    behind = np.asarray(behind, dtype=float)
     if isinstance(outlets, Bed):
         circuit, dt = outlets.circuit(), period / steps
         (half, gain_half), (whole, gain) = circuit.over(dt / 2), circuit.over(dt)
-        return BedSteps(half, whole, gain_half, gain, np.array(circuit.proximal))
+        return BedSteps(half, whole, gain_half, gain, np.array(circuit.proximal), behind)
     Z = outlets.impedance_at(steps // 2 + 1, period)
-    return ConvolutionSteps(np.ascontiguousarray(np.fft.irfft(Z, steps, axis=0).T))
+    return ConvolutionSteps(np.ascontiguousarray(np.fft.irfft(Z, steps, axis=0).T), behind)
 
 
 def outlet_line(outlet, memory, j, step):
-    """Return memory (mmHg) and resistance (mmHg s/ml) of terminal j at this half step: p = memory + resistance q."""
+    """Return pressure without flow (mmHg) and resistance (mmHg s/ml) of terminal j: p = pressure + resistance q."""
     raise NotImplementedError("compiled code only")
 
 
@@ -131,11 +142,11 @@ def remember(outlet, memory, j, step, q):
 def _outlet_line(outlet, memory, j, step):
     if outlet.instance_class is BedSteps:
         return lambda outlet, memory, j, step: (
-            outlet.decay_half[j] * memory[j, 0],
+            outlet.behind[j] + outlet.decay_half[j] * memory[j, 0],
             outlet.fast[j] + outlet.gain_half[j],
         )
     return lambda outlet, memory, j, step: (
-        _past_flow(outlet.response[j], memory[j], step),
+        outlet.behind[j] + _past_flow(outlet.response[j], memory[j], step),
         outlet.response[j, 0],
     )
 

@@ -30,7 +30,7 @@ class Stepper:
         self.grid, self.numerics, self.steps, self.period = grid, numerics, steps, inflow.period
         self.inflow = inflow.resampled(steps)
         dt = inflow.period / steps
-        self.outlets = outlet_steps(grid.model.outlets, steps, inflow.period)
+        self.outlets = outlet_steps(grid.model.outlets, steps, inflow.period, grid.model.outlet_pressure)
         blood = grid.model.blood
         friction = blood.friction.coefficients(blood.viscosity, inflow.period)
         self.fluid = Fluid(blood.inertia, *friction)

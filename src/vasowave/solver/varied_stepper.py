@@ -123,5 +123,6 @@ def _outlet_changes(run: Run, directions: Sequence[Direction]) -> OutletChanges:
     beds, changes = np.array(list(fields), dtype=float), []
     for one in directions:
         moved = kind(*(beds * (1 + 1j * _COMPLEX * one.outlets)))
-        changes.append([value.imag / _COMPLEX for value in outlet_steps(moved, run.steps, run.period)])
+        *answers, _ = outlet_steps(moved, run.steps, run.period, run.model.outlet_pressure)
+        changes.append([value.imag / _COMPLEX for value in answers])
     return OutletChanges(*(np.array(value) for value in zip(*changes, strict=True)))

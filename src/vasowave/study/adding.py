@@ -9,14 +9,13 @@ from vasowave.errors import InputError, did_you_mean
 from vasowave.io.files import write_file
 from vasowave.report.wording import some_of
 from vasowave.study.grouping import Marks, Proposal, parsed_groups, proposed_groups, told_group, within, words
-from vasowave.study.known import Known, seen_from
 from vasowave.study.names import plain_name
 from vasowave.study.plan import RESULTS
 from vasowave.study.reading import read_settings, study_path
 from vasowave.study.reporting import ONE_BY_ONE, REPORT_FOLDER
 from vasowave.study.settings import StudyFile
 from vasowave.study.sorting import Recorded, Sorted, files_in, sort_files
-from vasowave.study.table import read_rows, written_rows
+from vasowave.study.table import Known, read_rows, seen_from, written_rows
 from vasowave.study.template import with_groups
 
 _NAMED = 3  # files, in a sentence

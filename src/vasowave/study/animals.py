@@ -18,6 +18,7 @@ from vasowave.study.rows import COLUMNS, NEEDED, AnimalRow
 _NUMBERS = {
     "image pressure [mmHg]": "image_pressure",
     "period [s]": "period",
+    "wedge [mmHg]": "wedge",
     "block": "block",
     "start [s]": "start",
     "end [s]": "end",
@@ -227,7 +228,7 @@ def _number(text: str, title: str, say: Say) -> float | None:
     except ValueError:
         say(title, (DECIMAL_COMMA if re.fullmatch(r"-?\d+,\d+", text) else NO_NUMBER)(text=text))
         return None
-    lowest = 0.0 if title == "start [s]" else 5e-324
+    lowest = 0.0 if title in ("start [s]", "wedge [mmHg]") else 5e-324
     if not (math.isfinite(value) and value >= lowest) or (title == "block" and value != int(value)):
         say(title, NOT_POSITIVE(text=text, what="whole number" if title == "block" else "number"))
         return None

@@ -10,10 +10,10 @@ from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
 from vasowave.errors import InputError, VasowaveError
 from vasowave.findings import Finding, Kind, Place, Severity, Value, error_kind, look_kind
+from vasowave.io.textfile import look
 from vasowave.model.law_files import files_of, plain
 from vasowave.model.laws import find_bed
 from vasowave.model.nominal import Nominal, estimate_nominal
-from vasowave.provenance import sha256
 from vasowave.recording import Recording
 from vasowave.study.document import Document, read_document
 from vasowave.study.loading import load_animal
@@ -259,6 +259,6 @@ def _doubled(study: Study, row: AnimalRow, other: AnimalRow, which: Kind) -> Pro
 
 def _contents(paths: Sequence[Path]) -> list[str]:
     try:
-        return [sha256(path) for path in paths]
+        return [look(path).sha256 for path in paths]
     except InputError:
         return []

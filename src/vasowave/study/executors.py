@@ -48,15 +48,17 @@ def process_pool(
     """
     before, safe = set(active_children()), os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"  # a process that starts looks for no module in the folder it starts in
-    pool = _Pool(workers, get_context("spawn"), _start_worker, (threads, loaded))
+    pool: _Pool | None = None
     try:
+        pool = _shared_pool(workers, threads, loaded)
         with pool.watched():
             for law in laws:
                 pool.submit(_compile_kernels, law, files_of(laws))
             yield pool
         pool.shutdown()
     except BaseException:
-        pool.shutdown(wait=False, cancel_futures=True)
+        if pool is not None:
+            pool.shutdown(wait=False, cancel_futures=True)
         raise
     finally:
         if safe is None:
@@ -65,6 +67,18 @@ def process_pool(
         for process in set(active_children()) - before:
             process.terminate()
             process.join(_PATIENCE)
+
+
+def _shared_pool(workers: int, threads: int, loaded: Sequence[str]) -> "_Pool":
+    """Return a pool; `InputError` where the system leaves no room for the locks that its processes share."""
+    try:
+        return _Pool(workers, get_context("spawn"), _start_worker, (threads, loaded))
+    except OSError as error:
+        why = f" ({os.strerror(error.errno)})" if error.errno else ""
+        raise InputError(
+            f"processes cannot be started: the locks that they share have no space left, or need a file larger than "
+            f"this system or its limits allow{why}; look at /dev/shm and `ulimit -f`"
+        ) from error
 
 
 @contextmanager

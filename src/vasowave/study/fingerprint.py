@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from vasowave.provenance import sha256
+from vasowave.io.textfile import look
 
 _NUMERICAL = ("numpy", "scipy", "numba", "xarray")
 _NOT_NUMERICAL = ("cli", "report", "figures", "cohort")
@@ -45,6 +45,10 @@ def fingerprint(what: Mapping[str, Any], files: Mapping[str, Path]) -> str:
     InputError
         A file cannot be read.
     """
-    inputs = {"program": source_digest(), "what": what, "files": {role: sha256(path) for role, path in files.items()}}
+    inputs = {
+        "program": source_digest(),
+        "what": what,
+        "files": {role: look(path).sha256 for role, path in files.items()},
+    }
     text = json.dumps(inputs, sort_keys=True, ensure_ascii=True, allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()[:32]

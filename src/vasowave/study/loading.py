@@ -12,11 +12,11 @@ from vasowave.animal.pipeline import Progress, analyze
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, VasowaveError, VasowaveWarning
 from vasowave.findings import Finding, found_in
+from vasowave.io.textfile import look
 from vasowave.model.law_files import LawFile, in_words, learn
 from vasowave.model.nominal import estimate_nominal, oddities
 from vasowave.network.network import Network
 from vasowave.network_formats import read_network
-from vasowave.provenance import sha256
 from vasowave.recording import (
     Catheter,
     Recording,
@@ -27,21 +27,23 @@ from vasowave.recording import (
     ringing,
     suspect_catheter,
 )
+from vasowave.recording.describe import kind_of
 from vasowave.solver.practice import PAPER
 from vasowave.study.fingerprint import fingerprint
 from vasowave.study.journal import Journal
-from vasowave.study.kind import kind_of
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
 
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
 
+_NEAR = 4096  # bytes from the beginning, where it stands
+
 
 def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
     """Return the SHA-256 of every file of one animal by its role, and the file's name as seen from `folder`."""
     roles = ("network", "recording", "flow")
-    return {role: f"{sha256(file)} ({inside(file, folder)})" for role, file in zip(roles, row.files, strict=False)}
+    return {role: f"{look(file).sha256} ({inside(file, folder)})" for role, file in zip(roles, row.files, strict=False)}
 
 
 def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
@@ -98,6 +100,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     said = list(found_in(caught))
     synthetic = row.synthetic or _says_synthetic(row)
     recording = _through_catheter(_relative(animal.recording, said, folder), study)
+    recording = replace(recording, wedge_pressure=row.wedge or 0.0)
     odd = _oddities(network, recording, study)
     recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *odd))))
     return replace(animal, recording=recording, synthetic=synthetic)
@@ -134,11 +137,7 @@ def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
 
 def _says_synthetic(row: AnimalRow) -> bool:
     """Whether a recording says of itself, near its beginning, that no animal was measured."""
-    for file in row.recordings:
-        with file.open("rb") as stream:
-            if SYNTHETIC_MARK in stream.read(4096):
-                return True
-    return False
+    return any(SYNTHETIC_MARK in look(file).start[:_NEAR] for file in row.recordings)
 
 
 @in_words()

@@ -13,6 +13,7 @@ COLUMNS = {
     "flow": "File of the flow, if the recording holds the pressure only (averaged cycles).",
     "kind": "cycle (one averaged cycle) or raw (continuous, beats are found and averaged); empty: told from the file.",
     "period [s]": "Period of an averaged cycle without a time column.",
+    "wedge [mmHg]": "Wedge pressure, or that of the left atrium: what lies behind the vascular beds; empty: 0.",
     "pressure unit": "Unit of the pressure, where its file names none or a wrong one.",
     "flow unit": "Unit of the flow, where its file names none or a wrong one.",
     "pressure channel": "raw: title of the pressure channel, where the titles do not tell.",
@@ -37,7 +38,7 @@ NEEDED = ("animal", "group", "network", "recording")
 class AnimalRow:
     """One row of the table; a number is None and a text empty where the cell is.
 
-    An empty `kind` is told from the file, see `study.kind`.
+    An empty `kind` is told from the file, see `recording.describe`.
     """
 
     animal: str
@@ -57,6 +58,7 @@ class AnimalRow:
     end: float | None = None
     sampling_rate: float | None = None
     image_pressure: float | None = None
+    wedge: float | None = None
     synthetic: bool = False
     shared_recording: bool = False
     R_T: float | None = None

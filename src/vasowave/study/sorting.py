@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.errors import InputError
-from vasowave.io.columns import read_columns
+from vasowave.network_formats import NETWORKS, unit_wanted
 from vasowave.recording import describe_recording
 from vasowave.recording.choosing import DIMENSIONS, Choice, choose
 from vasowave.recording.describe import BlockDescription, ChannelDescription, FileDescription
+from vasowave.recording.formats import RECORDINGS
 from vasowave.recording.gaps import Span, longest_between
 from vasowave.recording.raw import SHORTEST
 
-_TABLES = (".csv", ".tsv", ".txt", ".dat", ".xlsx")
-_SUFFIXES = (*_TABLES, ".mat", ".edf", ".rec", ".adicht")
 _HALVES = {"pressure": ("pressure", "press", "pap", "p"), "flow": ("flow", "q")}
 
 
@@ -64,10 +63,11 @@ def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
         A name that is no file and no folder, or nothing at all.
     """
     files: dict[Path, Path] = {}
+    suffixes = {*RECORDINGS.suffixes, *NETWORKS.suffixes}
     for path in paths:
         if path.is_dir():
             inside = sorted(_walked(path, leave))
-            found = [one for one in inside if one.is_file() and one.suffix.lower() in _SUFFIXES]
+            found = [one for one in inside if one.is_file() and one.suffix.lower() in suffixes]
         elif path.is_file():
             found = [path]
         else:
@@ -75,7 +75,7 @@ def files_in(paths: Sequence[Path], leave: Collection[Path] = ()) -> list[Path]:
         for one in found:
             files.setdefault(one.resolve(), one)
     if not files:
-        raise InputError(f"{', '.join(map(str, paths))}: no file there ends in {', '.join(_SUFFIXES)}")
+        raise InputError(f"{', '.join(map(str, paths))}: no file there ends in {', '.join(sorted(suffixes))}")
     return list(files.values())
 
 
@@ -108,10 +108,13 @@ def sort_files(
     networks, recordings, refused = [], [], []
     halves: list[tuple[str, str, Path]] = []
     for file in files:
-        if _is_network(file):
-            networks.append(file)
-            continue
         try:
+            network = NETWORKS.known(file)
+            if network is not None:
+                if not network.has_unit:
+                    raise InputError(unit_wanted(file, network))
+                networks.append(file)
+                continue
             described = describe_recording(file)
         except InputError as error:
             refused.append(str(error))
@@ -183,15 +186,6 @@ def _whole(block: BlockDescription, choice: Choice[ChannelDescription]) -> Span 
         return None
     stretch = longest_between(gaps, 0.0, block.duration)
     return stretch if stretch.end - stretch.start >= SHORTEST else None
-
-
-def _is_network(file: Path) -> bool:
-    if file.suffix.lower() not in _TABLES:
-        return False
-    try:
-        return "parent" in read_columns(file).names
-    except InputError:
-        return False
 
 
 def _half(file: Path, block: BlockDescription) -> tuple[str, str]:

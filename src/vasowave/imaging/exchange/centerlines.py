@@ -10,12 +10,12 @@ from vasowave.errors import InputError, of_file
 from vasowave.findings import look_kind, warn
 from vasowave.imaging.axes.skeleton import Skeleton, cut_at_junctions
 from vasowave.imaging.exchange.convention import Ends, as_extracted
+from vasowave.imaging.exchange.formats import LINES, LinesFormat
 from vasowave.imaging.exchange.graph import rooted
-from vasowave.imaging.exchange.markups import read_markups
 from vasowave.imaging.exchange.merging import merged
 from vasowave.imaging.exchange.polydata import read_polydata, write_vtp
 from vasowave.imaging.exchange.polylines import PolyLines
-from vasowave.imaging.exchange.swc import LEAST, read_swc, require_radii
+from vasowave.imaging.exchange.swc import LEAST, require_radii
 from vasowave.imaging.exchange.triangles import read_surface_points
 from vasowave.imaging.measure.measurement import Measurement, measured_alone
 from vasowave.imaging.places import written
@@ -73,7 +73,7 @@ def read_centerlines(
     path = Path(path)
     if not (np.isfinite(unit) and unit > 0):
         raise InputError(f"unit {unit} cm: give the file's unit of length as a positive number of cm (mm: 0.1)")
-    skeleton = _skeleton(path, unit, cut)
+    skeleton = LINES.of(path).read(path, unit, cut)
     _warn_of_leaps(path, skeleton)
     with of_file(path):
         return cut_at_junctions(skeleton, collapse)
@@ -116,8 +116,7 @@ def measured_lines(
                 f"{surface}: the surface is {np.median(gap):.2g} radii from the lines of {path} in the middle, not 1; "
                 "are its unit and its place theirs?"
             )
-    is_slicer = Path(path).suffix.lower() == ".json"
-    alike = as_extracted(tree, points, "ball" if is_slicer and ends == "auto" else ends, collapse)
+    alike = as_extracted(tree, points, LINES.of(path).ends if ends == "auto" else ends, collapse)
     return measured_alone(alike.tree, alike.length_sd)
 
 
@@ -138,14 +137,7 @@ def _warn_of_leaps(path: Path, skeleton: Skeleton) -> None:
         warn(LEAPS(points=len(leaps), place=written(line.points[row])).at(str(path)), stacklevel=3)
 
 
-def _skeleton(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleton:
-    kind = path.suffix.lower()
-    if kind == ".swc":
-        return read_swc(path, unit)
-    if kind == ".json":
-        return read_markups(path, unit)
-    if kind not in (".vtp", ".vtk"):
-        return _merged(path, _flat(path, unit), cut)
+def _polydata(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleton:
     data = read_polydata(path)
     points = _points(path, data, unit)
     if all(len(line) == 2 for line in data.lines):  # SimVascular: one line for each pair of neighbors
@@ -180,7 +172,7 @@ def _points(path: Path, data: PolyLines, unit: float) -> Line:
     return Line(unit * data.points[:, ::-1], unit * data.fields[name])
 
 
-def _flat(path: Path, unit: float) -> list[Line]:
+def _flat(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleton:
     """Return the lines of a flat table, which has lost them: a jump longer than both radii starts a new line."""
     table = read_columns(path, _ALIASES)
     table.warn()
@@ -192,7 +184,7 @@ def _flat(path: Path, unit: float) -> list[Line]:
     points = Line.of(np.column_stack(parts))
     jumps = np.diff(points.run) > points.radius[1:] + points.radius[:-1]
     lines = (points[rows] for rows in np.split(np.arange(len(points)), 1 + np.flatnonzero(jumps)))
-    return [line for line in lines if len(line) > 1]
+    return _merged(path, [line for line in lines if len(line) > 1], cut)
 
 
 def write_centerlines(tree: Tree, path: str | Path, unit: float = 1.0) -> None:
@@ -219,3 +211,9 @@ def write_centerlines(tree: Tree, path: str | Path, unit: float = 1.0) -> None:
     whole = points[0].then(*points[1:])
     radius = np.maximum(whole.radius, LEAST) / unit
     write_vtp(PolyLines(whole.points[:, ::-1] / unit, tuple(lines), {RADIUS_NAMES[0]: radius}), path)
+
+
+LINES.register(
+    LinesFormat("flat table", "flat table of points", (".csv", ".dat", ".txt", ".tsv", ".xlsx"), None, _flat)
+)
+LINES.register(LinesFormat("polydata", "VTK PolyData", (".vtp", ".vtk"), None, _polydata))

@@ -8,6 +8,7 @@ import numpy as np
 
 from vasowave.errors import InputError, of_file
 from vasowave.imaging.axes.skeleton import Skeleton
+from vasowave.imaging.exchange.formats import LINES, LinesFormat
 from vasowave.imaging.exchange.graph import rooted
 from vasowave.imaging.tree import Line
 from vasowave.io.textfile import read_bytes
@@ -58,3 +59,10 @@ def _line(path: Path, curve: dict[str, Any], unit: float) -> Line:
     if len(points) < 2 or radius.shape != (len(points),) or not (np.isfinite(radius).all() and (radius > 0).all()):
         raise InputError(f"{path}: a curve without a positive radius at each of its points; export them with radii")
     return Line(points[:, ::-1], radius)
+
+
+LINES.register(
+    LinesFormat(
+        "slicer", "curves of 3D Slicer", (".json",), None, lambda path, unit, cut: read_markups(path, unit), "ball"
+    )
+)

@@ -8,6 +8,7 @@ import numpy as np
 
 from vasowave.errors import InputError, of_file
 from vasowave.imaging.axes.skeleton import Skeleton
+from vasowave.imaging.exchange.formats import LINES, LinesFormat
 from vasowave.imaging.exchange.graph import rooted
 from vasowave.imaging.tree import Line, Tree
 from vasowave.io.columns import read_columns
@@ -93,3 +94,6 @@ def write_swc(tree: Tree, path: str | Path) -> None:
                 file.write(f"{count} 0 {x:.9g} {y:.9g} {z:.9g} {max(r, 1e4 * LEAST):.9g} {above}\n")
                 above = count
             last.append(count)
+
+
+LINES.register(LinesFormat("swc", "SWC", (".swc",), None, lambda path, unit, cut: read_swc(path, unit)))

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.itk import MISSING, itk, upright
 from vasowave.imaging.read.volume import Image
 
@@ -126,3 +127,6 @@ def _pixels(file: Path, image: Any) -> np.ndarray:
         return grey
     except Exception:
         raise InputError(f"{file}: its pixels are truncated or compressed in an unknown way; export it again") from None
+
+
+VOLUMES.register(VolumeFormat("dicom", "DICOM series", (), lambda path, start: path.is_dir(), read_dicom_series))

@@ -5,21 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.imaging.read.metaimage import require_whole_metaimage
-from vasowave.imaging.read.native import read_image
-from vasowave.imaging.read.nifti import require_whole_nifti
-from vasowave.imaging.read.nrrd import require_whole_nrrd
-from vasowave.imaging.read.volume import VOXELS, Volume
+from vasowave.imaging.read.formats import VOLUMES
+from vasowave.imaging.read.volume import VOXELS, Image, Volume
+from vasowave.io.apart import Answer, read_apart
 from vasowave.io.textfile import regular_file
-
-_CHECKS = {
-    ".mha": require_whole_metaimage,
-    ".mhd": require_whole_metaimage,
-    ".nrrd": require_whole_nrrd,
-    ".nhdr": require_whole_nrrd,
-    ".nii": require_whole_nifti,
-    ".nii.gz": require_whole_nifti,
-}
 
 
 def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
@@ -50,7 +39,8 @@ def read_volume(path: str | Path, spacing: float | None = None) -> Volume:
         raise InputError(f"voxel size {spacing:g} cm; give a positive number of cm between {low:g} and {high:g}")
     if not path.is_dir():
         path = _checked(path, spacing)
-    image = read_image(path)
+    head, (grey,) = read_apart(image_in, path, "an image that can be read")
+    image = Image(grey, *map(np.array, head))
     try:
         spacing_used = image.spacing if spacing is None else np.full(3, spacing)
         return Volume(image.grey, spacing_used, image.origin, image.axes)
@@ -66,11 +56,16 @@ def _checked(path: Path, spacing: float | None) -> Path:
         raise InputError(f"{path}: a TIFF stack says nothing reliable about its voxel size; give spacing in cm")
     if name.endswith(".raw"):
         path = _header_of(path)
-        name = path.name.lower()
-    check = next((check for suffix, check in _CHECKS.items() if name.endswith(suffix)), None)
-    if check is not None:
-        check(path, spacing is None)
+    form = VOLUMES.of(path)
+    if form.check is not None:
+        form.check(path, spacing is None)
     return path
+
+
+def image_in(path: Path) -> Answer:
+    """Return spacing, origin and axes of an image, and its grey levels."""
+    image: Image = VOLUMES.of(path).read(path)
+    return Answer([one.tolist() for one in (image.spacing, image.origin, image.axes)], [image.grey])
 
 
 def _header_of(path: Path) -> Path:

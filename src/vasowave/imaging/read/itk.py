@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.volume import SKEWED, Image, Volume
 
 MISSING = "reading and writing images needs the extra 'imaging': install vasowave[imaging]"
@@ -23,7 +24,7 @@ def itk() -> Any:
 def read_itk(path: Path) -> Image:
     """Read one image file; `InputError` where it is truncated, foreign or not three-dimensional.
 
-    Compiled code reads it, which a damaged file can crash or hang: `native.read_image` calls this in another process.
+    Compiled code reads it, which a damaged file can crash or hang: it is called in another process.
     """
     try:
         image = itk().ReadImage(str(path))
@@ -60,3 +61,6 @@ def write_image(values: np.ndarray, grid: Volume, path: str | Path) -> None:
     image.SetOrigin([float(h) for h in grid.origin[::-1] * 10])
     image.SetDirection(grid.axes[::-1, ::-1].ravel().tolist())
     itk().WriteImage(image, str(path), bool(np.issubdtype(values.dtype, np.integer)))
+
+
+VOLUMES.register(VolumeFormat("other image", "image that SimpleITK reads", (), None, read_itk))

@@ -5,6 +5,8 @@ from math import prod
 from pathlib import Path
 
 from vasowave.errors import InputError
+from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
+from vasowave.imaging.read.itk import read_itk
 from vasowave.imaging.read.payload import data_file, no_voxel_size, require_bytes
 from vasowave.io.textfile import read_start
 
@@ -59,3 +61,6 @@ def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int
         require_bytes(holder, max(holder.stat().st_size - count, start), count)
     elif fields.get("BinaryData", "True").lower() in ("true", "1", "t"):
         require_bytes(holder, start + offset, count)
+
+
+VOLUMES.register(VolumeFormat("metaimage", "MetaImage", (".mha", ".mhd"), None, read_itk, require_whole_metaimage))

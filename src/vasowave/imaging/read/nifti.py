@@ -7,6 +7,8 @@ from math import prod
 from pathlib import Path
 
 from vasowave.errors import InputError
+from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
+from vasowave.imaging.read.itk import read_itk
 from vasowave.imaging.read.payload import no_voxel_size, require_bytes
 
 
@@ -60,3 +62,6 @@ def _announced(header: bytes) -> int:
             raise ValueError("its header announces no voxels")
         return int(offset) + prod(dim[1 : dim[0] + 1]) * bits // 8
     raise ValueError("its first number is neither 348 nor 540")
+
+
+VOLUMES.register(VolumeFormat("nifti", "NIfTI", (".nii", ".nii.gz"), None, read_itk, require_whole_nifti))

@@ -5,6 +5,8 @@ from math import prod
 from pathlib import Path
 
 from vasowave.errors import InputError
+from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
+from vasowave.imaging.read.itk import read_itk
 from vasowave.imaging.read.payload import Packing, data_file, no_voxel_size, require_bytes
 from vasowave.io.textfile import read_start
 
@@ -68,3 +70,6 @@ def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int
         require_bytes(holder, holder.stat().st_size - count if offset == -1 else start + offset, count)
     else:  # bytes are skipped in what comes out
         require_bytes(holder, start, count + max(offset, 0), packing)
+
+
+VOLUMES.register(VolumeFormat("nrrd", "NRRD", (".nrrd", ".nhdr"), None, read_itk, require_whole_nrrd))

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.itk import MISSING
 from vasowave.imaging.read.volume import Image
 
@@ -26,3 +27,6 @@ def read_tiff(path: Path) -> Image:
     except Exception:
         raise InputError(f"{path}: not a readable TIFF stack, or truncated; export it again") from None
     return Image(grey, np.ones(3), np.zeros(3))
+
+
+VOLUMES.register(VolumeFormat("tiff", "TIFF stack", (".tif", ".tiff"), None, read_tiff))

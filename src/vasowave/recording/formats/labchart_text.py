@@ -1,16 +1,19 @@
-"""The text export of ADInstruments LabChart: tab-separated, one header before every block."""
+"""The text export of ADInstruments LabChart: tab-separated, one header before every block; its own are refused."""
 
 import math
 import re
 from functools import cached_property
 from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 
 from vasowave import units
 from vasowave.errors import InputError
+from vasowave.io.remembered import remembered
 from vasowave.io.textfile import Lines, Progress, read_lines
 from vasowave.recording.channels import CUT_OFF, Block, Channel, Comment
+from vasowave.recording.formats import RECORDINGS, RecordingFormat
 from vasowave.recording.gaps import leaps_closed, with_gaps
 from vasowave.recording.number_rows import DecimalMark, NumberRows
 
@@ -28,13 +31,17 @@ _KEYS = (
 _KEY = re.compile(rf"({'|'.join(_KEYS)})=")
 _REMARK = re.compile(r"#(\*|\d+)\s?(.*)")
 
+_OWN = (".adicht", ".adidat", ".adibin")
+"""Suffixes of LabChart's own files."""
+
 
 def is_labchart_text(start: bytes) -> bool:
     """Whether a file is LabChart's text export: its first line that is not blank starts with ``Interval=``."""
     encoding = "utf-16" if start[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-    return start.decode(encoding, errors="replace").lstrip().startswith("Interval=")
+    return start[:4096].decode(encoding, errors="replace").lstrip().startswith("Interval=")
 
 
+@remembered
 def read_labchart_text(path: str | Path, progress: Progress | None = None) -> list[Block]:
     """Read all blocks of a LabChart text export, a megabyte at a time.
 
@@ -204,3 +211,28 @@ def _places(place: str, time: np.ndarray, interval: float, rows: NumberRows) -> 
                 f"{place}: the times cover {lasts:.6g} s, the samples {expected:.6g} s; export at the full rate"
             )
     return None if leaps is None else leaps[1]
+
+
+RECORDINGS.register(
+    RecordingFormat(
+        "labchart text", "LabChart text export", (), lambda path, start: is_labchart_text(start),
+        lambda path, rate, progress: read_labchart_text(path, progress=progress), continuous=True,
+    )
+)  # fmt: skip
+
+
+def _refuse(path: Path, *_: Any) -> NoReturn:
+    """Say how to export such a file."""
+    raise InputError(
+        f"{path}: LabChart's own binary file, which only LabChart opens. In LabChart: open it, select the stretch to "
+        "use (nothing means all), File > Export…, 'Save as type': 'LabChart Text File (*.txt)' or 'MATLAB File "
+        "(*.mat)', Save; in the dialog tick time, comments and the block header, do not downsample. Then read the "
+        "exported file"
+    )
+
+
+RECORDINGS.register(
+    RecordingFormat(
+        "adicht", "LabChart's own file", _OWN, lambda path, start: path.suffix.lower() in _OWN, _refuse, True
+    )
+)

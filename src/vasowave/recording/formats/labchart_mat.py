@@ -8,14 +8,15 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.recording.channels import Block, Channel, Comment
-from vasowave.recording.matlab import read_mat, vector
+from vasowave.recording.formats import RECORDINGS, RecordingFormat
+from vasowave.recording.matlab import is_mat, read_mat, vector
 
 _NEEDED = ("data", "datastart", "dataend", "titles", "samplerate")
 
 
-def is_labchart_mat(path: str | Path) -> bool:
-    """Whether a MATLAB file holds the variables of LabChart's export; `InputError` if it cannot be read."""
-    return {"datastart", "dataend"} <= set(read_mat(path))
+def is_labchart_mat(path: Path, start: bytes) -> bool:
+    """Whether a file is one of MATLAB and holds the variables of LabChart's export."""
+    return is_mat(path, start) and {"datastart", "dataend"} <= set(read_mat(path))
 
 
 def read_labchart_mat(path: str | Path) -> list[Block]:
@@ -112,3 +113,11 @@ def _rows_of_text(value: Any) -> list[str]:
     """Return the rows of a MATLAB character matrix, without the blanks that pad them."""
     array = np.atleast_1d(np.asarray(value))
     return [str(row).strip().strip("\0") for row in array.ravel()] if array.dtype.kind == "U" else []
+
+
+RECORDINGS.register(
+    RecordingFormat(
+        "labchart mat", "LabChart MATLAB export", (), is_labchart_mat,
+        lambda path, rate, progress: read_labchart_mat(path), continuous=True,
+    )
+)  # fmt: skip

@@ -13,8 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.io.remembered import remembered
 from vasowave.io.textfile import read_bytes
 from vasowave.recording.channels import Block, Channel, Comment
+from vasowave.recording.formats import RECORDINGS, RecordingFormat
 
 _ANNOTATIONS = "EDF Annotations"
 _FIELDS = (
@@ -39,6 +41,7 @@ def is_edf(content: bytes) -> bool:
     return len(content) >= 256 and content[:8] == b"0       "
 
 
+@remembered
 def read_edf(path: str | Path) -> list[Block]:
     """Read all signals of an EDF or EDF+ file; a discontinuous one (EDF+D) gives a block for every stretch.
 
@@ -181,3 +184,11 @@ def _whole(place: str | Path, raw: bytes, what: str) -> int:
     if value != int(value):
         raise InputError(f"{place}: {what} is {value:g}, not a whole number; the header is damaged, export it again")
     return int(value)
+
+
+RECORDINGS.register(
+    RecordingFormat(
+        "edf", "EDF", (".edf", ".rec"), lambda path, start: is_edf(start),
+        lambda path, rate, progress: read_edf(path), continuous=True,
+    )
+)  # fmt: skip

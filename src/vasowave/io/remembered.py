@@ -1,0 +1,86 @@
+"""What was found in files, remembered for as long as they stay as they are."""
+
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from dataclasses import is_dataclass
+from functools import wraps
+from pathlib import Path
+from threading import RLock
+from typing import Any, NamedTuple, TypeVar, cast
+
+import numpy as np
+
+MOST = 256 << 20
+"""Bytes that are remembered of all files together; what was found last is kept, whatever its size."""
+
+YOUNG = 2.0
+"""A file that was written in the last seconds may change within its time's resolution, and is read again."""
+
+Read = TypeVar("Read", bound=Callable[..., Any])
+
+
+class _Found(NamedTuple):
+    mark: tuple[int, ...]
+    value: Any
+    size: int
+
+
+_found: OrderedDict[Hashable, _Found] = OrderedDict()
+_lock = RLock()
+
+
+def remembered(read: Read) -> Read:
+    """Return a reader of files, ``read(path, ...)``, that does not read again what has not changed.
+
+    A file is the same for as long as its path, size and times are. What is found must not be changed by anybody. The
+    argument `progress` tells nothing of what is found; it is given by its name.
+    """
+
+    @wraps(read)
+    def found(path: Path, *given: Any, progress: Any = None) -> Any:
+        more = {} if progress is None else {"progress": progress}
+        mark = _mark(Path(path))
+        if mark is None:
+            return read(path, *given, **more)
+        key = (read.__module__, read.__qualname__, str(path), *given)
+        with _lock:  # another thread that asks for the same waits for it
+            known = _found.pop(key, None)
+            if known is None or known.mark != mark:
+                value = read(path, *given, **more)
+                known = _Found(mark, value, _size(value))
+            if _mark(Path(path)) == mark:
+                _found[key] = known
+                while len(_found) > 1 and sum(one.size for one in _found.values()) > MOST:
+                    _found.popitem(last=False)
+        return known.value
+
+    return cast(Read, found)
+
+
+def _mark(path: Path) -> tuple[int, ...] | None:
+    """Return what changes with a file, None if it is too young to tell, or no file."""
+    try:
+        about = path.stat()
+    except (OSError, ValueError):
+        return None
+    if not path.is_file() or time.time_ns() - about.st_mtime_ns < YOUNG * 1e9:
+        return None
+    return about.st_dev, about.st_ino, about.st_size, about.st_mtime_ns, about.st_ctime_ns
+
+
+def _size(value: Any) -> int:
+    """Return about how many bytes a value takes."""
+    if isinstance(value, np.ndarray):
+        return value.nbytes
+    if isinstance(value, (str, bytes)):
+        return 50 + len(value)
+    if isinstance(value, dict):
+        value = tuple(value.values())
+    elif is_dataclass(value) or hasattr(value, "__dict__"):
+        value = tuple(vars(value).values())
+    if not isinstance(value, (tuple, list)):
+        return 50
+    if value and isinstance(value[0], (str, int, float)):
+        return 60 * len(value)
+    return 50 + sum(map(_size, value))

@@ -1,0 +1,123 @@
+"""Pressure behind the vascular beds: it drives the flow less, and stretches the walls all the same."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import vasowave as vw
+from vasowave.animal.stored import stored_model, stored_recording
+from vasowave.calibration import Search, calibrate
+from vasowave.errors import InputError
+from vasowave.exchange import export_model
+from vasowave.model.linear import linear_solution
+from vasowave.model.model import Model
+from vasowave.model.outlets import ImpedanceSpectrum, Resistance
+from vasowave.recording import Inflow, Recording
+from vasowave.solver import Numerics
+
+BEHIND, BETA = 8.0, 60.0
+FINE = Numerics(tolerance=1e-10, steps_per_cycle=4608)
+
+
+def beds_of(network, kind, period):
+    windkessels = vw.estimate_nominal(network, vw.virtual_mouse()).outlets
+    if kind == "windkessel":
+        return windkessels
+    return (
+        ImpedanceSpectrum(windkessels.impedance_at(400, period))
+        if kind == "spectrum"
+        else Resistance(windkessels.R1 + windkessels.R2)
+    )
+
+
+@pytest.mark.parametrize("kind", ["windkessel", "resistance", "spectrum"])
+def test_a_linear_wall_before_a_pressure_is_a_stiffer_and_wider_one_before_none(inflow, kind):
+    """With p = β(√(A/A0) - 1), p - P is the same law with β + P in place of β and A0 (1 + P/β)² in place of A0."""
+    network = vw.control_network()
+    wider = replace(network, radius=network.radius * (1 + BEHIND / BETA))
+    beds = beds_of(network, kind, inflow.period)
+    model = Model(network, vw.LinearWall(BETA), beds, outlet_pressure=BEHIND)
+    plain = Model(wider, vw.LinearWall(BETA + BEHIND), beds)
+    linear, other = linear_solution(model, inflow), linear_solution(plain, inflow)
+    np.testing.assert_allclose(linear.mean_pressure, other.mean_pressure + BEHIND, rtol=1e-12)
+    np.testing.assert_allclose(linear.flow, other.flow, rtol=1e-9, atol=1e-15)
+    found, expected = vw.simulate(model, inflow, FINE), vw.simulate(plain, inflow, FINE)
+    np.testing.assert_allclose(found["pressure"], expected["pressure"] + BEHIND, atol=2e-8)
+    np.testing.assert_allclose(found["flow"], expected["flow"], atol=1e-9)
+    np.testing.assert_allclose(found["area"], expected["area"], rtol=1e-8)
+
+
+def test_what_drives_the_mean_flow_through_a_bed_is_the_pressure_above_that_behind_it(inflow):
+    network = vw.control_network()
+    beds = vw.estimate_nominal(network, vw.virtual_mouse()).outlets
+    behind = np.linspace(-3.0, 12.0, len(network.terminals))
+    model = Model(network, vw.TangentWall(7.0, 4.0), beds, outlet_pressure=behind)
+    waves = vw.simulate(model, inflow, FINE).isel(vessel=network.terminals).sel(station="outlet").mean("time")
+    np.testing.assert_allclose(waves["pressure"] - behind, (beds.R1 + beds.R2) * waves["flow"], rtol=1e-6)
+    assert float(waves["flow"].sum()) == pytest.approx(inflow.flow.mean(), rel=1e-6)
+    linear = linear_solution(model, inflow)
+    _, flow = linear.at(network.terminals, network.length[network.terminals])
+    np.testing.assert_allclose(flow[0].real, waves["flow"], rtol=0.02)
+    assert float(flow[0].real.sum()) == pytest.approx(inflow.flow.mean(), rel=1e-12)
+
+
+@pytest.fixture(scope="module")
+def before_the_atrium():
+    """Return a recording of a mouse with a linear wall whose left atrium has 8 mmHg, and its model."""
+    network, mouse = vw.control_network(), vw.virtual_mouse()
+    beds = vw.estimate_nominal(network, replace(mouse, wedge_pressure=0.0)).outlets
+    model = Model(network, vw.LinearWall(BETA), beds, outlet_pressure=BEHIND)
+    waves = vw.simulate(model, Inflow(mouse.flow, mouse.period)).sel(vessel=network.name[0], station="inlet")
+    return Recording(waves["pressure"].values, mouse.flow, mouse.period, wedge_pressure=BEHIND), model
+
+
+def test_a_fit_that_is_told_of_the_pressure_finds_the_wall_and_the_resistance_and_one_that_is_not_does_not(
+    before_the_atrium,
+):
+    recording, model = before_the_atrium
+    search = Search(starts=1)
+    told = calibrate(model.network, recording, "linear", search=search)
+    assert told.parameters["value"]["beta"] == pytest.approx(BETA, rel=2e-3)
+    assert told.total_resistance == pytest.approx(model.outlets.total_resistance(), rel=2e-3)
+    untold = calibrate(model.network, replace(recording, wedge_pressure=0.0), "linear", search=search)
+    assert untold.total_resistance > 1.3 * told.total_resistance
+
+
+def test_an_uncertain_pressure_behind_the_beds_widens_what_depends_on_it(before_the_atrium):
+    recording, model = before_the_atrium
+    widths = {}
+    for sd in (0.0, 2.0):
+        priors = vw.Priors(wedge=sd, radius=0.0, length=0.0, radius_scale=0.0, length_scale=0.0, stiffening=0.0)
+        found = vw.posterior(model.network, recording, "linear", priors=priors, draws=100)
+        low, high = found.summary.loc["R_T", ["interval_low", "interval_high"]]
+        assert low < model.outlets.total_resistance() < high
+        widths[sd] = np.log(high / low)
+    share = 2.0 * 1.96 * 2.0 / (recording.mean_pressure - BEHIND)
+    assert widths[2.0] ** 2 - widths[0.0] ** 2 == pytest.approx(share**2, rel=0.5)
+
+
+def test_vascular_resistance_counts_from_the_wedge_pressure_and_the_total_one_from_zero():
+    mouse = replace(vw.virtual_mouse(), wedge_pressure=5.0)
+    assert mouse.indices()["PVR"] == pytest.approx((mouse.mean_pressure - 5.0) / mouse.cardiac_output)
+    assert mouse.total_resistance == pytest.approx(mouse.mean_pressure / mouse.cardiac_output)
+    with pytest.raises(InputError, match="wedge pressure of 90 mmHg is not below the mean pressure"):
+        replace(mouse, wedge_pressure=90.0)
+
+
+def test_results_keep_the_pressure_and_exports_write_it_or_refuse(before_the_atrium, tmp_path):
+    recording, _ = before_the_atrium
+    animal = vw.Animal("w", "CTL", vw.control_network(), recording, synthetic=True)
+    result = vw.analyze(animal, vw.Settings(walls=("linear",), starts=1, model_selection=False))
+    again = vw.AnimalResult.from_datatree(result.to_datatree())
+    assert stored_recording(again).wedge_pressure == BEHIND
+    assert set(np.asarray(stored_model(again).outlet_pressure)) == {BEHIND}
+    assert float(again.measured.quantities["Z_0"]) > float(again.recording["PVR"])
+    model = stored_model(again)
+    export_model(model, recording.inflow, "svzerod", tmp_path / "zerod")
+    written = json.loads((tmp_path / "zerod" / "svzerod.json").read_text("utf-8"))["boundary_conditions"]
+    pressures = [one["bc_values"]["Pd"] for one in written if one["bc_type"] == "RCR"]
+    np.testing.assert_allclose(pressures, len(model.network.terminals) * [BEHIND * 1333.22], rtol=1e-5)
+    with pytest.raises(InputError, match="openBF knows no pressure behind its outlets"):
+        export_model(model, recording.inflow, "openbf", tmp_path / "openbf")

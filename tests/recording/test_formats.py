@@ -1,0 +1,267 @@
+"""What a file is, is known in one place, found once and remembered; nobody parses a file twice for one command."""
+
+import json
+import os
+import sys
+from collections import Counter
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+import vasowave as vw
+from lab_files import SMALL, exported, recorded
+from vasowave.datasets import virtual_mouse
+from vasowave.errors import InputError
+from vasowave.io import apart, remembered
+from vasowave.io.formats import Format, Registry
+from vasowave.io.textfile import look
+from vasowave.network.vessel_table import write_network
+from vasowave.network_formats import NETWORKS
+from vasowave.recording import read_raw_recording
+from vasowave.recording.channels import Block, Channel
+from vasowave.recording.describe import kind_of
+from vasowave.recording.formats import RECORDINGS, RecordingFormat
+from vasowave.recording.matlab import read_mat, variables_of_7_3
+from vasowave.study.adding import add_files
+from vasowave.study.checking import check_study
+from vasowave.study.plan import read_study
+from vasowave.study.running import _plan
+from vasowave.study.store import Store
+
+
+def aged(path):
+    """Return a path whose file was written long ago, so that what is found in it may be remembered."""
+    os.utime(path, (1.6e9, 1.6e9))
+    return path
+
+
+# A format of one's own
+
+
+def read_toy(path, rate=None, progress=None):
+    """Read {"rate": 1000, "P [mmHg]": [...], "Q [ml/s]": [...]}: the whole of a new format."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    rate = content.pop("rate")
+    titles = [(*title.rstrip("]").split(" ["), np.array(values)) for title, values in content.items()]
+    return [Block(tuple(Channel(t, unit, values, rate, f"{path}, '{t}'") for t, unit, values in titles))]
+
+
+@pytest.fixture
+def toy():
+    RECORDINGS.register(
+        RecordingFormat("toy", "toy of a lab", (".toy",), lambda path, start: start.startswith(b'{"rate"'), read_toy)
+    )
+    yield
+    RECORDINGS.remove("toy")
+
+
+def write_toy(path, pressure, flow, rate):
+    content = {"rate": rate, "P [mmHg]": pressure.tolist(), "Q [ml/s]": flow.tolist()}
+    path.write_text(json.dumps(content), encoding="utf-8")
+    return path
+
+
+def test_a_format_that_is_registered_in_one_place_serves_every_door(tmp_path, toy):
+    mouse, raw = virtual_mouse(), recorded(3, 15.0)
+    lab = tmp_path / "lab"
+    lab.mkdir()
+    cycle = write_toy(lab / "M1.toy", mouse.pressure, mouse.flow, len(mouse.flow) / mouse.period)
+    long = write_toy(lab / "M2.toy", raw.pressure, raw.flow, raw.sampling_rate)
+    write_network(SMALL, lab / "lung.csv")
+    (lab / "unknown.foo").write_text("nothing")
+
+    again = vw.read_recording(cycle)
+    np.testing.assert_array_equal(again.pressure, mouse.pressure)
+    assert again.period == pytest.approx(mouse.period, rel=1e-12)
+    np.testing.assert_array_equal(read_raw_recording(long).flow, raw.flow)
+    assert [kind_of([path]) for path in (cycle, long)] == ["cycle", "raw"]
+    assert str(vw.describe_recording(long)).startswith("toy of a lab, continuous: ")
+
+    study = tmp_path / "study"
+    study.mkdir()
+    (study / "study.yaml").write_text("groups: [CTL]\ncalibration: {walls: [linear], starts: 1}\n")
+    added = add_files(study, [lab], group="CTL")
+    assert [row["recording"] for row in added.rows] == ["../lab/M1.toy", "../lab/M2.toy"]
+    checked = check_study(study)
+    assert not [problem for problem in checked.problems if problem.error]
+    assert len(checked.read) == 2
+
+
+def test_a_cycle_of_such_a_format_keeps_the_words_for_what_is_missing(tmp_path, toy):
+    mouse = virtual_mouse()
+    rate = len(mouse.flow) / mouse.period
+    path = write_toy(tmp_path / "a.toy", mouse.pressure, mouse.flow, rate)
+    flow = np.where(np.arange(len(mouse.flow)) == 4, np.nan, mouse.flow)
+    write_toy(path, mouse.pressure, flow, rate)
+    with pytest.raises(InputError, match=r"a\.toy, 'Q': sample 5 is missing"):
+        vw.read_recording(path)
+    path.write_text(path.read_text().replace("Q [", "X [").replace("ml/s", "V").replace("NaN", "0.1"))
+    with pytest.raises(InputError, match="no channel says that it holds flow"):
+        vw.read_recording(path)
+
+
+def test_the_newest_format_of_a_name_counts_and_content_counts_before_the_suffix(tmp_path):
+    registry = Registry[Format]("vasowave.recording.formats", "rest")
+    registry.register(Format("rest", "rest", (".txt",), lambda path, start: False, lambda path: "rest"))
+    registry.register(Format("a", "a", (".a",), lambda path, start: start.startswith(b"A"), lambda path: "old"))
+    registry.register(Format("a", "a", (".a",), lambda path, start: start.startswith(b"A"), lambda path: "new"))
+    found = {}
+    for name, content in (("x.txt", "A"), ("x.a", "B"), ("x.foo", "B")):
+        (tmp_path / name).write_text(content)
+        form = registry.of(tmp_path / name)
+        found[name] = (form.name, form.read(tmp_path / name))
+    assert found == {"x.txt": ("a", "new"), "x.a": ("a", "new"), "x.foo": ("rest", "rest")}
+    assert registry.suffixes == (".a", ".txt")
+
+
+def test_a_matlab_file_is_a_network_or_a_recording_by_its_variables(tmp_path):
+    savemat(tmp_path / "net.mat", {"dim_mat": np.eye(3), "ves_conn": np.zeros((3, 3))})
+    savemat(tmp_path / "rec.mat", {"p": np.ones(9)})
+    assert NETWORKS.known(tmp_path / "net.mat").name == "dim_mat"
+    assert NETWORKS.known(tmp_path / "rec.mat") is None
+    assert RECORDINGS.of(tmp_path / "rec.mat").name == "mat"
+
+
+# What was found is remembered for as long as the file stays as it is
+
+
+def test_a_file_that_changes_is_read_again_and_one_that_does_not_is_not(tmp_path):
+    path = tmp_path / "f.csv"
+    path.write_text("p [mmHg]\n1\n2\n")
+    young = look(path)
+    assert look(path) is not young  # it may still change within the resolution of its time
+    old = look(aged(path))
+    assert look(path) is old
+    path.write_text("p [mmHg]\n1\n3\n")  # as long as before
+    aged(path)
+    assert look(path).sha256 != old.sha256
+    path.unlink()
+    with pytest.raises(InputError, match="no such file"):
+        look(path)
+
+
+def test_what_is_remembered_cannot_be_changed_and_takes_bounded_memory(tmp_path, monkeypatch):
+    monkeypatch.setattr(remembered, "MOST", 1 << 20)
+    paths = []
+    for number in range(5):
+        paths.append(tmp_path / f"{number}.mat")
+        savemat(paths[-1], {"p": np.full(60_000, float(number))})
+        read_mat(aged(paths[-1]))
+        assert sum(one.size for one in remembered._found.values()) <= 1 << 20
+    monkeypatch.setattr(apart, "_asked", None)  # the newest are remembered, nobody is asked
+    with pytest.raises(ValueError, match="read-only"):
+        read_mat(paths[-1])["p"][0] = 1.0
+    monkeypatch.undo()
+    monkeypatch.setattr(remembered, "MOST", 1000)
+    big = read_mat(aged(paths[0]))  # larger than all that may be remembered: kept until the next comes
+    assert read_mat(paths[0]) is big
+    assert read_mat(aged(paths[1])) is not big
+    assert len(remembered._found) == 1
+
+
+# Opens and parses of a file between a command and the first simulation
+
+
+class Opens:
+    """Counts what is opened while it listens; the hook of an interpreter cannot be taken away again."""
+
+    def __init__(self):
+        self.count, self.listening = Counter(), False
+        sys.addaudithook(self.heard)
+
+    def heard(self, event, given):
+        if self.listening and event == "open" and isinstance(given[0], str):
+            self.count[os.path.basename(given[0])] += 1
+
+
+OPENS = Opens()
+
+
+@pytest.fixture
+def opens(monkeypatch):
+    asked = apart._asked
+
+    def counted(process, reader, path, *more):
+        OPENS.count[path.name] += 1  # by the helper: `test_a_reader_of_matlab_files_opens_its_file_once`
+        OPENS.count[f"{path.name}, parsed"] += 1
+        return asked(process, reader, path, *more)
+
+    monkeypatch.setattr(apart, "_asked", counted)
+    remembered._found.clear()
+    OPENS.count.clear()
+    OPENS.listening = True
+    yield OPENS.count
+    OPENS.listening = False
+
+
+def write_hdf5(path, **variables):
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in variables.items():
+            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_("double")
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+
+
+def write_labchart(path, raw):
+    count = len(raw.pressure)
+    ends = count * np.arange(1.0, 3.0)[:, None]
+    savemat(path, {
+        "data": np.concatenate([raw.pressure, raw.flow])[None, :], "datastart": ends - count + 1, "dataend": ends,
+        "titles": np.array(["PAP ", "Flow"]), "samplerate": np.full((2, 1), raw.sampling_rate),
+        "unittext": np.array(["mmHg", "ml/s"]), "unittextmap": np.array([[1.0], [2.0]]),
+    })  # fmt: skip
+
+
+@pytest.fixture
+def every_format(tmp_path):
+    """Return a study of one animal a format, none of whose kinds stands in the table."""
+    write_network(SMALL, tmp_path / "lung.csv")
+    write_labchart(tmp_path / "labchart.mat", recorded(1, 15.0))
+    raw = recorded(2, 15.0)
+    write_hdf5(tmp_path / "hdf5.mat", time=raw.time, pressure=raw.pressure, flow=raw.flow)
+    for variables in ({"pressure_unit": "mmHg", "flow_unit": "ml/s"},):
+        with h5py.File(tmp_path / "hdf5.mat", "r+") as file:
+            for name, unit in variables.items():
+                stored = file.create_dataset(name, data=np.array([[ord(one)] for one in unit], dtype="u2"))
+                stored.attrs["MATLAB_class"] = np.bytes_("char")
+    (tmp_path / "text.txt").write_text(exported(recorded(3, 15.0)), encoding="utf-8")
+    raw, mouse = recorded(4, 15.0), virtual_mouse()
+    for name, source in (("long.csv", raw), ("cycle.csv", mouse)):
+        columns = np.column_stack([source.time, source.pressure, source.flow])
+        header = "time [s],pressure [mmHg],flow [ml/s]"
+        np.savetxt(tmp_path / name, columns, fmt="%.9g", delimiter=",", header=header, comments="")
+    names = ("labchart.mat", "hdf5.mat", "text.txt", "long.csv", "cycle.csv")
+    rows = "".join(f"{name.replace('.', ' ')},CTL,lung.csv,{name}\n" for name in names)
+    (tmp_path / "animals.csv").write_text("animal,group,network,recording\n" + rows)
+    (tmp_path / "study.yaml").write_text("groups: [CTL]\ncalibration: {walls: [linear], starts: 1}\n")
+    for path in tmp_path.iterdir():
+        aged(path)
+    return tmp_path, (*names, "lung.csv")
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_every_file_is_opened_twice_at_most_before_the_first_simulation(every_format, opens, command):
+    folder, names = every_format
+    if command == "check":
+        checked = check_study(folder)
+        assert not [problem for problem in checked.problems if problem.error]
+        assert len(checked.read) == 5
+    else:
+        study = read_study(folder)
+        pieces, jobs, why = _plan(study, Store(study.results), {})
+        assert (pieces, why) == ({}, {})
+        for job in jobs:
+            job.load()
+    counts = {name: opens[name] for name in names}
+    assert all(1 <= count <= 2 for count in counts.values()), counts
+    assert {name: opens[f"{name}, parsed"] for name in names if name.endswith(".mat")} == {
+        "labchart.mat": 1, "hdf5.mat": 1,
+    }  # fmt: skip
+
+
+def test_a_reader_of_matlab_files_opens_its_file_once(every_format, opens):
+    folder, _ = every_format
+    assert variables_of_7_3(folder / "hdf5.mat").head
+    assert opens["hdf5.mat"] == 1
