@@ -1,13 +1,24 @@
 import numpy as np
 import pytest
 
+from vasowave.calibration import Search, calibrate
 from vasowave.datasets import control_network
 from vasowave.errors import InputError
 from vasowave.model import walls
 from vasowave.model.blood import Blood
-from vasowave.model.nominal import characteristic_impedance, stiffness, time_constant, upstroke, windkessels
+from vasowave.model.model import Model
+from vasowave.model.nominal import (
+    characteristic_impedance,
+    estimate_nominal,
+    oddities,
+    stiffness,
+    time_constant,
+    upstroke,
+    windkessels,
+)
 from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.recording import Recording
+from vasowave.recording import Inflow, Recording
+from vasowave.solver import simulate
 
 
 def test_windkessels_share_resistance_and_time_constant_and_split_by_a():
@@ -54,3 +65,25 @@ def test_stiffness_from_characteristic_impedance_restores_the_wave_speed():
     beta = stiffness(blood.inertia * c0 / area0, area0, blood)
     assert walls.wave_speed(LinearWall(beta), 0.0, blood.inertia) == pytest.approx(c0, rel=1e-12)
     assert walls.wave_speed(TangentWall(beta / np.pi, 2.0), 0.0, blood.inertia) == pytest.approx(c0, rel=1e-12)
+
+
+def test_a_flow_that_never_stops_is_fitted_and_its_wall_and_resistance_are_found(inflow):
+    network = control_network()
+    steady = Inflow(inflow.flow + 0.8 * inflow.flow.mean(), inflow.period)
+    truth = Model(network, LinearWall(60.0), windkessels(network, 45.0, 0.11, a=0.15))
+    root = simulate(truth, steady).sel(vessel=network.name[network.root], station="inlet")
+    recording = Recording(root["pressure"].values, steady.flow, steady.period)
+    assert recording.flow.min() > 0.1 * recording.flow.max()
+    nominal = estimate_nominal(network, recording)
+    assert [one.code for one in oddities(nominal)] == ["nominal.flow-never-stops"]
+    fit = calibrate(network, recording, "linear", search=Search(starts=1))
+    assert fit.parameters["value"]["beta"] == pytest.approx(60.0, rel=2e-3)
+    assert fit.total_resistance == pytest.approx(45.0, rel=2e-3)
+    assert "nominal.flow-never-stops" in {one.code for one in fit.findings}
+
+
+def test_a_flow_that_stops_has_no_such_note(inflow):
+    recording = Recording(12.0 + 31.0 * inflow.flow * np.exp(-np.arange(256) / 256), inflow.flow, inflow.period)
+    assert "nominal.flow-never-stops" not in {
+        one.code for one in oddities(estimate_nominal(control_network(), recording))
+    }

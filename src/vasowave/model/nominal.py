@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.findings import Finding, look_kind
+from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.model.blood import Blood
 from vasowave.model.outlets import RESISTANCE_RATIO, Bed, Windkessel
 from vasowave.network.network import Network
@@ -18,6 +18,11 @@ NO_ARTERY = look_kind(
     "power of the root's radius; are the radii in cm and the flow in ml/s, and do network and recording belong to the "
     "same animal?",
     "Correct the unit of radii or flow, or the pairing of network and recording.",
+)
+NEVER_STOPS = note_kind(
+    "nominal.flow-never-stops",
+    "The flow never falls below {percent:.0f} % of its peak: nominal values count from its lowest value, and are where "
+    "the search starts, no more.",
 )
 _STIFFNESSES = (2.0, 2000.0)  # mmHg, between which every artery's β lies: the paper's mice have 10 to 200
 _LEAST = 0.2  # share of β + p that a nominal β keeps
@@ -117,33 +122,33 @@ def estimate_nominal(
 
 
 def oddities(nominal: Nominal) -> list[Finding]:
-    """Return which nominal values no artery has."""
-    low, high = _STIFFNESSES
-    return [] if low <= nominal.beta <= high else [NO_ARTERY(beta=nominal.beta, low=low, high=high)]
+    """Return which nominal values no artery has, and which are taken from a flow that never stops."""
+    (low, high), flow = _STIFFNESSES, nominal.upstroke[0]
+    found = [] if low <= nominal.beta <= high else [NO_ARTERY(beta=nominal.beta, low=low, high=high)]
+    share = float(flow[0] / flow.max())
+    return found + [NEVER_STOPS(percent=100 * share)] * (share > _ONSET)
 
 
 def upstroke(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Return flow and pressure from the onset of ejection (5 % of peak flow) to 95 % of peak flow.
+    """Return flow and pressure from the onset of ejection to 95 % of peak flow.
 
-    Raises
-    ------
-    InputError
-        The flow never falls below 5 % of its peak.
+    Ejection begins at 5 % of peak flow. In a vessel whose flow never falls that far, as in many arteries away from the
+    heart, it begins where the flow has risen by 5 % of the way from its lowest value to its peak.
     """
     count = max(len(recording.pressure), len(recording.flow))
     even = recording.resampled(count)
     q, p = even.flow, even.pressure
     peak = int(np.argmax(q))
     q, p = np.roll(q, -peak - 1), np.roll(p, -peak - 1)  # the peak is now the last sample
-    above_onset = q > _ONSET * q[-1]
-    if above_onset.all():
-        raise InputError(
-            f"{recording.source}: the flow never falls below {100 * _ONSET:.0f} % of its peak: ejection has no "
-            "onset; is the zero of the flow right?"
-        )
-    start = int(np.flatnonzero(~above_onset)[-1])
+    start = int(np.flatnonzero(q <= _onset(q))[-1])
     stop = start + int(np.argmax(q[start:] >= _UPSTROKE * q[-1])) + 1
     return q[start:stop], p[start:stop]
+
+
+def _onset(flow: np.ndarray) -> float:
+    """Flow at which ejection begins and ends, ml/s."""
+    low, high = float(flow.min()), float(flow.max())
+    return _ONSET * high if low < _ONSET * high else low + _ONSET * (high - low)
 
 
 def characteristic_impedance(flow: np.ndarray, pressure: np.ndarray) -> float:
@@ -164,14 +169,14 @@ def stiffness(Z_c: float, area: float, blood: Blood, pressure: float = 0.0) -> f
 def diastole(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
     """Return time (s) and pressure (mmHg) of the decay after ejection.
 
-    Ejection ends where the flow first falls below 5 % of its peak. Of the time from there to the lowest pressure the
-    first 90 % are returned.
+    Ejection ends where the flow first falls below that at which it begins (`upstroke`). Of the time from there to the
+    lowest pressure the first 90 % are returned.
     """
     count = max(len(recording.pressure), len(recording.flow))
     even = recording.resampled(count)
     peak = int(np.argmax(even.flow))
     q, p = np.roll(even.flow, -peak), np.roll(even.pressure, -peak)
-    end_of_ejection = int(np.argmax(q < _ONSET * q[0]))
+    end_of_ejection = int(np.argmax(q <= _onset(q)))
     stop = end_of_ejection + round(_DECAY * int(np.argmin(p[end_of_ejection:]))) + 1
     time = (np.arange(count) + peak) * (recording.period / count)
     return time[end_of_ejection:stop], p[end_of_ejection:stop]
