@@ -20,7 +20,8 @@ ROOT = Path(__file__).parents[1]
 KERNELS = ROOT / "build" / "kernels of planted faults"
 WORDS = (
     "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry powers tubes "
-    "sensitivity starts kernels unlike_volumes witness discharge changing shape test_problem test_rounds test_modes"
+    "sensitivity starts kernels unlike_volumes witness discharge tapering changing shape test_problem "
+    "test_rounds test_modes"
 )
 LONGEST = 1800  # s for one run of the tests; a fault that makes them hang has no verdict
 TESTS = ["tests", "-m", "not validation", "-k", " or ".join(WORDS.split())]
@@ -225,7 +226,21 @@ FAULTS = [
             ),
         ),
     ),
-    Fault("tapers turned round", "model/shape.py", (("np.outer(fall, [0.5, -0.5])", "np.outer(fall, [-0.5, 0.5])"),)),
+    Fault(
+        "tapers as wide as the middle of each piece",
+        "model/tapering.py",
+        (("(3 * (wide * thin) ** 3 / (wide**2 + wide * thin + thin**2)) ** 0.25", "0.5 * (wide + thin)"),),
+    ),
+    Fault(
+        "tapers turned round",
+        "model/tapering.py",
+        (("fall[vessel] * (0.5 - (number", "-fall[vessel] * (0.5 - (number"),),
+    ),
+    Fault(
+        "measured tapers turned round",
+        "model/shape.py",
+        (("(network, prior)[0], [0.5, -0.5]", "(network, prior)[0], [-0.5, 0.5]"),),
+    ),
     Fault(
         "areas averaged where vessels change",
         "solver/changing.py",

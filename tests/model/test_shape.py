@@ -83,6 +83,21 @@ def test_points_of_a_shape_are_joined_by_straight_lines():
     assert shape.stiffens.tolist() == [False, True]
 
 
+def test_a_measured_taper_is_drawn_towards_none_by_its_error():
+    """As uncertain as the prior it is believed half; what was not measured is straight."""
+    share = np.array([0.05, 0.05, 0.05])  # radius over length
+    network = Network(
+        ("a", "b", "c"),
+        [-1, 0, 0],
+        [1.0] * 3,
+        [0.05] * 3,
+        taper=[0.2, 0.2, np.nan] * share,
+        taper_sd=[1e-9, 0.015, 1.0],
+    )
+    np.testing.assert_allclose(Shape.of(network).radius, [[1.1, 0.9], [1.05, 0.95], [1.0, 1.0]])
+    assert not Shape.of(TUBE).changes.any()
+
+
 def test_a0_along_a_vessel_has_the_image_s_area_at_the_image_s_pressure():
     network = Network(("only",), [-1], [LENGTH], [RADIUS], pressure=6.0)
     beds = Windkessel(*(np.ones(1) for _ in range(3)))

@@ -207,14 +207,18 @@ def test_derivatives_by_the_shape_are_refused():
         direction_between(one, other, 1.0)
 
 
-def test_the_taper_of_a_network_is_that_of_its_model_and_a_shape_overrides_it(inflow):
+def test_a_measured_taper_is_simulated_where_it_is_given_as_a_shape_and_nowhere_else(inflow):
     sizes = (("only",), [-1], [1.0], [0.05])
-    beds = windkessels(Network(*sizes), 76.0, 0.11, a=0.2)
-    tapering = Model(Network(*sizes, taper=[0.02]), LinearWall(60.0), beds)
+    measured = Network(*sizes, taper=[0.02])
+    beds = windkessels(measured, 76.0, 0.11, a=0.2)
+    tapering = Model(measured, LinearWall(60.0), beds, shape=Shape.of(measured))
     same = Model(Network(*sizes), LinearWall(60.0), beds, shape=NARROWS)
-    straight = Model(Network(*sizes, taper=[0.02]), LinearWall(60.0), beds, shape=Shape())
-    one, two, three = (simulate_run(m, inflow, Numerics()).inlet_pressure(64) for m in (tapering, same, straight))
+    straight, without = (Model(network, LinearWall(60.0), beds) for network in (measured, Network(*sizes)))
+    one, two, three, four = (
+        simulate_run(model, inflow, Numerics()).inlet_pressure(64) for model in (tapering, same, straight, without)
+    )
     np.testing.assert_allclose(one, two, rtol=1e-12)
+    assert np.array_equal(three, four)
     assert np.max(np.abs(one - three)) > 0.1
 
 

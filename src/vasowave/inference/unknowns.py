@@ -12,8 +12,8 @@ from vasowave.errors import InputError, did_you_mean
 from vasowave.inference.priors import Priors
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal, nominal_beds
-from vasowave.model.shape import Shape
-from vasowave.network.network import MEASURED, Network, falls
+from vasowave.model.tapering import tapered
+from vasowave.network.network import MEASURED, Network, measured_falls
 
 
 class Unknown(NamedTuple):
@@ -130,22 +130,11 @@ class Unknowns:
                 scores[i] = change / one.spread
         return scores
 
-    def model(
-        self,
-        scores: np.ndarray,
-        radii: np.ndarray | None = None,
-        lengths: np.ndarray | None = None,
-        tapers: np.ndarray | None = None,
-    ) -> Model:
-        """Return the model at scores of shape (unknown,), with each vessel's own errors, (vessel,).
+    def model(self, scores: np.ndarray, radii: np.ndarray | None = None, lengths: np.ndarray | None = None) -> Model:
+        """Return the model at scores of shape (unknown,), with each vessel's own errors of logarithms, (vessel,).
 
-        Those of radius and length are of logarithms, those of the taper of the fall as a share of the radius. Nominal
-        vascular beds share the flow by Poiseuille's law in the changed network, as in the one of the image.
-
-        Raises
-        ------
-        InputError
-            A vessel that would taper until it is closed.
+        Its vessels are straight; `tapered` says what is simulated. Nominal vascular beds share the flow by Poiseuille's
+        law in the changed network, as in the one of the image.
         """
         value = self.values(scores)
         changed: dict[str, Any] = dict.fromkeys(MEASURED) | {
@@ -161,9 +150,21 @@ class Unknowns:
         kind, nominal = type(self.space.outlets), self.nominal
         beds = nominal_beds(kind, network, nominal.total_resistance, nominal.time_constant)
         factors = (float(value[name]) for name in self.space.names[len(law._fields) :])
-        fall = value.get("taper_scale", 1.0) * (self.fall + (0.0 if tapers is None else tapers))
-        shape = Shape(1.0 + np.outer(fall, [0.5, -0.5]))
-        return Model(network, wall, beds.scaled(*factors), self.space.blood, float(value["wedge"]), shape)
+        return Model(network, wall, beds.scaled(*factors), self.space.blood, float(value["wedge"]))
+
+    def tapered(
+        self,
+        scores: np.ndarray,
+        radii: np.ndarray | None = None,
+        lengths: np.ndarray | None = None,
+        falls: np.ndarray | None = None,
+    ) -> Model:
+        """Return the model that is simulated: as `model`, with vessels that narrow as measured, and errors of that."""
+        model = self.model(scores, radii, lengths)
+        fall = self.fall + (0.0 if falls is None else falls)
+        if not fall.any():
+            return model
+        return tapered(model, self.values(scores).get("taper_scale", 1.0) * fall)
 
     @cached_property
     def own_errors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -183,4 +184,4 @@ class Unknowns:
     @cached_property
     def _falls(self) -> tuple[np.ndarray, np.ndarray]:
         """Mean and SD of each vessel's fall by its measured taper and the prior; 0 where no taper was measured."""
-        return falls(self.network, self.priors.taper)
+        return measured_falls(self.network, self.priors.taper)

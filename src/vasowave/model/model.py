@@ -10,7 +10,7 @@ from vasowave.errors import InputError
 from vasowave.model.blood import Blood
 from vasowave.model.outlets import Outlets
 from vasowave.model.per_vessel import one_per_vessel
-from vasowave.model.shape import Shape, shape_of
+from vasowave.model.shape import Shape
 from vasowave.model.walls import Wall
 from vasowave.network.network import Network
 from vasowave.notebook import card, upstairs
@@ -42,7 +42,8 @@ class Model:
         Pressure behind the outlets, mmHg: of the left atrium, or the wedge pressure; 0 in the paper. What the pressure
         before a bed is above it drives the flow; walls feel the whole pressure. Kept as one value per terminal.
     shape : Shape, optional
-        How radius and stiffness change along the vessels; by default the taper of the network, where it has one.
+        How radius and stiffness change along the vessels, which are straight without one; `Shape.of` makes one of the
+        network's taper.
 
     Raises
     ------
@@ -99,9 +100,8 @@ class Model:
 
     @cached_property
     def profile(self) -> Shape | None:
-        """The shape that was given or else follows from the network's taper; nothing where all vessels are straight."""
-        shape = shape_of(self.network) if self.shape is None else self.shape
-        return shape if shape is not None and shape.changes.any() else None
+        """The shape that was given, or nothing where all vessels are straight."""
+        return self.shape if self.shape is not None and self.shape.changes.any() else None
 
     @cached_property
     def changing(self) -> np.ndarray:

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.network.network import Network, falls
+from vasowave.network.network import Network, measured_falls
 
 Factors = float | Sequence[float] | Sequence[Sequence[float]] | np.ndarray
 """One number, one row of points for all vessels, or a row for each."""
@@ -56,6 +57,20 @@ class Shape:
             table.setflags(write=False)
             object.__setattr__(self, name, table)
 
+    @classmethod
+    def of(cls, network: Network, prior: float = 0.3) -> Self:
+        """Return the linear tapers that a network was measured with; vessels whose taper is not known are straight.
+
+        A taper that was measured with an error is drawn towards none by a prior of SD `prior`, in shares of the radius.
+
+        Examples
+        --------
+        >>> import vasowave as vw
+        >>> vw.Shape.of(vw.Network(("only",), [-1], [1.0], [0.05], taper=[0.02])).radius
+        array([[1.2, 0.8]])
+        """
+        return cls(1.0 + np.outer(measured_falls(network, prior)[0], [0.5, -0.5]))
+
     @property
     def rows(self) -> tuple[int, int]:
         """Number of rows of both tables."""
@@ -75,15 +90,6 @@ class Shape:
         """Return the factors of radius and stiffness in vessels (rows), at a share of their length from the inlet."""
         radius, stiffness = (_between(np.asarray(table), vessel, share) for table in (self.radius, self.stiffness))
         return radius, stiffness
-
-
-def shape_of(network: Network, prior: float = 0.3) -> Shape | None:
-    """Return the linear taper of the vessels whose taper is known, nothing where none is.
-
-    A taper that was measured with an error is drawn towards none, see `network.falls`.
-    """
-    fall = falls(network, prior)[0]
-    return Shape(1.0 + np.outer(fall, [0.5, -0.5])) if fall.any() else None
 
 
 def _between(table: np.ndarray, vessel: np.ndarray, share: np.ndarray) -> np.ndarray:

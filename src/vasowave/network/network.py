@@ -46,7 +46,8 @@ class Network:
         Standard deviation of each radius as it was measured, cm; NaN where it is not known.
     taper, taper_sd : float array, shape (vessel,), optional
         Fall of the radius along the vessel, -dr/ds, cm/cm, around the middle, where the radius is `radius`; and its
-        standard deviation. NaN where it was not measured. See `falls` for what models make of it.
+        standard deviation. NaN where it was not measured. Models have straight vessels unless they are
+        given a shape (`Shape.of`); the posterior knows of it.
 
     Raises
     ------
@@ -276,7 +277,7 @@ def closes(taper: np.ndarray, network: Network) -> np.ndarray:
     return np.asarray(np.abs(taper) * network.length >= 2 * network.radius)
 
 
-def falls(network: Network, prior: float) -> tuple[np.ndarray, np.ndarray]:
+def measured_falls(network: Network, prior: float) -> tuple[np.ndarray, np.ndarray]:
     """Return what each vessel's radius falls from inlet to outlet, as a share of it, and its SD, shape (vessel,).
 
     Both are those of a normal prior around none of SD `prior` after the measurement: a taper that was measured with an
