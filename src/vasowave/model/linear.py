@@ -205,6 +205,9 @@ def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period
     passage = reduce(_Passage.then, (line.passage(network.length / len(lines)) for line in lines))
     Z_in = _input_impedance(model, model.outlets.impedance_at(len(spectrum), period), passage)
     passed = passage.d * (1.0 - passage.across / Z_in)
+    if len(lines) == 1:  # the same, rounded as the sum of what comes and what turns back
+        cosh, sinh = _hyperbolic(lines[0].propagation[1:] * network.length)
+        passed[1:] = cosh - lines[0].impedance[1:] / Z_in[1:] * sinh
     behind = _behind(model, Z_in[0].real)
     P = np.empty_like(Z_in)  # above the pressure behind each vessel
     P[:, network.root] = Z_in[:, network.root] * spectrum
