@@ -12,7 +12,7 @@ import xarray as xr
 from vasowave.animal.failure import Failure
 from vasowave.animal.law_result import LawResult
 from vasowave.animal.networks import network_dataset
-from vasowave.animal.result import AnimalResult
+from vasowave.animal.result import AnimalResult, as_chosen
 from vasowave.cohort.table import cohort_table, columns, rows_of
 from vasowave.cohort.votes import Ballots, stored
 from vasowave.errors import InputError
@@ -65,8 +65,9 @@ class Cohort:
 
     @cached_property
     def walls(self) -> list[str]:
-        """Wall laws that were calibrated in any animal."""
-        return list(dict.fromkeys(wall for result in self.results for wall in result.laws))
+        """Wall laws that were calibrated in any animal, in the order of the settings."""
+        laws = {wall: law for result in self.results for wall, law in result.laws.items()}
+        return list(as_chosen(laws, self.results[0].settings.get("walls", ())))
 
     @property
     def sources(self) -> list[str]:
