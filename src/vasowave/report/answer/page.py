@@ -1,8 +1,9 @@
 """The first page: answers beside the forest plot, the waveforms and the network, what is not known, what is wrong."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.misfit import forbidden
 from vasowave.cohort.primary import Family, Primary
 from vasowave.figures.forest import NARROW, WIDE, forest_figure
 from vasowave.figures.overview import tree_figure, waveforms_figure
@@ -11,7 +12,7 @@ from vasowave.report.answer.animal import animal_answers
 from vasowave.report.answer.forest import animal_rows, group_rows
 from vasowave.report.answer.groups import Called, group_answers, influence, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
-from vasowave.report.answer.problems import problem_blocks
+from vasowave.report.answer.problems import MARK, marked, overstrained, problem_blocks
 from vasowave.report.answer.walls import wall_answer
 from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
 from vasowave.report.glossary import symbol, words
@@ -43,11 +44,18 @@ def caller(cohort: Cohort) -> Called:
 
 def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[tuple[str, str]]:
     wall = [wall_answer(cohort, primary.law)] if primary.law else []
+    doubted = {result.group for result in forbidden(cohort, primary.law)}
+    legend = marked(cohort, primary.law)
+
+    def mark(groups: Iterable[str]) -> str:
+        return "" if doubted.isdisjoint(groups) else f" {MARK}"
+
     if cohort.single:
-        return [*animal_answers(cohort.results[0], primary.law, family, called), *wall]
+        one = cohort.results[0]
+        return [*animal_answers(one, primary.law, family, called, mark([one.group])), *legend, *wall]
     if len(cohort.groups) < 2:
         return [("Groups", "There is one group; nothing is compared between groups."), *wall]
-    return [*group_answers(primary, called), *_not_compared(primary), *wall]
+    return [*group_answers(primary, called, mark), *legend, *_not_compared(primary), *wall]
 
 
 def _not_compared(primary: Primary) -> list[tuple[str, str]]:
@@ -107,6 +115,7 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
     known = [*one_geometry(cohort, primary), *model_limits(cohort, primary.law, written)]
+    known += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
     if len(primary.rows):
         known += [*influence(primary, called), *other_laws(primary, called)]
     left: list[Block] = [Bullets(known)] if known else []
