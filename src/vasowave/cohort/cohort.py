@@ -77,18 +77,18 @@ class Cohort:
     @cached_property
     def symbols(self) -> dict[str, str]:
         """Symbol of every quantity, as stored."""
-        return self._said("symbol", lambda result: list(result.sources))
+        return self._said("symbol")
 
     @cached_property
     def meanings(self) -> dict[str, str]:
         """What every quantity is, in words; a model's go before those of a measured index, which are special."""
-        return self._said("long_name", lambda result: [*result.sources][::-1])
+        return self._said("long_name")
 
-    def _said(self, attribute: str, order: Callable[[AnimalResult], list[str]]) -> dict[str, str]:
+    def _said(self, attribute: str) -> dict[str, str]:
         said: dict[str, str] = {}
         for result in self.results:
-            for source in order(result):
-                for name, value in result.sources[source].quantities.variables.items():
+            for source in reversed(result.sources.values()):
+                for name, value in source.quantities.variables.items():
                     said.setdefault(str(name), str(value.attrs.get(attribute, name)))
         return said
 

@@ -8,7 +8,9 @@ from vasowave.cohort.primary import Family, Primary
 from vasowave.figures.forest import NARROW, WIDE, forest_figure
 from vasowave.figures.overview import tree_figure, waveforms_figure
 from vasowave.figures.style import group_looks, short, source_looks
+from vasowave.quantities import question_of
 from vasowave.report.answer.animal import animal_answers
+from vasowave.report.answer.decay import decay
 from vasowave.report.answer.forest import animal_rows, group_rows
 from vasowave.report.answer.groups import Called, group_answers, influence, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
@@ -52,10 +54,19 @@ def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -
 
     if cohort.single:
         one = cohort.results[0]
-        return [*animal_answers(one, primary.law, family, called, mark([one.group])), *legend, *wall]
+        said = animal_answers(one, primary.law, family, called, mark([one.group]))
+        return [*_with_decay(said, cohort, primary.law, family), *legend, *wall]
     if len(cohort.groups) < 2:
         return [("Groups", "There is one group; nothing is compared between groups."), *wall]
-    return [*group_answers(primary, called, mark), *legend, *_not_compared(primary), *wall]
+    said = _with_decay(group_answers(primary, called, mark), cohort, primary.law, family)
+    return [*said, *legend, *_not_compared(primary), *wall]
+
+
+def _with_decay(said: list[tuple[str, str]], cohort: Cohort, law: str, family: Family) -> list[tuple[str, str]]:
+    """Return the answers with the measured decay beside the model's time constant."""
+    beside = decay(cohort, law) if law and "tau" in family.quantities else ""
+    question = question_of("tau")
+    return [(one, f"{text} {beside}" if beside and one == question else text) for one, text in said]
 
 
 def _not_compared(primary: Primary) -> list[tuple[str, str]]:
@@ -74,7 +85,7 @@ def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) ->
         caption = (
             f"The {primary.law} wall's values with their 95 % intervals (diamonds), and on the same scale those of "
             "other walls and (data) what the recording alone says by a closed formula, where fits begin. Where it "
-            "differs, believe the fit, which follows the whole waveform."
+            "differs, believe the fit, which follows the whole waveform; the decay's τ and R_T C_T are two numbers."
         )
     else:
         rows = group_rows(cohort, primary, called) if len(primary.rows) else []
@@ -91,7 +102,7 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
     model = f"; of the model by the {primary.law} wall" if primary.law else ""
     walls = "the other walls (grey) and " if len(cohort.walls) > 1 else ""
     return (
-        f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known. 95 % intervals and p "
+        f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known; numbers of groups in the answers are geometric means. 95 % intervals and p "
         f"hold for all {len(primary.rows)} rows together. Below stand {walls}every animal over the mean of {reference}."
         + (f" {UNLIMITED}: the data say nothing of that ratio." if _is_unlimited(primary) else "")
     )

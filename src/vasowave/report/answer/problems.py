@@ -102,13 +102,13 @@ def _looks(warned: Mapping[str, Sequence[Finding]]) -> list[str]:
 
 
 def marked(cohort: Cohort, law: str) -> list[tuple[str, str]]:
-    """Say what the mark of an answer means, where answers rest on animals of which the law's numbers must not be used."""
+    """Say what the mark behind answers means, where they rest on numbers that must not be used."""
     names = [result.name for result in forbidden(cohort, law)]
     if not names:
         return []
     whom = "this animal" if cohort.single else _some(names)
-    return [(f"What does {MARK} mean?", f"The answer rests on the {law} wall's numbers of {whom}, and these must not be "
-             "used: see Problems.")]  # fmt: skip
+    said = f"The answer rests on the {law} wall's numbers of {whom}, and these must not be used: see Problems."
+    return [(f"What does {MARK} mean?", said)]
 
 
 def _missed(cohort: Cohort) -> list[str]:

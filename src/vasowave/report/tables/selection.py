@@ -81,8 +81,7 @@ def misfit_table(cohort: Cohort) -> Table:
         "Error of the cycle: standard error of the averaged beats (– if a cycle was given). A law misses its data "
         "where it "
         f"leaves more than {WORSE_THAN_BEST:g} times what the animal's best law leaves, or more than "
-        f"{100 * WORST_SHARE:g} % "
-        "of the pulse pressure. Overstrained: a vessel's area grows beyond what an artery survives; such a law is never "
-        "the best."
+        f"{100 * WORST_SHARE:g} % of the pulse pressure. Overstrained: a vessel's area grows beyond what an artery "
+        "survives; such a law is never the best."
     )
     return Table("Misfit", "What the wall laws leave of the data", header, cells, note, data)
