@@ -66,7 +66,7 @@ def test_predictions_go_through_the_measured_pressure(found):
 
 
 def test_the_file_holds_the_groups_that_arviz_reads(found, tmp_path):
-    path = found.write(tmp_path / "draws.nc")
+    path = found.to_netcdf(tmp_path / "draws.nc")
     with xr.open_datatree(path) as result:
         assert {"posterior", "prior", "sample_stats", "posterior_predictive", "observed_data"} <= set(result.children)
         beta = result["posterior"]["beta"]
@@ -77,7 +77,7 @@ def test_the_file_holds_the_groups_that_arviz_reads(found, tmp_path):
 
 def test_arviz_reads_the_file(found, tmp_path):
     arviz = pytest.importorskip("arviz_base")
-    tree = arviz.convert_to_datatree(str(found.write(tmp_path / "draws.nc")))
+    tree = arviz.convert_to_datatree(str(found.to_netcdf(tmp_path / "draws.nc")))
     beta = arviz.extract(tree, var_names="beta")  # its own stacking of chains and draws
     assert sorted(beta.to_numpy()) == sorted(found.draws("beta"))
     assert arviz.extract(tree, group="prior", var_names="beta").sizes["sample"] > 100

@@ -216,7 +216,7 @@ def test_blood_without_viscosity_flows_without_friction():
     [
         ({"viscosity": -1.0}, "viscosity: -1 is too small"),
         ({"viscosity": float("nan")}, "viscosity: nan is not a number"),
-        ({"density": "1"}, "density: '1' is not a number"),
+        ({"density": "thick"}, "density: 'thick' is not a number"),
         ({"friction": None}, "None is no friction law"),
     ],
 )

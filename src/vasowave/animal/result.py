@@ -15,8 +15,9 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import pandas as pd
 import xarray as xr
 
 from vasowave.animal.failure import Failure, as_plain, from_plain
@@ -25,12 +26,19 @@ from vasowave.animal.networks import network_dataset, network_of
 from vasowave.errors import InputError
 from vasowave.findings import Finding, as_json, from_json, shared
 from vasowave.network.network import Network
+from vasowave.notebook import upstairs
+
+if TYPE_CHECKING:
+    from vasowave.figures.fitted import FitPlots
 
 KIND = "vasowave animal"
 """Title of what is stored; anything with another title is not one of ours."""
 
 FAILURES = "failures"
 """Attribute that holds what failed, a JSON list."""
+
+TIDY = ("animal", "group", "law", "quantity", "value", "low", "high", "unit")
+"""Columns of a table of single numbers."""
 
 _ATTRIBUTES = ("title", "Conventions", "animal", "group", "synthetic", "interrupted", "findings", FAILURES, "settings")
 _WHOLE = ("recording", "nominal")  # groups of an animal that are a field of the same name
@@ -137,6 +145,23 @@ class AnimalResult:
     def root(self) -> str:
         """Name of the root vessel."""
         return self.network.name[self.network.root]
+
+    @property
+    def plot(self) -> "FitPlots":
+        """Panels: ``result.plot.pressure(ax)``, ``residuals``, ``autocorrelation``, ``pressure_area``, ..."""
+        panels: FitPlots = upstairs("figures.fitted:FitPlots")(self)
+        return panels
+
+    def table(self) -> pd.DataFrame:
+        """Return the single numbers of the recording and of every law, a row each.
+
+        Columns ``animal, group, law`` ("measured" for the recording), ``quantity``, ``value, low, high`` (95 %,
+        NaN where nothing tells it), ``unit``.
+        """
+        named = {"interval_low": "low", "interval_high": "high"}
+        parts = [one.summary().rename(columns=named).reset_index().assign(animal=self.name, group=self.group, law=law)
+                 for law, one in self.sources.items()]  # fmt: skip
+        return pd.concat(parts, ignore_index=True)[[*TIDY]]
 
     def at_inlets(self) -> "AnimalResult":
         """Return the result with, of every simulation, only pressure and flow at the inlet of the root vessel.

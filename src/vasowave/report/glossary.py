@@ -30,6 +30,17 @@ def symbol(name: str, written: Mapping[str, str]) -> str:
     return written.get(name, name).split(" = ")[0]
 
 
+def caller(cohort: Cohort) -> Callable[[str], str]:
+    """Return what gives a quantity in words with its symbol, as the animals' results have them."""
+    known, written = cohort.meanings, symbols(cohort)
+
+    def called(name: str) -> str:
+        said, sign = words(name, known), symbol(name, written)
+        return said if said == sign else f"{said} {sign}"
+
+    return called
+
+
 def glossary(cohort: Cohort) -> dict[str, str]:
     """Return the meaning of every symbol of the animals."""
     written, known = symbols(cohort), cohort.meanings

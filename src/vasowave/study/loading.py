@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +61,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     what["practice"], what["catheter"] = study.practice, study.catheter
     what["kind"] = row.kind or kind_of(row.recordings)
     if what["kind"] == "raw":
-        what["averaging"] = study.averaging.model_dump()
+        what["averaging"] = asdict(study.averaging)
     return fingerprint(what, files)
 
 
@@ -95,7 +95,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
                 progress=None,
                 **_units(row),
             )
-            beats = average_beats(raw, **study.averaging.model_dump())
+            beats = average_beats(raw, averaging=study.averaging)
             animal = Animal(row.animal, row.group, network, beats.recording, beats, raw)
     said = list(found_in(caught))
     synthetic = row.synthetic or _says_synthetic(row)

@@ -107,7 +107,7 @@ def _separated(rows: pd.DataFrame, called: Called) -> str:
     names = "" if len(apart) == len(rows) == 1 else f" in {listed([called(name) for name in apart['quantity']])}"
     sizes = apart[["n reference", "n other"]].to_numpy(int).tolist()
     chance = max(2 / comb(one + other, one) for one, other in sizes)  # of all ways to share the animals, two are apart
-    return f"; the groups do not overlap{names}, as chance makes them in {number(100 * chance, 2)} % of quantities"
+    return f"; the groups do not overlap{names}, which chance alone does in {number(100 * chance, 2)} % of quantities"
 
 
 def influence(primary: Primary, called: Called) -> list[str]:
