@@ -9,6 +9,9 @@ import xarray as xr
 
 from vasowave.findings import Finding, from_json
 
+OVERSTRAINED = "solver.vessel-overstrained"
+"""Code of the finding of a law that explains the data by vessels that no artery could be."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Measured:
@@ -96,6 +99,11 @@ class LawResult(Measured):
     vessels: xr.Dataset
     stiffening: xr.Dataset | None = None
     posterior: PosteriorResult | None = None
+
+    @property
+    def overstrained(self) -> Finding | None:
+        """The finding that a vessel is strained beyond what an artery survives, if there is one."""
+        return next((one for one in self.findings if one.code == OVERSTRAINED), None)
 
     @property
     def title(self) -> str:

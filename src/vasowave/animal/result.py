@@ -13,7 +13,7 @@
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +62,7 @@ class AnimalResult:
         Nominal parameters, the samples behind Z_c and τ, outlets by terminal.
     measured : Measured
     laws : dict of str to LawResult
-        By the name of the wall law.
+        By the name of the wall law, in the order of the settings.
     beats : Dataset, optional
         Onset, length and fate of every beat, a stretch of the signals; of a continuous recording.
     evidence : Dataset, optional
@@ -212,20 +212,32 @@ class AnimalResult:
         measured = {name: _data(tree, f"measured/{name}") for name in ("waves", "impedance", "quantities")}
         parts: dict[str, Any] = {name: _data(tree, name) for name in _WHOLE}
         parts |= {part: _data(tree, group) for part, group in _OPTIONAL.items() if group in tree.children}
+        settings = json.loads(attrs.get("settings", "{}"))
+        laws = {name: _law(tree, name) for name, node in tree.children.items() if "calibration" in node.children}
         return cls(
             name=str(attrs["animal"]),
             group=str(attrs["group"]),
             network=network_of(_data(tree, "network")),
             measured=Measured(**measured),
-            laws={name: _law(tree, name) for name, node in tree.children.items() if "calibration" in node.children},
+            laws=as_chosen(laws, settings.get("walls", ())),
             synthetic=bool(int(attrs.get("synthetic", 0))),
             interrupted=bool(int(attrs.get("interrupted", 0))),
             noticed=from_json(attrs.get("findings", "[]")),
             failures=from_plain(json.loads(attrs.get(FAILURES, "[]"))),
-            settings=json.loads(attrs.get("settings", "{}")),
+            settings=settings,
             origin={str(key): value for key, value in attrs.items() if key not in _ATTRIBUTES},
             **parts,
         )
+
+
+def as_chosen(laws: Mapping[str, LawResult], walls: Sequence[str]) -> dict[str, LawResult]:
+    """Return the laws in the order in which settings name them, which files do not keep; others come last."""
+
+    def place(name: str) -> int:
+        names = (name, laws[name].calibration.attrs.get("law"))
+        return next((place for place, wall in enumerate(walls) if wall in names), len(walls))
+
+    return {name: laws[name] for name in sorted(laws, key=place)}
 
 
 def _attributes(result: AnimalResult) -> dict[str, Any]:

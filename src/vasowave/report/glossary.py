@@ -13,6 +13,7 @@ _OWN = {
     "η": "importance index: relative change of a group's mean (eq. 20)",
     "AICc": "Akaike's information criterion, corrected for small samples; lower is better (eq. 22)",
     "BIC": "Bayesian information criterion; lower is better (eq. 23)",
+    "τ": "time constant of the diastolic decay, measured (eq. 12)",
     "IQR": "from the first to the third quartile",
     "RMSE": "root-mean-square pressure residual",
 }
