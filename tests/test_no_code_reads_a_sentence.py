@@ -14,7 +14,6 @@ ALLOWED = {
     "runtime/memory.py:is_starved": "the operating system, NumPy and LLVM say only in words that memory ran out",
     "cohort/primary.py:_check": "the name of a quantity",
     "report/tables/animal.py:starts_frame": "the name of a variable",
-    "study/reading.py:_wrong": "what a user wrote as a number",
     "imaging/exchange/polydata.py:_array": "the numbers of an element of XML",
 }
 """Functions that read words which others wrote."""
