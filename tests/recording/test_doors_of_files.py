@@ -95,6 +95,29 @@ def test_variables_without_units_are_named_as_the_file_names_them_all_at_once(tm
     assert "--unit pressure=mmHg" in str(refused.value)
 
 
+def test_variables_without_known_times_are_refused_until_their_rate_is_given(tmp_path):
+    p, q = signals()
+    named = {"t_s": TIME, "druck": p, "Qpa": q, "ekg": p}
+    savemat(tmp_path / "m.mat", named)
+    options = {"pressure": "druck", "flow": "Qpa", "pressure_unit": "mmHg", "flow_unit": "ml/s"}
+    with pytest.raises(InputError, match=r"m\.mat: no times; .*--sampling-rate 1000"):
+        read(tmp_path / "m.mat", **options)
+    raw = read(tmp_path / "m.mat", **options, sampling_rate=1000.0)
+    np.testing.assert_allclose(raw.pressure, p)
+    assert raw.time[-1] == pytest.approx(TIME[-1])
+
+
+def test_a_variable_is_called_as_the_file_calls_it(tmp_path):
+    p, q = signals()
+    savemat(tmp_path / "m.mat", {"t": TIME, "PAP": p, "P": 2 * p, "p": 3 * p, "P_unit": "kPa", "Flow": q})
+    (block,) = describe_recording(tmp_path / "m.mat").blocks
+    assert [one.title for one in block.channels] == ["PAP", "P", "p", "Flow"]
+    units = {"pressure_unit": "mmHg", "flow_unit": "ml/s"}
+    for name, scale in (("PAP", 1.0), ("pap", 1.0), ("P", 2.0), ("p", 3.0)):
+        raw = read(tmp_path / "m.mat", pressure=name, flow="Flow", **units)
+        np.testing.assert_allclose(raw.pressure, scale * p)
+
+
 @pytest.mark.parametrize("left", [-1, -4, -9, -12])
 def test_a_text_that_ends_within_its_last_line_loses_that_line_alone(tmp_path, left):
     text = labchart(["PAP", "Flow"])

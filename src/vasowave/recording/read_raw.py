@@ -15,7 +15,7 @@ from vasowave.recording.choosing import DIMENSIONS, pick_channels
 from vasowave.recording.formats import read_blocks
 from vasowave.recording.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.recording.raw import SHORTEST, RawRecording
-from vasowave.recording.signal import UNIT_REPLACED
+from vasowave.recording.signal import NAME_THE_RATE, UNIT_REPLACED
 
 _SAME_LENGTH = 0.01  # two channels of a block last equally long within this share and two samples
 
@@ -61,7 +61,7 @@ def read_raw_recording(
         Stretch to read, s since the start of the block. Gaps elsewhere do not matter then. What is outside is kept in
         `RawRecording.beside`, because it shows the drift of the pressure.
     sampling_rate : float, optional
-        Samples per second of a table without a time column.
+        Samples per second of a file without times.
     progress : callable, optional
         Is called with the fraction of a text file that was read, 0 to 1.
 
@@ -95,6 +95,8 @@ def read_raw_recording(
     notes += chosen.suspicions
     picked, guessed = pick_channels(path, chosen.channels, {"pressure": pressure, "flow": flow, "ecg": ecg})
     notes += guessed
+    if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
+        raise InputError(f"{path}: no times; {NAME_THE_RATE}")
     if "ecg" not in picked:
         notes.append(NO_ECG())
     _check_lengths(list(picked.values()))

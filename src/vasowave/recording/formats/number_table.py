@@ -26,7 +26,7 @@ from vasowave.recording.choosing import TAKEN, choose, with_time
 from vasowave.recording.formats import RECORDINGS, RecordingFormat, Wanted
 from vasowave.recording.gaps import with_gaps
 from vasowave.recording.number_rows import DecimalMark, NumberRows
-from vasowave.recording.signal import ALIASES, UNIT_REPLACED, Signal, sampling, written_to
+from vasowave.recording.signal import ALIASES, NAME_THE_RATE, UNIT_REPLACED, Signal, sampling, written_to
 
 _HEADER = "the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"
 
@@ -58,10 +58,7 @@ class NumberTable(NamedTuple):
         """Return the samples per second by the times, checked against what was given, and places if times leap."""
         if "time" not in self.names:
             if given is None:
-                raise InputError(
-                    f"{self.path}: no time column; say how many samples a second has (vasowave add and fit: "
-                    "--sampling-rate 1000; a study's table: the column 'sampling rate [1/s]'; in Python: sampling_rate)"
-                )
+                raise InputError(f"{self.path}: no time column; {NAME_THE_RATE}")
             return given, None
         column = self.names.index("time")
         unit = self.units[column]
@@ -74,9 +71,7 @@ class NumberTable(NamedTuple):
             scale = 1.0 / (given * float(np.median(np.diff(time))))
         else:
             raise InputError(
-                f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or say how many samples "
-                "a second has (vasowave add and fit: --sampling-rate 1000; a study's table: the column "
-                "'sampling rate [1/s]')"
+                f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or {NAME_THE_RATE}"
             )
         time = time * scale
         if len(time) < 2:
