@@ -1,7 +1,7 @@
 """Options of `fit`, from the settings of a study."""
 
 from collections.abc import Collection, Mapping
-from typing import Annotated, Any, get_origin
+from typing import Annotated, Any, get_args, get_origin
 
 import typer
 from pydantic import BaseModel
@@ -85,8 +85,11 @@ def _value(field: Any, given: Any) -> Any:
     if isinstance(given, list):  # one mapping, whose entries were given one by one
         pairs = [text.partition("=") for text in given]
         return {name.strip(): _list(value, ":") if ":" in value else value for name, _, value in pairs}
-    several = get_origin(field.annotation) in (tuple, list)
-    return _list(given, ",") if several and isinstance(given, str) else given
+    return _list(given, ",") if isinstance(given, str) and _holds_several(field.annotation) else given
+
+
+def _holds_several(annotation: Any) -> bool:
+    return get_origin(annotation) in (tuple, list) or any(map(_holds_several, get_args(annotation)))
 
 
 def _list(text: str, separator: str) -> list[str]:

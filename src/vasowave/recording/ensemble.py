@@ -133,7 +133,7 @@ def average_beats(
     samples: Annotated[int, Ge(FEWEST_SAMPLES)] = 256,
     harmonics: Annotated[int, Ge(1)] | None = 20,
     fiducial: Literal["ecg", "pressure"] | None = None,
-    heart_rates: Range = HEART_RATES,
+    heart_rates: Range | None = None,
     length_tolerance: Annotated[float, Gt(0), Le(1)] = 0.1,
     least_correlation: Annotated[float, Ge(-1), Le(1)] = 0.9,
     reject_ventilation: bool = True,
@@ -161,7 +161,7 @@ def average_beats(
     fiducial : {"ecg", "pressure"}, optional
         R wave, or foot of the pressure; by default the ECG where there is one that beats.
     heart_rates : (float, float), optional
-        Slowest and fastest heart rate to look for, beats/min.
+        Slowest and fastest heart rate to look for, beats/min; by default 250 to 900, in a study of rats 150 to 650.
     length_tolerance : float
         A beat whose length differs by a larger fraction from the median of its neighbours is rejected.
     least_correlation : float
@@ -202,6 +202,7 @@ def average_beats(
     Recording(mPAP ... mmHg, CO ... ml/s, HR 53... ...)
     """
     _check_arguments(raw, beats, samples, harmonics, drift, zero_time)
+    heart_rates = heart_rates or HEART_RATES["mouse"]
     heartbeats = find_beats(raw, fiducial, heart_rates)
     if len(heartbeats.times) - 1 < beats:
         raise InputError(

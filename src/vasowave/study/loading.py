@@ -32,7 +32,7 @@ from vasowave.solver.practice import PAPER
 from vasowave.study.fingerprint import fingerprint
 from vasowave.study.journal import Journal
 from vasowave.study.rows import AnimalRow
-from vasowave.study.settings import StudyFile, animal_settings
+from vasowave.study.settings import StudyFile, animal_settings, averaging_settings
 
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
@@ -61,7 +61,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     what["practice"], what["catheter"] = study.practice, study.catheter
     what["kind"] = row.kind or kind_of(row.recordings)
     if what["kind"] == "raw":
-        what["averaging"] = study.averaging.model_dump()
+        what["averaging"] = averaging_settings(study)
     return fingerprint(what, files)
 
 
@@ -95,7 +95,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
                 progress=None,
                 **_units(row),
             )
-            beats = average_beats(raw, **study.averaging.model_dump())
+            beats = average_beats(raw, **averaging_settings(study))
             animal = Animal(row.animal, row.group, network, beats.recording, beats, raw)
     said = list(found_in(caught))
     synthetic = row.synthetic or _says_synthetic(row)

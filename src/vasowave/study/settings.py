@@ -17,6 +17,7 @@ from vasowave.cohort.primary import Family
 from vasowave.model.blood import FRICTIONS, Blood
 from vasowave.network.network import HIGHEST
 from vasowave.recording import average_beats
+from vasowave.recording.beats import HEART_RATES
 from vasowave.settings import Check, Positive, Setting, settings_of
 from vasowave.solver import Numerics
 from vasowave.solver.practice import PAPER
@@ -79,7 +80,9 @@ class _First(Section):
     title: Text = Field("Pulmonary arteries of two groups", description="Title of the report.")
     animals: Text = Field("animals.csv", description="The table of animals, beside this file.")
     species: Literal["mouse", "rat", "other"] = Field(
-        "mouse", description="Whose physiology `check` compares with: mouse, rat or other (no comparison)."
+        "mouse",
+        description="Whose physiology `check` compares with, and whose heart rates are looked for: mouse, rat or "
+        "other (no comparison).",
     )
     groups: Annotated[list[Annotated[Text, Check(checked_name)]], MinLen(1)] = Field(
         ["CTL", "HPH"], description="Group labels in the order of tables; the first is the reference."
@@ -165,6 +168,12 @@ class StudyFile(_All):
         blood: Any
         numerics: Any
         report: Any
+
+
+def averaging_settings(study: StudyFile) -> dict[str, Any]:
+    """Return the arguments of `average_beats`; heart rates that the study file leaves open are those of its species."""
+    given: dict[str, Any] = study.averaging.model_dump()
+    return given | {"heart_rates": given["heart_rates"] or HEART_RATES.get(study.species, HEART_RATES["mouse"])}
 
 
 def animal_settings(study: StudyFile) -> Settings:
