@@ -43,12 +43,13 @@ def demo(
 def new(
     folder: Annotated[Path, typer.Argument(help="Folder to make.")],
     groups: Annotated[str, typer.Option(help="Group labels, the reference first.")] = "CTL,HPH",
+    species: Annotated[str, typer.Option(help="mouse, rat or other.")] = "mouse",
 ) -> None:
     """Make a study: a commented study.yaml, an empty animals.csv, and folders for the files."""
     from vasowave.study.template import new_study
 
     labels = [label.strip() for label in groups.split(",")]
-    for path in new_study(folder, labels):
+    for path in new_study(folder, labels, species):
         typer.echo(f"  {path}")
     if len(labels) == 1:
         tell(f"note: '{labels[0]}' is one group, and nothing is compared with it; commas separate groups: CTL,HPH")

@@ -14,7 +14,7 @@ from vasowave.study.reading import validated
 from vasowave.study.settings import StudyFile
 from vasowave.study.template import written
 
-_NOT_FOR_ONE = ("title", "animals", "species", "groups")
+_NOT_FOR_ONE = ("title", "animals", "groups")
 """Keys of a study file that say nothing of a single animal."""
 
 
