@@ -129,6 +129,19 @@ def test_files_that_cannot_be_read_are_counted_and_the_exit_says_so(lab, tmp_pat
     assert len(groups_of(tmp_path / "s")) == 4
 
 
+@pytest.mark.parametrize("networks", [[], ["lung.csv"]])
+def test_a_recording_that_cannot_be_read_is_said_at_the_first_add_whatever_else_its_row_lacks(lab, tmp_path, networks):
+    text = (lab / "SuHx_1.csv").read_text("utf-8").replace("flow [ml/s]", "x1 [V]")
+    (lab / "SuHx_8.csv").write_text(text, "utf-8")
+    study = tmp_path / "s"
+    typed("new", study, "--groups", "Nx,SuHx")
+    said = typed("add", study, lab / "SuHx_8.csv", *(lab / name for name in networks), status=3)
+    assert "no column 'flow'" in said
+    assert len(groups_of(study)) == 1
+    said = typed("add", study, lab / "Nx_1.csv")
+    assert "no column 'flow'" not in said
+
+
 def test_adding_a_file_says_nothing_of_the_errors_of_others(lab, tmp_path):
     study = tmp_path / "s"
     typed("new", study, "--groups", "Nx,SuHx")

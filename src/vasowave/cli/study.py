@@ -80,6 +80,7 @@ def add(
     from vasowave.cli.row_options import row_cells
     from vasowave.study.adding import add_files
     from vasowave.study.checking import check_study
+    from vasowave.study.problems import UNREADABLE
 
     place, files = _study_here(study, paths or [])
     added = add_files(place, files, group=group, groups=groups, network=network, cells=row_cells(dict(given or {})),
@@ -110,6 +111,7 @@ def add(
         tell(
             f"{_counted(len(added.refused), 'file')} of these could not be read: no row of the table holds such a file"
         )
+    if added.refused or any(problem.finding.code == UNREADABLE.code for problem in own):
         raise typer.Exit(FAILED)
 
 

@@ -28,8 +28,8 @@ def new_study(folder: Path, groups: Sequence[str] = ("CTL", "HPH"), species: str
     Raises
     ------
     InputError
-        One of them exists already; nothing was written then. The folder cannot be written. A label that cannot be one. An
-        unknown species.
+        One of them exists already; nothing was written then. The folder cannot be written. A label that cannot be one.
+        An unknown species.
     """
     folder = Path(folder)
     texts = {STUDY_FILE: study_text(groups, species), SCHEMA_FILE: schema_text(), "animals.csv": animals_text()}
