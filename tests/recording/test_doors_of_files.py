@@ -12,7 +12,7 @@ from vasowave.findings import Severity
 from vasowave.recording import average_beats, describe_recording, read_raw_recording, read_recording
 from vasowave.recording.gaps import Span, longest_between
 from vasowave.recording.plateaus import Plateau, plateau_findings
-from vasowave.recording.plausibility import odd_values, resting_flow
+from vasowave.recording.plausibility import check_pressure, odd_values, resting_flow
 from vasowave.units import factor
 
 MOUSE = virtual_mouse()
@@ -177,3 +177,24 @@ def test_units_are_listed_as_people_write_them():
 
 def test_a_stretch_from_the_start_begins_at_zero_and_not_below():
     assert str(longest_between([Span(9.0, 9.4)], 0.0, 15.0).start) == "0.0"
+
+
+def test_exchanged_channels_are_called_so_and_a_wrong_zero_is_not():
+    codes = [one.code for one in odd_values(60 * MOUSE.flow, MOUSE.pressure / 10, MOUSE.period)]
+    assert codes == ["recording.exchanged"]
+    for pressure, flow in (
+        (MOUSE.pressure, MOUSE.flow),
+        (MOUSE.pressure - MOUSE.pressure.min(), MOUSE.flow),  # its lowest value is zero
+        (60 * MOUSE.flow, MOUSE.flow),  # a ventricle rests near zero, too
+        (MOUSE.pressure, MOUSE.flow + 10 * MOUSE.flow.mean()),  # a flow that never stops
+    ):
+        assert "recording.exchanged" not in [one.code for one in odd_values(pressure, flow, MOUSE.period)]
+
+
+def test_a_low_pressure_is_taken_for_kpa_only_where_it_can_be():
+    with pytest.raises(InputError, match="looks like kPa"):
+        check_pressure(MOUSE.pressure / 7.50062, "r.csv")
+    for other in (8 * MOUSE.flow, MOUSE.pressure / 500):
+        with pytest.raises(InputError, match="are pressure and flow exchanged, or is it another channel") as refused:
+            check_pressure(other, "r.csv")
+        assert "kPa" not in str(refused.value)

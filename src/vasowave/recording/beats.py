@@ -149,8 +149,8 @@ def _beat_length(strength: np.ndarray, rate: float, heart_rates: tuple[float, fl
         raise NumericalError(
             f"{where}: the signal does not repeat between {heart_rates[0]:g} and {heart_rates[1]:g} beats/min; "
             "is it the right channel, is it covered by noise, or is the heart rate in another range? Then name "
-            "the species or the range (vasowave fit: --species rat or --heart-rates 200,600; a study: `species: rat` or, under "
-            "averaging, `heart_rates: [200, 600]`; in Python: heart_rates=(200, 600))"
+            "the species or the range (vasowave fit: --species rat or --heart-rates 200,600; a study: `species: rat` "
+            "or, under averaging, `heart_rates: [200, 600]`; in Python: heart_rates=(200, 600))"
         )
     return float(peaks[window[peaks] >= _REPEATS * window[peaks].max()][0])
 
