@@ -134,15 +134,42 @@ def test_a_text_that_ends_within_its_last_line_loses_that_line_alone(tmp_path, l
     assert "recording.cut-off" in [one.code for one in raw.notes]
 
 
-def test_title_lines_above_the_header_and_clocks_are_named_with_the_cure(tmp_path):
+@pytest.mark.parametrize("comma", [False, True])
+@pytest.mark.parametrize(
+    "head",
+    [
+        ["Mouse 17;week 3", "t [s];PAP [mmHg];Flow [ml/s]"],
+        ["Rat: 6", "Date: 3.4.2024", "", "t [s];PAP [mmHg];Flow [ml/s]"],
+        ["t;PAP;Flow", "s;mmHg;ml/s"],
+        ["Rat: 6", "t;PAP;Flow", "[s];[mmHg];[ml/s]"],
+    ],
+)
+def test_prose_above_the_titles_is_left_out_and_units_below_them_are_read(tmp_path, head, comma):
+    p, q = signals()
+    rows = [f"{t:.3f};{a:.4f};{b:.5f}" for t, a, b in zip(TIME, p, q)]
+    rows = [row.replace(".", ",") for row in rows] if comma else rows
+    (tmp_path / "t.csv").write_text("\n".join([*head, *rows, ""]), "utf-8")
+    raw = read(tmp_path / "t.csv")
+    np.testing.assert_allclose(raw.pressure, p, atol=1e-4)
+    np.testing.assert_allclose(raw.flow, q, atol=1e-5)
+    assert raw.sampling_rate == pytest.approx(1000.0)
+    cycle = [f"{t:.6f};{a:.4f};{b:.5f}" for t, a, b in zip(MOUSE.time, MOUSE.pressure, MOUSE.flow)]
+    (tmp_path / "c.csv").write_text("\n".join([*head, *cycle, ""]), "utf-8")
+    np.testing.assert_allclose(read_recording(tmp_path / "c.csv").pressure, MOUSE.pressure, atol=1e-4)
+
+
+def test_clocks_are_named_with_the_cure(tmp_path):
     rows = [f"{t:.3f},{p:.4f},{q:.5f}" for t, p, q in zip(TIME, *signals())]
-    (tmp_path / "t.csv").write_text("\n".join(["Mouse 17,week 3", "t [s],PAP [mmHg],Flow [ml/s]", *rows, ""]), "utf-8")
-    with pytest.raises(InputError, match="line 2: 3 columns below a header of 2; if title lines stand above"):
-        describe_recording(tmp_path / "t.csv")
     clock = ["time,PAP [mmHg],Flow [ml/s]", *(f"10:01:0{row}" for row in rows), ""]
     (tmp_path / "c.csv").write_text("\n".join(clock), "utf-8")
     with pytest.raises(InputError, match=r"'10:01:00\.000' is not a number; a time of day is not read: write seconds"):
         describe_recording(tmp_path / "c.csv")
+    commas = [row.replace(",", ";").replace(".", ",") for row in rows]
+    (tmp_path / "d.csv").write_text(
+        "\n".join(["time;PAP [mmHg];Flow [ml/s]", *(f"10:01:00.{row[2:]}" for row in commas), ""]), "utf-8"
+    )
+    with pytest.raises(InputError, match=r"line 2: '10:01:00\.000' is not a number; a time of day is not read"):
+        describe_recording(tmp_path / "d.csv")
 
 
 @pytest.mark.parametrize("offset", [0.03, -0.03])
