@@ -9,6 +9,7 @@ from scipy.io import savemat
 from vasowave.datasets import virtual_mouse
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.findings import Severity
+from vasowave.network_formats import read_network
 from vasowave.recording import average_beats, describe_recording, read_raw_recording, read_recording
 from vasowave.recording.gaps import Span, longest_between
 from vasowave.recording.plateaus import Plateau, plateau_findings
@@ -156,6 +157,12 @@ def test_prose_above_the_titles_is_left_out_and_units_below_them_are_read(tmp_pa
     cycle = [f"{t:.6f};{a:.4f};{b:.5f}" for t, a, b in zip(MOUSE.time, MOUSE.pressure, MOUSE.flow)]
     (tmp_path / "c.csv").write_text("\n".join([*head, *cycle, ""]), "utf-8")
     np.testing.assert_allclose(read_recording(tmp_path / "c.csv").pressure, MOUSE.pressure, atol=1e-4)
+
+
+def test_a_damaged_header_is_not_taken_for_prose(tmp_path):
+    (tmp_path / "n.csv").write_text("name,parent,length [cm]\n1,,0.41,0.047\n2,1,0.45,0.026\n", "utf-8")
+    with pytest.raises(InputError, match="line 2: 4 columns where 3 were expected"):
+        read_network(tmp_path / "n.csv")
 
 
 def test_clocks_are_named_with_the_cure(tmp_path):

@@ -186,3 +186,20 @@ def test_the_block_that_is_read_is_said_where_there_are_several(tmp_path):
     (said,) = [one for one in add_files(tmp_path / "s", [tmp_path / "m.txt"]).said if "block" in one]
     assert re.search(r"m.txt: block 2 of 2 is read, the longest \(blocks last [\d.]+ s, 12 s\); --block", said)
     assert not any("block" in one for one in add_files(tmp_path / "s", [tmp_path / "m.txt"], cells={"block": "1"}).said)
+
+
+def test_status_lists_the_animals_that_can_run_and_then_the_errors(lab, tmp_path):
+    study = tmp_path / "s"
+    typed("new", study, "--groups", "Nx,SuHx")
+    typed("add", study, lab)
+    table = study / "animals.csv"
+    table.write_text(re.sub(r"^(Nx_2,Nx),[^,]*", r"\1,", table.read_text("utf-8"), flags=re.MULTILINE), "utf-8")
+    said = typed("status", study, status=1)
+    assert "Nx_1: waiting" in said
+    assert "0 of 3 animals done" in said
+    assert "column 'network': the cell is empty" in said
+
+
+def test_a_report_of_a_folder_that_is_not_there_names_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert str(CliRunner().invoke(app, ["report", "Stu"]).exception) == "Stu: there is no such folder"

@@ -184,13 +184,21 @@ def run(
 
 @app.command(epilog="Example: vasowave status my-study")
 def status(study: Annotated[Path, _STATUS] = Path()) -> None:
-    """Say how far a study, or the fit of one animal, is: run here, elsewhere, or interrupted."""
-    from vasowave.study.plan import read_study
+    """Say how far a study, or the fit of one animal, is: run here, elsewhere, or interrupted.
+
+    Exit status 1 if the study holds errors; animals whose rows do are not among those listed.
+    """
+    from vasowave.study.plan import inspect_study
+    from vasowave.study.problems import refuse
     from vasowave.study.reading import study_path
     from vasowave.study.status import fit_status, study_status
 
     alone = fit_status(study) if study.is_dir() and not study_path(study).exists() else None
-    animals, runner = alone or study_status(read_study(study))
+    plan, problems = (None, []) if alone else inspect_study(study)
+    errors = [problem for problem in problems if problem.error]
+    if plan is None:
+        refuse(errors)
+    animals, runner = study_status(plan) if plan is not None else alone or ((), None)
     for one in animals:
         tell(f"{one.animal}: {one}")
     done, lost = (sum(one.state == state for one in animals) for state in ("done", "failed"))
@@ -199,6 +207,8 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
         + (f"{lost} failed; " if lost else "")
         + (f"being run by {runner}" if runner else "not being run")
     )
+    _tell_problems(errors)
+    raise typer.Exit(1 if errors else 0)
 
 
 def _run(

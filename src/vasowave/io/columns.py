@@ -187,13 +187,8 @@ def with_unit_row(titles: Sequence[str], below: str, separator: str | None) -> l
     """Return column titles with the units of the line below them, None if that line names no units or they do."""
     cells = [cell.strip(' []()"') for cell in below.split(separator)]
     named = [cell for cell in cells if cell not in ("", "-")]
-    known = sum(map(units.is_unit, named))
-    if (
-        len(cells) != len(titles)
-        or 2 * known <= len(named)
-        or any(map(is_numeric, named))
-        or any(map(_has_unit, titles))
-    ):
+    mostly = 2 * sum(map(units.is_unit, named)) > len(named)
+    if len(cells) != len(titles) or not mostly or any(map(is_numeric, named)) or any(map(_has_unit, titles)):
         return None
     return [f"{title} [{unit}]" if unit in named else title for title, unit in zip(titles, cells, strict=True)]
 
@@ -212,7 +207,8 @@ def titles_among(rows: Sequence[str]) -> int:
         cells = [cell.strip() for cell in row.split(separator)]
         if len(cells) > 1 and all(map(is_numeric, cells)):
             fitting = [i for i, above in enumerate(rows[:data]) if width(above) == len(cells)]
-            return fitting[0] if fitting and fitting == list(range(fitting[0], data)) else 0
+            whole = bool(fitting) and fitting == list(range(fitting[0], data))
+            return fitting[0] if whole and not any(map(is_numeric, rows[fitting[0]].split(separator))) else 0
     return 0
 
 
