@@ -137,11 +137,12 @@ def _half_known(study: Study) -> list[Problem]:
             place = Place(str(study.table), animal=cells["animal"])
             filled = cells | {"network": cells["recording"], "group": study.settings.groups[0]}
             row, _ = read_row(filled, study.folder, None, lambda _: NOWHERE)
+            if row is None:
+                continue
             try:
-                if row is not None:
-                    with warnings.catch_warnings():
-                        warnings.simplefilter("ignore", VasowaveWarning)
-                        read_measured(row, study.settings)
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", VasowaveWarning)
+                    read_measured(row, study.settings)
             except VasowaveError as error:
                 problems.append(unreadable(error, place, row.files))
     return problems
