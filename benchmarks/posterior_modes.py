@@ -13,7 +13,6 @@ import csv
 import time
 import warnings
 import zlib
-from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +25,7 @@ from vasowave.findings import Kind
 from vasowave.inference import Posterior
 from vasowave.inference import findings as against
 from vasowave.inference.mode import climb
+from vasowave.inference.posterior import Sampling, _problem, posterior
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.walls import TangentWall
@@ -35,7 +35,6 @@ from vasowave.quantities import derived
 from vasowave.recording import Recording
 from vasowave.solver import Numerics, simulate
 
-inference = import_module("vasowave.inference.posterior")
 KINDS = {
     "spread": ((3.0, 25.0), (0.7, 6.0)),
     "soft": ((4.0, 10.0), (0.5, 1.5)),
@@ -113,9 +112,9 @@ def line(kind, number, draws):
     """Analyze one animal; return its line of the file."""
     network, recording, model = animal(kind, number)
     begun = time.process_time()
-    found = inference.posterior(network, recording, "tangent", draws=draws, workers=1)
+    found = posterior(network, recording, "tangent", draws=draws, workers=1)
     cpu, table, said = time.process_time() - begun, found.summary.loc["wave_speed"], found.diagnostics
-    problem = inference._problem(network, recording, ("tangent", "windkessel"), None, None, None, None, 1)
+    problem = _problem(network, recording, "tangent", Sampling(workers=1))
     starts = scores_of(model, problem.unknowns), best_draw(found, problem)
     heights = [climb(problem.simulate, problem.measured, problem.discrepancy(), one).height for one in starts]
     truth = derived(model, recording.mean_pressure)["wave_speed"]

@@ -1,4 +1,5 @@
 import pickle
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +58,14 @@ def control(request) -> Model:
     network = control_network()
     wall = LinearWall(57.0) if request.param == "linear" else TangentWall(7.0, 4.0)
     return Model(network, wall, windkessels(network, 76.0, 0.11, a=0.12))
+
+
+@pytest.fixture(autouse=True)
+def no_figures_left():
+    """Close what a value's `plot` opened for a notebook."""
+    yield
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close("all")
 
 
 @pytest.fixture(scope="session")

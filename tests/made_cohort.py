@@ -86,7 +86,7 @@ def made_result(name, group, factor, rng, raw, walls, selection):
     else:
         animal = Animal(name, group, network, cycle, synthetic=True)
     fits = [made_fit.made_fit(wall, recording=animal.recording, network=network, factor=factor) for wall in walls]
-    return result_of(animal, fits, Settings(starts=4, model_selection=selection))
+    return result_of(animal, fits, Settings(walls=walls or ("linear",), starts=4, model_selection=selection))
 
 
 def voting(result, scores, likeliest):

@@ -5,7 +5,7 @@ import difflib
 import inspect
 from collections.abc import Callable
 from pathlib import Path
-from typing import get_args, get_origin
+from typing import get_args, get_origin, get_type_hints
 
 import numpy as np
 import pandas as pd
@@ -22,7 +22,6 @@ from vasowave.model.laws import LAWS
 from vasowave.model.per_vessel import one_per_vessel
 from vasowave.model.walls import LinearWall
 from vasowave.recording import RawRecording, Recording
-from vasowave.settings import settings_of
 
 UNEVEN = [  # where panels may outnumber what is drawn, or laws their parameters
     "exchange/paraview.py",
@@ -117,12 +116,22 @@ def described(name):
     if not callable(thing):
         return
     yield f"{name}: " + ", ".join(inspect.signature(thing).parameters)
-    for setting, (kind, default, _) in settings_of(thing).items():
-        yield f"  {setting}{limits(kind)} = {shown(default)}"
+    kinds = get_type_hints(thing, include_extras=True)
+    for setting, default in defaults(thing).items():
+        yield f"  {setting}{limits(kinds[setting])} = {shown(default)}"
     for inner, method in inspect.getmembers(thing, inspect.isfunction) if inspect.isclass(thing) else ():
         if not inner.startswith("_"):
             given = inspect.signature(method).parameters.values()
             yield f"  .{inner}: " + ", ".join(str(one).partition(":")[0] + default_of(one) for one in given)
+
+
+def defaults(thing):
+    if dataclasses.is_dataclass(thing):
+        given = ((one.name, one.default, one.default_factory) for one in dataclasses.fields(thing))
+        made = {name: value if factory is dataclasses.MISSING else factory() for name, value, factory in given}
+        return {name: value for name, value in made.items() if value is not dataclasses.MISSING}
+    given = inspect.signature(thing).parameters.values()
+    return {one.name: one.default for one in given if one.default is not one.empty}
 
 
 def limits(kind):

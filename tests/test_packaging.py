@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 import vasowave as vw
-from other_programs import environment_with
+from programs_by_others import environment_with
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

@@ -9,6 +9,7 @@ from vasowave.animal.pipeline import analyze as analyze
 from vasowave.animal.result import AnimalResult as AnimalResult
 from vasowave.animal.stored import stored_model as stored_model
 from vasowave.calibration import Fit as Fit
+from vasowave.calibration import Fitting as Fitting
 from vasowave.calibration import Search as Search
 from vasowave.calibration import calibrate as calibrate
 from vasowave.calibration import profile_likelihood as profile_likelihood
@@ -19,6 +20,7 @@ from vasowave.exchange import read_openbf as read_openbf
 from vasowave.imaging import extract as extract
 from vasowave.inference import Posterior as Posterior
 from vasowave.inference import Priors as Priors
+from vasowave.inference import Sampling as Sampling
 from vasowave.inference import posterior as posterior
 from vasowave.model import walls as walls
 from vasowave.model.blood import Blood as Blood
@@ -33,6 +35,7 @@ from vasowave.model.outlets import CompliantBed as CompliantBed
 from vasowave.model.outlets import ImpedanceSpectrum as ImpedanceSpectrum
 from vasowave.model.outlets import Resistance as Resistance
 from vasowave.model.outlets import Windkessel as Windkessel
+from vasowave.model.shape import Shape as Shape
 from vasowave.model.walls import LinearWall as LinearWall
 from vasowave.model.walls import PowerWall as PowerWall
 from vasowave.model.walls import TangentWall as TangentWall
@@ -40,14 +43,17 @@ from vasowave.network.network import Network as Network
 from vasowave.network.tidying import tidy as tidy
 from vasowave.network.vessel_table import write_network as write_network
 from vasowave.network_formats import read_network as read_network
+from vasowave.recording import Averaging as Averaging
 from vasowave.recording import EnsembleAverage as EnsembleAverage
 from vasowave.recording import Inflow as Inflow
 from vasowave.recording import RawRecording as RawRecording
+from vasowave.recording import Reading as Reading
 from vasowave.recording import Recording as Recording
 from vasowave.recording import average_beats as average_beats
 from vasowave.recording import describe_recording as describe_recording
 from vasowave.recording import read_raw_recording as read_raw_recording
 from vasowave.recording import read_recording as read_recording
+from vasowave.report.settings import ReportSettings as ReportSettings
 from vasowave.report.write import write_report as write_report
 from vasowave.selection import Comparing as Comparing
 from vasowave.selection import compare_models as compare_models

@@ -121,11 +121,12 @@ QUANTITIES: dict[str, Quantity] = {
         lambda at: at.diastole.peripheral_share(published=False),
     ),
     "tau": Quantity(
-        "s", "τ", "time constant: of the diastolic decay if measured, R_T C_T of a model", "12", "time constant",
+        "s", "R_T C_T", "time constant R_T C_T of a model, with C_v by the series/parallel rule", "12",
+        "model time constant",
         lambda at: at.diastole.time_constant(),
     ),
     "tau_plain": Quantity(
-        "s", "τ (sum)", "time constant R_T C_T, with the sum over vessels", "12", "",
+        "s", "R_T C_T (sum)", "time constant R_T C_T, with the sum over vessels", "12", "",
         lambda at: at.diastole.time_constant(published=False),
     ),
     "pressure_drop": Quantity("mmHg", "Δp", "fall of the mean pressure to the terminals, their average"),

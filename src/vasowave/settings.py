@@ -1,41 +1,104 @@
-"""Settings: each is declared once, by the function or dataclass that uses it, and read from there.
+"""Settings: each is declared once, as a typed field of a class, and everything else is made from that declaration.
 
-Type and limits of a setting stand in its annotation, its default in the signature, its meaning and unit in the numpydoc
-docstring. The study file with its schema, template and table in the documentation, and the options of the command line,
-are all made from what `settings_of` finds.
+Type and limits of a setting stand in its annotation, its default behind it, its meaning and unit in the docstring
+below::
+
+    @settings_class
+    class Search:
+        starts: Annotated[int, Ge(1), Le(1000)] = 20
+        \"\"\"Starts of each fit.\"\"\"
+
+The constructor checks the values. The study file with its schema, template and table in the documentation, and the
+options of the command line, are made from what `settings_of` finds.
 """
 
+import ast
 import inspect
-import math
-import re
-from collections.abc import Callable, Mapping
-from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
-from functools import cache
-from types import NoneType, UnionType
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass
+from functools import cache, wraps
+from itertools import pairwise
+from textwrap import dedent
 from typing import (
-    TYPE_CHECKING,
     Annotated,
     Any,
     Literal,
     NamedTuple,
     TypeVar,
-    Union,
+    dataclass_transform,
     get_args,
     get_origin,
     get_type_hints,
 )
 
-from annotated_types import Ge, Gt, Le, Lt
+from annotated_types import Gt
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic_core import ArgsKwargs, core_schema
 
 from vasowave.errors import InputError, did_you_mean
+from vasowave.findings import Finding, Kind, error_kind
 
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
+Values = TypeVar("Values")
 
-Dataclass = TypeVar("Dataclass", bound="DataclassInstance")
+_RULES = ConfigDict(extra="forbid", allow_inf_nan=False, arbitrary_types_allowed=True)
 
-_SECTION = re.compile(r"^(?:Parameters|Attributes)\n-+\n(.*?)(?=^\S[^\n]*\n-+$|\Z)", re.MULTILINE | re.DOTALL)
-_ENTRY = re.compile(r"^(\S[^\n:]*?)(?: :[^\n]*)?\n((?:^ +[^\n]*\n?)+)", re.MULTILINE)  # "name : type", then its meaning
+
+def _error(what: str, text: str, remedy: str = "") -> Kind:
+    return error_kind(f"setting.{what}", f"{{key}}: {text}", remedy)
+
+
+EMPTY = _error("empty", "the value is empty; {remedy}", "give one or leave it out")
+EMPTY_CHOICE = _error("empty-choice", "the value is empty; choose from: {known}")
+UNKNOWN_WORD = _error("unknown-word", "'{given}' is not known{hint}; choose from: {known}")
+WRONG = _error("wrong", "{text}")
+UNKNOWN_KEY = error_kind("setting.unknown-key", "unknown key '{key}'{hint}; known here: {known}")
+AT_ODDS = error_kind("setting.at-odds", "{text}")
+DECIMAL_COMMA = _error("decimal-comma", "{given} is not a number; {remedy}", "write a decimal point")
+NOT_VALID = _error("not-valid", "{given}: {why}")
+_NO_WHOLE = _error("no-whole-number", "{given} is not a whole number")
+_NO_NUMBER = _error("no-number", "{given} is not a number")
+_NO_TRUTH = _error("neither-true-nor-false", "{given} is neither true nor false")
+_NO_PAIR = _error("no-pair", "{remedy}", "write a list of two numbers: [lower, upper]")
+_NO_LIST = _error("no-list", "{remedy}", "write a list: [one, other]")
+_NO_SECTION = _error("no-section", "{remedy}", "write its keys in indented lines 'key: value' below")
+_NO_NAMES = _error("no-names", "{remedy}", "write 'name: value' in indented lines below, or {name: value}")
+_CODES = {
+    **dict.fromkeys(("int_parsing", "int_from_float", "int_type"), _NO_WHOLE),
+    **dict.fromkeys(("float_parsing", "float_type"), _NO_NUMBER),
+    **dict.fromkeys(("bool_parsing", "bool_type"), _NO_TRUTH),
+    **dict.fromkeys(("list_type", "tuple_type"), _NO_LIST),
+    **dict.fromkeys(("too_long", "missing"), _NO_PAIR),
+    **dict.fromkeys(("dict_type", "mapping_type"), _NO_NAMES),
+    "dataclass_type": _NO_SECTION,
+    "int_parsing_size": _error("too-large", "{given} is too large"),
+    "string_type": _error("no-text", "{given} is not text; {remedy}", "put it between quotation marks"),
+    "string_too_short": _error("empty-text", "{given} is empty"),
+    "finite_number": _error("not-finite", "{given} is not a number; {remedy}", "give a finite one"),
+    "greater_than": _error("not-above", "{given} is too small; it must be above {gt:g}"),
+    "greater_than_equal": _error("below-least", "{given} is too small; at least {ge:g}"),
+    "less_than": _error("not-below", "{given} is too large; it must be below {lt:g}"),
+    "less_than_equal": _error("above-most", "{given} is too large; at most {le:g}"),
+}
+"""By pydantic's codes."""
+
+_OF_SHAPE = (_NO_SECTION, _NO_NAMES, _NO_LIST, _NO_PAIR)
+"""What is said of an empty value, too."""
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+def settings_class(cls: type[Values]) -> type[Values]:
+    """Make a class of settings: a frozen dataclass whose constructor raises `InputError` for what it does not allow."""
+    made: Any = dataclass(frozen=True)(cls)
+
+    @wraps(made.__init__)
+    def checked(self: Any, *args: Any, **given: Any) -> None:
+        try:
+            _adapter(made).validator.validate_python(ArgsKwargs(args, given), self_instance=self)
+        except ValidationError as error:
+            raise InputError(_sentence(made, error.errors(include_url=False)[0])) from None
+
+    made.__init__, made.__pydantic_config__ = checked, _RULES
+    return made
 
 
 @dataclass(frozen=True)
@@ -47,8 +110,6 @@ class Check:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
         """Return the check for pydantic, which calls this by name."""
-        from pydantic_core import core_schema
-
         return core_schema.no_info_after_validator_function(self.function, handler(source))
 
     def __get_pydantic_json_schema__(self, inner: Any, handler: Any) -> Any:
@@ -56,12 +117,11 @@ class Check:
         return handler(inner) | self.schema()
 
 
-@dataclass(frozen=True)
-class Text:
-    """How a value is read where it comes as text: by a function of one text, or of `several`."""
+@dataclass(frozen=True, eq=False)
+class Example:
+    """A value that shows how a setting is written."""
 
-    read: Callable[[Any], Any]
-    several: bool = False
+    value: Any
 
 
 def ordered(pair: tuple[float, float]) -> tuple[float, float]:
@@ -76,95 +136,170 @@ Range = Annotated[tuple[Positive, Positive], Check(ordered)]
 
 
 class Setting(NamedTuple):
-    """One setting: its annotation, default, and meaning with unit."""
+    """One setting: its annotation, default, meaning with unit, and an example where its form needs one."""
 
     kind: Any
     default: Any
     meaning: str
+    example: Any = None
+
+    @property
+    def section(self) -> type | None:
+        """The class of settings that it holds, if it is a section of others."""
+        return self.kind if is_dataclass(self.kind) and isinstance(self.kind, type) else None
 
 
-def settings_of(owner: Callable[..., Any]) -> dict[str, Setting]:
-    """Return the settings that a function or dataclass takes, by name; arguments without a default are none."""
-    return dict(_settings_of(owner))
+def settings_of(owner: type) -> Mapping[str, Setting]:
+    """Return the settings that a class declares or inherits, by name."""
+    return _settings_of(owner)
 
 
 @cache
-def _settings_of(owner: Callable[..., Any]) -> dict[str, Setting]:
+def _settings_of(owner: Any) -> Mapping[str, Setting]:
     kinds, meanings = get_type_hints(owner, include_extras=True), _meanings(owner)
-    return {name: Setting(kinds[name], value, meanings.get(name, "")) for name, value in _defaults(owner).items()}
+    found = {}
+    for one in fields(owner):
+        examples = [part.value for part in getattr(kinds[one.name], "__metadata__", ()) if isinstance(part, Example)]
+        default = one.default if one.default_factory is MISSING else one.default_factory()
+        found[one.name] = Setting(kinds[one.name], default, meanings.get(one.name, ""), *examples)
+    return found
 
 
-def with_settings(values: Dataclass, settings: Mapping[str, Any]) -> Dataclass:
-    """Return a dataclass instance with some settings given by name; `InputError` for a name that it does not have."""
-    known = [one.name for one in fields(values)]
-    if wrong := next((name for name in settings if name not in known), None):
-        hint = did_you_mean(wrong, known)
-        raise InputError(f"there is no setting '{wrong}'{hint}; choose from: {', '.join(known)}")
-    return replace(values, **settings)
+def given_values(owner: type[Values], given: Any, more: Mapping[str, Any]) -> Values:
+    """Return settings of a class: those that `given`, an instance of it or of a base, says, then `more` by name.
+
+    Raises
+    ------
+    InputError
+        A value that its setting does not allow; a name that is none of them; `given` is something else.
+    """
+    if given is None:
+        return owner(**more)
+    kind: type = type(given)
+    if is_dataclass(kind) and issubclass(owner, kind):
+        return owner(**{name: getattr(given, name) for name in settings_of(kind)} | dict(more))
+    raise InputError(f"{given!r} is no {owner.__name__}; give its settings by name: {', '.join(settings_of(owner))}")
 
 
-def check_settings(values: Any) -> None:
-    """Raise `InputError` if a field of the dataclass instance `values` is not what its annotation allows."""
-    for name, setting in settings_of(type(values)).items():
-        try:
-            _check(setting.kind, getattr(values, name))
-        except InputError as error:
-            raise InputError(f"{name}: {error}") from None
+def summary(owner: type) -> str:
+    """Return the first paragraph of a class's docstring."""
+    return " ".join(inspect.cleandoc(owner.__doc__ or "").partition("\n\n")[0].split())
 
 
-def _check(kind: Any, value: Any) -> None:
-    """Raise `InputError` if a value is not of an annotated kind. Types that are none of ours are left alone."""
-    origin, inner = get_origin(kind), get_args(kind)
-    if origin is Annotated:
-        _check(inner[0], value)
-        for condition in inner[1:]:
-            _check_condition(condition, value)
-    elif origin in (Union, UnionType):
-        if value is not None or NoneType not in inner:
-            _check(next(one for one in inner if one is not NoneType), value)
-    elif origin is Literal:
-        if value not in inner:
-            known = ", ".join(f"'{one}'" for one in inner)
-            raise InputError(f"unknown '{value}'{did_you_mean(str(value), map(str, inner))}; choose from {known}")
-    elif origin is tuple:
-        for i, one in enumerate(value):
-            _check(inner[0] if inner[-1] is ... else inner[i], one)
-    elif origin is not None and issubclass(origin, Mapping):
-        for name, one in value.items():
-            _check(inner[0], name)
-            _check(inner[1], one)
-    elif kind in (int, float) and (isinstance(value, str | None) or not math.isfinite(value)):
-        raise InputError(f"{value!r} is not a number")
+def read_values(owner: type[Values], values: Mapping[str, Any]) -> Values | list[tuple[tuple[Any, ...], bool, Finding]]:
+    """Return an instance of a class of settings made from values, which may be text, as a file has them.
+
+    Or everything that is wrong with them: where it is, whether the key is meant and not the value, and what it is.
+    """
+    kind: Any = owner
+    try:
+        return _adapter(kind).validate_python(values)
+    except ValidationError as error:
+        wrong = error.errors(include_url=False)
+        return [(one["loc"], one["type"] == "unexpected_keyword_argument", _finding(owner, one)) for one in wrong]
 
 
-def _check_condition(condition: Any, value: Any) -> None:
-    if isinstance(condition, Check):
-        condition.function(value)
-    elif isinstance(condition, Ge) and not value >= condition.ge:
-        raise InputError(f"{value:g} is too small; at least {condition.ge}")
-    elif isinstance(condition, Gt) and not value > condition.gt:
-        raise InputError(f"{value:g} is too small; it must be above {condition.gt}")
-    elif isinstance(condition, Le) and not value <= condition.le:
-        raise InputError(f"{value:g} is too large; at most {condition.le}")
-    elif isinstance(condition, Lt) and not value < condition.lt:
-        raise InputError(f"{value:g} is too large; it must be below {condition.lt}")
+def schema_of(owner: type) -> dict[str, Any]:
+    """Return the JSON schema of a class of settings, with what every setting means."""
+    schema = _adapter(owner).json_schema()
+    _describe(schema, owner)
+    for name, inner in schema.get("$defs", {}).items():
+        kind = next(one.section for one in settings_of(owner).values() if one.section and one.section.__name__ == name)
+        _describe(inner, kind)
+    return schema
 
 
-def _defaults(owner: Callable[..., Any]) -> dict[str, Any]:
-    if is_dataclass(owner):
-        made = {one.name: one.default_factory() for one in fields(owner) if one.default_factory is not MISSING}
-        plain = {one.name: one.default for one in fields(owner) if one.default is not MISSING}
-        return {one.name: (made | plain)[one.name] for one in fields(owner) if one.name in made | plain}
-    given = inspect.signature(owner).parameters.values()
-    return {one.name: one.default for one in given if one.default is not inspect.Parameter.empty}
+def unknown_word(at: Sequence[Any], given: Any, known: Sequence[str]) -> Finding:
+    """Return what is said of a word that a setting does not know."""
+    hint = did_you_mean(str(given), known)
+    return UNKNOWN_WORD(key=_name(at), given=str(given), hint=hint, known=", ".join(known))
 
 
-def _meanings(owner: Any) -> dict[str, str]:
-    """Return what the docstring says of each argument or attribute; a class inherits what its bases say."""
+@cache
+def _adapter(owner: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(owner)
+
+
+def _describe(schema: dict[str, Any], owner: type) -> None:
+    schema["description"] = summary(owner)
+    for name, one in settings_of(owner).items():
+        schema["properties"][name] |= {"description": one.meaning} if one.meaning else {}
+
+
+def _meanings(owner: type) -> dict[str, str]:
+    """Return the docstring below every field of a class and its bases."""
     meanings: dict[str, str] = {}
-    for one in reversed(inspect.getmro(owner)) if inspect.isclass(owner) else (owner,):
-        text = inspect.cleandoc(one.__doc__ or "")
-        section = _SECTION.search(text)
-        for names, meaning in _ENTRY.findall(section[1] if section else ""):
-            meanings |= dict.fromkeys(names.split(", "), " ".join(meaning.split()))
+    for cls in reversed(owner.__mro__[:-1]):
+        (tree,) = ast.parse(dedent(inspect.getsource(cls))).body
+        for one, below in pairwise(tree.body if isinstance(tree, ast.ClassDef) else ()):
+            if isinstance(one, ast.AnnAssign) and isinstance(one.target, ast.Name) and isinstance(below, ast.Expr):
+                meanings[one.target.id] = " ".join(ast.literal_eval(below.value).split())
     return meanings
+
+
+def _sentence(owner: type, error: Mapping[str, Any]) -> str:
+    if error["type"] == "unexpected_keyword_argument":
+        name, known = str(error["loc"][-1]), list(settings_of(owner))
+        return f"there is no setting '{name}'{did_you_mean(name, known)}; choose from: {', '.join(known)}"
+    return str(_finding(owner, error))
+
+
+def _finding(owner: type, refused: Mapping[str, Any]) -> Finding:
+    """Return what is wrong with a value, from what pydantic says of it."""
+    at, code, given, told = list(refused["loc"]), refused["type"], refused["input"], refused.get("ctx", {})
+    key = _name(at)
+    if code == "unexpected_keyword_argument":
+        return _unknown_key(owner, at)
+    if code == "literal_error":
+        known = list(_words(_kind_at(owner, at)))
+        return EMPTY_CHOICE(key=key, known=", ".join(known)) if given is None else unknown_word(at, given, known)
+    if code == "value_error":
+        return WRONG(key=key, text=str(told["error"])) if at else AT_ODDS(text=str(told["error"]))
+    kind = _CODES.get(code, NOT_VALID)
+    if given is None and kind not in _OF_SHAPE:
+        return EMPTY(key=key)
+    if code == "float_parsing" and isinstance(given, str) and "," in given:
+        return DECIMAL_COMMA(key=key, given=_shown(given))
+    limits = {name: limit for name, limit in told.items() if isinstance(limit, int | float)}
+    return kind(key=key, given=_shown(given), **limits | ({"why": str(refused["msg"])} if kind is NOT_VALID else {}))
+
+
+def _shown(given: Any) -> str:
+    if isinstance(given, str):
+        return f"'{given}'"
+    return f"{given:g}" if isinstance(given, float) else str(given) if isinstance(given, int) else "the value"
+
+
+def _unknown_key(owner: type, at: list[Any]) -> Finding:
+    key, inner = str(at[-1]), owner
+    for name in at[:-1]:
+        inner = settings_of(inner)[name].section or inner
+    hint = did_you_mean(key, settings_of(inner))
+    elsewhere = [name for name, one in settings_of(owner).items() if one.section and key in settings_of(one.section)]
+    if not hint and elsewhere:
+        hint = f" here; it belongs under '{elsewhere[0]}:'"
+    elif not hint and key in settings_of(owner):
+        hint = " here; it belongs to the top level, without indentation"
+    return UNKNOWN_KEY(key=key, hint=hint, known=", ".join(settings_of(inner)))
+
+
+def _kind_at(owner: type, at: Iterable[Any]) -> Any:
+    kind: Any = owner
+    for name in at:
+        if not is_dataclass(kind):
+            break
+        kind = settings_of(kind)[name].kind  # type: ignore[arg-type]
+    return kind
+
+
+def _words(kind: Any) -> Iterator[str]:
+    """Return the words that a value of an annotated kind may be."""
+    if get_origin(kind) is Literal:
+        yield from map(str, get_args(kind))
+    else:
+        for part in get_args(kind):
+            yield from _words(part)
+
+
+def _name(at: Iterable[Any]) -> str:
+    return ".".join(map(str, at))

@@ -15,6 +15,8 @@ from vasowave.animal.files import read_result, write_result
 from vasowave.animal.networks import network_dataset
 from vasowave.animal.posterior import posterior_result
 from vasowave.animal.result import AnimalResult
+from vasowave.animal.stored import stored_law
+from vasowave.cohort import gathered, primary_comparison
 from vasowave.datasets import control_network
 from vasowave.errors import InputError
 from vasowave.inference import compare_laws
@@ -144,3 +146,17 @@ def test_nothing_but_the_result_knows_how_it_is_stored():
     assert any(PATHS.search(code[name]) for name in KNOWS)
     assert {name for name, text in code.items() if PATHS.search(text)} == KNOWS
     assert {name for name, text in code.items() if "DataTree" in text or ".children" in text} <= TREES
+
+
+def test_the_laws_stand_in_the_order_in_which_a_user_named_them_also_after_they_were_stored(tmp_path):
+    """The first is the primary law, and what export, sweep and posterior take."""
+    results = made_results({"CTL": 2}, walls=("tangent", "power", "linear"))
+    for number, result in enumerate(results):
+        write_result(result, tmp_path / f"{number}.nc")
+    back = [read_result(tmp_path / f"{number}.nc") for number in range(2)]
+    assert [list(one.laws) for one in back] == [["tangent", "power", "linear"]] * 2
+    assert stored_law(back[0])[0] == "tangent"
+    failed = replace(back[0], laws={wall: law for wall, law in back[0].laws.items() if wall != "tangent"})
+    cohort = gathered([failed, back[1]])  # the law failed in the first animal alone
+    assert cohort.walls == ["tangent", "power", "linear"]
+    assert primary_comparison(cohort).law == "tangent"

@@ -108,7 +108,7 @@ def test_interrupting_the_search_writes_nothing_or_what_had_finished(tmp_path):
         (("--friction", "poisseuille"), "did you mean 'poiseuille'"),
         (("--reference-radius", "0.07", "--friction", "poiseuille"), "belongs to friction 'boundary-layer'"),
         (("--method", "newton"), "choose from: least-squares, sqp"),
-        (("--starts", "0"), "--starts: calibration.starts: '0' should be greater than or equal to 1"),
+        (("--starts", "0"), "--starts: calibration.starts: '0' is too small; at least 1"),
     ],
 )
 def test_a_wrong_option_of_fit_is_an_error_that_says_what_to_write(tmp_path, option, message):

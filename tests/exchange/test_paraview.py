@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from other_programs import environment_with
+from programs_by_others import environment_with
 from vasowave.errors import InputError
 from vasowave.exchange.axes import drawn_axes, read_axes
 from vasowave.exchange.paraview import write_paraview

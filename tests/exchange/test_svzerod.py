@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from other_programs import environment_with
+from programs_by_others import environment_with
 from vasowave.exchange.svzerod import write_svzerod
 from vasowave.model.linear import _solve
 from vasowave.units import MMHG

@@ -149,7 +149,7 @@ def test_a_loop_is_refused_with_its_place_where_the_user_wants_none():
     root = np.array([0.12, 0.30, 0.05])
     with pytest.raises(InputError, match=r"closes 1 loop.* \(ring of 0\.\d+ cm\).*give the outlets"):
         extract(ring_volume(closed=True), Options(root=root, cannula=0))
-    with pytest.raises(InputError, match="loops: unknown 'cut'; choose from 'open', 'refuse'"):
+    with pytest.raises(InputError, match="loops: 'cut' is not known; choose from: open, refuse"):
         Options(root=root, loops="cut")
 
 

@@ -188,11 +188,12 @@ def test_every_setting_is_an_option_of_the_command_with_the_same_default():
     for entry in fields(Options):
         assert options[entry.name].help
         assert options[entry.name].default is None  # then the setting's own default holds, which the help shows
-        assert str(entry.default) in str(options[entry.name].show_default) or entry.default is None
+        default = f"{entry.default:g}" if isinstance(entry.default, float) else str(entry.default)
+        assert default in str(options[entry.name].show_default) or entry.default is None
 
 
 def test_an_unknown_choice_is_refused_with_those_there_are_and_loops_are_refused_unless_asked_for():
-    with pytest.raises(InputError, match="method: unknown 'magic'; choose from"):
+    with pytest.raises(InputError, match="method: 'magic' is not known; choose from"):
         Options(method="magic")
     with warnings.catch_warnings():
         warnings.simplefilter("error", VasowaveWarning)

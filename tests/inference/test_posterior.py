@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from scipy.stats import ks_2samp
@@ -15,7 +16,8 @@ from vasowave.inference import Priors, posterior
 from vasowave.inference.mode import climb
 from vasowave.inference.posterior import _problem
 from vasowave.inference.rounds import log_prior
-from vasowave.inference.wording import zero_unseen
+from vasowave.inference.unknowns import Unknown
+from vasowave.inference.wording import meanings, zero_unseen
 from vasowave.recording import read_recording
 from vasowave.recording.cycle import resample
 from vasowave.solver.simulate import Numerics
@@ -64,7 +66,7 @@ def test_predictions_go_through_the_measured_pressure(found):
 
 
 def test_the_file_holds_the_groups_that_arviz_reads(found, tmp_path):
-    path = found.write(tmp_path / "draws.nc")
+    path = found.to_netcdf(tmp_path / "draws.nc")
     with xr.open_datatree(path) as result:
         assert {"posterior", "prior", "sample_stats", "posterior_predictive", "observed_data"} <= set(result.children)
         beta = result["posterior"]["beta"]
@@ -75,7 +77,7 @@ def test_the_file_holds_the_groups_that_arviz_reads(found, tmp_path):
 
 def test_arviz_reads_the_file(found, tmp_path):
     arviz = pytest.importorskip("arviz_base")
-    tree = arviz.convert_to_datatree(str(found.write(tmp_path / "draws.nc")))
+    tree = arviz.convert_to_datatree(str(found.to_netcdf(tmp_path / "draws.nc")))
     beta = arviz.extract(tree, var_names="beta")  # its own stacking of chains and draws
     assert sorted(beta.to_numpy()) == sorted(found.draws("beta"))
     assert arviz.extract(tree, group="prior", var_names="beta").sizes["sample"] > 100
@@ -156,3 +158,22 @@ def test_the_posterior_of_mouse_c6_is_that_of_a_direct_search(shared):
         theirs = problem.unknowns.all[name].value(chain[:, i])
         ours = np.unique(found.draws(name))
         assert ks_2samp(ours, theirs).pvalue > 0.01, name
+
+
+def test_posterior_and_prior_are_the_same_only_where_middle_and_width_agree():
+    """As in a rat's study: the interval is as wide as that of the assumption, the middle 1.4 SD away."""
+    rows = {"alike": (0.05, 0.1), "shifted": (0.05, 1.4), "wider": (-0.5, 0.0), "narrowed": (0.8, 1.0)}
+    summary = pd.DataFrame(
+        {"interval_low": 0.9, "interval_high": 1.1, "prior_low": 0.9, "contraction": [one for one, _ in rows.values()]}
+        | dict.fromkeys(("recording", "image", "model"), 0.3),
+        index=list(rows),
+    )
+    scores = pd.Series({name: score for name, (_, score) in rows.items()})
+    unknowns = dict.fromkeys(rows, Unknown("1", "a factor", 1.0, 0.05, True, "image"))
+    silent, moved = meanings(summary, scores, unknowns)
+    assert str(silent).startswith("The recording says nothing about alike: posterior and prior are the same")
+    assert str(moved) == (
+        "The recording does not narrow what is known of shifted and wider, but posterior and prior are not the same: "
+        "the middle of shifted lies 1.4 SD of the prior above its center and the interval of wider is wider than that "
+        "of the prior."
+    )

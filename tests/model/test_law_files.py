@@ -7,8 +7,8 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
-from test_laws import EXPONENTIAL
 
+from own_laws import EXPONENTIAL
 from vasowave.animal.animal import Settings
 from vasowave.errors import InputError
 from vasowave.model.law_files import files_of, in_words, learn, named, plain

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from own_laws import EXPONENTIAL
 from vasowave.calibration import Search, calibrate
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.datasets import control_network
@@ -15,30 +16,6 @@ from vasowave.model.nominal import windkessels
 from vasowave.model.walls import LinearWall, wave_speed
 from vasowave.recording import Inflow, Recording
 from vasowave.solver import Numerics, simulate
-
-EXPONENTIAL = """
-from typing import NamedTuple
-import numpy as np
-from vasowave.descriptions import Parameter
-from vasowave.model.walls import Law
-
-class ExponentialWall(NamedTuple):
-    k: float
-    m: float
-    @staticmethod
-    def law():
-        k = Parameter("mmHg", "k", "pressure scale", "", 0.25, (0.01, 20.0))
-        m = Parameter("1", "m", "exponent", "", 2.0, (0.1, 40.0))
-        return Law("exponential", "exponential", "p = k (exp(m (A/A₀ − 1)) − 1)", "", (k, m))
-    @staticmethod
-    def pressure_at(a, k, m): return k * (np.exp(m * (a - 1)) - 1)
-    @staticmethod
-    def ratio_at(p, k, m): return 1 + np.log(np.maximum(1 + p / k, 1e-3)) / m
-    @staticmethod
-    def slope_at(p, k, m): return 1 / (m * (k + np.maximum(p, -0.999 * k)))
-    @staticmethod
-    def limits(k, m): return 0.0 * k, 0.0 * k + np.inf
-"""
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ from vasowave.model.blood import Blood
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.model.outlets import Windkessel
+from vasowave.model.shape import Shape
 from vasowave.model.tapering import tapered
 from vasowave.model.walls import LinearWall
 from vasowave.network.network import Network
@@ -112,3 +113,9 @@ def test_without_a_fall_nothing_is_cut():
 def test_a_vessel_that_closes_is_refused_by_name():
     with pytest.raises(InputError, match="vessel 'only' tapers until it is closed"):
         tapered(Model(TUBE, LinearWall(60.0), Windkessel(*(np.ones(1) for _ in range(3)))), np.array([2.0]))
+
+
+def test_a_model_that_has_a_shape_is_not_cut():
+    beds = Windkessel(*(np.ones(1) for _ in range(3)))
+    with pytest.raises(InputError, match="have a shape already"):
+        tapered(Model(TUBE, LinearWall(60.0), beds, shape=Shape([1.1, 0.9])), np.array([0.2]))

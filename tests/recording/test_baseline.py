@@ -162,7 +162,7 @@ def test_calibration_plateaus_are_told_with_their_levels():
 
 def test_arguments_of_the_baseline_are_checked():
     raw = recorded(10)
-    with pytest.raises(InputError, match="neither 'remove' nor 'warn'"):
+    with pytest.raises(InputError, match="drift: 'no' is not known; choose from: remove, warn"):
         average_beats(raw, drift="no")
     with pytest.raises(InputError, match="zero_time=99 s does not lie"):
         average_beats(raw, zero_time=99)

@@ -11,13 +11,16 @@ from made_posterior import NAMES, with_posterior
 from vasowave.cohort import Family, gathered, primary_comparison
 from vasowave.cohort.misfit import misfits
 from vasowave.cohort.votes import ballots, differences, stored, vote
+from vasowave.findings import as_json
 from vasowave.report.answer.groups import group_answers, influence, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
+from vasowave.report.answer.page import answer_sections
 from vasowave.report.answer.problems import problem_blocks, problems
 from vasowave.report.contents import report_of
 from vasowave.report.glossary import explained
 from vasowave.report.tables.selection import selection_table
 from vasowave.report.wording import probability, ratio_with_interval, with_error, with_interval
+from vasowave.solver.validity import STRAINED
 
 
 def plain(name):
@@ -117,6 +120,72 @@ def test_a_law_that_leaves_just_twice_what_the_best_leaves_is_not_said_to_miss(c
     assert not misfits(cohort)["missed"].any()
 
 
+def overstrained(result, wall, percent=928.0):
+    finding = STRAINED(value=percent / 100, time=0.05, percent=percent).at(vessel="RPAaa")
+    law = result.laws[wall]
+    law = replace(law, calibration=law.calibration.assign_attrs(findings=as_json([finding])))
+    return replace(result, laws={**result.laws, wall: law})
+
+
+def test_a_law_of_arteries_that_no_animal_survives_is_a_problem_and_no_yardstick_for_others(cohort_results):
+    rmse = float(cohort_results[1].laws["linear"].calibration["RMSE"])
+    better = changed(cohort_results[1], "tangent/calibration", RMSE=rmse / 8)
+    others = (cohort_results[0], *cohort_results[2:])
+    assert misfits(gathered([better, *others]))["missed"].any()  # the tangent wall is the best law
+    torn = gathered([overstrained(better, "tangent"), *others])
+    assert not misfits(torn)["missed"].any()
+    said = page_of(torn.results, Family("tangent", NAMES))
+    problem = "vessels of CTL 2 are strained beyond what an artery survives: an area grows by up to 928 %. Do not use"
+    assert problem in " ".join(problems(torn, primary_comparison(torn, Family("tangent", NAMES))))
+    assert not problems(torn, primary_comparison(torn, Family("linear", NAMES)))
+    assert said.count(problem) == page_of(torn.results).count(problem) == 1
+
+
+def test_answers_that_rest_on_numbers_not_to_be_used_are_marked(cohort_results):
+    bad = [overstrained(cohort_results[1], "tangent"), cohort_results[0], *cohort_results[2:]]
+    marked = dict(answers_of(bad, Family("tangent", ("mPAP", "stiffness"))))
+    assert marked["Large arteries"].endswith(" *")
+    assert not marked["Pressure and flow"].endswith("*")
+    assert marked["What does * mean?"] == (
+        "The answer rests on the tangent wall's numbers of CTL 2, and these must not be used: see Problems."
+    )
+    assert "*" not in str(answers_of(bad, Family("linear", ("mPAP", "stiffness"))))
+    alone = dict(answers_of(bad[:1], Family("tangent", ("mPAP", "stiffness"))))
+    assert alone["Large arteries"].endswith(" *")
+    assert not alone["Pressure and flow"].endswith("*")
+
+
+def answers_of(results, family):
+    """Return the answers of the first page."""
+    cohort = gathered(results)
+    (answers,) = answer_sections(cohort, primary_comparison(cohort, family), family)[0].blocks[0].left
+    return answers.items
+
+
+def test_the_models_time_constant_is_not_called_that_of_the_measured_decay(cohort_results):
+    """Of a Windkessel with a decay of 0.22 s the linear wall's R_T C_T is 0.124 s, by the rule for C_v."""
+
+    def modeled(times):
+        scattered = zip(cohort_results, (0.9, 1.0, 1 / 0.9) * 2, strict=True)  # the groups' geometric means stay
+        return [
+            changed(result, "linear/quantities", tau=times * own * float(result.measured.quantities["tau"]))
+            for result, own in scattered
+        ]
+
+    alike, far = modeled(1.3), modeled(0.56)
+    family = Family("linear", ("mPAP", "tau"))
+    said = dict(answers_of(far, family))["Small vessels"]
+    assert "model time constant R_T C_T" in said
+    measured = [float(one.measured.quantities["tau"]) for one in cohort_results[:3]]
+    assert f"The measured diastolic decay has τ = {np.exp(np.log(measured).mean()):.3g} s in CTL and " in said
+    assert "R_T C_T is 0.560 times it in CTL and 0.560 times it in HPH" in said
+    (alone,) = (text for question, text in answers_of(far[1:2], family) if question == "Small vessels")
+    assert f"The measured diastolic decay has τ = {measured[1]:.3g} s. R_T C_T is 0.560 times it: " in alone
+    alike = dict(answers_of(alike, family))["Small vessels"]
+    assert "The measured diastolic decay has τ" in alike
+    assert "times it" not in alike
+
+
 def test_a_held_parameter_and_one_at_its_bound_are_called_so(cohort_results):
     fit = cohort_results[1].laws["tangent"].calibration
     gamma = fit["parameter"].values == "gamma"
@@ -162,9 +231,9 @@ def test_one_network_of_all_animals_is_said_to_move_them_alike(cohort_results):
     assert "times" not in said
 
 
-def page_of(results):
+def page_of(results, family=None):
     """Return the sentences of the page, of which the model's quantities are two."""
-    cohort, family = gathered(results), Family("linear", NAMES)
+    cohort, family = gathered(results), family or Family("linear", NAMES)
     sections = report_of(cohort, primary_comparison(cohort, family), family).sections
     return " ".join(text for section in sections for text in texts(section.blocks))
 

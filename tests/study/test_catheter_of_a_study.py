@@ -1,5 +1,7 @@
 """The catheter of a study: a known one is undone before anything is computed, a suspected one is said."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from vasowave.study.plan import read_study
 
 def loaded(folder, catheter=None):
     study = read_study(folder)
-    return load_animal(study.animals[0], study.settings.model_copy(update={"catheter": catheter}), folder)
+    return load_animal(study.animals[0], replace(study.settings, catheter=catheter), folder)
 
 
 def test_the_catheter_of_the_study_is_undone_in_every_harmonic_with_signal(make_study):
@@ -28,7 +30,7 @@ def test_the_catheter_of_the_study_is_undone_in_every_harmonic_with_signal(make_
 def test_a_corrected_animal_is_another_one_for_the_results(make_study):
     folder = make_study()
     study = read_study(folder)
-    variants = [study.settings.model_copy(update={"catheter": one}) for one in (None, (60, 0.3), (60, 0.4))]
+    variants = [replace(study.settings, catheter=one) for one in (None, (60, 0.3), (60, 0.4))]
     assert len({animal_key(study.animals[0], settings, folder) for settings in variants}) == 3
 
 

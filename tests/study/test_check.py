@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from vasowave.animal.animal import Animal
 from vasowave.cli import app
-from vasowave.cli.study_options import read_settings
+from vasowave.cli.options import read_settings
 from vasowave.datasets import control_network, hypertensive_network, virtual_mouse
 from vasowave.network.network import Network
 from vasowave.network.vessel_table import write_network

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_study import make_study_in
 
-from vasowave.cli.study_options import read_settings
+from vasowave.cli.options import read_settings
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.datasets.virtual import virtual_mouse
 from vasowave.datasets.virtual_files import labchart_text

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 from small_study import SETTINGS
-from test_laws import EXPONENTIAL
 
+from own_laws import EXPONENTIAL
 from vasowave.study.checking import check_study
 from vasowave.study.plan import read_study
 from vasowave.study.results import read_results

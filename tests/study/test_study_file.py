@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
+from vasowave.settings import settings_of
 from vasowave.study.reading import parse_settings
 from vasowave.study.settings import StudyFile
 from vasowave.study.template import FOLDERS, columns_table, keys_table, new_study, schema_text, study_text
@@ -104,7 +105,7 @@ def test_what_is_no_study_file_is_named_and_not_a_crash(text):
     assert all(str(problem).startswith("study.yaml") for problem in problems)
 
 
-KEYS = st.sampled_from([*StudyFile.model_fields, "starts", "walls", "bounds", "beta", "density", "cell_size", "x"])
+KEYS = st.sampled_from([*settings_of(StudyFile), "starts", "walls", "bounds", "beta", "density", "cell_size", "x"])
 LEAVES = (
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8) | st.sampled_from(["linear", "CTL"])
 )

@@ -85,7 +85,7 @@ def results(folder: Path) -> None:
             name=f"m {i}", group="CTL", network=control_network(), recording=data, nominal=nothing, measured=measured
         )
         pieces[(f"m {i}", "CTL")] = store.keep(f"k{i}", to_bytes(result.to_datatree()))
-    write_results(folder, pieces, {}, StudyFile.model_validate({"groups": ["CTL"]}))
+    write_results(folder, pieces, {}, StudyFile(groups=["CTL"]))
     first = next((folder / "animals").glob("m 0-*.nc"))
     content = first.read_bytes()
     first.unlink()  # it is linked with the piece of the store

@@ -72,7 +72,7 @@ def compliance(model: Model, pressure: float | np.ndarray) -> Compliance:
     if np.shape(pressure) not in ((), (len(model.network),)) or not np.all(np.isfinite(pressure)):
         raise InputError(f"pressure must be one finite number or {len(model.network)} of them")
     peripheral = float(model.outlets.weighted_compliance().sum())
-    vessel = model.network.length * area_compliance(model.wall, pressure, model.area0)
+    vessel = model.network.length * np.asarray(_mean_area_compliance(model, pressure))
     return Compliance(
         vessel,
         series_parallel(model.network, vessel),
@@ -80,6 +80,19 @@ def compliance(model: Model, pressure: float | np.ndarray) -> Compliance:
         peripheral,
         model.outlets.total_resistance(),
     )
+
+
+def _mean_area_compliance(model: Model, pressure: float | np.ndarray) -> np.ndarray:
+    """Return dA/dp, cm²/mmHg, as the mean along every vessel, shape (vessel,); by Simpson's rule where it changes."""
+    at_middle = np.asarray(area_compliance(model.wall, pressure, model.area0))
+    if not model.changing.any():
+        return at_middle
+    rows = np.arange(len(model.network))
+    inlet, middle, outlet = (
+        np.asarray(area_compliance(wall, pressure, area0))
+        for wall, area0 in (model.at(rows, np.full(len(rows), share)) for share in (0.0, 0.5, 1.0))
+    )
+    return np.where(model.changing, (inlet + 4.0 * middle + outlet) / 6.0, at_middle)
 
 
 def series_parallel(network: Network, vessel: np.ndarray) -> float:

@@ -7,6 +7,7 @@ from importlib.metadata import entry_points
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge
+from pydantic import BeforeValidator
 
 from vasowave.analysis import WavesAt
 from vasowave.calibration import Search
@@ -19,7 +20,7 @@ from vasowave.model.law_files import is_unread, named
 from vasowave.model.laws import BEDS, ENTRY_POINTS, LAWS, find_bed, find_law
 from vasowave.network.network import Network
 from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
-from vasowave.settings import Check, settings_of
+from vasowave.settings import Check, settings_class, settings_of
 from vasowave.solver import Numerics
 
 
@@ -76,14 +77,12 @@ class Animal:
 
 
 def _wall(name: str) -> str:
-    name = named(name)
     if not is_unread(name):
         find_law(name)
     return name
 
 
 def _bed(name: str) -> str:
-    name = named(name)
     if not is_unread(name):
         find_bed(name)
     return name
@@ -104,35 +103,51 @@ def _wall_schema() -> dict[str, Any]:
     return {"anyOf": [{"enum": [*LAWS, *offered]}, {"pattern": ":"}]}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Settings(Search):
-    """How an animal is analyzed: how to search (see `Search`), and more.
+@settings_class
+class Laws:
+    """The laws of walls and beds."""
 
-    Attributes
-    ----------
-    walls : tuple of str
-        Wall laws to fit, by name (linear, tangent, power), or a class of your own as module:Class; see `laws.find_law`.
-    beds : str
-        What stands behind the terminal vessels: windkessel, rc, resistance, or a class of your own as module:Class; see
-        `laws.find_bed`.
-    model_selection : bool
-        Whether the wall laws are compared by AICc and BIC.
-    selection_optima : tuple of {"OLS", "GLS"}
-        Where they are compared: at the optimum of ordinary least squares, of generalized least squares under the same
-        noise model (about a minute an animal), or both.
-    blood : Blood
-    numerics : Numerics
-    harmonics : int
-        Highest harmonic of the impedance spectra.
-    waves_at : {"mean pressure", "paper"}
-        Where waves take area and wave speed from: at mean pressure, measurement and models alike, or as the paper: A0
-        and A0 Z_c/ρ for the measurement, those of each instant for a model.
-    inference : {"intervals", "posterior"}
-        What is said of the parameters beside their best values: the intervals of a fit, or its posterior too, with
-        geometry and the model's own error unknown (about half a minute for each wall law).
-    zero_sd : float
-        SD of the pressure's zero, mmHg, which posteriors allow for: 0.5 for a transducer that was zeroed before it
-        recorded, more for averaged cycles whose drift nobody saw.
+    walls: Annotated[
+        tuple[Annotated[str, BeforeValidator(named), Check(_wall, _wall_schema)], ...], Check(_each_once)
+    ] = (
+        "linear",
+        "tangent",
+    )
+    """Wall laws to fit, by name (linear, tangent, power), or a class of your own as module:Class; see
+    `laws.find_law`."""
+    beds: Annotated[str, BeforeValidator(named), Check(_bed, _bed_schema)] = "windkessel"
+    """What stands behind the terminal vessels: windkessel, rc, resistance, or a class of your own as module:Class; see
+    `laws.find_bed`."""
+
+
+@settings_class
+class Calibration(Search, Laws):
+    """The fit of each wall law to each recording."""
+
+
+@settings_class
+class Analysis:
+    """What is computed of an animal beside its fits."""
+
+    model_selection: bool = True
+    """Whether the wall laws are compared by AICc and BIC."""
+    selection_optima: Annotated[tuple[Literal["OLS", "GLS"], ...], Check(_each_once)] = ("OLS",)
+    """Where they are compared: at the optimum of ordinary least squares, of generalized least squares under the same
+    noise model (about a minute an animal), or both."""
+    waves_at: WavesAt = "mean pressure"
+    """Where waves take area and wave speed from: at mean pressure, measurement and models alike, or as the paper: A0
+    and A0 Z_c/ρ for the measurement, those of each instant for a model."""
+    inference: Literal["intervals", "posterior"] = "intervals"
+    """What is said of the parameters beside their best values: the intervals of a fit, or its posterior too, with
+    geometry and the model's own error unknown (about half a minute for each wall law)."""
+    zero_sd: Annotated[float, Ge(0)] = Priors.zero
+    """SD of the pressure's zero, mmHg, which posteriors allow for: 0.5 for a transducer that was zeroed before it
+    recorded, more for averaged cycles whose drift nobody saw."""
+
+
+@settings_class
+class Settings(Analysis, Calibration):
+    """How an animal is analyzed: the laws, how to search (see `Search`), and what else is computed.
 
     Raises
     ------
@@ -146,24 +161,15 @@ class Settings(Search):
     8
     """
 
-    walls: Annotated[tuple[Annotated[str, Check(_wall, _wall_schema)], ...], Check(_each_once)] = ("linear", "tangent")
-    beds: Annotated[str, Check(_bed, _bed_schema)] = "windkessel"
-    model_selection: bool = True
-    selection_optima: Annotated[tuple[Literal["OLS", "GLS"], ...], Check(_each_once)] = ("OLS",)
     blood: Blood = field(default_factory=Blood)
+    """Density, viscosity and friction."""
     numerics: Numerics = NUMERICS
+    """How finely fits are simulated."""
     harmonics: Annotated[int, Ge(1)] = 14
-    waves_at: WavesAt = "mean pressure"
-    inference: Literal["intervals", "posterior"] = "intervals"
-    zero_sd: Annotated[float, Ge(0)] = Priors.zero
+    """Highest harmonic of the impedance spectra."""
 
     def __post_init__(self) -> None:
-        """Check the values."""
-        for name in ("walls", "selection_optima"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
-        object.__setattr__(self, "walls", tuple(map(named, self.walls)))
-        object.__setattr__(self, "beds", named(self.beds))
-        super().__post_init__()
+        """Check what belongs together."""
         names = [find_law(one).law().name for one in self.walls if not is_unread(one)]
         if len(set(names)) < len(names):
             raise InputError(f"{', '.join(names)}: two of these wall laws have one name; give each law() its own")
@@ -175,10 +181,9 @@ class Settings(Search):
     def search(self, wall: str | type) -> Search:
         """Return how to search with one wall law: the bounds and fixed values of the parameters that it has."""
         own = fitted_parameters(wall, self.beds)
-        bounds = {name: (float(low), float(high)) for name, (low, high) in self.bounds.items() if name in own}
-        fixed = {name: float(value) for name, value in self.fixed.items() if name in own}
-        kept = {name: getattr(self, name) for name in settings_of(Search)}
-        return Search(**kept | {"bounds": bounds, "fixed": fixed})
+        given = {name: getattr(self, name) for name in settings_of(Search)}
+        mine = {name: {one: given[name][one] for one in given[name] if one in own} for name in ("bounds", "fixed")}
+        return Search(**given | mine)
 
     def as_json(self) -> str:
         """Return all settings as text that does not depend on the order in which they were given."""

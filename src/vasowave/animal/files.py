@@ -8,6 +8,7 @@ by the system and not by the library, and bytes can be checked before the librar
 import hashlib
 import json
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from vasowave.errors import InputError
 from vasowave.io.files import write_file
 
 _ROOM = 1 << 20  # bytes to begin with; the library takes more as it needs
+_LIBRARY = Lock()  # two threads in it at once end the process
 
 
 def write_result(result: AnimalResult, path: Path) -> None:
@@ -68,13 +70,14 @@ def to_bytes(tree: xr.DataTree) -> bytes:
     """Return a tree of labelled data as the bytes of a netCDF-4 file, encoded as xarray does it."""
     import netCDF4
 
-    file = netCDF4.Dataset("result.nc", "w", format="NETCDF4", memory=_ROOM)
     values: list[tuple[Any, np.ndarray]] = []
-    for node in tree.subtree:
-        values += _define(file if node.path == "/" else file.createGroup(node.path), node.to_dataset(inherit=False))
-    for stored, array in values:  # after everything is defined: between two definitions the library tidies the file
-        stored[...] = array
-    return bytes(file.close())
+    with _LIBRARY:
+        file = netCDF4.Dataset("result.nc", "w", format="NETCDF4", memory=_ROOM)
+        for node in tree.subtree:
+            values += _define(file if node.path == "/" else file.createGroup(node.path), node.to_dataset(inherit=False))
+        for stored, array in values:  # after everything is defined: between two definitions the library tidies the file
+            stored[...] = array
+        return bytes(file.close())
 
 
 def failures_in(path: Path) -> tuple[Failure, ...]:
@@ -82,7 +85,7 @@ def failures_in(path: Path) -> tuple[Failure, ...]:
     import netCDF4
 
     try:
-        with netCDF4.Dataset(path, "r") as file:
+        with _LIBRARY, netCDF4.Dataset(path, "r") as file:
             return from_plain(json.loads(file.getncattr(FAILURES)))
     except (OSError, AttributeError, ValueError, TypeError, KeyError):
         return ()
@@ -93,7 +96,7 @@ def from_bytes(content: bytes, laws: bool = True) -> xr.DataTree:
     import netCDF4
 
     groups: dict[str, xr.Dataset] = {}
-    with netCDF4.Dataset("result.nc", "r", memory=content) as file:
+    with _LIBRARY, netCDF4.Dataset("result.nc", "r", memory=content) as file:
         file.set_auto_maskandscale(False)
         _read_groups(file, "/", groups, laws)
     return xr.DataTree.from_dict(groups)

@@ -4,9 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from vasowave.findings import Finding, from_json
+
+OVERSTRAINED = "solver.vessel-overstrained"
+"""Code of the finding of a law that explains the data by vessels that no artery could be."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -26,6 +30,17 @@ class Measured:
     waves: xr.Dataset
     impedance: xr.Dataset
     quantities: xr.Dataset
+
+    def summary(self) -> pd.DataFrame:
+        """Return the single numbers, one a row: ``value, interval_low, interval_high`` (95 %), ``unit``, ``meaning``.
+
+        The interval is NaN where nothing tells it.
+        """
+        keys = {"interval_low": np.nan, "interval_high": np.nan, "units": "", "long_name": ""}
+        rows = [{"value": float(one)} | {key: one.attrs.get(key, none) for key, none in keys.items()}
+                for one in self.quantities.data_vars.values()]  # fmt: skip
+        table = pd.DataFrame(rows, pd.Index(list(map(str, self.quantities.data_vars)), name="quantity"))
+        return table.rename(columns={"units": "unit", "long_name": "meaning"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +99,11 @@ class LawResult(Measured):
     vessels: xr.Dataset
     stiffening: xr.Dataset | None = None
     posterior: PosteriorResult | None = None
+
+    @property
+    def overstrained(self) -> Finding | None:
+        """The finding that a vessel is strained beyond what an artery survives, if there is one."""
+        return next((one for one in self.findings if one.code == OVERSTRAINED), None)
 
     @property
     def title(self) -> str:

@@ -48,6 +48,7 @@ def measured_quantities(recording: Recording, nominal: Nominal, station: Station
     }
     dataset = quantities_dataset(values, QUANTITIES)
     dataset["wave_speed"].attrs["long_name"] = f"wave speed at {station.taken}, A Z_c/ρ"
+    dataset["tau"].attrs |= {"symbol": "τ", "long_name": "time constant of the diastolic decay"}
     dataset["beta"].attrs["long_name"] = "nominal wall stiffness"
     return dataset
 

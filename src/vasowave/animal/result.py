@@ -13,10 +13,11 @@
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import pandas as pd
 import xarray as xr
 
 from vasowave.animal.failure import Failure, as_plain, from_plain
@@ -25,12 +26,19 @@ from vasowave.animal.networks import network_dataset, network_of
 from vasowave.errors import InputError
 from vasowave.findings import Finding, as_json, from_json, shared
 from vasowave.network.network import Network
+from vasowave.notebook import upstairs
+
+if TYPE_CHECKING:
+    from vasowave.figures.fitted import FitPlots
 
 KIND = "vasowave animal"
 """Title of what is stored; anything with another title is not one of ours."""
 
 FAILURES = "failures"
 """Attribute that holds what failed, a JSON list."""
+
+TIDY = ("animal", "group", "law", "quantity", "value", "low", "high", "unit")
+"""Columns of a table of single numbers."""
 
 _ATTRIBUTES = ("title", "Conventions", "animal", "group", "synthetic", "interrupted", "findings", FAILURES, "settings")
 _WHOLE = ("recording", "nominal")  # groups of an animal that are a field of the same name
@@ -54,7 +62,7 @@ class AnimalResult:
         Nominal parameters, the samples behind Z_c and τ, outlets by terminal.
     measured : Measured
     laws : dict of str to LawResult
-        By the name of the wall law.
+        By the name of the wall law, in the order of the settings.
     beats : Dataset, optional
         Onset, length and fate of every beat, a stretch of the signals; of a continuous recording.
     evidence : Dataset, optional
@@ -138,6 +146,23 @@ class AnimalResult:
         """Name of the root vessel."""
         return self.network.name[self.network.root]
 
+    @property
+    def plot(self) -> "FitPlots":
+        """Panels: ``result.plot.pressure(ax)``, ``residuals``, ``autocorrelation``, ``pressure_area``, ..."""
+        panels: FitPlots = upstairs("figures.fitted:FitPlots")(self)
+        return panels
+
+    def table(self) -> pd.DataFrame:
+        """Return the single numbers of the recording and of every law, a row each.
+
+        Columns ``animal, group, law`` ("measured" for the recording), ``quantity``, ``value, low, high`` (95 %,
+        NaN where nothing tells it), ``unit``.
+        """
+        named = {"interval_low": "low", "interval_high": "high"}
+        parts = [one.summary().rename(columns=named).reset_index().assign(animal=self.name, group=self.group, law=law)
+                 for law, one in self.sources.items()]  # fmt: skip
+        return pd.concat(parts, ignore_index=True)[[*TIDY]]
+
     def at_inlets(self) -> "AnimalResult":
         """Return the result with, of every simulation, only pressure and flow at the inlet of the root vessel.
 
@@ -187,20 +212,32 @@ class AnimalResult:
         measured = {name: _data(tree, f"measured/{name}") for name in ("waves", "impedance", "quantities")}
         parts: dict[str, Any] = {name: _data(tree, name) for name in _WHOLE}
         parts |= {part: _data(tree, group) for part, group in _OPTIONAL.items() if group in tree.children}
+        settings = json.loads(attrs.get("settings", "{}"))
+        laws = {name: _law(tree, name) for name, node in tree.children.items() if "calibration" in node.children}
         return cls(
             name=str(attrs["animal"]),
             group=str(attrs["group"]),
             network=network_of(_data(tree, "network")),
             measured=Measured(**measured),
-            laws={name: _law(tree, name) for name, node in tree.children.items() if "calibration" in node.children},
+            laws=as_chosen(laws, settings.get("walls", ())),
             synthetic=bool(int(attrs.get("synthetic", 0))),
             interrupted=bool(int(attrs.get("interrupted", 0))),
             noticed=from_json(attrs.get("findings", "[]")),
             failures=from_plain(json.loads(attrs.get(FAILURES, "[]"))),
-            settings=json.loads(attrs.get("settings", "{}")),
+            settings=settings,
             origin={str(key): value for key, value in attrs.items() if key not in _ATTRIBUTES},
             **parts,
         )
+
+
+def as_chosen(laws: Mapping[str, LawResult], walls: Sequence[str]) -> dict[str, LawResult]:
+    """Return the laws in the order in which settings name them, which files do not keep; others come last."""
+
+    def place(name: str) -> int:
+        names = (name, laws[name].calibration.attrs.get("law"))
+        return next((place for place, wall in enumerate(walls) if wall in names), len(walls))
+
+    return {name: laws[name] for name in sorted(laws, key=place)}
 
 
 def _attributes(result: AnimalResult) -> dict[str, Any]:

@@ -1,9 +1,9 @@
 """Fit a model to a recording: parameters and bounds, objective, many starts, and what the data determine."""
 
-from vasowave.calibration.calibrate import Search, calibrate
+from vasowave.calibration.calibrate import Fitting, Search, calibrate
 from vasowave.calibration.profile import profile_likelihood
 from vasowave.calibration.result import Fit
 from vasowave.calibration.search import SearchEnd
 from vasowave.calibration.starts import Ends
 
-__all__ = ["Ends", "Fit", "Search", "SearchEnd", "calibrate", "profile_likelihood"]
+__all__ = ["Ends", "Fit", "Fitting", "Search", "SearchEnd", "calibrate", "profile_likelihood"]

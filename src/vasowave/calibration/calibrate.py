@@ -2,12 +2,13 @@
 
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
 import pandas as pd
 from annotated_types import Ge, Le
+from pydantic import BeforeValidator
 
 from vasowave.calibration import search as searching
 from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, checked_harmonics, compared_part
@@ -27,7 +28,7 @@ from vasowave.network.network import Network, a_network
 from vasowave.network.remarks import unknown_pressure
 from vasowave.recording import EnsembleAverage, Recording, one_cycle
 from vasowave.runtime.threads import threads
-from vasowave.settings import Check, Positive, Range, check_settings, with_settings
+from vasowave.settings import Check, Example, Positive, Range, given_values, settings_class
 from vasowave.solver.dataset import as_dataset
 from vasowave.solver.simulate import Numerics
 
@@ -55,29 +56,9 @@ def _harmonics_schema() -> dict[str, Any]:
     return {"anyOf": [{"enum": ["signal", "all"]}, {"type": "integer", "minimum": FEWEST}]}
 
 
-@dataclass(frozen=True)
+@settings_class
 class Search:
     """How to search.
-
-    Attributes
-    ----------
-    starts : int
-        Starts of each fit: the nominal parameters and others nearby. The paper's 4 miss the best optimum one time in
-        three.
-    method : {"least-squares", "sqp"}
-        least-squares (bounded, trust region), or sqp as in the paper.
-    paper_bounds : bool
-        The paper's bounds instead of wide ones.
-    bounds : mapping of str to (float, float)
-        Own bounds of single parameters, [lower, upper], in the unit of the parameter (beta and p1 in mmHg; gamma, r1,
-        r2 and c1 have none). p1 is that of eq. 4; the published table lists π p1.
-    fixed : mapping of str to float
-        Parameters held at a value, in the same units.
-    pressure_harmonics : {"signal", "all"} or int
-        Harmonics of the pressure that are compared: those that carry signal, all that the recording holds (the paper's
-        practice, up to 1024 samples), or up to a number, at least 8.
-    seed : int
-        Seed of everything random; the same seed gives the same result.
 
     Raises
     ------
@@ -92,16 +73,45 @@ class Search:
     """
 
     starts: Annotated[int, Ge(1), Le(1000)] = 20
+    """Starts of each fit: the nominal parameters and others nearby. The paper's 4 miss the best optimum one time in
+    three."""
     method: Literal["least-squares", "sqp"] = "least-squares"
+    """least-squares (bounded, trust region), or sqp as in the paper."""
     paper_bounds: bool = False
-    bounds: Mapping[str, Range] = field(default_factory=dict)
-    fixed: Mapping[str, Positive] = field(default_factory=dict)
-    pressure_harmonics: Annotated[str | int, Check(checked_harmonics, _harmonics_schema)] = "signal"
+    """The paper's bounds instead of wide ones."""
+    bounds: Annotated[Mapping[str, Range], Example({"beta": [10, 400], "c1": [0.05, 5]})] = field(default_factory=dict)
+    """Own bounds of single parameters, [lower, upper], in the unit of the parameter (beta and p1 in mmHg; gamma, r1, r2
+    and c1 have none). p1 is that of eq. 4; the published table lists π p1."""
+    fixed: Annotated[Mapping[str, Positive], Example({"gamma": 2})] = field(default_factory=dict)
+    """Parameters held at a value, in the same units."""
+    pressure_harmonics: Annotated[
+        str | int, BeforeValidator(checked_harmonics), Check(checked_harmonics, _harmonics_schema)
+    ] = "signal"
+    """Harmonics of the pressure that are compared: those that carry signal, all that the recording holds (the paper's
+    practice, up to 1024 samples), or up to a number, at least 8."""
     seed: Annotated[int, Ge(0)] = 0
+    """Seed of everything random; the same seed gives the same result."""
 
-    def __post_init__(self) -> None:
-        """Check the values."""
-        check_settings(self)
+
+@settings_class
+class Fitting(Search):
+    """How to search, and with what beds, blood and numerics: what `calibrate` takes by name.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Fitting(starts=4, bed="rc").bed
+    'rc'
+    """
+
+    bed: str | type = "windkessel"
+    """What stands behind the terminals: ``windkessel``, ``rc``, ``resistance``, or a class of your own; see
+    `laws.find_bed`."""
+    blood: Blood = field(default_factory=Blood)
+    """Density, viscosity and friction."""
+    numerics: Numerics = NUMERICS
+    """Its `samples` is ignored: the simulation has the recording's (at most 1024). A tolerance above 1e-6 mmHg becomes
+    1e-6."""
 
 
 @in_words()
@@ -109,11 +119,8 @@ def calibrate(
     network: Network,
     recording: Recording | EnsembleAverage,
     wall: str | type = "linear",
-    *,
-    bed: str | type = "windkessel",
-    blood: Blood | None = None,
     search: Search | None = None,
-    numerics: Numerics | None = None,
+    *,
     progress: Callable[[int, int, float], None] | None = None,
     ends: Ends | None = None,
     **settings: Any,
@@ -127,21 +134,14 @@ def calibrate(
     wall : str or class
         Name of a wall law (``linear``: fits {β, r1, r2, c1}; ``tangent``: {p1, γ, r1, r2, c1}), or a class of your own;
         see `laws.find_law`.
-    bed : str or class
-        What stands behind the terminals: ``windkessel``, ``rc``, ``resistance``, or a class of your own; see
-        `laws.find_bed`.
-    blood : Blood, optional
     search : Search, optional
         Starts, method, bounds.
-    settings
-        Those of `Search` by name, ``starts=4``, in place of what `search` says of them.
-    numerics : Numerics, optional
-        Its `samples` is ignored: the simulation has the recording's (at most 1024). A tolerance above 1e-6 mmHg
-        becomes 1e-6.
     progress : callable, optional
         Called with finished starts, all starts and the best S so far.
     ends : Ends, optional
         Where the ends of searches are kept as they come, and found again by a fit that goes on after a kill.
+    settings
+        Those of `Fitting` by name, ``starts=4, bed="rc"``, in place of what `search` says of them.
 
     Returns
     -------
@@ -162,12 +162,12 @@ def calibrate(
     >>> vw.calibrate(vw.control_network(), vw.virtual_mouse(), "linear", search=search)
     Fit(linear wall: beta ..., r1 ..., r2 ..., c1 ...; S ..., N ..., RMSE ... mmHg)
     """
-    plan = with_settings(search or Search(), settings)
-    blood, network, recording = blood or Blood(), a_network(network), one_cycle(recording)
-    nominal = estimate_nominal(network, recording, blood, find_bed(bed))
-    space = parameter_space(wall, network, nominal, blood, plan.bounds, plan.fixed, plan.paper_bounds)
+    plan = given_values(Fitting, search, settings)
+    network, recording = a_network(network), one_cycle(recording)
+    nominal = estimate_nominal(network, recording, plan.blood, find_bed(plan.bed))
+    space = parameter_space(wall, network, nominal, plan.blood, plan.bounds, plan.fixed, plan.paper_bounds)
     compared = compared_part(recording, plan.pressure_harmonics)
-    numerics = _for_fits(numerics, min(len(recording.pressure), MOST_SAMPLES))
+    numerics = _for_fits(plan.numerics, min(len(recording.pressure), MOST_SAMPLES))
     starts = starting_points(space, plan.starts, plan.seed)
     searched, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
     objective, best = _polish(space, compared, numerics, plan, searched)
@@ -185,8 +185,7 @@ def calibrate(
     )  # fmt: skip
 
 
-def _for_fits(numerics: Numerics | None, samples: int) -> Numerics:
-    given = numerics or NUMERICS
+def _for_fits(given: Numerics, samples: int) -> Numerics:
     return replace(given, samples=samples, every_cell=False, tolerance=min(given.tolerance, _LOOSEST))
 
 

@@ -9,6 +9,7 @@ from vasowave.calibration.generalized import Optimum, Whiten, least_squares_opti
 from vasowave.calibration.result import Fit
 from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError, NumericalError
+from vasowave.runtime.threads import threads
 from vasowave.solver.simulate import Numerics
 
 _CHI2_95 = 3.841458820694124  # 95 % quantile of χ² with one degree of freedom
@@ -22,7 +23,6 @@ def profile_likelihood(
     points: int = 11,
     span: float = 0.7,
     numerics: Numerics | None = None,
-    workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> xr.Dataset:
     """Fit all other parameters again with one held at each value of a grid around its optimum.
@@ -39,7 +39,7 @@ def profile_likelihood(
         Grid values, evenly spaced in the logarithm, besides the optimum.
     span : float
         The grid reaches from value·exp(-span) to value·exp(span), within the bounds of the fit.
-    numerics, workers
+    numerics : Numerics, optional
         As in `reoptimize`; each Jacobian is one ensemble of simulations.
     progress : callable, optional
         Called with finished and all grid values.
@@ -70,7 +70,7 @@ def profile_likelihood(
         raise InputError(f"'{name}' is no free parameter of the {fit.wall} wall; free are: {free}")
     if points < 4 or not span > 0:
         raise InputError(f"points {points}, span {span:g}: give at least four points and a positive span")
-    metric = whiten or _independent(fit)
+    metric, workers = whiten or _independent(fit), threads()
     if whiten is None:
         best = least_squares_optimum(fit, numerics, workers)
     else:

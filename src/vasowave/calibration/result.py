@@ -159,12 +159,7 @@ class Fit:
         """Return parameters and what follows from them, one a row: ``value, interval_low, interval_high`` (95 %),
         ``unit``, ``meaning``; the interval is NaN where nothing tells it.
         """
-        quantities = self.result.laws[self.wall].quantities.data_vars
-        keys = {"interval_low": np.nan, "interval_high": np.nan, "units": "", "long_name": ""}
-        rows = [{"value": float(one)} | {key: one.attrs.get(key, none) for key, none in keys.items()}
-                for one in quantities.values()]  # fmt: skip
-        table = pd.DataFrame(rows, pd.Index(list(map(str, quantities)), name="quantity"))
-        return table.rename(columns={"units": "unit", "long_name": "meaning"})
+        return self.result.laws[self.wall].summary()
 
     def sample(self, **settings: Any) -> "Posterior":
         """Return the posterior of the same animal, law and beds; the settings are those of `posterior`: ``draws=200``.

@@ -24,13 +24,13 @@ def extract(
     given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Turn a volume into a checked vessel network, with everything needed to review and correct it."""
-    from vasowave.cli.image_options import read_image_options
     from vasowave.imaging.extraction import extract as extracted
     from vasowave.imaging.kept.stages import Stages, forget_stages
+    from vasowave.imaging.options import Options
     from vasowave.report.extraction import check_extraction_folder, write_extraction
 
     check_extraction_folder(output)
-    options = read_image_options(given or {})
+    options = Options(**given or {})
     stages = Stages(output if keep else None)
     with _stages() as say:
         extraction = extracted(volume, options, say, stages)

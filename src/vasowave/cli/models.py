@@ -91,7 +91,7 @@ def _nominal(network: Path, recording: Sequence[Path], period: float | None, kin
     from vasowave.study.settings import StudyFile
 
     cells = {} if period is None else {"period [s]": repr(period)}
-    one = animal_from(network, recording, cells, StudyFile.model_validate({}))
+    one = animal_from(network, recording, cells, StudyFile())
     wall, bed = kinds
     nominal = estimate_nominal(one.network, one.recording, blood, find_bed(bed or "windkessel"))
     law = find_law(wall or "linear")

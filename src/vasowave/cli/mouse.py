@@ -33,8 +33,7 @@ def fit(
     given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Calibrate the model to one animal and write results, figures and report: a study of one."""
-    from vasowave.cli.row_options import row_cells
-    from vasowave.cli.study_options import read_settings
+    from vasowave.cli.options import read_settings, row_cells
     from vasowave.study.alone import animal_alone
     from vasowave.study.names import plain_name
 
@@ -102,7 +101,7 @@ def posterior(
             vessels, cycle, law, bed=settings.beds, priors=Priors(zero=settings.zero_sd), blood=settings.blood,
             search=settings.search(law), numerics=settings.numerics, draws=draws, seed=settings.seed, progress=count,
         )  # fmt: skip
-    found.write(output)
+    found.to_netcdf(output)
     _say(found)
     typer.echo(f"Draws: {output}")
     raise typer.Exit(0 if found.diagnostics.trusted else FAILED)
@@ -114,9 +113,7 @@ def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, 
     from dataclasses import replace
 
     from vasowave.animal import stored
-    from vasowave.cli.options import flag
-    from vasowave.cli.row_options import row_cells
-    from vasowave.cli.study_options import read_settings
+    from vasowave.cli.options import flag, read_settings, row_cells
     from vasowave.errors import InputError
     from vasowave.model.laws import find_law
     from vasowave.study.settings import animal_settings

@@ -1,14 +1,50 @@
 """Options of a command, one for every setting, with the default and the meaning that the setting itself states."""
 
 import inspect
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 import typer
 from typer.main import get_command
 
+from vasowave.errors import InputError, did_you_mean
+from vasowave.findings import Place
+from vasowave.settings import Setting, settings_of
+from vasowave.study.document import Document
+from vasowave.study.problems import refuse
+
+if TYPE_CHECKING:
+    from vasowave.study.settings import StudyFile
+
+_NOT_FOR_ONE = ("title", "animals", "groups")
+"""Keys of a study file that say nothing of a single animal."""
+
 _OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "model_selection", "selection_optima",
             "waves_at", "inference", "pdf", "law", "quantities")  # fmt: skip
 """Settings of a fit and its report that a posterior does not know."""
+
+_REPEATED = {"outlets": "--outlet"}
+"""Settings of several values, each given by an option of its own."""
+
+_CELLS = {
+    "period": "period [s]",
+    "wedge": "wedge [mmHg]",
+    "block": "block",
+    "start": "start [s]",
+    "end": "end [s]",
+    "sampling_rate": "sampling rate [1/s]",
+}
+"""Options that say of a recording what a table of animals says in a column."""
+
+_CELLS_OF = {
+    "channel": ("pressure", "flow", "ecg"),
+    "unit": ("pressure", "flow"),
+}
+_MEANINGS = {
+    "channel": "Title of the channel of pressure, flow or ecg, where titles and units leave more than one answer; may "
+    "be repeated: --channel pressure='PA 2'.",
+    "unit": "Unit of pressure or flow, where the file names none; may be repeated: --unit flow=ml/min.",
+}
 
 
 def with_settings(name: str, command: Any) -> Any:
@@ -31,26 +67,126 @@ def with_settings(name: str, command: Any) -> Any:
     return get_command(single)
 
 
-def _options_of(name: str) -> dict[str, Any]:
-    """Return the options of a command; what studies need takes seconds to load, and images need none of it."""
-    if name == "extract":
-        from vasowave.cli.image_options import image_options
-
-        return image_options()
-    from vasowave.cli.row_options import row_options
-
-    if name == "add":
-        return row_options()
-    from vasowave.cli.study_options import study_options
-
-    return row_options() | study_options(_OF_FITS if name == "posterior" else ())
-
-
 def flag(name: Any) -> str:
     """Return the option of a setting."""
     return f"--{str(name).replace('_', '-')}"
 
 
-def help_of(meaning: str) -> str:
-    """Return a setting's meaning as a terminal shows it."""
-    return meaning.replace("[", r"\[")
+def row_cells(given: dict[str, Any]) -> dict[str, str]:
+    """Take what a table of animals says in its columns out of `given`; return it as cells of such a table.
+
+    Raises
+    ------
+    InputError
+        A channel or unit of something else than pressure, flow or ECG.
+    """
+    cells = {title: given.pop(name).strip() for name, title in _CELLS.items() if name in given}
+    for option, names in _CELLS_OF.items():
+        for text in given.pop(option, []):
+            name, _, value = (part.strip() for part in text.partition("="))
+            if name not in names or not value:
+                raise InputError(f"--{option} {text}: write {' or '.join(f'{one}=…' for one in names)}"
+                                 f"{did_you_mean(name, names)}")  # fmt: skip
+            cells[f"{name} {option}"] = value
+    return cells
+
+
+class GivenOptions(Document):
+    """Settings given as options; their places are the options' names."""
+
+    def place(self, path: Any, key: bool = False) -> Place:
+        """Return the option that the value at `path` was given with."""
+        words = [str(part) for part in path if str(part) not in self.values]
+        return Place(part=flag((words or list(path))[0]))
+
+
+def read_settings(given: Mapping[str, Any], title: str, group: str) -> "StudyFile":
+    """Return the settings of a study of one group, with those that were `given` as options.
+
+    Raises
+    ------
+    InputError
+        Everything that is wrong in them, each with its option.
+    """
+    from vasowave.study.reading import validated
+
+    values: dict[str, Any] = {"title": title, "groups": [group]}
+    for section, key, one in _keys():
+        if key in given:
+            (values.setdefault(section, {}) if section else values)[key] = _value(one, given[key])
+    document = GivenOptions("options", values)
+    settings = validated(document)
+    refuse(document.problems)
+    assert settings is not None
+    return settings
+
+
+def _options_of(name: str) -> dict[str, Any]:
+    """Return the options of a command; what studies need takes seconds to load, and images need none of it."""
+    if name == "extract":
+        from vasowave.imaging.options import Options
+
+        return {key: _option(key, one) for key, one in settings_of(Options).items()}
+    if name == "add":
+        return _row_options()
+    keys = ((section, key, one) for section, key, one in _keys() if name != "posterior" or key not in _OF_FITS)
+    return _row_options() | {key: _option(key, one, section or "more") for section, key, one in keys}
+
+
+def _row_options() -> dict[str, Any]:
+    from vasowave.study.rows import COLUMNS
+
+    several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
+    plain = {name: Setting(str, None, f"{COLUMNS[title]} ({title})") for name, title in _CELLS.items()}
+    return {name: _option(name, one, "recording") for name, one in (several | plain).items()}
+
+
+def _keys() -> list[tuple[str, str, Setting]]:
+    """Return section (empty for the top level), name and declaration of every setting of one animal's study."""
+    from vasowave.study.settings import StudyFile
+
+    keys: list[tuple[str, str, Setting]] = []
+    for name, one in settings_of(StudyFile).items():
+        if one.section:
+            keys += [(name, key, inner) for key, inner in settings_of(one.section).items()]
+        elif name not in _NOT_FOR_ONE:
+            keys.append(("", name, one))
+    return keys
+
+
+def _option(key: str, one: Setting, panel: str | None = None) -> Any:
+    """Return the annotation of an option; its text is read as the study file's is."""
+    name = flag(key)
+    several = [_REPEATED[key]] if key in _REPEATED else []
+    more: dict[str, Any] = {"help": one.meaning.replace("[", r"\["), "show_default": _shown(one.default)}
+    more |= {"rich_help_panel": panel} if panel else {}
+    if isinstance(one.default, bool):
+        return Annotated[bool | None, typer.Option(f"{name}/--no-{name[2:]}", **more)]
+    if isinstance(one.default, dict):
+        return Annotated[list[str] | None, typer.Option(name, metavar="NAME=VALUE", **more)]
+    kind: Any = list[str] if several else str
+    return Annotated[kind | None, typer.Option(*several, name, metavar="VALUE", **more)]
+
+
+def _shown(default: Any) -> str | bool:
+    if default is None or default == {}:
+        return False
+    if isinstance(default, list | tuple):
+        return ",".join(map(str, default))
+    return f"{default:g}" if isinstance(default, float) else str(default).lower()
+
+
+def _value(one: Setting, given: Any) -> Any:
+    """Return what stands in a study file for the text of an option; ``low:high`` and ``one,other`` are lists."""
+    if isinstance(given, list):  # one mapping, whose entries were given one by one
+        pairs = [text.partition("=") for text in given]
+        return {name.strip(): _list(value, ":") if ":" in value else value for name, _, value in pairs}
+    return _list(given, ",") if _is_list(one.kind) and isinstance(given, str) else given
+
+
+def _is_list(kind: Any) -> bool:
+    return get_origin(kind) in (tuple, list) or any(map(_is_list, get_args(kind)))
+
+
+def _list(text: str, separator: str) -> list[str]:
+    return [part.strip() for part in text.split(separator)]

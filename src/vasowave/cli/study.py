@@ -77,7 +77,7 @@ def add(
 
     Exit status 3 if a file could not be read.
     """
-    from vasowave.cli.row_options import row_cells
+    from vasowave.cli.options import row_cells
     from vasowave.study.adding import add_files
     from vasowave.study.checking import check_study
     from vasowave.study.problems import UNREADABLE

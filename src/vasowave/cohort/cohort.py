@@ -12,7 +12,7 @@ import xarray as xr
 from vasowave.animal.failure import Failure
 from vasowave.animal.law_result import LawResult
 from vasowave.animal.networks import network_dataset
-from vasowave.animal.result import AnimalResult
+from vasowave.animal.result import AnimalResult, as_chosen
 from vasowave.cohort.table import cohort_table, columns, rows_of
 from vasowave.cohort.votes import Ballots, stored
 from vasowave.errors import InputError
@@ -65,8 +65,9 @@ class Cohort:
 
     @cached_property
     def walls(self) -> list[str]:
-        """Wall laws that were calibrated in any animal."""
-        return list(dict.fromkeys(wall for result in self.results for wall in result.laws))
+        """Wall laws that were calibrated in any animal, in the order of the settings."""
+        laws = {wall: law for result in self.results for wall, law in result.laws.items()}
+        return list(as_chosen(laws, self.results[0].settings.get("walls", ())))
 
     @property
     def sources(self) -> list[str]:
@@ -76,18 +77,18 @@ class Cohort:
     @cached_property
     def symbols(self) -> dict[str, str]:
         """Symbol of every quantity, as stored."""
-        return self._said("symbol", lambda result: list(result.sources))
+        return self._said("symbol")
 
     @cached_property
     def meanings(self) -> dict[str, str]:
         """What every quantity is, in words; a model's go before those of a measured index, which are special."""
-        return self._said("long_name", lambda result: [*result.sources][::-1])
+        return self._said("long_name")
 
-    def _said(self, attribute: str, order: Callable[[AnimalResult], list[str]]) -> dict[str, str]:
+    def _said(self, attribute: str) -> dict[str, str]:
         said: dict[str, str] = {}
         for result in self.results:
-            for source in order(result):
-                for name, value in result.sources[source].quantities.variables.items():
+            for source in reversed(result.sources.values()):
+                for name, value in source.quantities.variables.items():
                     said.setdefault(str(name), str(value.attrs.get(attribute, name)))
         return said
 

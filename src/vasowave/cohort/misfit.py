@@ -7,28 +7,42 @@ from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 
 WORSE_THAN_BEST = 2.0
-"""A law that leaves more than this times the residual of the animal's best law misses its data."""
+"""A law that leaves more than this times the residual of the animal's best law misses its data; a law whose vessels are
+strained beyond what an artery survives is no best law."""
 
 WORST_SHARE = 0.1
 """So does one that leaves more than this share of the pulse pressure."""
+
+_COLUMNS = ["animal", "group", "wall", "RMSE", "error", "share", "over best", "missed", "growth"]
 
 
 def misfits(cohort: Cohort) -> pd.DataFrame:
     """Return one row for every animal and wall law: what its fit leaves, and whether it misses the data.
 
-    Columns ``animal, group, wall, RMSE, error, share, over best, missed``: the root-mean-square residual, mmHg; the
-    standard error of the averaged cycle, mmHg (NaN if a cycle was given); the residual over the pulse pressure and over
-    that of the animal's best law; whether it exceeds `WORSE_THAN_BEST` or `WORST_SHARE`, and the error of the cycle.
+    Columns ``animal, group, wall, RMSE, error, share, over best, missed, growth``: the root-mean-square residual, mmHg;
+    the standard error of the averaged cycle, mmHg (NaN if a cycle was given); the residual over the pulse pressure and
+    over that of the animal's best law (NaN if there is none); whether it exceeds `WORSE_THAN_BEST` or `WORST_SHARE`,
+    and the error of the cycle; how much a vessel's area grows beyond what an artery survives, % (NaN if none does).
     """
     rows = []
     for result in cohort.results:
         left = {wall: float(result.laws[wall].calibration["RMSE"]) for wall in result.laws}
         pulse, error = float(result.measured.quantities["pPAP"]), _cycle_error(result)
+        strained = {wall: one for wall, law in result.laws.items() if (one := law.overstrained)}
+        best = min((left[wall] for wall in left if wall not in strained), default=np.nan)
         for wall, rmse in left.items():
-            share, over = rmse / pulse, rmse / min(left.values())
+            share, over = rmse / pulse, rmse / best
             missed = (over > WORSE_THAN_BEST or share > WORST_SHARE) and not rmse < error
-            rows.append((result.name, result.group, wall, rmse, error, share, over, missed))
-    return pd.DataFrame(rows, columns=["animal", "group", "wall", "RMSE", "error", "share", "over best", "missed"])
+            growth = float(dict(strained[wall].values)["percent"]) if wall in strained else np.nan
+            rows.append((result.name, result.group, wall, rmse, error, share, over, missed, growth))
+    return pd.DataFrame(rows, columns=_COLUMNS)
+
+
+def forbidden(cohort: Cohort, law: str) -> list[AnimalResult]:
+    """Return the animals of which a law's numbers must not be used: it misses their data or overstrains a vessel."""
+    table = misfits(cohort)
+    names = set(table["animal"][(table["wall"] == law) & (table["missed"] | table["growth"].notna())])
+    return [result for result in cohort.results if result.name in names]
 
 
 def _cycle_error(result: AnimalResult) -> float:

@@ -1,7 +1,7 @@
 """The one primary comparison: a family of quantities declared before, its effects, intervals and p for all at once."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -20,24 +20,19 @@ from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError, did_you_mean
 from vasowave.io.columns import split_unit
 from vasowave.quantities import INDICES, question_of
+from vasowave.settings import settings_class
 
 
-@dataclass(frozen=True)
+@settings_class
 class Family:
-    """What is compared between groups as primary; everything else in a report is secondary.
-
-    Attributes
-    ----------
-    law : str
-        Wall law whose quantities are primary. Empty: the first of `calibration.walls`, by default the law with the
-        fewest parameters, which recordings determine best; the other laws stand beside it without a p.
-    quantities : tuple of str
-        Of the recording (HR, CO, mPAP, …) and of the model, one family for one p. By default one or a few for each
-        question: pressure and flow, stiffness of the large arteries, small vessels, waves.
-    """
+    """What is compared between groups as primary; everything else in a report is secondary."""
 
     law: str | None = None
+    """Wall law whose quantities are primary. Empty: the first of `calibration.walls`, by default the law with the
+    fewest parameters, which recordings determine best; the other laws stand beside it without a p."""
     quantities: tuple[str, ...] = ("mPAP", "CO", "PVR", "stiffness", "wave_speed", "C_p", "tau", "a", "I_R")
+    """Of the recording (HR, CO, mPAP, …) and of the model, one family for one p. By default one or a few for each
+    question: pressure and flow, stiffness of the large arteries, small vessels, waves."""
 
 
 class Compared(NamedTuple):
@@ -150,6 +145,11 @@ class Primary:
     left_out: dict[str, str]
     assurance: Assurance | None = None
     missing: tuple[Missing, ...] = ()
+
+    def of(self, group: str) -> "Primary":
+        """Return what is said of one group; intervals and p still hold for all groups at once."""
+        rows, others = (one[one["other"] == group] if len(one) else one for one in (self.rows, self.others))
+        return replace(self, rows=rows.reset_index(drop=True), others=others.reset_index(drop=True))
 
 
 def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:

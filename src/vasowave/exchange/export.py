@@ -23,6 +23,10 @@ _WRITERS: dict[str, Callable[[Solved, Path], list[str]]] = {
     "tables": write_tables,
 }
 _DRAWN = "The network has no coordinates: vessels were drawn as a flat tree, with true lengths and radii."
+_CHANGING = {
+    "openbf": "Vessels that change on their way have openBF's straight taper, and its one thickness of the wall.",
+    "svzerod": "Vessels that change on their way are taken as they are in the middle.",
+}
 
 FORMATS = ("paraview", *_WRITERS)
 """What a model can be exported to."""
@@ -87,6 +91,7 @@ def export_model(
     solved = solve(model, inflow, numerics)
     with write_folder(folder) as fresh:
         if program != "paraview":
-            return tuple(_WRITERS[program](solved, fresh))
+            said = _WRITERS[program](solved, fresh)
+            return tuple([*said, _CHANGING[program]] if program in _CHANGING and model.changing.any() else said)
         said = write_paraview(solved, fresh, axes)
     return tuple(said if centerlines is not None else [*said, _DRAWN])

@@ -119,7 +119,7 @@ def _vessels(solved: Solved, tube: LinearTube, profiles: np.ndarray) -> list[dic
             "tn": nodes[row],
             "L": 1e-2 * float(network.length[row]),
             "M": cells,
-            "R0": radius,
+            **_radii(solved, row, radius),
             "h0": _THICKNESS * radius,
             "E": POISSON / _THICKNESS * float(tube.beta[row]) * PA,
             "gamma_profile": int(profiles[row]),
@@ -130,6 +130,15 @@ def _vessels(solved: Solved, tube: LinearTube, profiles: np.ndarray) -> list[dic
             vessel["inlet_impedance_matching"] = False
         vessels.append(vessel)
     return vessels
+
+
+def _radii(solved: Solved, row: int, radius: float) -> dict[str, float]:
+    """Return one radius, or both ends' where the vessel tapers: openBF joins them by a straight line."""
+    profile = solved.model.profile
+    if profile is None or not solved.model.changing[row]:
+        return {"R0": radius}
+    ends = profile.at(np.array([row, row]), np.array([0.0, 1.0]))[0] * radius
+    return {"Rp": float(ends[0]), "Rd": float(ends[1])}
 
 
 def _nodes(solved: Solved) -> dict[int, int]:

@@ -15,6 +15,7 @@ from vasowave.io.textfile import read_lines, regular_file
 from vasowave.model.blood import Blood, PowerLaw
 from vasowave.model.model import Model
 from vasowave.model.outlets import Windkessel
+from vasowave.model.shape import Shape
 from vasowave.model.walls import LinearWall
 from vasowave.network.network import Network
 from vasowave.recording import Inflow
@@ -23,11 +24,10 @@ _LARGEST = 8 << 20  # bytes; no network is longer
 _FEWEST_SAMPLES = 512  # of an inflow that is not even in time
 _MOST_FLOW = 1.0  # m³/s, a thousand hearts: the column is a pressure
 _PROFILE = 2.0  # openBF's default
+_STRAIGHT = 1e-9  # two radii so near to each other differ by rounding
+_ALONG = np.linspace(0.0, 1.0, 9)  # places along a vessel that tapers
 _DEFAULT_THICKNESS = (0.2802, -505.3, 0.1324, -11.14)  # a, b, c, d of h0 = R0 (a exp(b R0) + c exp(d R0)), R0 in m
 
-TAPERS = note_kind(
-    "openbf.tapers", "tapers from {proximal:.3g} to {distal:.3g} mm; the cylinder of its volume was taken"
-)
 VISCOELASTIC = note_kind("openbf.viscoelastic", "its wall is viscoelastic; the elastic part was taken")
 MATCHED = note_kind(
     "openbf.matched-bed", "its Windkessel was given R1 = ρ c0/A0 = {first:.3g} Pa s/m³, out of {whole:.3g} in all"
@@ -43,7 +43,8 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     """Read a model and its inflow from the YAML file of openBF and the inlet file that it names.
 
     The tube law is openBF's own; an external pressure becomes part of it: p = (β - P) (√(A/A0') - 1) with
-    √(A0'/A0) = (β - P)/β. Two-element Windkessels, and those that openBF matches to their vessel, get ρ c0/A0 as R1.
+    √(A0'/A0) = (β - P)/β. A vessel that tapers has one thickness of its wall, so that β goes with 1/R0. Two-element
+    Windkessels, and those that openBF matches to their vessel, get ρ c0/A0 as R1.
 
     Parameters
     ----------
@@ -59,9 +60,8 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     Warns
     -----
     VasowaveWarning
-        What the model cannot hold: a taper, for which the cylinder of the same volume is taken; velocity profiles that
-        differ between vessels, for which one of the same dissipation is taken; a resistance that had to be split;
-        walls that are viscoelastic.
+        What the model cannot hold: velocity profiles that differ between vessels, for which one of the same dissipation
+        is taken; a resistance that had to be split; walls that are viscoelastic.
 
     Examples
     --------
@@ -82,7 +82,8 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     fluid = _Vessel(path, 0, _part(path, config, "blood", dict))
     density, viscosity = fluid.number("rho"), fluid.number("mu")
     parent, length = np.array(_parents(path, vessels)), np.array([1e2 * one.number("L") for one in vessels])
-    beta, radius = np.array([_wall(one) for one in vessels]).T
+    along = np.array([_wall(one) for one in vessels])  # (vessel, β or radius, place)
+    beta, radius = along[:, :, len(_ALONG) // 2].T
     network = Network(
         tuple(one.name for one in vessels), parent, length, 1e2 * radius,
         where=lambda row: f"{path}, vessel {row + 1}",
@@ -91,7 +92,8 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     outlets = Windkessel(
         *np.array([_bed(vessels[row], density, beta[row], radius[row]) for row in network.terminals]).T
     )
-    model = Model(network, LinearWall(beta / PA), outlets, blood)
+    stiffness, width = np.moveaxis(along / along[:, :, [len(_ALONG) // 2]], 1, 0)
+    model = Model(network, LinearWall(beta / PA), outlets, blood, shape=Shape(width, stiffness))
     return model, _inflow(path, config)
 
 
@@ -172,23 +174,23 @@ def _parents(path: Path, vessels: list[_Vessel]) -> list[int]:
     return [ends.get(one.node("sn"), -1) for one in vessels]
 
 
-def _wall(one: _Vessel) -> tuple[float, float]:
-    """Return β (Pa) and the radius at no pressure (m), the external pressure taken into the law."""
+def _wall(one: _Vessel) -> tuple[np.ndarray, np.ndarray]:
+    """Return β (Pa) and the radius at no pressure (m) along a vessel, the external pressure taken into the law."""
     proximal = one.number("Rp" if one.has("Rp") and not one.has("R0") else "R0")
     distal = one.number("Rd", proximal) if not one.has("R0") else proximal
-    radius = math.sqrt((proximal**2 + proximal * distal + distal**2) / 3.0)
-    if radius <= 0:
+    straight = math.isclose(proximal, distal, rel_tol=_STRAIGHT)
+    radius = proximal + (0.0 if straight else distal - proximal) * _ALONG
+    if not radius.min() > 0:
         raise InputError(f"{one.place}: its radius is zero")
-    if abs(proximal - distal) > 1e-9 * radius:
-        one.warn(TAPERS(proximal=1e3 * proximal, distal=1e3 * distal))
     if one.values.get("visco-elastic"):
         one.warn(VISCOELASTIC())
     a, b, c, d = _DEFAULT_THICKNESS
-    thickness = one.number("h0", radius * (a * math.exp(b * radius) + c * math.exp(d * radius)))
+    middle = 0.5 * (proximal + distal)
+    thickness = one.number("h0", middle * (a * math.exp(b * middle) + c * math.exp(d * middle)))
     beta, outside = one.number("E") * thickness / (POISSON * radius), one.number("Pext", 0.0, least=-math.inf)
-    if not beta > max(outside, 0.0):
+    if not beta.min() > max(outside, 0.0):
         raise InputError(
-            f"{one.place}: its wall (β {beta:.3g} Pa) collapses under Pext {outside:.3g} Pa; check E and h0"
+            f"{one.place}: its wall (β {beta.min():.3g} Pa) collapses under Pext {outside:.3g} Pa; check E and h0"
         )
     return beta - outside, radius * (beta - outside) / beta
 

@@ -89,8 +89,8 @@ class Solved:
         position = np.concatenate([[0.0], run.grid.position[slots], [self.network.length[row]]])
         inlet, outlet = run.stations[:, :, row, :1], run.stations[:, :, row, -1:]
         area, flow = np.concatenate([inlet, run.cells[:, :, slots], outlet], axis=-1)
-        wall = type(self.model.wall)(*(value[row] for value in self.model.wall))
-        return Along(position, area, flow, np.asarray(walls.pressure(wall, area, self.model.area0[row])))
+        wall, area0 = self.model.at(np.full(len(position), row), position / self.network.length[row])
+        return Along(position, area, flow, np.asarray(walls.pressure(wall, area, area0)))
 
 
 def solve(model: Model, inflow: Inflow | Recording, numerics: Numerics | None = None) -> Solved:

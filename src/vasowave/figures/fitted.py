@@ -7,7 +7,7 @@ from vasowave.animal.result import AnimalResult
 from vasowave.figures.fit import plot_autocorrelation, plot_pressure, plot_residuals
 from vasowave.figures.loop import plot_pressure_area
 from vasowave.figures.spectra import plot_modulus
-from vasowave.figures.style import new_figure
+from vasowave.figures.style import shown_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -47,4 +47,4 @@ class FitPlots:
 
 
 def _axes() -> "Axes":
-    return new_figure(12, 7.5).subplots()
+    return shown_figure(12, 7.5).subplots()

@@ -1,6 +1,6 @@
 """A forest plot: one row for each quantity, its effect and interval, the same by other sources, every animal."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -90,13 +90,14 @@ def forest_figure(
     axis: str,
     columns: tuple[str, str],
     form: Form = WIDE,
+    make: Callable[[float, float], "Figure"] = new_figure,
 ) -> "Figure":
     """Draw rows on one logarithmic axis called `axis`; `columns` name the numbers at the right."""
     limits = _limits(rows)
     lanes = [_lanes(row, limits, form.axis) for row in rows]
     places = _places(rows, lanes, form.above)
     bottom = places[-1] - max(_LEAST, lanes[-1].height + _CLEARANCE) if rows else 0.0
-    figure = new_figure(form.width, 2.7 + _LANE * (_TITLES - 3.2 + form.above - bottom))
+    figure = make(form.width, 2.7 + _LANE * (_TITLES - 3.2 + form.above - bottom))
     middle = _beside(figure, places, rows, columns) if form is WIDE else _above(figure, places, rows, columns)
     for y, row, own in zip(places, rows, lanes, strict=True):
         _draw(middle, y, row, own, groups, sources, limits)

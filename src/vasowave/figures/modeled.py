@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 _LEAST_RANGE = 1.02  # differences far below a percent are agreement, and look like it
 _ROOM = {"left": 0.11, "right": 0.985, "bottom": 0.09, "top": 0.95, "wspace": 0.25, "hspace": 0.4}  # of a fit
+_TITLE = 14  # letters of a vessel's name that stand above a column
 _WIDE_RANGE = 3.0  # a waterfall that rises more gets a logarithmic axis
 
 
@@ -55,7 +56,7 @@ def vessels_figure(result: AnimalResult, color: str = CTL) -> "Figure":
             ax.label_outer()
             ax.locator_params(axis="x", nbins=3)
         share = 100 * whole.flow_fraction[whole.row(vessel)]
-        axes[0, column].set_title(f"vessel {vessel} ({share:.0f} %)")
+        axes[0, column].set_title(f"{short(vessel, _TITLE)}\n{share:.0f} % of the flow", fontsize="medium")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from vasowave.figures.beats import thinned
 from vasowave.figures.network import plot_network
-from vasowave.figures.style import DATA, closed, closed_time, label_axes, new_figure
+from vasowave.figures.style import DATA, closed, closed_time, label_axes, shown_figure
 from vasowave.network.network import Network
 from vasowave.recording import EnsembleAverage, RawRecording, Recording
 
@@ -20,7 +20,7 @@ _LABELS = {"pressure": "pressure [mmHg]", "flow": "flow [ml/s]", "ecg": "ECG [mV
 
 def draw_network(network: Network, ax: "Axes | None" = None) -> "Axes":
     """Draw the tree from the root at the left, see `plot_network`; returns the axes."""
-    return plot_network(ax or new_figure(17.4, 10.0).subplots(), network)
+    return plot_network(ax or shown_figure(17.4, 10.0).subplots(), network)
 
 
 def draw_cycle(recording: Recording, axes: "Sequence[Axes] | None" = None) -> "np.ndarray":
@@ -60,7 +60,7 @@ def draw_raw(raw: RawRecording, stretch: slice = slice(None), axes: "Sequence[Ax
 def _panels(axes: "Sequence[Axes] | None", count: int) -> "np.ndarray":
     if axes is not None:
         return np.asarray(axes, dtype=object)
-    return np.atleast_1d(new_figure(12.0, 4.2 * count).subplots(count, sharex=True))
+    return np.atleast_1d(shown_figure(12.0, 4.2 * count).subplots(count, sharex=True))
 
 
 def _timed(panels: "np.ndarray", start: float, end: float) -> "np.ndarray":

@@ -113,6 +113,13 @@ def new_figure(width: float, height: float) -> "Figure":
     return Figure(figsize=(width / 2.54, height / 2.54), layout="constrained")
 
 
+def shown_figure(width: float, height: float) -> "Figure":
+    """Return an empty figure of `width` × `height` cm that notebooks and ``plt.show()`` show."""
+    from matplotlib import pyplot
+
+    return pyplot.figure(figsize=(width / 2.54, height / 2.54), layout="constrained")
+
+
 def source_looks(sources: Iterable[str]) -> dict[str, SourceLook]:
     """Return how each source is drawn: the paper's wall laws as there, any further one after a list."""
     further = cycle(_FURTHER)

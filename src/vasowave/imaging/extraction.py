@@ -35,7 +35,7 @@ from vasowave.imaging.witness.misfit import surface_misfit
 from vasowave.imaging.witness.skeleton import Branches, skeleton_branches
 from vasowave.imaging.witness.witness import doubts_about
 from vasowave.network.network import Network
-from vasowave.settings import with_settings
+from vasowave.settings import given_values
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +137,7 @@ def extract(
     >>> len(found.network), bool(np.allclose(found.network.radius, 0.011, atol=0.001))
     (3, True)
     """
-    say, wanted = progress or (lambda stage: None), with_settings(options or Options(), settings)
+    say, wanted = progress or (lambda stage: None), given_values(Options, options, settings)
     notes: tuple[Finding, ...] = ()
     try:
         with warnings.catch_warnings(record=True) as told:

@@ -1,19 +1,20 @@
 """Places as people write them, x y z with a unit, and as the package holds them, z y x in cm."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
+from pydantic import BeforeValidator, SkipValidation
 
 from vasowave import units
 from vasowave.errors import InputError
 from vasowave.io.columns import read_columns
-from vasowave.settings import Text
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +134,19 @@ def _is_number(text: str) -> bool:
         return False
 
 
-Place = Annotated[Sequence[float], Text(parse_place)]
-Places = Annotated[Sequence[Sequence[float]], Text(parse_places, several=True)]
-Region = Annotated[Path | tuple[Sequence[float], Sequence[float]], Text(parse_region)]
+def _read(value: Any, parse: Callable[[str], Any]) -> Any:
+    return parse(value) if isinstance(value, str) else value
+
+
+def _read_all(value: Any) -> Any:
+    return parse_places(value) if isinstance(value, list) and all(isinstance(one, str) for one in value) else value
+
+
+Place = Annotated[Sequence[float], SkipValidation, BeforeValidator(partial(_read, parse=parse_place))]
+Places = Annotated[Sequence[Sequence[float]], SkipValidation, BeforeValidator(_read_all)]
+Region = Annotated[
+    Path | tuple[Sequence[float], Sequence[float]],
+    SkipValidation,
+    BeforeValidator(partial(_read, parse=parse_region)),
+]
+"""What is text is read as people write it; arrays are z, y, x, cm."""

@@ -1,9 +1,12 @@
 """The posterior of one animal under one wall law, from network and recording to draws and words."""
 
 from collections.abc import Callable
+from dataclasses import field
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
+from annotated_types import Ge
 
 from vasowave.calibration import Fit, Search
 from vasowave.calibration.compared import compared_part
@@ -26,10 +29,39 @@ from vasowave.network.network import Network, a_network
 from vasowave.quantities import derived
 from vasowave.recording import EnsembleAverage, Recording, one_cycle
 from vasowave.runtime.threads import threads
+from vasowave.settings import given_values, settings_class
 from vasowave.solver.simulate import Numerics
 
 _OPEN = 2.0  # SD of the prior at which a search begins where a fit ended farther away: what a fit leaves open runs away
-FEWEST_DRAWS = 40  # with fewer no draw lies in the 2.5 % at either end
+
+
+@settings_class
+class Sampling:
+    """What a posterior is of, and how it is drawn: what `posterior` takes by name.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Sampling(draws=200, search=vw.Search(fixed={"c1": 1.0})).draws
+    200
+    """
+
+    bed: str | type = "windkessel"
+    """As for `calibrate`."""
+    blood: Blood = field(default_factory=Blood)
+    """Density, viscosity and friction."""
+    search: Search = field(default_factory=Search)
+    """Its ``fixed`` parameters are held, its ``pressure_harmonics`` are compared; the rest does not matter here."""
+    numerics: Numerics = field(default_factory=Numerics)
+    """How finely is simulated."""
+    priors: Priors = field(default_factory=Priors)
+    """What is assumed before."""
+    draws: Annotated[int, Ge(40)] = 400
+    """Draws that are simulated and weighted; with fewer than 40 none lies in the 2.5 % at either end."""
+    seed: Annotated[int, Ge(0)] = 0
+    """Of everything random; the same seed gives the same result."""
+    workers: Annotated[int, Ge(1)] | None = None
+    """Threads; by default as many as the process may use."""
 
 
 def posterior(
@@ -37,17 +69,10 @@ def posterior(
     recording: Recording | EnsembleAverage,
     wall: str | type = "linear",
     *,
-    bed: str | type = "windkessel",
-    priors: Priors | None = None,
     fit: Fit | None = None,
-    blood: Blood | None = None,
-    search: Search | None = None,
-    numerics: Numerics | None = None,
-    draws: int = 400,
-    seed: int = 0,
-    workers: int | None = None,
     path: str | Path | None = None,
     progress: Callable[[int], None] | None = None,
+    **settings: Any,
 ) -> Posterior:
     """Draw what is compatible with a recording: parameters, geometry and structure together.
 
@@ -61,26 +86,16 @@ def posterior(
     network : Network
     recording : Recording or EnsembleAverage
         One that comes from averaged beats brings the standard errors of its harmonics along.
-    wall, bed : str or class
+    wall : str or class
         As for `calibrate`.
-    priors : Priors, optional
-        What is assumed before.
     fit : Fit, optional
         Of the same animal and law: one more start. If the posterior lies elsewhere, that is one of the findings.
-    blood : Blood, optional
-    search : Search, optional
-        Its ``fixed`` parameters are held, its ``pressure_harmonics`` are compared; the rest does not matter here.
-    numerics : Numerics, optional
-    draws : int
-        Draws that are simulated and weighted, at least 40.
-    seed : int
-        Of everything random; the same seed gives the same result.
-    workers : int, optional
-        Threads; by default as many as the process may use.
     path : str or Path, optional
         File in which simulations are kept as they are made; a run that was killed goes on from it.
     progress : callable, optional
         Called with the number of simulations so far.
+    settings
+        Those of `Sampling` by name: ``draws=200, priors=vw.Priors(radius_scale=0.1)``.
 
     Raises
     ------
@@ -99,9 +114,9 @@ def posterior(
     >>> vw.posterior(network, vw.virtual_mouse(), priors=priors, search=search, draws=40)
     Posterior(linear wall: beta ... [..., ...], stiffness ...; Pareto k ...)
     """
-    if draws < FEWEST_DRAWS:
-        raise InputError(f"{draws} draws are too few for a 95 % interval; at least {FEWEST_DRAWS}")
-    problem = _problem(network, recording, (wall, bed), priors, blood, search, numerics, workers)
+    how = given_values(Sampling, None, settings)
+    draws, seed = how.draws, how.seed
+    problem = _problem(a_network(network), one_cycle(recording), wall, how)
     given = [] if fit is None else [np.clip(_scores(problem.unknowns, fit), -_OPEN, _OPEN)]
     place = None if path is None else Path(path)
     simulations = Simulations(problem.simulate, place, problem.key, progress)
@@ -114,23 +129,12 @@ def posterior(
     return reported(problem, noise, explored, simulations.asked, np.random.default_rng([seed, 1]), optimum)
 
 
-def _problem(
-    network: Network,
-    recording: Recording | EnsembleAverage,
-    kinds: tuple[str | type, str | type],
-    priors: Priors | None,
-    blood: Blood | None,
-    search: Search | None,
-    numerics: Numerics | None,
-    workers: int | None,
-) -> Problem:
-    blood, plan = blood or Blood(), search or Search()
-    network, recording = a_network(network), one_cycle(recording)
-    nominal = estimate_nominal(network, recording, blood, find_bed(kinds[1]))
-    space = parameter_space(kinds[0], network, nominal, blood, {}, plan.fixed, False)
-    unknowns = Unknowns(space, nominal, priors or Priors())
+def _problem(network: Network, recording: Recording, wall: str | type, how: Sampling) -> Problem:
+    nominal = estimate_nominal(network, recording, how.blood, find_bed(how.bed))
+    space = parameter_space(wall, network, nominal, how.blood, {}, how.search.fixed, False)
+    unknowns = Unknowns(space, nominal, how.priors)
     return Problem(
-        unknowns, compared_part(recording, plan.pressure_harmonics), numerics or Numerics(), workers or threads()
+        unknowns, compared_part(recording, how.search.pressure_harmonics), how.numerics, how.workers or threads()
     )
 
 

@@ -1,48 +1,19 @@
 """What is assumed before the recording is seen: priors of parameters, geometry, structure, and of the model's error."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Annotated
 
 from annotated_types import Ge, Le
 
-from vasowave.settings import Positive, check_settings
+from vasowave.settings import Positive, settings_class
 
 Spread = Annotated[float, Ge(0), Le(2)]
 
 
-@dataclass(frozen=True)
+@settings_class
 class Priors:
     """Priors of one animal. All of them are normal, of logarithms where a number is positive; an SD of 0 fixes it.
-
-    Attributes
-    ----------
-    parameters : mapping of str to (float, float)
-        Median (in the unit of the parameter) and SD of the logarithm of single parameters of the model, in place of
-        the nominal value and the parameter's own (`descriptions.Parameter.spread`).
-    radius_scale : float
-        SD of the logarithm of a factor common to all radii: threshold and voxel size of the image.
-    radius : float
-        SD of the logarithm of each vessel's own error, where the network has no ``radius_sd`` (cm).
-    length_scale, length : float
-        Likewise for lengths.
-    taper : float
-        SD of what a vessel's radius falls from inlet to outlet, as a share of its radius, around 0, before its taper
-        was measured; only where the network has one.
-    taper_scale : float
-        SD of a factor common to all measured tapers, around 1: blur, and contrast that fades along a vessel.
-    stiffening : float
-        SD of the exponent k of a wall stiffness that varies with the radius, β ∝ (r/r_root)^-k, around 0: in pulmonary
-        arteries distensibility is nearly uniform (k = 0), down the systemic ones k near 0.7 is usual.
-    image_pressure : float
-        SD of the logarithm of the pressure at which the image was taken, where the network has one.
-    zero : float
-        SD of the zero of the pressure, mmHg: of the catheter.
-    wedge : float
-        SD of the pressure behind the vascular beds around the recording's wedge pressure, mmHg.
-    discrepancy : (float, float)
-        Median (mmHg) and SD of the logarithm of the standard deviation of what no parameters of the model explain. The
-        residuals of the twelve published mice are 0.11 to 0.65 mmHg.
 
     Examples
     --------
@@ -52,18 +23,30 @@ class Priors:
     """
 
     parameters: Mapping[str, tuple[Positive, Spread]] = field(default_factory=dict)
+    """Median (in the unit of the parameter) and SD of the logarithm of single parameters of the model, in place of the
+    nominal value and the parameter's own (`descriptions.Parameter.spread`)."""
     radius_scale: Spread = 0.05
+    """SD of the logarithm of a factor common to all radii: threshold and voxel size of the image."""
     radius: Spread = 0.05
+    """SD of the logarithm of each vessel's own error, where the network has no ``radius_sd`` (cm)."""
     length_scale: Spread = 0.05
+    """As `radius_scale`, of lengths."""
     length: Spread = 0.05
+    """As `radius`, of lengths."""
     taper: Spread = 0.3
+    """SD of what a vessel's radius falls from inlet to outlet, as a share of its radius, around 0, before its taper was
+    measured; only where the network has one."""
     taper_scale: Spread = 0.1
+    """SD of a factor common to all measured tapers, around 1: blur, and contrast that fades along a vessel."""
     stiffening: Spread = 0.5
+    """SD of the exponent k of a wall stiffness that varies with the radius, β ∝ (r/r_root)^-k, around 0: in pulmonary
+    arteries distensibility is nearly uniform (k = 0), down the systemic ones k near 0.7 is usual."""
     image_pressure: Spread = 0.3
+    """SD of the logarithm of the pressure at which the image was taken, where the network has one."""
     zero: Annotated[float, Ge(0)] = 0.5
+    """SD of the zero of the pressure, mmHg: of the catheter."""
     wedge: Annotated[float, Ge(0)] = 0.0
+    """SD of the pressure behind the vascular beds around the recording's wedge pressure, mmHg."""
     discrepancy: tuple[Positive, Spread] = (0.3, 0.7)
-
-    def __post_init__(self) -> None:
-        """Check the values."""
-        check_settings(self)
+    """Median (mmHg) and SD of the logarithm of the standard deviation of what no parameters of the model explain. The
+    residuals of the twelve published mice are 0.11 to 0.65 mmHg."""

@@ -131,7 +131,7 @@ class Posterior:
         """Return the draws as ArviZ reads them: `data`."""
         return self.data
 
-    def write(self, path: str | Path) -> Path:
+    def to_netcdf(self, path: str | Path) -> Path:
         """Write the draws as netCDF with one group each, which ``arviz.from_netcdf`` reads; returns the path.
 
         Raises

@@ -13,7 +13,7 @@ from vasowave.inference.priors import Priors
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal, nominal_beds
 from vasowave.model.tapering import tapered
-from vasowave.network.network import MEASURED, Network
+from vasowave.network.network import MEASURED, Network, measured_falls
 
 
 class Unknown(NamedTuple):
@@ -184,12 +184,4 @@ class Unknowns:
     @cached_property
     def _falls(self) -> tuple[np.ndarray, np.ndarray]:
         """Mean and SD of each vessel's fall by its measured taper and the prior; 0 where no taper was measured."""
-        network, prior = self.network, self.priors.taper
-        if network.taper is None or prior == 0:
-            return np.zeros(len(network)), np.zeros(len(network))
-        share = network.length / network.radius
-        measured = network.taper * share
-        sd = np.zeros(len(network)) if network.taper_sd is None else np.nan_to_num(network.taper_sd) * share
-        weight = prior**2 / (prior**2 + sd**2)
-        known = np.isfinite(measured)
-        return np.where(known, weight * measured, 0.0), np.where(known, np.sqrt(weight) * sd, 0.0)
+        return measured_falls(self.network, self.priors.taper)

@@ -14,7 +14,8 @@ from vasowave.recording import Recording
 FEWEST_EFFECTIVE = 100.0
 """Effective draws below which the ends of a 95 % interval rest on two draws each."""
 
-_SILENT = 0.1  # contraction below which the data count as saying nothing
+_SILENT = 0.1  # contraction below which the data count as narrowing nothing
+_MOVED = 0.5  # SD of the prior between its median and the posterior's, from which they are not the same
 _FAR = 2.0  # SD of the prior between its median and the posterior's, from which they disagree
 _MAINLY = 0.5  # share of the variance from one source that is worth a finding
 _WIDEST = 4.0  # ratio of the ends of an interval beyond which a number is not determined
@@ -35,6 +36,10 @@ SILENT = note_kind(
     "posterior.silent",
     "The recording says nothing about {names}: posterior and prior are the same, and the interval is that of the "
     "assumption.",
+)
+MOVED = note_kind(
+    "posterior.moved",
+    "The recording does not narrow what is known of {names}, but posterior and prior are not the same: {parts}.",
 )
 WIDE = note_kind("posterior.wide", "{name} is known only within a factor of {factor:.1f} ({low:.3g} to {high:.3g}).")
 CONFLICT = look_kind(
@@ -63,16 +68,26 @@ MOSTLY = {
 def meanings(summary: pd.DataFrame, scores: pd.Series, unknowns: dict[str, Unknown]) -> Iterator[Finding]:
     """Yield what the numbers mean; `scores` are the medians of the unknowns in SD of their priors."""
     untold = (summary["contraction"] < _SILENT) & summary.index.isin(list(unknowns))
-    if untold.any():
-        yield SILENT(names=_listed(list(summary.index[untold])))
+    wider = summary["contraction"] < -_SILENT
+    moved = untold & (wider | (scores.reindex(summary.index).abs() > _MOVED))
+    if (untold & ~moved).any():
+        yield SILENT(names=_listed(list(summary.index[untold & ~moved])))
+    if moved.any():
+        parts = [
+            f"the interval of {name} is wider than that of the prior"
+            if wider[name]
+            else f"the middle of {name} lies {abs(scores[name]):.1f} SD of the prior {_side(scores[name])} its center"
+            for name in summary.index[moved]
+        ]
+        yield MOVED(names=_listed(list(summary.index[moved])), parts=_listed(parts))
     factor = summary["interval_high"] / summary["interval_low"]
     for name, row in summary[(summary["prior_low"] > 0) & (factor > _WIDEST) & ~untold].iterrows():
         low, high = float(row["interval_low"]), float(row["interval_high"])
         yield WIDE(name=str(name), factor=high / low, low=low, high=high)
     for name, score in scores.items():
         if abs(score) > _FAR:
-            side, meaning = "above" if score > 0 else "below", unknowns[str(name)].meaning
-            yield CONFLICT(name=str(name), meaning=meaning, distance=float(abs(score)), side=side)
+            meaning = unknowns[str(name)].meaning
+            yield CONFLICT(name=str(name), meaning=meaning, distance=float(abs(score)), side=_side(score))
     for source, mostly in MOSTLY.items():
         rows = summary.index[(summary[source] > _MAINLY) & (summary["contraction"] >= _SILENT)]
         if len(rows):
@@ -93,6 +108,10 @@ def trust(diagnostics: Diagnostics) -> Iterator[Finding]:
         yield HEAVY_TAIL(k_hat=float(diagnostics.k_hat), limit=UNTRUSTED)
     if diagnostics.effective < FEWEST_EFFECTIVE:
         yield FEW_DRAWS(effective=float(diagnostics.effective))
+
+
+def _side(score: float) -> str:
+    return "above" if score > 0 else "below"
 
 
 def _listed(names: list[str]) -> str:

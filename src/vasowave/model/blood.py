@@ -5,13 +5,14 @@ Every friction law here has the form ``(k0 + k1 √A) q/A``: two numbers, which 
 
 import math
 from dataclasses import dataclass, field
-from typing import Annotated, Protocol
+from typing import Annotated, Literal, Protocol
 
 from annotated_types import Ge
+from pydantic import SkipValidation
 
 from vasowave import units
 from vasowave.errors import InputError
-from vasowave.settings import Positive, check_settings
+from vasowave.settings import Positive, settings_class
 
 
 class Friction(Protocol):
@@ -30,15 +31,9 @@ def boundary_layer(viscosity: float, period: float) -> float:
     return math.sqrt(viscosity * period / (2 * math.pi))
 
 
-@dataclass(frozen=True)
+@settings_class
 class BoundaryLayer:
     """Flat profile with a linear boundary layer: friction 2πνr/δ · q/A (eq. 2).
-
-    Attributes
-    ----------
-    reference_radius : float, optional
-        This radius (cm) in every vessel at all times instead of the local one, √(A/π), with which eq. 2 is written;
-        the paper's own fits used 0.07.
 
     Examples
     --------
@@ -48,10 +43,8 @@ class BoundaryLayer:
     """
 
     reference_radius: Positive | None = None
-
-    def __post_init__(self) -> None:
-        """Check the radius."""
-        check_settings(self)
+    """For boundary-layer: This radius (cm) in every vessel at all times instead of the local one, √(A/π), with which
+    eq. 2 is written; the paper's own fits used 0.07."""
 
     def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
         """Return (2πν r_ref/δ, 0) or (0, 2√π ν/δ); both vanish with the viscosity."""
@@ -63,15 +56,9 @@ class BoundaryLayer:
         return 0.0, 2 * math.sqrt(math.pi) * viscosity / delta
 
 
-@dataclass(frozen=True)
+@settings_class
 class PowerLaw:
     """Profile u ∝ 1 - (s/r)^ζ over the cross-section: friction 2π(ζ + 2)ν · q/A.
-
-    Attributes
-    ----------
-    exponent : float
-        Exponent ζ of the velocity profile: 2 is Poiseuille's parabola, 9 a blunt profile usual for large arteries. The
-        convective term keeps the factor 1 of a flat profile, as in eq. 2.
 
     Examples
     --------
@@ -81,10 +68,8 @@ class PowerLaw:
     """
 
     exponent: Positive = 9.0
-
-    def __post_init__(self) -> None:
-        """Check the exponent."""
-        check_settings(self)
+    """For power-law: Exponent ζ of the velocity profile: 2 is Poiseuille's parabola, 9 a blunt profile usual for large
+    arteries. The convective term keeps the factor 1 of a flat profile, as in eq. 2."""
 
     def coefficients(self, viscosity: float, period: float) -> tuple[float, float]:
         """Return (2π(ζ + 2)ν, 0)."""
@@ -107,22 +92,24 @@ class Poiseuille:
         return 8 * math.pi * viscosity, 0.0
 
 
-FRICTIONS: dict[str, type] = {"boundary-layer": BoundaryLayer, "poiseuille": Poiseuille, "power-law": PowerLaw}
+FrictionName = Literal["boundary-layer", "poiseuille", "power-law"]
+FRICTIONS: dict[FrictionName, type] = {"boundary-layer": BoundaryLayer, "poiseuille": Poiseuille, "power-law": PowerLaw}
 """The friction laws by the name under which a study chooses them."""
 
 
-@dataclass(frozen=True)
-class Blood:
-    """Blood as a Newtonian fluid; the defaults are the paper's averages for mice.
+@settings_class
+class Fluid:
+    """A Newtonian fluid; the defaults are the paper's averages for the blood of mice."""
 
-    Attributes
-    ----------
-    density : float
-        Density ρ, g/ml.
-    viscosity : float
-        Kinematic viscosity ν, cm²/s.
-    friction : Friction
-        Friction law: boundary-layer (eq. 2), poiseuille or power-law.
+    density: Positive = 1.057
+    """Density ρ, g/ml."""
+    viscosity: Annotated[float, Ge(0)] = 0.0462
+    """Kinematic viscosity ν, cm²/s."""
+
+
+@settings_class
+class Blood(Fluid):
+    """Blood as a Newtonian fluid; the defaults are the paper's averages for mice.
 
     Examples
     --------
@@ -131,13 +118,11 @@ class Blood:
     Blood(density=1.06, viscosity=0.0462, friction=Poiseuille())
     """
 
-    density: Positive = 1.057
-    viscosity: Annotated[float, Ge(0)] = 0.0462
-    friction: Friction = field(default_factory=BoundaryLayer)
+    friction: SkipValidation[Friction] = field(default_factory=BoundaryLayer)
+    """Friction law: `BoundaryLayer` (eq. 2), `Poiseuille` or `PowerLaw`."""
 
     def __post_init__(self) -> None:
-        """Check the values."""
-        check_settings(self)
+        """Check the friction law."""
         if not hasattr(self.friction, "coefficients"):
             raise InputError(f"{self.friction!r} is no friction law; use BoundaryLayer(), PowerLaw(9) or Poiseuille()")
 

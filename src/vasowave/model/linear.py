@@ -1,17 +1,75 @@
 """The network in the frequency domain, linearized about its mean pressure.
 
 Every vessel is a transmission line with compliance dA/dp, inertance ρ/A and the friction of eq. 2; junctions join
-admittances, outlets close the ends. It needs no time stepping and shares no code with the solver, which starts from it
-and is tested against it.
+admittances, outlets close the ends. A vessel whose radius or stiffness change along its way is a chain of such lines.
+It needs no time stepping and shares no code with the solver, which starts from it and is tested against it.
 """
 
 from dataclasses import dataclass
+from functools import reduce
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vasowave.model import walls
 from vasowave.model.model import Model
 from vasowave.recording import Inflow
+
+_PARTS = 6  # lines that a vessel makes where one changes along its way
+_GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)  # places in a line whose mean is right to third order
+
+
+class Lines(NamedTuple):
+    """One uniform line in every vessel.
+
+    Attributes
+    ----------
+    propagation : complex array, shape (harmonic, vessel)
+        Propagation constant γ, 1/cm.
+    impedance : complex array, shape (harmonic, vessel)
+        Characteristic impedance, mmHg s/ml.
+    resistance : array, shape (vessel,)
+        Steady resistance per length, mmHg s/ml/cm.
+    """
+
+    propagation: np.ndarray
+    impedance: np.ndarray
+    resistance: np.ndarray
+
+    def after(self, vessel: np.ndarray, x: np.ndarray, P: np.ndarray, Q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the spectra of pressure and flow x (cm) behind a place in vessels where they are P and Q."""
+        cosh, sinh = _hyperbolic(self.propagation[:, vessel] * x)
+        Z = self.impedance[:, vessel]
+        p = P * cosh - Z * Q * sinh
+        q = Q * cosh - P / Z * sinh
+        p[0], q[0] = P[0] - self.resistance[vessel] * x * Q[0], Q[0]
+        return p, q
+
+    def passage(self, length: np.ndarray) -> "_Passage":
+        """Return what lines of these lengths (cm) do to waves."""
+        cosh, sinh = _hyperbolic(self.propagation * length)
+        across, along = self.impedance * sinh / cosh, sinh / cosh / self.impedance
+        across[0], along[0] = self.resistance * length, 0.0  # a steady flow meets resistance alone
+        return _Passage(cosh, np.ones_like(cosh), across, along)
+
+
+class _Passage(NamedTuple):
+    """P_in = d (turn P_out + across Q_out), Q_in = d (along P_out + Q_out); shapes (harmonic, vessel)."""
+
+    d: np.ndarray
+    turn: np.ndarray
+    across: np.ndarray
+    along: np.ndarray
+
+    def then(self, after: "_Passage") -> "_Passage":
+        """Return both, one behind the other."""
+        share = 1.0 + self.along * after.across
+        return _Passage(
+            self.d * after.d * share,
+            (self.turn * after.turn + self.across * after.along) / share,
+            (self.turn * after.across + self.across) / share,
+            (self.along * after.turn + after.along) / share,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +86,10 @@ class LinearSolution:
         Impedance at each vessel's inlet, mmHg s/ml; that of the mean counts from the pressure behind the outlets.
     pressure, flow : complex array, shape (harmonic, vessel)
         Spectra at the vessels' inlets (mmHg, ml/s): p(t) = Re Σ P_k exp(iω_k t), the mean at k = 0.
-    propagation : complex array, shape (harmonic, vessel)
-        Propagation constant γ, 1/cm.
-    line_impedance : complex array, shape (harmonic, vessel)
-        Characteristic impedance of the line, mmHg s/ml.
-    resistance : array, shape (vessel,)
-        Steady resistance per length, mmHg s/ml/cm.
+    lines : tuple of Lines
+        What every vessel consists of, from its inlet on, in parts of the same length.
+    length : array, shape (vessel,)
+        cm.
     """
 
     period: float
@@ -41,18 +97,22 @@ class LinearSolution:
     input_impedance: np.ndarray
     pressure: np.ndarray
     flow: np.ndarray
-    propagation: np.ndarray
-    line_impedance: np.ndarray
-    resistance: np.ndarray
+    lines: tuple[Lines, ...]
+    length: np.ndarray
+
+    @property
+    def resistance(self) -> np.ndarray:
+        """Steady resistance per length, mmHg s/ml/cm, shape (vessel,)."""
+        return np.asarray(sum(one.resistance for one in self.lines) / len(self.lines))
 
     def at(self, vessel: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the spectra of pressure and flow at x (cm) into the vessels (rows), shape (harmonic, place)."""
-        P, Q = self.pressure[:, vessel], self.flow[:, vessel]
-        cosh, sinh = _hyperbolic(self.propagation[:, vessel] * x)
-        Z = self.line_impedance[:, vessel]
-        p = P * cosh - Z * Q * sinh
-        q = Q * cosh - P / Z * sinh
-        p[0], q[0] = P[0] - self.resistance[vessel] * x * Q[0], Q[0]
+        p, q = self.pressure[:, vessel], self.flow[:, vessel]
+        part = self.length[vessel] / len(self.lines)
+        for k, line in enumerate(self.lines):
+            from_start = x - k * part if k else x  # a place beyond an end lies on the line that is next to it
+            within = from_start if k == len(self.lines) - 1 else np.minimum(from_start, part)
+            p, q = line.after(vessel, within if k == 0 else np.maximum(within, 0.0), p, q)
         return p, q
 
     def in_time(self, spectrum: np.ndarray, t: float | np.ndarray) -> np.ndarray:
@@ -85,10 +145,10 @@ def _mean_pressure(model: Model, flow: float, period: float) -> np.ndarray:
     pulled = np.zeros(len(network))
     pulled[network.terminals] = beds[network.terminals] * model.outlet_pressure
     k0, k1 = blood.friction.coefficients(blood.viscosity, period)
-    middle = np.full(len(network), np.mean(model.outlet_pressure))
+    middle, parts = np.full(len(network), np.mean(model.outlet_pressure)), _parts(model)
     for _ in range(4):
-        A = walls.area(model.wall, middle, model.area0)
-        fall = blood.inertia * network.length * (k0 + k1 * np.sqrt(A)) / A**2
+        areas = (np.asarray(walls.area(wall, middle, area0)) for wall, area0 in parts)
+        fall = _mean([blood.inertia * network.length * (k0 + k1 * np.sqrt(A)) / A**2 for A in areas])
         resistance, conductance, behind = fall.tolist(), beds.tolist(), pulled.tolist()
         for row in reversed(downward):  # plain numbers: arrays of a few vessels cost more
             resistance[row] += 1.0 / conductance[row]
@@ -104,25 +164,50 @@ def _mean_pressure(model: Model, flow: float, period: float) -> np.ndarray:
     return middle
 
 
-def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period: float) -> LinearSolution:
-    network, inertia = model.network, model.blood.inertia
-    omega = 2 * np.pi / period * np.arange(len(spectrum))[:, np.newaxis]
-    A = walls.area(model.wall, mean_pressure, model.area0)
+def _parts(model: Model) -> list[tuple[Any, np.ndarray]]:
+    """Return wall and A0 of all vessels at places along them: two in each of their lines, one if all are straight."""
+    if not model.changing.any():
+        return [(model.wall, model.area0)]
+    rows = np.arange(len(model.network))
+    shares = ((np.arange(_PARTS)[:, np.newaxis] + _GAUSS) / _PARTS).ravel()
+    return [model.at(rows, np.full(len(rows), share)) for share in shares]
+
+
+def _mean(values: list[np.ndarray]) -> np.ndarray:
+    return np.asarray(sum(values[1:], start=values[0]) / len(values))
+
+
+def _lines(model: Model, mean_pressure: np.ndarray, omega: np.ndarray, period: float) -> tuple[Lines, ...]:
+    inertia = model.blood.inertia
     k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
-    drag = (k0 + k1 * np.sqrt(A)) / A
-    series = inertia / A * (1j * omega + drag)
-    shunt = 1j * omega * walls.area_compliance(model.wall, mean_pressure, model.area0)
-    gamma = np.sqrt(series * shunt)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        Z_line = np.sqrt(series / shunt)
-    Z_line[0] = 1.0  # has no meaning at zero frequency, where γ = 0 multiplies it
-    cosh, sinh = _hyperbolic(gamma * network.length)
-    across, along = Z_line * sinh / cosh, sinh / cosh / Z_line
-    resistance = inertia / A * drag
-    across[0], along[0] = resistance * network.length, 0.0  # a steady flow meets resistance alone
-    Z_in = _input_impedance(model, model.outlets.impedance_at(len(spectrum), period), across, along)
-    passed = cosh - Z_line / Z_in * sinh
-    passed[0] = 1.0 - across[0] / Z_in[0]
+    lines, parts = [], _parts(model)
+    each = 2 if len(parts) > 1 else 1
+    for part in range(0, len(parts), each):
+        series, shunt, resistance = [], [], []
+        for wall, area0 in parts[part : part + each]:
+            A = np.asarray(walls.area(wall, mean_pressure, area0))
+            drag = (k0 + k1 * np.sqrt(A)) / A
+            series.append(inertia / A * (1j * omega + drag))
+            shunt.append(1j * omega * np.asarray(walls.area_compliance(wall, mean_pressure, area0)))
+            resistance.append(inertia / A * drag)
+        along, across = _mean(series), _mean(shunt)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            Z_line = np.sqrt(along / across)
+        Z_line[0] = 1.0  # has no meaning at zero frequency, where γ = 0 multiplies it
+        lines.append(Lines(np.sqrt(along * across), Z_line, _mean(resistance)))
+    return tuple(lines)
+
+
+def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period: float) -> LinearSolution:
+    network = model.network
+    omega = 2 * np.pi / period * np.arange(len(spectrum))[:, np.newaxis]
+    lines = _lines(model, mean_pressure, omega, period)
+    passage = reduce(_Passage.then, (line.passage(network.length / len(lines)) for line in lines))
+    Z_in = _input_impedance(model, model.outlets.impedance_at(len(spectrum), period), passage)
+    passed = passage.d * (1.0 - passage.across / Z_in)
+    if len(lines) == 1:  # the same, rounded as the sum of what comes and what turns back
+        cosh, sinh = _hyperbolic(lines[0].propagation[1:] * network.length)
+        passed[1:] = cosh - lines[0].impedance[1:] / Z_in[1:] * sinh
     behind = _behind(model, Z_in[0].real)
     P = np.empty_like(Z_in)  # above the pressure behind each vessel
     P[:, network.root] = Z_in[:, network.root] * spectrum
@@ -132,7 +217,7 @@ def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period
         P[0, rows] += behind[parents] - behind[rows]
     flow = P / Z_in
     P[0] += behind
-    return LinearSolution(period, mean_pressure, Z_in, P, flow, gamma, Z_line, resistance)
+    return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length)
 
 
 def _behind(model: Model, resistance: np.ndarray) -> np.ndarray:
@@ -155,15 +240,15 @@ def _hyperbolic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (grown + decayed), 0.5 * (grown - decayed)
 
 
-def _input_impedance(model: Model, end: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
+def _input_impedance(model: Model, end: np.ndarray, passage: _Passage) -> np.ndarray:
     """Impedance at every inlet, from the outlets (whose impedance is `end`) up, one generation at a time."""
     network = model.network
     load_admittance = np.zeros((len(end), len(network)), dtype=complex)
     load_admittance[:, network.terminals] = 1.0 / end
-    Z_in = np.empty_like(load_admittance)
+    Z_in, (_, turn, across, along) = np.empty_like(load_admittance), passage
     for rows in reversed(network.generations):
         admittance, parents = load_admittance[:, rows], network.parent[rows]
-        Z_in[:, rows] = (1.0 + admittance * across[:, rows]) / (admittance + along[:, rows])
+        Z_in[:, rows] = (turn[:, rows] + admittance * across[:, rows]) / (admittance + along[:, rows])
         if parents[0] >= 0:
             np.add.at(load_admittance.T, parents, (1.0 / Z_in[:, rows]).T)
     return Z_in

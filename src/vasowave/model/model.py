@@ -10,12 +10,14 @@ from vasowave.errors import InputError
 from vasowave.model.blood import Blood
 from vasowave.model.outlets import Outlets
 from vasowave.model.per_vessel import one_per_vessel
+from vasowave.model.shape import Shape
 from vasowave.model.walls import Wall
 from vasowave.network.network import Network
 from vasowave.notebook import card, upstairs
 
 if TYPE_CHECKING:
     import xarray as xr
+    from numpy.typing import ArrayLike
 
     from vasowave.recording import Inflow, Recording
     from vasowave.solver import Numerics
@@ -39,12 +41,15 @@ class Model:
     outlet_pressure : float or array, shape (terminal,)
         Pressure behind the outlets, mmHg: of the left atrium, or the wedge pressure; 0 in the paper. What the pressure
         before a bed is above it drives the flow; walls feel the whole pressure. Kept as one value per terminal.
+    shape : Shape, optional
+        How radius and stiffness change along the vessels, which are straight without one; `Shape.of` makes one of the
+        network's taper.
 
     Raises
     ------
     InputError
         A parameter that is not a positive finite number or has the wrong shape, or a law without an area at the
-        pressure of the image; the vessel is named.
+        pressure of the image; the vessel is named. A shape of another number of vessels.
 
     Examples
     --------
@@ -60,6 +65,7 @@ class Model:
     outlets: Outlets
     blood: Blood = field(default_factory=Blood)
     outlet_pressure: float | np.ndarray = 0.0
+    shape: Shape | None = None
 
     def __post_init__(self) -> None:
         """Expand every parameter to one value per vessel or terminal, and check it."""
@@ -70,6 +76,8 @@ class Model:
         terminals = [self.network.name[row] for row in self.network.terminals]
         object.__setattr__(self, "wall", one_per_vessel(self.wall, self.network.name, "wall"))
         object.__setattr__(self, "outlets", self.outlets.checked(terminals))
+        if self.shape is not None and not set(self.shape.rows) <= {1, len(self.network)}:
+            raise InputError(f"shape: give one row of points, or one for each of the {len(self.network)} vessels")
         object.__setattr__(self, "outlet_pressure", _pressures(self.outlet_pressure, terminals))
         bad = np.flatnonzero(~(np.isfinite(self.area0) & (self.area0 > 0)))
         if len(bad):
@@ -80,10 +88,48 @@ class Model:
 
     @cached_property
     def area0(self) -> np.ndarray:
-        """Cross-sectional area A0 at zero pressure, cm², shape (vessel,): measured area over the law's ratio there."""
+        """Cross-sectional area A0 at zero pressure, cm², shape (vessel,): measured area over the law's ratio there.
+
+        It is that of the vessel's own radius; where the vessel changes along its way, `at` knows more.
+        """
+        return self._area0(self.wall, self.network.area)
+
+    def _area0(self, wall: Any, area: np.ndarray) -> np.ndarray:
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
-            ratio = np.asarray(self.wall.ratio_at(self.network.pressure, *self.wall))
-            return self.network.area / ratio
+            return area / np.asarray(wall.ratio_at(self.network.pressure, *wall))
+
+    @cached_property
+    def profile(self) -> Shape | None:
+        """The shape that was given, or nothing where all vessels are straight."""
+        return self.shape if self.shape is not None and self.shape.changes.any() else None
+
+    @cached_property
+    def changing(self) -> np.ndarray:
+        """True for a vessel whose radius or stiffness changes along its way, shape (vessel,)."""
+        return np.zeros(len(self.network), dtype=bool) | (self.profile is not None and self.profile.changes)
+
+    @cached_property
+    def stiffening(self) -> np.ndarray:
+        """True for a vessel whose stiffness does, shape (vessel,)."""
+        return np.zeros(len(self.network), dtype=bool) | (self.profile is not None and self.profile.stiffens)
+
+    def at(self, vessel: "ArrayLike", share: "ArrayLike") -> tuple[Any, np.ndarray]:
+        """Return the wall law and A0 (cm²) at places: rows of vessels, and shares of their length from the inlet.
+
+        Both have the same shape, which is that of A0 and of every parameter of the law.
+        """
+        vessel, share = np.asarray(vessel), np.asarray(share)
+        wall = type(self.wall)(*(value[vessel] for value in self.wall))
+        if self.profile is None:
+            return wall, self.area0[vessel]
+        stiffness, parameters = self.profile.at(vessel, share)[1], self.wall.law().parameters
+        wall = type(wall)(*(value * one.scale(stiffness) for value, one in zip(wall, parameters, strict=True)))
+        return wall, self._area0(wall, self.image_area(vessel, share))
+
+    def image_area(self, vessel: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Cross-sectional area, cm², at the pressure of the image, at places as in `at`."""
+        area = self.network.area[vessel]
+        return area if self.profile is None else area * self.profile.at(vessel, share)[0] ** 2
 
     def __repr__(self) -> str:
         parameters = ", ".join(
@@ -114,7 +160,7 @@ class Model:
 
 def _pressures(given: Any, terminals: list[str]) -> np.ndarray:
     try:
-        values = np.broadcast_to(np.asarray(given, dtype=float), len(terminals))
+        values = np.array(np.broadcast_to(np.asarray(given, dtype=float), len(terminals)))
     except (TypeError, ValueError):
         raise InputError(
             f"outlet_pressure: give one number, or one for each of the {len(terminals)} terminal vessels, mmHg"

@@ -30,7 +30,7 @@ def tapered(model: Model, fall: np.ndarray, longest: float = PIECE) -> Model:
     Raises
     ------
     InputError
-        A vessel that would be closed at one end.
+        A vessel that would be closed at one end, or a model that has a shape already.
 
     Examples
     --------
@@ -43,6 +43,8 @@ def tapered(model: Model, fall: np.ndarray, longest: float = PIECE) -> Model:
     Network(52 vessels, 11 terminals, root '1.1' r0 ... cm, total length 4.484 cm)
     """
     network = model.network
+    if model.shape is not None:
+        raise InputError("the vessels of this model have a shape already; cut a model that was made without one")
     if not np.all(np.abs(fall) < 2):
         raise InputError(f"vessel '{network.name[np.argmax(np.abs(fall))]}' tapers until it is closed at one end")
     count = np.where(fall == 0, 1, np.maximum(np.ceil(network.length / longest - 1e-9), 1)).astype(int)

@@ -46,7 +46,8 @@ class Network:
         Standard deviation of each radius as it was measured, cm; NaN where it is not known.
     taper, taper_sd : float array, shape (vessel,), optional
         Fall of the radius along the vessel, -dr/ds, cm/cm, around the middle, where the radius is `radius`; and its
-        standard deviation. NaN where it was not measured. Fits take straight tubes; the posterior knows of it.
+        standard deviation. NaN where it was not measured. Models have straight vessels unless they are
+        given a shape (`Shape.of`); the posterior knows of it.
 
     Raises
     ------
@@ -274,6 +275,22 @@ def _check_measured(network: Network, where: Callable[[int], str]) -> None:
 def closes(taper: np.ndarray, network: Network) -> np.ndarray:
     """Return which vessels a taper (cm/cm, shape (vessel,)) would close at one end."""
     return np.asarray(np.abs(taper) * network.length >= 2 * network.radius)
+
+
+def measured_falls(network: Network, prior: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return what each vessel's radius falls from inlet to outlet, as a share of it, and its SD, shape (vessel,).
+
+    Both are those of a normal prior around none of SD `prior` after the measurement: a taper that was measured with an
+    error is drawn towards none. 0 where no taper is known.
+    """
+    if network.taper is None or prior == 0:
+        return np.zeros(len(network)), np.zeros(len(network))
+    share = network.length / network.radius
+    measured = network.taper * share
+    sd = np.zeros(len(network)) if network.taper_sd is None else np.nan_to_num(network.taper_sd) * share
+    weight = prior**2 / (prior**2 + sd**2)
+    known = np.isfinite(measured)
+    return np.where(known, weight * measured, 0.0), np.where(known, np.sqrt(weight) * sd, 0.0)
 
 
 def from_root(network: Network, per_vessel: np.ndarray) -> np.ndarray:

@@ -5,13 +5,14 @@ from vasowave.recording.beats import Beats, find_beats
 from vasowave.recording.catheter import Catheter, correct_catheter, ringing, suspect_catheter
 from vasowave.recording.cycle import Inflow, Recording, resample, samples_needed
 from vasowave.recording.describe import FileDescription, describe_recording
-from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats, one_cycle
+from vasowave.recording.ensemble import Averaging, Beat, EnsembleAverage, average_beats, one_cycle
 from vasowave.recording.harmonics import HarmonicErrors, harmonic_errors
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
-from vasowave.recording.read_raw import read_raw_recording
+from vasowave.recording.read_raw import Reading, read_raw_recording
 
 __all__ = [
+    "Averaging",
     "Baseline",
     "Beat",
     "Beats",
@@ -21,6 +22,7 @@ __all__ = [
     "HarmonicErrors",
     "Inflow",
     "RawRecording",
+    "Reading",
     "Recording",
     "Step",
     "average_beats",

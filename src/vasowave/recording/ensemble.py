@@ -25,7 +25,7 @@ from vasowave.recording.rejection import (
     summarize,
 )
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
-from vasowave.settings import Range
+from vasowave.settings import Range, given_values, settings_class
 
 ADVANCED = note_kind("recording.flow-advanced", "the flow was advanced by the estimated p-q delay of {delay:.2f} ms")
 LOW_PASSED = note_kind("recording.low-passed", "harmonics above {harmonics} of the cycle were left out")
@@ -126,20 +126,48 @@ def one_cycle(given: object) -> Recording:
     raise InputError(f"{type(given).__name__} was given where a Recording is needed")
 
 
+@settings_class
+class Averaging:
+    """From continuous recordings to one cycle. Only for animals of kind 'raw'.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Averaging(beats=12, drift="warn").samples
+    256
+    """
+
+    beats: Annotated[int, Ge(2)] = 20
+    """Number of beats to average, 20 in the paper."""
+    samples: Annotated[int, Ge(FEWEST_SAMPLES)] = 256
+    """Samples of the cycle."""
+    harmonics: Annotated[int, Ge(1)] | None = 20
+    """Harmonics of the averaged cycle that are kept; None keeps all. What is above 20 is noise, which would push the
+    largest and the smallest value (sPAP, dPAP) apart."""
+    fiducial: Literal["ecg", "pressure"] | None = None
+    """R wave, or foot of the pressure; by default the ECG where there is one that beats."""
+    heart_rates: Range | None = None
+    """Slowest and fastest heart rate to look for, beats/min; by default 250 to 900, in a study of rats 150 to 650."""
+    length_tolerance: Annotated[float, Gt(0), Le(1)] = 0.1
+    """A beat whose length differs by a larger fraction from the median of its neighbours is rejected."""
+    least_correlation: Annotated[float, Ge(-1), Le(1)] = 0.9
+    """A beat whose pressure or flow correlates less with the median beat is rejected."""
+    reject_ventilation: bool = True
+    """Whether a beat whose mean pressure or flow stands off the end-expiratory level (more than 2.5 SD of the narrowest
+    quarter of all beats) is rejected."""
+    correct_delay: bool = False
+    """Whether the flow is advanced by the estimated p-q delay. It is estimated in any case."""
+    drift: Literal["remove", "warn"] = "remove"
+    """Whether the drift of the transducer and its steps are subtracted, or only told. A trend that comes with a change
+    of pulse or flow may be the animal's own and is never subtracted. A drift that stays in counts as an error of the
+    mean pressure, as large as it is in the averaged beats."""
+    zero_time: Annotated[float, Ge(0)] = 0.0
+    """The instant at which the transducer's zero is taken to be right, s since the start of the recording: the start by
+    default, since catheters are zeroed before they record."""
+
+
 def average_beats(
-    raw: RawRecording,
-    beats: Annotated[int, Ge(2)] = 20,
-    *,
-    samples: Annotated[int, Ge(FEWEST_SAMPLES)] = 256,
-    harmonics: Annotated[int, Ge(1)] | None = 20,
-    fiducial: Literal["ecg", "pressure"] | None = None,
-    heart_rates: Range | None = None,
-    length_tolerance: Annotated[float, Gt(0), Le(1)] = 0.1,
-    least_correlation: Annotated[float, Ge(-1), Le(1)] = 0.9,
-    reject_ventilation: bool = True,
-    correct_delay: bool = False,
-    drift: Literal["remove", "warn"] = "remove",
-    zero_time: Annotated[float, Ge(0)] = 0.0,
+    raw: RawRecording, beats: int | None = None, averaging: Averaging | None = None, **settings: Any
 ) -> EnsembleAverage:
     """Average consecutive beats of pressure and flow to one cycle, with the ECG as fiducial.
 
@@ -151,33 +179,12 @@ def average_beats(
     Parameters
     ----------
     raw : RawRecording
-    beats : int
-        Number of beats to average, 20 in the paper.
-    samples : int
-        Samples of the cycle.
-    harmonics : int, optional
-        Harmonics of the averaged cycle that are kept; None keeps all. What is above 20 is noise, which would push the
-        largest and the smallest value (sPAP, dPAP) apart.
-    fiducial : {"ecg", "pressure"}, optional
-        R wave, or foot of the pressure; by default the ECG where there is one that beats.
-    heart_rates : (float, float), optional
-        Slowest and fastest heart rate to look for, beats/min; by default 250 to 900, in a study of rats 150 to 650.
-    length_tolerance : float
-        A beat whose length differs by a larger fraction from the median of its neighbours is rejected.
-    least_correlation : float
-        A beat whose pressure or flow correlates less with the median beat is rejected.
-    reject_ventilation : bool
-        Whether a beat whose mean pressure or flow stands off the end-expiratory level (more than 2.5 SD of the
-        narrowest quarter of all beats) is rejected.
-    correct_delay : bool
-        Whether the flow is advanced by the estimated p-q delay. It is estimated in any case.
-    drift : {"remove", "warn"}
-        Whether the drift of the transducer and its steps are subtracted, or only told. A trend that comes with a change
-        of pulse or flow may be the animal's own and is never subtracted. A drift that stays in counts as an error of
-        the mean pressure, as large as it is in the averaged beats.
-    zero_time : float
-        The instant at which the transducer's zero is taken to be right, s since the start of the recording: the start
-        by default, since catheters are zeroed before they record.
+    beats : int, optional
+        Number of beats to average, 20 unless `averaging` says otherwise.
+    averaging : Averaging, optional
+        How beats are found, rejected and averaged.
+    settings
+        Those of `Averaging` by name, ``drift="warn"``, in place of what `averaging` says of them.
 
     Raises
     ------
@@ -201,27 +208,31 @@ def average_beats(
     >>> vw.average_beats(raw, 10).recording
     Recording(mPAP ... mmHg, CO ... ml/s, HR 53... ...)
     """
-    _check_arguments(raw, beats, samples, harmonics, drift, zero_time)
-    heart_rates = heart_rates or HEART_RATES["mouse"]
-    heartbeats = find_beats(raw, fiducial, heart_rates)
+    how = given_values(Averaging, averaging, settings | ({} if beats is None else {"beats": beats}))
+    beats = how.beats
+    lasts = max(one.origin + one.duration for one in (raw, *raw.beside))
+    if how.zero_time > lasts:
+        raise InputError(f"zero_time={how.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
+    heart_rates = how.heart_rates or HEART_RATES["mouse"]
+    heartbeats = find_beats(raw, how.fiducial, heart_rates)
     if len(heartbeats.times) - 1 < beats:
         raise InputError(
             f"{raw.source}: {len(heartbeats.times) - 1} whole beats found, {beats} wanted; record longer or average "
             "fewer"
         )
-    cut = cut_all(raw, heartbeats.times, samples)
-    limits = (length_tolerance, least_correlation)
+    cut = cut_all(raw, heartbeats.times, how.samples)
+    limits = (how.length_tolerance, how.least_correlation)
     reasons = misshapen_beats(cut.ends - cut.starts, cut.pressure, cut.flow, *limits)
     beside = cut_beside(raw, cut, heartbeats.fiducial, heart_rates, *limits)
-    cut, baseline = levelled(cut, beside, reasons, zero_time, drift == "remove", reject_ventilation)
+    cut, baseline = levelled(cut, beside, reasons, how.zero_time, how.drift == "remove", how.reject_ventilation)
     used, run = choose_run(reasons, beats, raw.source)
     period = float(np.mean((cut.ends - cut.starts)[used]))
-    cycles, notes = _mean_cycles({"pressure": cut.pressure[used], "flow": cut.flow[used]}, harmonics)
+    cycles, notes = _mean_cycles({"pressure": cut.pressure[used], "flow": cut.flow[used]}, how.harmonics)
     check_pressure(cycles[0], raw.source)
     check_flow(cycles[1], raw.source)
     delay = foot_delay(cycles[0], cycles[1], period)
     deviations = [values[used, :-1].std(axis=0, ddof=1) for values in (cut.pressure, cut.flow)]
-    if correct_delay:
+    if how.correct_delay:
         cycles[1], deviations[1] = (advance(values, delay / period) for values in (cycles[1], deviations[1]))
         notes.append(ADVANCED(delay=1e3 * delay))
     first, last = float(cut.starts[used[0]]), float(cut.ends[used[-1]])
@@ -244,23 +255,9 @@ def average_beats(
         _listed(cut.starts, cut.ends, set(used.tolist()), reasons),
         heartbeats.fiducial,
         delay,
-        correct_delay,
+        how.correct_delay,
         baseline,
     )
-
-
-def _check_arguments(
-    raw: RawRecording, beats: int, samples: int, harmonics: int | None, drift: str, zero_time: float
-) -> None:
-    if harmonics is not None and harmonics < 1:
-        raise InputError(f"harmonics={harmonics}: at least one must be kept; None keeps all")
-    if beats < 2 or samples < FEWEST_SAMPLES:
-        raise InputError(f"beats={beats}, samples={samples}: at least 2 beats and {FEWEST_SAMPLES} samples are needed")
-    if drift not in ("remove", "warn"):
-        raise InputError(f"drift='{drift}' is neither 'remove' nor 'warn'")
-    lasts = max(one.origin + one.duration for one in (raw, *raw.beside))
-    if not 0.0 <= zero_time <= lasts:
-        raise InputError(f"zero_time={zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
 
 
 def _mean_cycles(cuts: dict[str, np.ndarray], harmonics: int | None) -> tuple[list[np.ndarray], list[Finding]]:

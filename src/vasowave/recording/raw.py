@@ -129,8 +129,8 @@ class RawRecording:
         """Draw all signals between two times (s), ``raw.plot(slice(10, 12))``; returns one matplotlib axes a signal."""
         return upstairs("figures.signals:draw_raw")(self, stretch, axes)
 
-    def average(self, beats: int = 20, **settings: Any) -> "EnsembleAverage":
-        """Return the average of consecutive beats; the settings are those of `average_beats`."""
+    def average(self, beats: int | None = None, **settings: Any) -> "EnsembleAverage":
+        """Return the average of consecutive beats; the settings are those of `Averaging`, by name."""
         averaged: EnsembleAverage = upstairs("recording.ensemble:average_beats")(self, beats, **settings)
         return averaged
 

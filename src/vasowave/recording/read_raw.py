@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from vasowave.recording.formats import read_blocks
 from vasowave.recording.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.recording.raw import SHORTEST, RawRecording
 from vasowave.recording.signal import NAME_THE_RATE, UNIT_REPLACED
+from vasowave.settings import given_values, settings_class
 
 _SAME_LENGTH = 0.01  # two channels of a block last equally long within this share and two samples
 
@@ -29,20 +31,40 @@ GIVEN_UNIT = note_kind("recording.given-unit", "{name} was taken to be in {unit}
 INTERPOLATED = note_kind("recording.interpolated", "'{title}' was interpolated from {given:g} to {rate:g} samples/s")
 
 
-def read_raw_recording(
-    path: str | Path,
-    *,
-    pressure: str | None = None,
-    flow: str | None = None,
-    ecg: str | None = None,
-    pressure_unit: str | None = None,
-    flow_unit: str | None = None,
-    block: int | None = None,
-    start: float | None = None,
-    end: float | None = None,
-    sampling_rate: float | None = None,
-    progress: Progress | None = None,
-) -> RawRecording:
+@settings_class
+class Reading:
+    """What to read of a continuous recording: what `read_raw_recording` takes by name.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Reading(flow="Flow 2", start=30, end=60).end
+    60.0
+    """
+
+    pressure: str | None = None
+    """Title of its channel; needed where neither titles nor units leave one answer (a note says what was guessed)."""
+    flow: str | None = None
+    """As `pressure`."""
+    ecg: str | None = None
+    """As `pressure`."""
+    pressure_unit: str | None = None
+    """Unit of a channel for which the file names none (in LabChart: for which no units conversion was set), or a wrong
+    one: what is given here counts."""
+    flow_unit: str | None = None
+    """As `pressure_unit`."""
+    block: int | None = None
+    """Which block to read, counted from 1; by default the longest (a note says which)."""
+    start: float | None = None
+    """Start of the stretch to read, s since the start of the block. Gaps elsewhere do not matter then. What is outside
+    is kept in `RawRecording.beside`, because it shows the drift of the pressure."""
+    end: float | None = None
+    """Its end, s since the start of the block."""
+    sampling_rate: float | None = None
+    """Samples per second of a table without a time column."""
+
+
+def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **settings: Any) -> RawRecording:
     """Read continuous pressure, flow and (if present) ECG from one file.
 
     Parameters
@@ -50,20 +72,10 @@ def read_raw_recording(
     path : path
         A CSV, TSV or blank-separated table whose header names columns and units (``time [s]``, ``pressure [mmHg]``,
         ``flow [ml/s]``, ``ecg [mV]``), LabChart's text or MATLAB export, or EDF/EDF+.
-    pressure, flow, ecg : str, optional
-        Titles of the channels; needed where neither titles nor units leave one answer (a note says what was guessed).
-    pressure_unit, flow_unit : str, optional
-        Units of channels for which the file names none (in LabChart: for which no units conversion was set), or a wrong
-        one: what is given here counts.
-    block : int, optional
-        Which block to read, counted from 1; by default the longest (a note says which).
-    start, end : float, optional
-        Stretch to read, s since the start of the block. Gaps elsewhere do not matter then. What is outside is kept in
-        `RawRecording.beside`, because it shows the drift of the pressure.
-    sampling_rate : float, optional
-        Samples per second of a file without times.
     progress : callable, optional
         Is called with the fraction of a text file that was read, 0 to 1.
+    settings
+        Those of `Reading` by name: ``flow="Flow 2", start=30, end=60``; needed where the file leaves several answers.
 
     Raises
     ------
@@ -87,13 +99,15 @@ def read_raw_recording(
     >>> vw.read_raw_recording("mouse.txt").sampling_rate
     1000.0
     """
-    blocks = read_blocks(path, sampling_rate, progress)
-    number, notes = _choose(path, blocks, block)
+    how = given_values(Reading, None, settings)
+    start, end = how.start, how.end
+    blocks = read_blocks(path, how.sampling_rate, progress)
+    number, notes = _choose(path, blocks, how.block)
     chosen = blocks[number]
     for suspicion in chosen.suspicions:
         warn(suspicion.at(str(path)))
     notes += chosen.suspicions
-    picked, guessed = pick_channels(path, chosen.channels, {"pressure": pressure, "flow": flow, "ecg": ecg})
+    picked, guessed = pick_channels(path, chosen.channels, {"pressure": how.pressure, "flow": how.flow, "ecg": how.ecg})
     notes += guessed
     if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
         raise InputError(f"{path}: no times; {NAME_THE_RATE}")
@@ -102,7 +116,7 @@ def read_raw_recording(
     _check_lengths(list(picked.values()))
     gaps = _gaps(list(picked.values()), start, end)
     rate = max(channel.sampling_rate for channel in picked.values())
-    given = {"pressure": pressure_unit, "flow": flow_unit, "ecg": None}
+    given = {"pressure": how.pressure_unit, "flow": how.flow_unit, "ecg": None}
     scaled = {}
     wrong = []
     for name, channel in picked.items():

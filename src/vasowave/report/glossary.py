@@ -13,6 +13,7 @@ _OWN = {
     "η": "importance index: relative change of a group's mean (eq. 20)",
     "AICc": "Akaike's information criterion, corrected for small samples; lower is better (eq. 22)",
     "BIC": "Bayesian information criterion; lower is better (eq. 23)",
+    "τ": "time constant of the diastolic decay, measured (eq. 12)",
     "IQR": "from the first to the third quartile",
     "RMSE": "root-mean-square pressure residual",
 }
@@ -27,6 +28,17 @@ def words(name: str, known: Mapping[str, str]) -> str:
 def symbol(name: str, written: Mapping[str, str]) -> str:
     """Return the symbol of a quantity, without what defines it."""
     return written.get(name, name).split(" = ")[0]
+
+
+def caller(cohort: Cohort) -> Callable[[str], str]:
+    """Return what gives a quantity in words with its symbol, as the animals' results have them."""
+    known, written = cohort.meanings, symbols(cohort)
+
+    def called(name: str) -> str:
+        said, sign = words(name, known), symbol(name, written)
+        return said if said == sign else f"{said} {sign}"
+
+    return called
 
 
 def glossary(cohort: Cohort) -> dict[str, str]:

@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from vasowave.animal.failure import Failure
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort, gathered
-from vasowave.cohort.primary import Family, primary_comparison
+from vasowave.cohort.primary import primary_comparison
 from vasowave.errors import InputError
 from vasowave.figures.style import style
 from vasowave.io.files import write_folder
@@ -15,6 +16,8 @@ from vasowave.report.contents import report_of, supplement_of
 from vasowave.report.files import Each, write_figures, write_tables
 from vasowave.report.html import page
 from vasowave.report.pdf import write_pdf
+from vasowave.report.settings import ReportSettings
+from vasowave.settings import given_values
 
 PAGE, FIGURES, TABLES = f"{REPORT}.html", "figures", "tables"
 PDFS = f"{REPORT}.pdf", f"{SUPPLEMENT}.pdf"
@@ -27,11 +30,10 @@ def write_report(
     folder: Path,
     *,
     lost: Sequence[Failure] = (),
-    pdf: bool = True,
     reference: str | None = None,
     title: str = "",
-    family: Family | None = None,
     each: Each = map,
+    **settings: Any,
 ) -> Path:
     """Write ``report`` and ``supplement`` (.html, .pdf), ``figures/`` and ``tables/``; return the report's page.
 
@@ -44,16 +46,14 @@ def write_report(
     lost : sequence of Failure
         Animals that have no result, see `animal.failure`; the report names them and why. What failed of an animal that
         has one stands in its result.
-    pdf : bool
-        Whether to typeset the PDF too.
     reference : str, optional
         Group that the others are compared with; by default CTL, or the first.
     title : str
         Of the page; by default what it is about.
-    family : Family, optional
-        The primary law and quantities, which one p holds for together.
     each : callable
         Draws the figures as `map` would; that of a pool of processes draws several at a time.
+    settings
+        Those of `ReportSettings` by name: ``pdf=False``; ``law, quantities``, the primary family.
 
     Raises
     ------
@@ -74,31 +74,31 @@ def write_report(
     >>> vw.write_report([vw.analyze(mouse, quick)], "my-report", pdf=False).name
     'report.html'
     """
+    asked = given_values(ReportSettings, None, settings)
     if not results:
         raise InputError("; ".join(["there is no animal to report", *(f"{one.animal}: {one.reason}" for one in lost)]))
     cohort = gathered(results, reference, lost=lost)
-    return write_cohort_report(cohort, folder, pdf=pdf, title=title, family=family or Family(), each=each)
+    return write_cohort_report(cohort, folder, asked, title=title, each=each)
 
 
 def write_cohort_report(
     cohort: Cohort,
     folder: Path,
+    asked: ReportSettings,
     *,
-    pdf: bool,
     title: str,
-    family: Family,
     each: Each = map,
 ) -> Path:
     """Do what `write_report` does, for animals that are gathered already."""
     folder = Path(folder).resolve()
     _check_free(folder)
     with style():
-        primary = primary_comparison(cohort, family)
+        primary = primary_comparison(cohort, asked)
         documents = (
-            report_of(cohort, primary, family, title),
+            report_of(cohort, primary, asked, title),
             supplement_of(cohort, primary, title),
         )
-    _place(documents, folder, pdf, each)
+    _place(documents, folder, asked.pdf, each)
     return folder / PAGE
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import pandas as pd
 
 from vasowave.calibration import Fit, Search, calibrate
+from vasowave.calibration.calibrate import NUMERICS
 from vasowave.model.blood import Blood
 from vasowave.network.network import Network
 from vasowave.quantities import ACROSS_LAWS, QUANTITIES, derived
@@ -116,9 +117,10 @@ def _fits(
 ) -> list[list[Fit]]:
     """Return the fits of all wall laws for each choice of a network and a search."""
     groups: list[list[Fit]] = [[] for _ in choices]
+    blood, numerics = blood or Blood(), numerics or NUMERICS
     for i, (network, search) in enumerate(choices):
         for wall in walls:
-            groups[i].append(calibrate(network, recording, wall, blood=blood, search=search, numerics=numerics))
+            groups[i].append(calibrate(network, recording, wall, search, blood=blood, numerics=numerics))
             if progress is not None:
                 progress(i * len(walls) + len(groups[i]), len(choices) * len(walls))
     return groups

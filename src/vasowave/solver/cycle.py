@@ -11,6 +11,7 @@ from numba import njit
 from vasowave.model import walls
 from vasowave.runtime.kernels import kept
 from vasowave.solver import cells as cell_kernels
+from vasowave.solver import changing as changing_kernels
 from vasowave.solver import grid, laws, powers, trigonometry
 from vasowave.solver import nodes as node_kernels
 from vasowave.solver.cells import (
@@ -24,6 +25,7 @@ from vasowave.solver.cells import (
     update_cells,
     worst_slot,
 )
+from vasowave.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure, keep_energy
 from vasowave.solver.nodes import characteristics, gather, solve_nodes
 
 DONE, LEFT_LAW, NODE_FAILED = 0, 1, 2
@@ -77,7 +79,7 @@ def center_cells(sample, area, flow, out):
         out[1, sample, j] = 0.5 * (out[1, sample, j] + flow[j])
 
 
-PARTS = walls, laws, trigonometry, powers, grid, cell_kernels, node_kernels
+PARTS = walls, laws, trigonometry, powers, grid, cell_kernels, changing_kernels, node_kernels
 """Modules of which a cycle is compiled."""
 
 
@@ -86,8 +88,8 @@ def _compiled() -> Any:
     def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, inlet_area, out, cell_out, report):
         """Run a cycle from `state`, which becomes that of its end; `report`, all zeros before, says how it went."""
         area, flow, memory = state
-        wall, end_wall = law
-        vessels, cells, ends = parts
+        wall, face_wall, end_wall = law
+        vessels, cells, at_faces, ends, changing = parts
         faces, fluxes, nodes = scratch
         every = len(inflow) // out.shape[1]
         watch = max(every, len(inflow) // WATCHES)
@@ -102,22 +104,26 @@ def _compiled() -> Any:
                 note(report, COURANT, courant, fastest, n)
                 note(report, MACH, mach, swiftest, n)
             inner_faces(area, flow, cells, fluid, fluxes, faces)
+            faces_by_pressure(flow, cells, at_faces, face_wall, changing, fluxes, faces)
             gather(area, flow, fluxes, ends, nodes)
+            carry_to_ends(ends, end_wall, fluid, changing, fluxes, nodes)
             characteristics(ends, end_wall, fluid, nodes)
             failed = solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
             if failed >= 0:
                 report[STATUS], report[PLACE], report[STEP] = NODE_FAILED, ends.vessel[failed], n
                 return
             inlet_area[n] = faces.area[ends.face[ends.inlet]]
-            if not find_fluxes(faces.area, faces.flow, cells, wall, fluid, fluxes):
-                report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(faces.area, cells), n
+            if not find_fluxes(faces.area, faces.flow, at_faces, face_wall, fluid, fluxes):
+                report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(faces.area, at_faces), n
                 return
             if n % every == 0:
                 record_stations(n // every, vessels, faces, out)
             if cells_kept:
                 record_cells(n // of_cells, area, flow, cell_out)
             update_cells(area, flow, cells, fluid, fluxes, faces)
+            keep_energy(flow, cells, changing, faces)
             continue_lines(area, flow, vessels.single, faces)
+            continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
             if cells_kept:
                 center_cells(n // of_cells, area, flow, cell_out)
             report[INFLOW] += inflow[n]

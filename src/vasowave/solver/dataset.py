@@ -35,18 +35,18 @@ def as_dataset(run: Run) -> xr.Dataset:
     if per_cell:
         rows, kept = run.grid.vessel[run.grid.is_cell], run.grid.is_cell
         area, flow = run.cells[0][:, kept], run.cells[1][:, kept]
+        wall, area0 = type(run.grid.wall)(*(value[kept] for value in run.grid.wall)), run.grid.area0[kept]
         dims: tuple[str, ...] = ("time", "cell")
         coords: dict[str, Any] = {
             "vessel": ("cell", np.array(network.name)[rows]),
             "position": ("cell", run.grid.position[kept], {"units": "cm", "long_name": "distance from the inlet"}),
         }
     else:
-        rows = np.arange(len(network))
+        wall, area0 = run.grid.at_stations
         area, flow = np.moveaxis(run.stations, -1, -2)[0], np.moveaxis(run.stations, -1, -2)[1]
         dims = ("time", "station", "vessel")
         coords = {"vessel": ("vessel", np.array(network.name)), "station": ("station", np.array(STATIONS))}
-    wall = type(run.model.wall)(*(value[rows] for value in run.model.wall))
-    pressure = walls.pressure(wall, area, run.model.area0[rows])
+    pressure = walls.pressure(wall, area, area0)
     values = {
         "pressure": pressure,
         "flow": flow,

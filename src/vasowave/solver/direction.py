@@ -1,12 +1,13 @@
 """Directions: relative changes of a model, in which derivatives are taken."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.model.model import Model
 from vasowave.model.outlets import Bed
+from vasowave.model.shape import Shape
 
 
 class Direction(NamedTuple):
@@ -14,16 +15,33 @@ class Direction(NamedTuple):
 
     Attributes
     ----------
-    wall : array, shape (parameter, vessel)
-    area0, length : array, shape (vessel,)
-    outlets : array, shape (field, terminal)
-        Of the fields of the beds.
+    before, after : Model
+    apart : float
+        How far they are apart in the number.
     """
 
-    wall: np.ndarray
-    area0: np.ndarray
-    length: np.ndarray
-    outlets: np.ndarray
+    before: Model
+    after: Model
+    apart: float
+
+    def walls(self, vessel: np.ndarray, share: np.ndarray) -> np.ndarray:
+        """Return what becomes of the wall law's parameters and A0 at places (`Model.at`), (parameter + 1, place)."""
+        low, high = (np.array([*wall, area0]) for wall, area0 in (m.at(vessel, share) for m in self[:2]))
+        return self._relative(low, high)
+
+    @property
+    def length(self) -> np.ndarray:
+        """What becomes of the vessels' lengths, shape (vessel,)."""
+        return self._relative(self.before.network.length, self.after.network.length)
+
+    @property
+    def outlets(self) -> np.ndarray:
+        """What becomes of the fields of the beds, shape (field, terminal)."""
+        before, after = (np.array(list(cast(Any, one.outlets))) for one in (self.before, self.after))
+        return self._relative(before, after)
+
+    def _relative(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        return np.asarray(np.log(high / low) / self.apart)
 
 
 def direction_between(before: Model, after: Model, apart: float) -> Direction:
@@ -34,19 +52,18 @@ def direction_between(before: Model, after: Model, apart: float) -> Direction:
     Raises
     ------
     InputError
-        Outlets without parameters, or models that differ in their vessels or in the kind of their beds.
+        Outlets without parameters, or models that differ in their vessels, in how these change along their way, or in
+        the kind of their beds.
     """
     if not (isinstance(before.outlets, Bed) and type(before.outlets) is type(after.outlets)):
         raise InputError("derivatives need beds of one kind with parameters; an impedance spectrum has none")
     if before.network.name != after.network.name or type(before.wall) is not type(after.wall):
         raise InputError("a direction leads between two models of the same vessels and the same wall law")
+    if not all(np.array_equal(*both) for both in zip(_profile(before), _profile(after), strict=True)):
+        raise InputError("derivatives by the shape of vessels are not known; take differences of simulations")
+    return Direction(before, after, apart)
 
-    def relative(low: Any, high: Any) -> np.ndarray:
-        return np.asarray(np.log(np.array(high) / np.array(low)) / apart)
 
-    return Direction(
-        relative(tuple(before.wall), tuple(after.wall)),
-        relative(before.area0, after.area0),
-        relative(before.network.length, after.network.length),
-        relative(tuple(before.outlets), tuple(after.outlets)),
-    )
+def _profile(model: Model) -> tuple[np.ndarray, np.ndarray]:
+    shape = model.profile or Shape()
+    return np.asarray(shape.radius), np.asarray(shape.stiffness)

@@ -38,11 +38,11 @@ class Discharge:
 
 def common_discharge(grid: Grid, scale: Scale, state: State, period: float) -> Discharge:
     """Return the discharge of a model about the `state` at the start of a cycle; none where it has no such circuit."""
-    model, beds = grid.model, grid.model.outlets
+    beds = grid.model.outlets
     if not isinstance(beds, Bed):
         none = np.zeros(len(scale.vector(state)))
         return Discharge(none, none)
-    wall, area0 = grid.wall, model.area0[grid.vessel]
+    wall, area0 = grid.wall, grid.area0
     per_pressure = walls.area_compliance(wall, walls.pressure(wall, state.area, area0), area0)
     circuit = beds.circuit()
     held = np.where(circuit.compliance > 0, 1.0, 0.0)[:, np.newaxis] * np.ones_like(state.memory)

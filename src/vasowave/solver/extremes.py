@@ -45,7 +45,8 @@ def find_extremes(grid: Grid, period: float, steps: int, p: np.ndarray, kept: np
     How steep and how wrong they are is that of the areas as they were `kept`, shape (time, vessel, station).
     """
     network, judged = grid.model.network, judge(grid, period, steps, kept)
-    strain = np.asarray(walls.area(grid.model.wall, p, grid.model.area0)) / network.area - 1.0
+    wall, area0 = grid.at_stations
+    strain = np.asarray(walls.area(wall, p, area0) / walls.area(wall, network.pressure, area0)) - 1.0
 
     def at_samples(values: np.ndarray, sign: float = 1.0) -> Extreme:
         sample, station, vessel = np.unravel_index(np.argmax(sign * values), values.shape)

@@ -18,11 +18,14 @@ class TooSteep(Lost):
     """A wave does not fit the only cell of a vessel; on two it may."""
 
 
-def left_law(grid: Grid, state: State, slot: int, area: float, time: float) -> Lost:
-    """Return the error for a slot whose `area` (cm²) left the range of its wall law."""
+def left_law(grid: Grid, state: State, slot: int, face: float | None, time: float) -> Lost:
+    """Return the error for a slot whose area left the range of its wall law, or that of its `face` (cm²)."""
     vessel = grid.vessel[slot]
-    low, high = (np.broadcast_to(limit, grid.vessel.shape)[slot] for limit in grid.wall.limits(*grid.wall))
-    share = area / grid.model.area0[vessel]
+    area, area0, wall = state.area[slot], grid.area0[slot], grid.wall
+    if face is not None:
+        area, area0, wall = face, grid.face_area0[slot], grid.face_wall
+    low, high = (np.broadcast_to(limit, grid.vessel.shape)[slot] for limit in wall.limits(*wall))
+    share = area / area0
     if share >= high:
         reason = (
             f"the wall reaches its largest area, {high:.3g} times the undeformed one; it cannot hold the flow that "
@@ -124,7 +127,7 @@ def _speed(grid: Grid, state: State, vessel: int) -> str:
     wall = type(grid.wall)(*(value[rows] for value in grid.wall))
     area, flow = state.area[rows], state.flow[rows]
     with np.errstate(invalid="ignore", divide="ignore"):
-        p = walls.pressure(wall, area, grid.model.area0[vessel])
+        p = walls.pressure(wall, area, grid.area0[rows])
         mach = np.abs(flow / area) / walls.wave_speed(wall, p, grid.model.blood.inertia)
     if not np.any(mach >= 1):
         return ""

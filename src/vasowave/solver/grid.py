@@ -17,6 +17,7 @@ from vasowave.model.model import Model
 
 _STEADY_ERROR = 2e-4  # of the pressure, allowed to the fall of the mean pressure along a vessel
 _FLAT = 0.05  # share of the pressure: where the mean falls by more, a vessel's middle is not the mean of its ends
+_SIMPSON = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24  # weights of nine places
 
 
 class Vessels(NamedTuple):
@@ -24,7 +25,17 @@ class Vessels(NamedTuple):
 
     first: np.ndarray  # (vessel,) first cell, which is also the inlet face
     last: np.ndarray  # (vessel,) outlet face, which is also the ghost slot
-    single: np.ndarray  # (short vessel,) the only cell of every vessel of one cell
+    single: np.ndarray  # (short vessel,) the only cell of every straight vessel of one cell
+
+
+class Changing(NamedTuple):
+    """Places of the vessels whose radius or stiffness changes along their way; all empty where there are none."""
+
+    face: np.ndarray  # (inner face,)
+    cell: np.ndarray  # (cell,)
+    slot: np.ndarray  # (slot,) with the ghosts
+    end: np.ndarray  # (end,) among `Ends`
+    single: np.ndarray  # (short vessel,) the only cell of every one of them of one cell
 
 
 class Ends(NamedTuple):
@@ -50,13 +61,13 @@ class Ends(NamedTuple):
 
 
 class Cells(NamedTuple):
-    """What a kernel knows of each slot; all zero-step in ghost slots, whose state therefore never changes."""
+    """What a kernel knows of each slot, or of its left face; zero-step in ghost slots, whose state never changes."""
 
     per_area0: np.ndarray  # (slot,) 1/cm²
     smallest: np.ndarray  # (slot,) cm², below it the wall law ends
     largest: np.ndarray  # (slot,) cm², above it the wall law ends
     half: np.ndarray  # (slot,) dt/(2 dx), s/cm
-    dt: np.ndarray  # (slot,) s
+    dt: np.ndarray  # (slot,) in which drag acts, s
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,20 +80,30 @@ class Grid:
     vessels : Vessels
     vessel : int array, shape (slot,)
         Row of the vessel that owns the slot.
+    share : pair of float arrays, shape (slot,)
+        Place of the slot's wall, and of that of its left face, as shares of the vessel's length.
     position : float array, shape (slot,)
         Distance of the cell's centre from the vessel's inlet, cm; NaN in slots without a state.
     spacing : float array, shape (slot,)
         Cell length dx, cm.
     wall : wall law
-        Its parameters, one per slot.
+        Its parameters, one per slot: those of the cell's middle, in ghost slots those next to it.
+    area0 : float array, shape (slot,)
+        Likewise A0, cm².
+    face_wall, face_area0
+        The same of the left face of every slot.
     """
 
     model: Model
     vessels: Vessels
     vessel: np.ndarray
+    share: tuple[np.ndarray, np.ndarray]
     position: np.ndarray
     spacing: np.ndarray
     wall: Any
+    area0: np.ndarray
+    face_wall: Any
+    face_area0: np.ndarray
 
     @property
     def counts(self) -> np.ndarray:
@@ -129,22 +150,82 @@ class Grid:
             face=face.astype(np.uintp),
             cell=cell.astype(np.uintp),
             inner=inner.astype(np.uintp),
-            area0=self.model.area0[vessel],
-            per_area0=1 / self.model.area0[vessel],
+            area0=self.face_area0[face],
+            per_area0=1 / self.face_area0[face],
             half=dt / (2 * self.spacing[cell]),
             dt=np.full(len(vessel), dt),
         )
 
+    @cached_property
+    def changing(self) -> Changing:
+        """Places of the vessels that change along their way."""
+        if not self.model.changing.any():
+            return Changing(*np.zeros((5, 0), dtype=np.int64))
+        slot = np.flatnonzero(self.model.changing[self.vessel])
+        cell = slot[self.is_cell[slot]]
+        single = cell[self.counts[self.vessel[cell]] == 1]
+        end = np.flatnonzero(self.model.changing[self._ends[1]])
+        places = np.setdiff1d(cell, self.vessels.first), cell, slot, end, single
+        return Changing(*(place.astype(np.int64) for place in places))
+
+    @property
+    def places(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+        """Where the walls of slots, their left faces and vessel ends are: vessels, and shares of their length."""
+        _, vessel, side = self._ends
+        return (self.vessel, self.share[0]), (self.vessel, self.share[1]), (vessel, np.where(side > 0, 1.0, 0.0))
+
     def wall_at_ends(self) -> Any:
         """Return the wall law, its parameters one per vessel end."""
-        return type(self.wall)(*(value[self.vessels.first[self._ends[1]]] for value in self.wall))
+        _, vessel, side = self._ends
+        face = np.where(side > 0, self.vessels.last[vessel], self.vessels.first[vessel])
+        return type(self.wall)(*(value[face] for value in self.face_wall))
 
-    def cells(self, dt: float) -> Cells:
-        """Return the slots' constants for the time step `dt` (s)."""
-        area0 = self.model.area0[self.vessel]
-        low, high = self.wall.limits(*self.wall)
+    @cached_property
+    def at_stations(self) -> tuple[Any, np.ndarray]:
+        """Wall law and A0 at inlet, middle and outlet, shape (station, vessel); (vessel,) where all are straight."""
+        model = self.model
+        if not model.changing.any():
+            return model.wall, model.area0
+        rows = np.arange(len(model.network))
+        return model.at(*np.broadcast_arrays(rows, np.array([[0.0], [0.5], [1.0]])))
+
+    @cached_property
+    def middle(self) -> np.ndarray:
+        """A0 in the middle of vessels over the mean of that at the faces around it, shape (vessel,).
+
+        Where a cell lies in the middle, its area is taken from its faces.
+        """
+        if not self.model.changing.any():
+            return np.ones(len(self.counts))
+        left = (self.vessels.first + self.vessels.last) // 2
+        right = self.vessels.first + self.vessels.last - left
+        return np.asarray(self.at_stations[1][1] / (0.5 * (self.face_area0[left] + self.face_area0[right])))
+
+    def cells(self, dt: float, friction: tuple[float, float]) -> Cells:
+        """Return the slots' constants for the time step `dt` (s) and the coefficients of the friction."""
+        cells, where = self._constants(self.wall, self.area0, dt), self.changing.cell
+        if len(where):
+            cells.dt[where] *= self._drag_along(where, *friction)
+        return cells
+
+    def faces(self, dt: float) -> Cells:
+        """Return the same of their left faces."""
+        return self._constants(self.face_wall, self.face_area0, dt)
+
+    def _constants(self, wall: Any, area0: np.ndarray, dt: float) -> Cells:
+        low, high = wall.limits(*wall)
         step = np.where(self.is_cell, dt, 0.0)
         return Cells(1 / area0, low * area0, high * area0, step / (2 * self.spacing), step)
+
+    def _drag_along(self, cells: np.ndarray, k0: float, k1: float) -> np.ndarray:
+        """Fall of pressure by drag along cells over that by the mean of their faces, from the image's radii alone."""
+        left, right = self.share[1][cells], self.share[1][cells + 1]
+        share = np.linspace(left, right, len(_SIMPSON))
+        A = self.model.image_area(np.broadcast_to(self.vessel[cells], share.shape), share)
+        drag = (k0 + k1 * np.sqrt(A)) / A
+        with np.errstate(invalid="ignore"):
+            factor = (A[0] + A[-1]) / (drag[0] + drag[-1]) * np.tensordot(_SIMPSON, drag / A, axes=1)
+        return np.where(drag[0] > 0, factor, 1.0)
 
 
 def make_grid(model: Model, counts: np.ndarray) -> Grid:
@@ -158,8 +239,13 @@ def make_grid(model: Model, counts: np.ndarray) -> Grid:
     position = np.where(number < counts[vessel], (number + 0.5) * spacing, np.nan)
     single = first[counts == 1]
     position[single + 1], position[single + 2] = 1.5 * spacing[single], -0.5 * spacing[single]
-    wall = type(model.wall)(*(np.array(value[vessel]) for value in model.wall))
-    return Grid(model, Vessels(first, first + counts, single), vessel, position, spacing, wall)
+    plain = single[~model.changing[vessel[single]]]
+    whole = counts[vessel]
+    middle = np.where(number < whole, number + 0.5, whole - 0.5) / whole
+    share = middle, np.where(number <= whole, number / whole, middle)
+    middles = model.at(vessel, share[0])
+    lefts = model.at(vessel, share[1]) if model.changing.any() else middles
+    return Grid(model, Vessels(first, first + counts, plain), vessel, share, position, spacing, *middles, *lefts)
 
 
 def cell_counts(model: Model, cell_size: float, steady: LinearSolution) -> np.ndarray:
@@ -174,7 +260,8 @@ def cell_counts(model: Model, cell_size: float, steady: LinearSolution) -> np.nd
     flat = np.abs(inlet - outlet) <= _FLAT * np.maximum(inlet, outlet)
     for_drag = 0.5 * np.sqrt(_error_of_one_cell(model, inlet, outlet, steady.period) / _STEADY_ERROR)
     for_drag = np.where(flat & (for_drag <= 0.5), 1, 2 * np.maximum(1, np.ceil(for_drag)))  # even: a face in the middle
-    return np.maximum(count, for_drag).astype(np.int64)
+    count = np.maximum(count, for_drag)
+    return np.where(model.stiffening, 2 * np.ceil(count / 2), count).astype(np.int64)  # likewise
 
 
 def _error_of_one_cell(model: Model, inlet: np.ndarray, outlet: np.ndarray, period: float) -> np.ndarray:
@@ -183,8 +270,7 @@ def _error_of_one_cell(model: Model, inlet: np.ndarray, outlet: np.ndarray, peri
     A = np.asarray(walls.area(model.wall, np.maximum(p, 0.0), model.area0))
     k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
     drag = (k0 + k1 * np.sqrt(A)) / A  # the fall per length is proportional to drag/A
-    simpson = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = (drag[0] + drag[-1]) / (A[0] + A[-1]) * np.tensordot(simpson, A / drag, axes=1)
+        ratio = (drag[0] + drag[-1]) / (A[0] + A[-1]) * np.tensordot(_SIMPSON, A / drag, axes=1)
         error = np.abs((ratio - 1) * (inlet - outlet) / np.maximum(inlet, outlet))
     return np.where(np.isfinite(error), np.minimum(error, 1.0), 0.0)

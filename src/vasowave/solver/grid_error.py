@@ -32,7 +32,9 @@ def judge(grid: Grid, period: float, steps: int, area: np.ndarray) -> Judged:
     for rows, waves in _waves_by_cells(grid, period, area):
         found[:, rows] = waves.judged(period, steps)
     judged = Judged(*found)
-    gathered = echoes(grid.model, period, area.mean(axis=(0, 2))) * from_root(network, judged.dispersion)
+    gathered = echoes(grid.model, period, _as_in_middle(grid, area).mean(axis=(0, 2))) * from_root(
+        network, judged.dispersion
+    )
     return judged._replace(error=judged.error - judged.dispersion + gathered)
 
 
@@ -62,7 +64,7 @@ def _waves_by_cells(grid: Grid, period: float, area: np.ndarray) -> Iterator[tup
     steeper than these cells can carry.
     """
     model = grid.model
-    mean = walls.pressure(model.wall, area.mean(axis=(0, 2)), model.area0)
+    mean = walls.pressure(model.wall, _as_in_middle(grid, area).mean(axis=(0, 2)), model.area0)
     through_cell = grid.spacing[grid.vessels.first] / walls.wave_speed(model.wall, mean, model.blood.inertia)
     apart = np.round(_FRONT * through_cell * len(area) / period)
     apart = np.clip(apart, 1, max(1, len(area) // _FEWEST)).astype(int)
@@ -71,14 +73,20 @@ def _waves_by_cells(grid: Grid, period: float, area: np.ndarray) -> Iterator[tup
         yield rows, _Waves(grid, rows, area[::every, rows], every * period / len(area))
 
 
+def _as_in_middle(grid: Grid, area: np.ndarray) -> np.ndarray:
+    """Return areas as if vessels had everywhere the radius of their middle."""
+    return np.asarray(area * (grid.model.area0 / np.atleast_2d(grid.at_stations[1])).T)
+
+
 class _Waves:
     """Waves of some vessels, `interval` s apart, shape (time, vessel, station)."""
 
     def __init__(self, grid: Grid, rows: np.ndarray, area: np.ndarray, interval: float) -> None:
         model = grid.model
-        wall: Any = type(model.wall)(*(value[rows, np.newaxis] for value in model.wall))
+        everywhere, area0 = grid.at_stations
+        wall: Any = type(model.wall)(*(np.atleast_2d(value).T[rows] for value in everywhere))
         self.blood, self.area, self.interval = model.blood, area, interval
-        self.pressure = np.asarray(walls.pressure(wall, area, model.area0[rows, np.newaxis]))
+        self.pressure = np.asarray(walls.pressure(wall, area, np.atleast_2d(area0).T[rows]))
         self.speed = np.asarray(walls.wave_speed(wall, self.pressure, self.blood.inertia))
         self.spacing = grid.spacing[grid.vessels.first[rows]][:, np.newaxis]
         self.length = model.network.length[rows][:, np.newaxis]

@@ -119,7 +119,7 @@ def outlet_steps(outlets: Outlets, steps: int, period: float, behind: float | np
 
     `behind` is the pressure behind them, mmHg, shape (terminal,).
     """
-    behind = np.asarray(behind, dtype=float)
+    behind = np.array(behind, dtype=float)  # a copy: kernels are compiled for arrays in order
     if isinstance(outlets, Bed):
         circuit, dt = outlets.circuit(), period / steps
         (half, gain_half), (whole, gain) = circuit.over(dt / 2), circuit.over(dt)

@@ -27,6 +27,7 @@ class EndSlopes(NamedTuple):
     by_softness: np.ndarray  # (end,) of c by dA/dp, in central differences
     area: np.ndarray  # (end,) of r by the area of the cell next to the end
     flow: np.ndarray  # (end,) by its flow
+    by_foot_flow: np.ndarray  # (end,) by the flow at the foot of the characteristic
     inner_area: np.ndarray  # (end,) by the area of the cell behind that one
     inner_flow: np.ndarray  # (end,)
     length: np.ndarray  # (end,) by the logarithm of the vessel's length
@@ -99,7 +100,7 @@ def differentiate_characteristics(ends, nodes, slopes):
         u = q / A
         reach = 0.5 - side * (u + side * c) * half
         to_end_area, to_end_flow = A - nodes.inner_area[e], q - nodes.inner_flow[e]
-        foot_area, foot_flow = A + reach * to_end_area, q + reach * to_end_flow
+        foot_area, foot_flow = A + reach * to_end_area, q + reach * to_end_flow + nodes.gain[e]
         foot_speed, rest = foot_flow / foot_area, slopes.end_area[e] - foot_area
         E, Phi, dE, dPhi = differentiate_slowed(0.5 * ends.dt[e] * nodes.drag[e])
 
@@ -109,7 +110,7 @@ def differentiate_characteristics(ends, nodes, slopes):
         by_velocity = -side * half * by_reach
         by_speed = -side * rest * Phi - half * by_reach
         by_drag = 0.5 * ends.dt[e] * (dE * foot_flow + rest * dPhi * (foot_speed - side * c))
-        slopes.flow[e] = by_foot_flow * (1.0 + reach) + by_velocity / A
+        slopes.flow[e], slopes.by_foot_flow[e] = by_foot_flow * (1.0 + reach) + by_velocity / A, by_foot_flow
         by_area = by_foot_area * (1.0 + reach) + by_drag * slopes.cell_drag[e]
         slopes.area[e] = by_area - (by_velocity * u + by_speed * slopes.wall[last, e]) / A
         slopes.inner_flow[e], slopes.inner_area[e] = -by_foot_flow * reach, -by_foot_area * reach

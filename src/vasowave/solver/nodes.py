@@ -32,6 +32,7 @@ class NodeStates(NamedTuple):
     inner_flow: np.ndarray  # (end,)
     cell_pressure: np.ndarray  # (end,)
     drag: np.ndarray  # (end,) 1/s
+    gain: np.ndarray  # (end,) what a vessel that changes on its way adds to the flow by the end, ml/s
     intercept: np.ndarray  # (end,) α, ml/s
     slope: np.ndarray  # (end,) m, cm/s
     trial: np.ndarray  # (end,) pressure that is tried, mmHg
@@ -50,8 +51,9 @@ class NodeStates(NamedTuple):
 def make_node_states(ends: Ends) -> NodeStates:
     """Return scratch memory for one simulation."""
     count, nodes = len(ends.face), int(ends.start[1])
-    at_ends, at_nodes = [np.ones(count) for _ in range(11)], [np.zeros(nodes) for _ in range(7)]
+    at_ends, at_nodes = [np.ones(count) for _ in range(12)], [np.zeros(nodes) for _ in range(7)]
     states = NodeStates(*at_ends, np.zeros((4, nodes)), *at_nodes)  # type: ignore[call-arg]
+    states.gain[:] = 0.0
     states.weight[: ends.first_terminal] = 1.0
     states.outlet[ends.first_terminal :] = 1.0
     return states
@@ -80,7 +82,7 @@ def characteristics(ends, wall, fluid, nodes):
         u = q / A
         reach = 0.5 - side * (u + side * c) * half
         foot_area = A + reach * (A - nodes.inner_area[e])
-        foot_flow = q + reach * (q - nodes.inner_flow[e])
+        foot_flow = q + reach * (q - nodes.inner_flow[e]) + nodes.gain[e]
         E, Phi = slowed(0.5 * ends.dt[e] * nodes.drag[e])
         m = Phi * (foot_flow / foot_area - side * c)
         nodes.slope[e] = m

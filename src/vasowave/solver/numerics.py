@@ -1,48 +1,38 @@
 """How finely and how long to simulate."""
 
 import math
-from dataclasses import dataclass
 from typing import Annotated
 
 from annotated_types import Ge
 
 from vasowave.errors import InputError
-from vasowave.settings import Positive, check_settings
+from vasowave.settings import Positive, settings_class
 
 _FEW = 4  # steps a sample, above which a multiple of the samples costs little
 _MANY = 16  # steps a sample, above which one of twice the samples does
 _FRONT = 4  # steps in which a front as steep as cells can carry passes
 
 
-@dataclass(frozen=True)
-class Numerics:
+@settings_class
+class Resolution:
+    """How finely the model is simulated."""
+
+    cell_size: Positive = 0.1
+    """Longest cell, cm; every vessel gets at least two cells."""
+    tolerance: Positive = 1e-4
+    """Largest change from cycle to cycle that counts as periodic, mmHg. The paper's criterion is a squared change
+    below 1e-8, here asked of every cell and every outlet."""
+    most_cycles: Annotated[int, Ge(2)] = 60
+    """Cycles after which a state that is still not periodic is an error."""
+    cycles_from_rest: Annotated[int, Ge(1)] | None = None
+    """Exactly this many cycles from rest, periodic or not (the paper's practice: 8)."""
+
+
+@settings_class
+class Numerics(Resolution):
     """How finely and how long to simulate; the defaults serve every network of the size of a mouse lung.
 
     ``Numerics(accuracy=0.02)`` is the ordinary way to ask where the default may not do: cells and steps follow from it.
-
-    Attributes
-    ----------
-    accuracy : float, optional
-        Largest error of pressure at inlet, middle and outlet of every vessel that space and time steps may leave, mmHg.
-        It is estimated from two grids and reported; what cannot be reached is an error.
-    cell_size : float
-        Longest cell, cm; every vessel gets at least two cells.
-    samples : int
-        Evenly spaced output times per cycle.
-    steps_per_cycle : int, optional
-        Time steps a cycle, a multiple of a quarter of `samples`, or from rest of `samples`; by default chosen from the
-        wave speeds met.
-    tolerance : float
-        Largest change from cycle to cycle that counts as periodic, mmHg. The paper's criterion is a squared change
-        below 1e-8, here asked of every cell and every outlet.
-    most_cycles : int
-        Cycles after which a state that is still not periodic is an error.
-    cycles_from_rest : int, optional
-        Exactly this many cycles from rest, periodic or not (the paper's practice: 8).
-    most_steps : int
-        A model that asks for more steps a cycle is an error, which says which vessel asks for them.
-    every_cell : bool
-        Return every cell instead of inlet, middle and outlet of each vessel.
 
     Examples
     --------
@@ -52,18 +42,20 @@ class Numerics:
     """
 
     accuracy: Positive | None = None
-    cell_size: Positive = 0.1
+    """Largest error of pressure at inlet, middle and outlet of every vessel that space and time steps may leave, mmHg.
+    It is estimated from two grids and reported; what cannot be reached is an error."""
     samples: Annotated[int, Ge(1)] = 512
+    """Evenly spaced output times per cycle."""
     steps_per_cycle: Annotated[int, Ge(1)] | None = None
-    tolerance: Positive = 1e-4
-    most_cycles: Annotated[int, Ge(2)] = 60
-    cycles_from_rest: Annotated[int, Ge(1)] | None = None
+    """Time steps a cycle, a multiple of a quarter of `samples`, or from rest of `samples`; by default chosen from the
+    wave speeds met."""
     most_steps: Annotated[int, Ge(1)] = 100_000
+    """A model that asks for more steps a cycle is an error, which says which vessel asks for them."""
     every_cell: bool = False
+    """Return every cell instead of inlet, middle and outlet of each vessel."""
 
     def __post_init__(self) -> None:
-        """Check the values."""
-        check_settings(self)
+        """Check what belongs together."""
         if self.accuracy is not None and (self.steps_per_cycle is not None or self.cycles_from_rest is not None):
             raise InputError("accuracy chooses steps and cycles: leave steps_per_cycle and cycles_from_rest out")
         steps = self.steps_per_cycle

@@ -88,19 +88,19 @@ class Run:
     @property
     def notes(self) -> tuple[Finding, ...]:
         """What a reader must know before believing the waves."""
-        return notes_of(self.extremes, float(np.max(self.pressure)), self.error_estimate)
+        return notes_of(self.extremes, float(np.max(np.abs(self.pressure))), self.error_estimate)
 
     @cached_property
     def pressure(self) -> np.ndarray:
         """Pressure at inlet, middle and outlet, mmHg, shape (sample, station, vessel)."""
         area = np.moveaxis(self.stations[0], 1, -1)
-        return np.asarray(walls.pressure(self.model.wall, area, self.model.area0))
+        wall, area0 = self.grid.at_stations
+        return np.asarray(walls.pressure(wall, area, area0))
 
     def inlet_pressure(self, samples: int) -> np.ndarray:
         """Pressure at the root's inlet, mmHg, at `samples` evenly spaced times of the cycle."""
-        root = self.model.network.root
-        wall = type(self.model.wall)(*(value[root] for value in self.model.wall))
-        pressure = np.asarray(walls.pressure(wall, self.inlet_area, self.model.area0[root]))
+        wall, area0 = self.model.at(self.model.network.root, 0.0)
+        pressure = np.asarray(walls.pressure(wall, self.inlet_area, area0))
         return at_samples(pressure, samples)
 
 

@@ -6,12 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from vasowave.errors import NumericalError
-from vasowave.model.linear import linear_solution
+from vasowave.model import walls
+from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
 from vasowave.recording import Inflow
 from vasowave.solver.discharge import common_discharge
 from vasowave.solver.failures import Lost, faster_than_allowed, not_periodic, runaway
-from vasowave.solver.grid import cell_counts, make_grid
+from vasowave.solver.grid import Grid, cell_counts, make_grid
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import Convergence, fixed_point
 from vasowave.solver.result import Run, at_samples
@@ -20,6 +21,8 @@ from vasowave.solver.state import Scale, State
 from vasowave.solver.stepper import Stepper, TooFast
 from vasowave.solver.validity import require_subcritical
 
+_STEEP = 0.1  # share of the largest pressure that one cell may lose: its middle is then wrong by up to a hundredth
+_LOOKS = 128  # times of the cycle, at least, at which that is looked at
 _GROWTH = 8  # a model whose steps grow by more than this, and beyond those allowed, has no finite wave speed
 
 
@@ -33,11 +36,38 @@ def run_to_periodic(
         grid = make_grid(model, near.grid.counts)
         return _from(FromNeighbor(grid, inflow, near), inflow, numerics)
     linear = linear_solution(model, inflow)
-    grid = make_grid(model, refinement * cell_counts(model, numerics.cell_size, linear))
+    counts = refinement * cell_counts(model, numerics.cell_size, linear)
+    run = _from_linear(make_grid(model, counts), linear, inflow, numerics)
+    needed = _cells_for_middles(run)
+    if np.any(needed > counts):
+        run = _from_linear(make_grid(model, np.maximum(needed, counts)), linear, inflow, numerics)
+    return run
+
+
+def _from_linear(grid: Grid, linear: LinearSolution, inflow: Inflow, numerics: Numerics) -> Run:
+    """Return the periodic run from the linear solution or, where that does not lead to it, from rest."""
     try:
         return _from(FromLinear(grid, linear), inflow, numerics)
     except Lost:  # the linear solution can be far from what a nonlinear wall does; rest is never wrong, but slow
         return _from(FromRest(grid, linear), inflow, numerics)
+
+
+def _cells_for_middles(run: Run) -> np.ndarray:
+    """Return with how many cells each vessel of one cell would know its middle, shape (vessel,); 1 for the others.
+
+    The middle of a cell is that of its ends. In a stenosis these can be far apart when most flows, and the pressure
+    between them is no straight line.
+    """
+    counts, alone = np.ones(len(run.grid.counts), dtype=np.int64), np.flatnonzero(run.grid.counts == 1)
+    if len(alone):
+        kept = run.recorded[0][:: max(1, run.recorded.shape[1] // _LOOKS), alone]
+        ends = (run.model.at(alone, np.full(len(alone), share)) for share in (0.0, 1.0))
+        inlet, outlet = (
+            np.asarray(walls.pressure(wall, kept[..., 2 * end], area0)) for end, (wall, area0) in enumerate(ends)
+        )
+        fall = np.max(np.abs(inlet - outlet), axis=0) / np.max(np.abs(run.inlet_pressure(_LOOKS)))
+        counts[alone] = np.where(fall > _STEEP, 2 * np.ceil(fall / (2 * _STEEP)), 1)
+    return counts
 
 
 def _from(start: Start, inflow: Inflow, numerics: Numerics) -> Run:
@@ -91,6 +121,7 @@ def run_cycles(model: Model, inflow: Inflow, numerics: Numerics, count: int) -> 
 
 def _finished(stepper: Stepper, end: State, convergence: Convergence, scale: Scale, numerics: Numerics) -> Run:
     require_subcritical(stepper.mach)
+    stepper.stations[0, :, :, 1] *= stepper.grid.middle
     cells = stepper.cells if not numerics.every_cell else at_samples(stepper.cells, numerics.samples, axis=1)
     return Run(
         stepper.grid, stepper.period, stepper.steps, numerics.samples, stepper.inlet_area, stepper.stations, cells, end,

@@ -71,9 +71,16 @@ class FromLinear:
         model, linear = self.grid.model, self.linear
         pressure, flow = (linear.over_cycle(waves, 72) for waves in (linear.pressure, linear.flow))
         pressure = np.clip(pressure, *_range_of_pressure(model))
-        speed = walls.wave_speed(model.wall, pressure, model.blood.inertia)
-        speed = speed + np.abs(flow) / walls.area(model.wall, pressure, model.area0)
-        return np.max(speed, axis=0) / self.grid.spacing[self.grid.vessels.first] * (linear.period / AIM)
+        wall, area0 = self.grid.at_stations
+        if area0.ndim > 1:
+            pressure, flow = pressure[:, np.newaxis], flow[:, np.newaxis]
+        speed = walls.wave_speed(wall, pressure, model.blood.inertia)
+        speed = speed + np.abs(flow) / walls.area(wall, pressure, area0)
+        return (
+            np.max(speed, axis=tuple(range(area0.ndim)))
+            / self.grid.spacing[self.grid.vessels.first]
+            * (linear.period / AIM)
+        )
 
     def mean_pressure(self) -> np.ndarray:
         """Return the mean pressures of the linear solution, mmHg."""
@@ -84,7 +91,7 @@ class FromLinear:
         grid, linear, model = self.grid, self.linear, self.grid.model
         held, step = grid.has_state, linear.period / steps
         P, Q = linear.at(grid.vessel[held], grid.position[held])
-        area, flow = model.area0[grid.vessel].copy(), np.zeros(len(grid.vessel))
+        area, flow = grid.area0.copy(), np.zeros(len(grid.vessel))
         wall = type(grid.wall)(*(value[held] for value in grid.wall))
         pressure = np.clip(linear.in_time(P, -0.5 * step), *_range_of_pressure(model))
         area[held] = walls.area(wall, pressure, area[held])
@@ -121,17 +128,18 @@ class FromNeighbor:
     def mean_pressure(self) -> np.ndarray:
         """Return the neighbour's mean pressures in the middle of its vessels, mmHg."""
         model, area = self.run.model, self.run.recorded[0, :, :, 1].mean(axis=0)
-        return np.maximum(np.asarray(walls.pressure(model.wall, area, model.area0)), 0.0)
+        wall, area0 = model.at(np.arange(len(area)), 0.5)
+        return np.maximum(np.asarray(walls.pressure(wall, area, area0)), 0.0)
 
     def state(self, outlet: OutletSteps, steps: int) -> State:
         """Return the neighbour's pressures, flows and memory at the end of its cycle."""
         grid, end, before = self.grid, self.run.end, self.run.grid
-        area0 = grid.model.area0[grid.vessel]
+        area0 = grid.area0
         if len(end.area) != len(area0) or end.memory.shape[1] != len(outlet.remembered()):
             raise NumericalError("the neighbouring run has another grid; start without it")
         pressure: walls.Values = np.zeros(len(area0))
         if type(before.wall) is type(grid.wall):
-            pressure = walls.pressure(before.wall, end.area, before.model.area0[grid.vessel])
+            pressure = walls.pressure(before.wall, end.area, before.area0)
         return State(np.asarray(walls.area(grid.wall, pressure, area0)), end.flow, end.memory)
 
 
@@ -159,7 +167,7 @@ class FromRest:
 def at_rest(grid: Grid, outlet: OutletSteps) -> State:
     """Return undeformed vessels without flow, whose outlets remember none."""
     memory = np.zeros((len(grid.model.network.terminals), len(outlet.remembered())))
-    return State(grid.model.area0[grid.vessel].copy(), np.zeros(len(grid.vessel)), memory)
+    return State(grid.area0.copy(), np.zeros(len(grid.vessel)), memory)
 
 
 def _range_of_pressure(model: Model) -> tuple[float, float]:

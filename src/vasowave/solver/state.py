@@ -37,7 +37,7 @@ class Scale:
         speed = walls.wave_speed(model.wall, mean_pressure, model.blood.inertia)
         impedance = np.asarray(model.blood.inertia * speed / area)
         self.held = grid.has_state
-        self.ghost_area = area0[grid.vessel]
+        self.ghost_area = grid.area0
         vessel = grid.vessel[self.held]
         self.compliance, self.impedance = compliance[vessel], impedance[vessel]
         self.memory = outlet.memory_scale(impedance[model.network.terminals])

@@ -30,16 +30,19 @@ class Stepper:
         self.grid, self.numerics, self.steps, self.period = grid, numerics, steps, inflow.period
         self.inflow = inflow.resampled(steps)
         dt = inflow.period / steps
-        self.parts = grid.vessels, grid.cells(dt), grid.ends(dt)
         self.outlets = outlet_steps(grid.model.outlets, steps, inflow.period, grid.model.outlet_pressure)
         blood = grid.model.blood
-        self.fluid = Fluid(blood.inertia, *blood.friction.coefficients(blood.viscosity, inflow.period))
+        friction = blood.friction.coefficients(blood.viscosity, inflow.period)
+        self.fluid = Fluid(blood.inertia, *friction)
+        cells = grid.cells(dt, friction)
+        faces = grid.faces(dt) if grid.model.changing.any() else cells
+        self.parts = grid.vessels, cells, faces, grid.ends(dt), grid.changing
         slots, vessels = len(grid.vessel), len(grid.model.network)
-        self.law = grid.wall, grid.wall_at_ends()
+        self.law = grid.wall, grid.face_wall, grid.wall_at_ends()
         self.scratch = (
             Faces(np.ones(slots), np.ones(slots)),
             Fluxes(*np.ones((3, slots))),
-            make_node_states(self.parts[2]),
+            make_node_states(self.parts[3]),
         )
         self.inlet_area = np.zeros(steps)
         kept = steps // numerics.kept_every(steps)
@@ -89,7 +92,7 @@ class Stepper:
             within = self.parts[1].smallest[place] < cell < self.parts[1].largest[place]
             if np.isfinite(cell) and not (within or grid.is_cell[place]):  # no wall's area: the line's through its ends
                 raise too_steep(grid, grid.vessel[place], time)
-            raise left_law(grid, state, place, face if within else cell, time)
+            raise left_law(grid, state, place, face if within else None, time)
         if report[cycles.STATUS] == cycles.NODE_FAILED:
             raise no_balance(grid, state, place, time)
 

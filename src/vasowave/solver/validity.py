@@ -47,7 +47,8 @@ def require_subcritical(mach: Extreme) -> None:
 def notes_of(extremes: Extremes, largest_pressure: float, error_estimate: float = math.nan) -> tuple[Finding, ...]:
     """Return what a reader must know before believing the waves; empty where nothing is doubtful.
 
-    Nothing of the grid where an accuracy was asked for and two grids tell that it was reached (`error_estimate`, mmHg).
+    `largest_pressure` is the largest magnitude. Nothing of the grid where an accuracy was asked for and two grids tell
+    that it was reached (`error_estimate`, mmHg).
     """
     error, low, strain = extremes.grid_error, extremes.lowest_pressure, extremes.area_strain
     percent, found = 100 * error.value / largest_pressure, []

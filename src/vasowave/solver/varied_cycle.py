@@ -7,8 +7,18 @@ from numba import njit
 
 from vasowave.model import walls
 from vasowave.runtime.kernels import kept
-from vasowave.solver import node_variations, variations
+from vasowave.solver import changing_variations, node_variations, variations
 from vasowave.solver.cells import WHOLE, Faces, continue_lines, find_fluxes, inner_faces, update_cells
+from vasowave.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure, keep_energy
+from vasowave.solver.changing_variations import (
+    change_changing_cells,
+    change_changing_ends,
+    change_changing_faces,
+    continue_changing,
+    differentiate_changing,
+    differentiate_energy,
+    differentiate_gains,
+)
 from vasowave.solver.cycle import PARTS
 from vasowave.solver.node_variations import (
     change_characteristics,
@@ -40,52 +50,94 @@ def _compiled() -> Any:
     ):
         area, flow, memory = state
         dA, dq, remembered = changed
-        (wall, end_wall), (wall_beside, end_wall_beside) = law, shifted
-        (vessels, cells, ends), (in_slots, at_ends) = parts, weights
+        (wall, face_wall, end_wall), (wall_beside, face_wall_beside, end_wall_beside) = law, shifted
+        (vessels, cells, at_faces, ends, changing), (in_slots, in_faces, in_ends) = parts, weights
         faces, cell_fluxes, nodes, fluxes = base
-        cell_slopes, slopes, to_faces, to_cells, lines, at_nodes, face_dA, face_dq, before = scratch
+        cell_slopes, slopes, to_faces, to_cells, lines, at_nodes, carrying, face_dA, face_dq, before = scratch
         for n in range(len(inflow)):
             find_fluxes(area, flow, cells, wall, fluid, cell_fluxes)
             inner_faces(area, flow, cells, fluid, cell_fluxes, faces)
+            faces_by_pressure(flow, cells, at_faces, face_wall, changing, cell_fluxes, faces)
             gather(area, flow, cell_fluxes, ends, nodes)
+            carry_to_ends(ends, end_wall, fluid, changing, cell_fluxes, nodes)
             characteristics(ends, end_wall, fluid, nodes)
             for j in range(len(before)):
                 before[j] = memory[j, 0]
             solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
-            find_fluxes(faces.area, faces.flow, cells, wall, fluid, fluxes)
+            find_fluxes(faces.area, faces.flow, at_faces, face_wall, fluid, fluxes)
 
             differentiate_fluxes(area, flow, cells, wall, wall_beside, fluid, cell_fluxes, cell_slopes)
-            differentiate_fluxes(faces.area, faces.flow, cells, wall, wall_beside, fluid, fluxes, slopes)
+            differentiate_fluxes(faces.area, faces.flow, at_faces, face_wall, face_wall_beside, fluid, fluxes, slopes)
             differentiate_faces(area, flow, cells, fluid, cell_fluxes, cell_slopes, to_faces)
             differentiate_cells(faces.area, faces.flow, cells, fluid, fluxes, slopes, to_cells)
             gather_slopes(ends, nodes, faces, cell_slopes, slopes, lines)
+            differentiate_changing(
+                area,
+                ends,
+                (cells, at_faces, changing),
+                law,
+                shifted,
+                fluid,
+                cell_fluxes,
+                fluxes,
+                nodes,
+                carrying,
+                lines,
+            )
             differentiate_speeds(ends, fluid, end_wall, end_wall_beside, nodes, lines)
             differentiate_characteristics(ends, nodes, lines)
+            differentiate_gains(changing, nodes, carrying, lines)
             differentiate_nodes(outlet, ends, lines)
+            differentiate_energy(cells, changing, faces, carrying.kept)
             for d in range(len(dA)):
-                weight, end_weight = in_slots.wall[d, : in_slots.rows[d]], at_ends.wall[d, : at_ends.rows[d]]
+                rows, longer = in_slots.rows[d], in_slots.length[d]
+                weight, face_weight, end_weight = (
+                    in_slots.wall[d, :rows],
+                    in_faces.wall[d, :rows],
+                    in_ends.wall[d, :rows],
+                )
                 change_faces(dA[d], dq[d], cells, to_faces, weight, face_dA, face_dq)
+                change_changing_faces(
+                    dA[d],
+                    dq[d],
+                    cells,
+                    changing,
+                    cell_slopes,
+                    to_faces,
+                    weight,
+                    face_weight,
+                    carrying,
+                    face_dA,
+                    face_dq,
+                )
                 change_characteristics(dA[d], dq[d], ends, lines, end_weight, at_nodes)
+                change_changing_ends(dA[d], ends, changing, end_weight, carrying, lines, at_nodes)
                 if in_slots.lengthens[d]:
-                    lengthen_faces(in_slots.length[d], flow, cells, to_faces, face_dA, face_dq)
-                    lengthen_characteristics(at_ends.length[d], lines, at_nodes)
+                    lengthen_faces(longer, flow, cells, to_faces, face_dA, face_dq)
+                    lengthen_characteristics(in_ends.length[d], lines, at_nodes)
                 change_nodes(d, before, remembered[d], outlet, outlets, ends, faces, lines, at_nodes)
                 change_ends(ends, nodes, lines, at_nodes, face_dA, face_dq)
                 change_memory(d, before, remembered[d], outlet, outlets, ends, faces, face_dq)
                 out[d, n] = at_nodes.pressure[ends.inlet]
-                change_cells(face_dA, face_dq, cells, to_cells, weight, dA[d], dq[d])
+                change_cells(face_dA, face_dq, cells, to_cells, face_weight, dA[d], dq[d])
+                change_changing_cells(
+                    face_dA, face_dq, changing, slopes, to_cells, longer, face_weight, carrying, dq[d]
+                )
                 if in_slots.lengthens[d]:
-                    lengthen_cells(in_slots.length[d], faces.flow, cells, to_cells, dA[d], dq[d])
+                    lengthen_cells(longer, faces.flow, cells, to_cells, dA[d], dq[d])
                 continue_lines(dA[d], dq[d], vessels.single, Faces(face_dA, face_dq))
+                continue_changing(dA[d], dq[d], changing, weight, carrying, face_dq)
             update_cells(area, flow, cells, fluid, fluxes, faces)
+            keep_energy(flow, cells, changing, faces)
             continue_lines(area, flow, vessels.single, faces)
+            continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
 
     return advance_changes
 
 
 @cache
 def _kernels() -> tuple[Any, Any]:
-    return kept(_compiled(), *PARTS, variations, node_variations), _compiled()
+    return kept(_compiled(), *PARTS, variations, node_variations, changing_variations), _compiled()
 
 
 def varied_cycle_kernel(law: type) -> Any:

@@ -7,7 +7,9 @@ import numpy as np
 
 from vasowave.recording import Inflow
 from vasowave.solver.cells import Fluxes
+from vasowave.solver.changing_variations import Carried, Carrying
 from vasowave.solver.direction import Direction
+from vasowave.solver.grid import Changing
 from vasowave.solver.laws import outlet_steps
 from vasowave.solver.node_variations import EndChanges, EndSlopes, OutletChanges
 from vasowave.solver.numerics import Numerics
@@ -26,8 +28,8 @@ class VariedStepper:
 
     def __init__(self, run: Run, inflow: Inflow, directions: Sequence[Direction]) -> None:
         self.run, self.stepper = run, Stepper(run.grid, inflow, Numerics(samples=1), run.steps)
-        ends, vessel = self.stepper.parts[2], run.grid.vessel
-        self.weights = _weights(directions, vessel), _weights(directions, ends.vessel)
+        ends, changing, vessel = self.stepper.parts[3], self.stepper.parts[4], run.grid.vessel
+        self.weights = _weights(directions, run.grid.places)
         self.outlets = _outlet_changes(run, directions)
         self.shifted = tuple(map(_beside, self.stepper.law))
         slots, count, nodes = len(vessel), len(ends.face), int(ends.start[1])
@@ -38,8 +40,9 @@ class VariedStepper:
             _ones(Slopes, [*4 * [(slots,)], (rows, slots)]),
             _ones(Stencil, [*10 * [(slots,)], (changed, slots)]),
             _ones(Stencil, [*10 * [(slots,)], (changed, slots)]),
-            _ones(EndSlopes, [*13 * [(count,)], *2 * [(rows, count)], (nodes,)]),
+            _ones(EndSlopes, [*14 * [(count,)], *2 * [(rows, count)], (nodes,)]),
             _ones(EndChanges, [*3 * [(count,)], *2 * [(nodes,)]]),
+            _carrying(changing, rows, slots),
             np.zeros(slots),
             np.zeros(slots),
             np.zeros(len(run.grid.model.network.terminals)),
@@ -84,12 +87,24 @@ def _ones(kind: Any, shapes: Sequence[tuple[int, ...]]) -> Any:
     return kind(*map(np.ones, shapes))
 
 
-def _weights(directions: Sequence[Direction], vessel: np.ndarray) -> Weights:
-    """Return the directions' relative changes at the slots or ends of these vessels."""
-    wall = np.array([[*one.wall, one.area0] for one in directions])[:, :, vessel]
-    length = np.array([one.length for one in directions])[:, vessel]
-    rows = [max((k + 1 for k in range(len(one)) if np.any(one[k])), default=0) for one in wall]
-    return Weights(np.ascontiguousarray(wall), np.ascontiguousarray(length), np.array(rows), np.any(length, axis=1))
+def _carrying(changing: Changing, rows: int, slots: int) -> Carrying:
+    places = changing.face, changing.end, changing.end, changing.single, changing.single
+    carried = (_ones(Carried, [(len(place),), (len(place),), (rows, len(place))]) for place in places)
+    gains = (np.ones(len(changing.end)) for _ in range(3))
+    return Carrying(*carried, *gains, np.ones((5, slots)), np.ones(slots))  # type: ignore[call-arg]
+
+
+def _weights(directions: Sequence[Direction], places: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[Weights, ...]:
+    """Return the directions' relative changes at slots, faces and ends: vessels, and shares of their lengths."""
+    walls = [np.array([one.walls(*place) for one in directions]) for place in places]
+    lengths = np.array([one.length for one in directions])
+    varies = np.any([np.any(wall, axis=2) for wall in walls], axis=0)
+    rows = np.array([max((k + 1 for k, varied in enumerate(one) if varied), default=0) for one in varies])
+    lengthens = np.any(lengths, axis=1)
+    return tuple(
+        Weights(np.ascontiguousarray(wall), np.ascontiguousarray(lengths[:, vessel]), rows, lengthens)
+        for wall, (vessel, _) in zip(walls, places, strict=True)
+    )
 
 
 def _beside(wall: Any) -> tuple[tuple[Any, Any], ...]:

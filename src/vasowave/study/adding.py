@@ -195,7 +195,7 @@ def _grouped(
 ) -> tuple[dict[str, tuple[str, ...]], list[str]]:  # fmt: skip
     """Fill the column `group` of what was found; return the groups of the study with their marks, and what to say."""
     used = {row.get("group", "") for row in before} & set(settings.groups)
-    free = not used and settings.groups == StudyFile.model_fields["groups"].default
+    free = not used and settings.groups == StudyFile().groups
     marks: dict[str, tuple[str, ...]] = {label: (label,) for label in settings.groups}
     if groups:
         marks = _regrouped([] if free else settings.groups, used, parsed_groups(groups))

@@ -13,7 +13,7 @@ from vasowave.errors import InputError
 from vasowave.findings import Finding, Place, texts
 from vasowave.io.files import check_writable
 from vasowave.report.answer.animal import animal_answers
-from vasowave.report.answer.page import caller
+from vasowave.report.glossary import caller
 from vasowave.study.animals import read_row
 from vasowave.study.loading import file_hashes
 from vasowave.study.names import checked_name

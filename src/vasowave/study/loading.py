@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +63,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     what["practice"], what["catheter"] = study.practice, study.catheter
     what["kind"] = row.kind or kind_of(row.recordings)
     if what["kind"] == "raw":
-        what["averaging"] = averaging_settings(study)
+        what["averaging"] = asdict(averaging_settings(study))
     return fingerprint(what, files)
 
 
@@ -109,7 +109,7 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
         progress=None,
         **_units(row),
     )
-    beats = average_beats(raw, **averaging_settings(study))
+    beats = average_beats(raw, averaging=averaging_settings(study))
     return beats.recording, beats, raw
 
 

@@ -58,7 +58,7 @@ def inspect_study(path: Path) -> tuple[Study | None, list[Problem]]:
     path = study_path(Path(path))
     settings, document = read_settings(path)
     groups = settings.groups if settings else None
-    name = settings.animals if settings else document.values.get("animals") or StudyFile.model_fields["animals"].default
+    name = settings.animals if settings else document.values.get("animals") or StudyFile.animals
     rows, wrong = read_animals(path.parent / str(name), groups)
     problems = [*document.problems, *wrong]
     return Study(path, settings, tuple(rows)) if settings else None, problems

@@ -7,7 +7,7 @@ from pathlib import Path
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import gathered
 from vasowave.cohort.missing import Missing, missing_animals
-from vasowave.cohort.primary import Family, primary_law
+from vasowave.cohort.primary import primary_law
 from vasowave.errors import InputError
 from vasowave.findings import look_kind, warn
 from vasowave.report.wording import some_of
@@ -65,22 +65,20 @@ def report_study(study: Path, pdf: bool | None = None, workers: int = 1, animal:
         raise InputError(f"{study}: there is no such folder")
     path = study_path(Path(study))
     folder, stored = path.parent, read_results(path.parent)
-    asked = stored.settings.report
-    pdf = asked.pdf if pdf is None else pdf
+    asked = stored.settings.report if pdf is None else replace(stored.settings.report, pdf=pdf)
     if animal:
         own = folder / ONE_BY_ONE / stored.file_of(animal).stem
         result = stored[animal]
         _tell_changed(path, stored, [result])
-        return write_report(_warned(stored, [result]), own, pdf=pdf)
+        return write_report(_warned(stored, [result]), own, pdf=asked.pdf)
     with side_by_side(workers, len(stored)) as each, seldom_collected():
         results = _warned(stored, stored.in_order(each, whole=False))
         _tell_changed(path, stored, results)
         return write_cohort_report(
             gathered(results, results[0].group, whole=stored.__getitem__, lost=stored.lost),
             folder / REPORT_FOLDER,
-            pdf=pdf,
+            asked,
             title=stored.settings.title,
-            family=Family(asked.law, asked.quantities),
             each=each,
         )
 
@@ -134,6 +132,5 @@ def missing_of(study: Path) -> tuple[Missing, ...]:
         There are no results, or they are damaged.
     """
     stored = read_results(study_path(Path(study)).parent)
-    asked = stored.settings.report
     cohort = gathered(stored.in_order(whole=False), lost=stored.lost)
-    return missing_animals(cohort, primary_law(cohort, Family(asked.law, asked.quantities)))
+    return missing_animals(cohort, primary_law(cohort, stored.settings.report))

@@ -19,21 +19,28 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
 
 from vasowave.animal.failure import Failure, as_plain, from_plain
 from vasowave.animal.files import read_result
-from vasowave.animal.result import AnimalResult
+from vasowave.animal.result import TIDY, AnimalResult
+from vasowave.cohort.cohort import gathered
+from vasowave.cohort.primary import primary_comparison
 from vasowave.errors import InputError, did_you_mean
 from vasowave.io.files import made_inside, write_file
 from vasowave.model.law_files import looking_in, plain, remember
 from vasowave.notebook import card
 from vasowave.provenance import provenance
+from vasowave.report.settings import ReportSettings
 from vasowave.report.wording import some_of
+from vasowave.settings import given_values
 from vasowave.study.settings import StudyFile
 from vasowave.study.store import piece_digest
 
 if TYPE_CHECKING:
+    from vasowave.report.answer.comparison import Comparison
     from vasowave.report.files import Each
 from vasowave.io.textfile import read_bytes
 
@@ -66,9 +73,11 @@ class StoredAnimal:
     sha256: str
 
 
-@dataclass(frozen=True)
-class Results:
-    """What came out of a study. The animals are read when they are asked for, each checked against its SHA-256.
+@dataclass(frozen=True, eq=False)
+class Results(Mapping[str, AnimalResult]):
+    """What came out of a study: a mapping of every animal's name to its result.
+
+    The animals are read when they are asked for, each checked against its SHA-256. See `read_results`.
 
     Attributes
     ----------
@@ -100,7 +109,14 @@ class Results:
         InputError
             Its file is missing or damaged.
         """
-        return _read(self.folder, {one.animal: one for one in self.animals}[animal])
+        stored = {one.animal: one for one in self.animals}
+        if animal not in stored:
+            raise KeyError(self._absent(animal))
+        return _read(self.folder, stored[animal])
+
+    def __contains__(self, animal: object) -> bool:
+        """Whether an animal has a result; its file is not read."""
+        return any(one.animal == animal for one in self.animals)
 
     def file_of(self, animal: str) -> Path:
         """Return the file of an animal, seen from the folder of the index.
@@ -112,12 +128,13 @@ class Results:
         """
         files = {one.animal: Path(one.file) for one in self.animals}
         if animal not in files:
-            lost = {one.animal: f": {one}" for one in self.lost}
-            why = lost.get(animal) or did_you_mean(animal, files)
-            raise InputError(
-                f"{self.folder}: there is no result of '{animal}'{why}; there are: {some_of(list(files), _NAMED)}"
-            )
+            raise InputError(self._absent(animal))
         return files[animal]
+
+    def _absent(self, animal: str) -> str:
+        lost = {one.animal: f": {one}" for one in self.lost}
+        why = lost.get(animal) or did_you_mean(str(animal), self)
+        return f"{self.folder}: there is no result of '{animal}'{why}; there are: {some_of(list(self), _NAMED)}"
 
     @property
     def lost(self) -> tuple[Failure, ...]:
@@ -139,6 +156,49 @@ class Results:
         facts["run"] = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         failed = [f"{one.animal} failed, {one}" for one in self.failures]
         return card(f"Study: {self.settings.title}", facts, failed)
+
+    def table(self) -> pd.DataFrame:
+        """Return the single numbers of all animals, a row each: tidy data for pandas, seaborn or R.
+
+        Columns ``animal, group, law`` ("measured" for the recording), ``quantity``, ``value, low, high`` (95 %,
+        NaN where nothing tells it), ``unit``.
+
+        Raises
+        ------
+        InputError
+            The file of an animal is missing or damaged.
+        """
+        parts = [result.table() for result in self.in_order(whole=False)]
+        return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=[*TIDY])
+
+    def compare(self, group: str, reference: str | None = None, **family: Any) -> "Comparison":
+        """Compare a group with another as the report does, by its primary comparison.
+
+        Parameters
+        ----------
+        group : str
+        reference : str, optional
+            By default the group that the report compares with.
+        family
+            ``law`` and ``quantities``, in place of what the study's ``report`` says of them.
+
+        Raises
+        ------
+        InputError
+            There is no such group, or it is the reference; a law or a quantity that no animal has; the file of an
+            animal is missing or damaged.
+        """
+        from vasowave.report.answer.comparison import Comparison
+
+        results = self.in_order(whole=False)
+        first = reference or (results[0].group if results else None)
+        cohort = gathered(results, first, whole=self.__getitem__, lost=self.lost)
+        if group not in [*cohort.groups][1:]:
+            known = ", ".join([*cohort.groups][1:]) or "none, for all animals are of one group"
+            raise InputError(f"no group '{group}' to compare with {cohort.reference}"
+                             f"{did_you_mean(group, [*cohort.groups][1:])}; there are: {known}")  # fmt: skip
+        primary = primary_comparison(cohort, given_values(ReportSettings, self.settings.report, family))
+        return Comparison(group, cohort, primary.of(group))
 
     def in_order(self, each: "Each" = map, whole: bool = True) -> list[AnimalResult]:
         """Return the results of all animals, in the order of their groups; `each` may read several at a time.
@@ -192,7 +252,7 @@ def write_results(
         "form": FORM,
         "animals": [asdict(one) for one in animals],
         "failures": as_plain(failures),
-        "settings": settings.model_dump(mode="json"),
+        "settings": asdict(settings),
         "versions": provenance(),
     }
     index = write_file(folder / INDEX, json.dumps(content | {"sha256": _digest(content)}, indent=1, ensure_ascii=False))
@@ -231,6 +291,8 @@ def read_results(folder: Path) -> Results:
     >>> results = vw.read_results(Path())
     >>> results["mouse 6"].laws["linear"].rmse < 0.5  # mmHg
     True
+    >>> results.table().query("law == 'linear' and quantity == 'R_T'")[["animal", "unit"]].to_numpy().tolist()
+    [['mouse 6', 'mmHg s/ml']]
     """
     folder = Path(folder)
     where = next((one for one in (folder / "results", folder) if (one / INDEX).is_file()), None)
@@ -248,7 +310,7 @@ def read_results(folder: Path) -> Results:
         with looking_in(None):
             fitted = content["settings"]["calibration"]
             remember([*map(str, fitted["walls"]), str(fitted.get("beds"))], (where.parent, where))
-            settings = StudyFile.model_validate(content["settings"])
+            settings = StudyFile(**content["settings"])
     except InputError:
         raise
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

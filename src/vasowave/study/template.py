@@ -7,11 +7,10 @@ from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
-from pydantic import BaseModel
-
 from vasowave.errors import InputError
 from vasowave.io.files import made_inside, write_file, write_folder
 from vasowave.io.textfile import read_bytes
+from vasowave.settings import Setting, schema_of, settings_of, summary
 from vasowave.study.problems import refuse
 from vasowave.study.reading import STUDY_FILE, parse_settings
 from vasowave.study.rows import COLUMNS, NEEDED
@@ -53,16 +52,15 @@ def study_text(groups: Sequence[str] = ("CTL", "HPH"), species: str = "mouse") -
         "# The animals stand in animals.csv, their files in networks/ and recordings/.",
         "# Then: vasowave check, vasowave run.",
     ]
-    for name, field in StudyFile.model_fields.items():
-        section = field.annotation
+    for name, one in settings_of(StudyFile).items():
         lines.append("")
-        if isinstance(section, type) and issubclass(section, BaseModel):
-            lines += [*_comment((section.__doc__ or "").strip(), ""), f"{name}:"]
-            for key, inner in section.model_fields.items():
-                lines += [*_comment(inner.description or "", "  "), *_key(key, inner, "  ", _standard(inner))]
+        if one.section:
+            lines += [*_comment(summary(one.section), ""), f"{name}:"]
+            for key, inner in settings_of(one.section).items():
+                lines += [*_comment(inner.meaning, "  "), *_key(key, inner, "  ")]
         else:
-            value = {"groups": list(groups), "species": species}.get(name, _standard(field))
-            lines += [*_comment(field.description or "", ""), *_key(name, field, "", value)]
+            shown = one._replace(default={"groups": list(groups), "species": species}.get(name, one.default))
+            lines += [*_comment(one.meaning, ""), *_key(name, shown, "")]
     return "\n".join(lines) + "\n"
 
 
@@ -91,7 +89,7 @@ def _groups_of(text: str) -> list[str]:
 
 def schema_text() -> str:
     """Return the JSON schema of ``study.yaml``, with which editors complete and check it."""
-    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **StudyFile.model_json_schema()}
+    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema_of(StudyFile)}
     return json.dumps(schema, indent=1, ensure_ascii=False) + "\n"
 
 
@@ -114,14 +112,13 @@ def animals_text() -> str:
 def keys_table() -> str:
     """Return a table (Markdown) of every key of ``study.yaml``, for the documentation."""
     lines = ["| key | default | meaning |", "|---|---|---|"]
-    for name, field in StudyFile.model_fields.items():
-        section = field.annotation
-        if isinstance(section, type) and issubclass(section, BaseModel):
-            lines.append(f"| **`{name}`** | | {(section.__doc__ or '').strip()} |")
-            for key, inner in section.model_fields.items():
-                lines.append(f"| `{name}.{key}` | {_default(inner)} | {inner.description} |")
+    for name, one in settings_of(StudyFile).items():
+        if one.section:
+            lines.append(f"| **`{name}`** | | {summary(one.section)} |")
+            for key, inner in settings_of(one.section).items():
+                lines.append(f"| `{name}.{key}` | {_default(inner)} | {inner.meaning} |")
         else:
-            lines.append(f"| `{name}` | {_default(field)} | {field.description} |")
+            lines.append(f"| `{name}` | {_default(one)} | {one.meaning} |")
     return "\n".join(lines) + "\n"
 
 
@@ -134,22 +131,17 @@ def columns_table() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _default(field: Any) -> str:
-    value = _standard(field)
-    return "empty" if value is None else f"`{written(value)}`"
+def _default(one: Setting) -> str:
+    return "empty" if one.default is None else f"`{written(one.default)}`"
 
 
 def _comment(text: str, indent: str) -> list[str]:
     return [f"{indent}# {line}" for line in wrap(text, _WIDTH)]
 
 
-def _standard(field: Any) -> Any:
-    return field.get_default(call_default_factory=True)
-
-
-def _key(name: str, field: Any, indent: str, value: Any) -> list[str]:
-    lines = [f"{indent}{name}:{'' if value is None else ' ' + written(value)}"]
-    return lines + [f"{indent}# {name}: {written(example)}" for example in field.examples or ()]
+def _key(name: str, one: Setting, indent: str) -> list[str]:
+    lines = [f"{indent}{name}:{'' if one.default is None else ' ' + written(one.default)}"]
+    return lines + ([] if one.example is None else [f"{indent}# {name}: {written(one.example)}"])
 
 
 def written(value: Any) -> str:

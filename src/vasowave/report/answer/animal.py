@@ -11,8 +11,10 @@ from vasowave.report.answer.groups import Called
 from vasowave.report.wording import listed, value_text
 
 
-def animal_answers(result: AnimalResult, law: str, family: Family, called: Called) -> list[tuple[str, str]]:
-    """Return question and answer: what was measured, then what the wall law says."""
+def animal_answers(
+    result: AnimalResult, law: str, family: Family, called: Called, mark: str = ""
+) -> list[tuple[str, str]]:
+    """Return question and answer: what was measured, then what the wall law says, with a mark behind it."""
     answers = [("Pressure and flow", _measured(result))]
     by_question: dict[str, list[str]] = {}
     for name in family.quantities if law else ():
@@ -22,7 +24,7 @@ def animal_answers(result: AnimalResult, law: str, family: Family, called: Calle
     for question, names in by_question.items():
         there = [name for name in names if name in quantities]
         if there:
-            answers.append((question, f"{_listed(there, quantities, called)} ({law} wall)."))
+            answers.append((question, f"{_listed(there, quantities, called)} ({law} wall).{mark}"))
     return answers
 
 

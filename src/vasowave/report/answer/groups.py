@@ -16,19 +16,27 @@ CLEAR = 0.05
 _LONGEST = 40  # letters of a name in a sentence
 Called = Callable[[str], str]
 """Returns a quantity in words with its symbol."""
+Mark = Callable[[list[str]], str]
+"""Returns what stands behind a sentence about groups."""
 
 
-def group_answers(primary: Primary, called: Called) -> list[tuple[str, str]]:
+def group_answers(primary: Primary, called: Called, mark: Mark = lambda groups: "") -> list[tuple[str, str]]:
     """Return question and answer; the answer goes through the groups, each against the first.
 
+    `mark` returns what stands behind a sentence about fits of two groups.
     What holds for several questions, that too few animals can be tested, stands once, as the last answer.
     """
     answers: dict[str, list[str]] = {}
     pairs = primary.rows["other"].nunique() if len(primary.rows) else 0
     for (question, _), rows in primary.rows.groupby(["question", "other"], sort=False) if pairs else ():
-        answers.setdefault(str(question), []).append(_answer(rows, called))
+        answers.setdefault(str(question), []).append(_answer(rows, called) + _marked(rows, mark))
     said = [(question, " ".join(texts)) for question, texts in answers.items()]
     return [*said, *_limits(primary.rows, pairs, called)] if pairs else said
+
+
+def _marked(rows: pd.DataFrame, mark: Mark) -> str:
+    first = rows.iloc[0]
+    return mark([first["reference"], first["other"]]) if (rows["source"] != "measured").any() else ""
 
 
 def _answer(rows: pd.DataFrame, called: Called) -> str:
@@ -99,7 +107,7 @@ def _separated(rows: pd.DataFrame, called: Called) -> str:
     names = "" if len(apart) == len(rows) == 1 else f" in {listed([called(name) for name in apart['quantity']])}"
     sizes = apart[["n reference", "n other"]].to_numpy(int).tolist()
     chance = max(2 / comb(one + other, one) for one, other in sizes)  # of all ways to share the animals, two are apart
-    return f"; the groups do not overlap{names}, as chance makes them in {number(100 * chance, 2)} % of quantities"
+    return f"; the groups do not overlap{names}, which chance alone does in {number(100 * chance, 2)} % of quantities"
 
 
 def influence(primary: Primary, called: Called) -> list[str]:

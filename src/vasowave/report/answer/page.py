@@ -1,20 +1,24 @@
 """The first page: answers beside the forest plot, the waveforms and the network, what is not known, what is wrong."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.misfit import forbidden
 from vasowave.cohort.primary import Family, Primary
 from vasowave.figures.forest import NARROW, WIDE, forest_figure
 from vasowave.figures.overview import tree_figure, waveforms_figure
 from vasowave.figures.style import group_looks, short, source_looks
+from vasowave.quantities import question_of
 from vasowave.report.answer.animal import animal_answers
-from vasowave.report.answer.forest import animal_rows, group_rows
+from vasowave.report.answer.comparison import groups_figure
+from vasowave.report.answer.decay import decay
+from vasowave.report.answer.forest import animal_rows
 from vasowave.report.answer.groups import Called, group_answers, influence, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
-from vasowave.report.answer.problems import problem_blocks
+from vasowave.report.answer.problems import MARK, marked, overstrained, problem_blocks
 from vasowave.report.answer.walls import wall_answer
 from vasowave.report.blocks import Answers, Block, Bullets, Columns, Drawing, Section
-from vasowave.report.glossary import symbol, words
+from vasowave.report.glossary import caller
 from vasowave.report.tables.cells import symbols
 from vasowave.report.wording import UNLIMITED, unlimited
 
@@ -30,24 +34,29 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Se
     ]
 
 
-def caller(cohort: Cohort) -> Called:
-    """Return what gives a quantity in words with its symbol, as the animals' results have them."""
-    known, written = cohort.meanings, symbols(cohort)
-
-    def called(name: str) -> str:
-        said, sign = words(name, known), symbol(name, written)
-        return said if said == sign else f"{said} {sign}"
-
-    return called
-
-
 def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[tuple[str, str]]:
     wall = [wall_answer(cohort, primary.law)] if primary.law else []
+    doubted = {result.group for result in forbidden(cohort, primary.law)}
+    legend = marked(cohort, primary.law)
+
+    def mark(groups: Iterable[str]) -> str:
+        return "" if doubted.isdisjoint(groups) else f" {MARK}"
+
     if cohort.single:
-        return [*animal_answers(cohort.results[0], primary.law, family, called), *wall]
+        one = cohort.results[0]
+        said = animal_answers(one, primary.law, family, called, mark([one.group]))
+        return [*_with_decay(said, cohort, primary.law, family), *legend, *wall]
     if len(cohort.groups) < 2:
         return [("Groups", "There is one group; nothing is compared between groups."), *wall]
-    return [*group_answers(primary, called), *_not_compared(primary), *wall]
+    said = _with_decay(group_answers(primary, called, mark), cohort, primary.law, family)
+    return [*said, *legend, *_not_compared(primary), *wall]
+
+
+def _with_decay(said: list[tuple[str, str]], cohort: Cohort, law: str, family: Family) -> list[tuple[str, str]]:
+    """Return the answers with the measured decay beside the model's time constant."""
+    beside = decay(cohort, law) if law and "tau" in family.quantities else ""
+    question = question_of("tau")
+    return [(one, f"{text} {beside}" if beside and one == question else text) for one, text in said]
 
 
 def _not_compared(primary: Primary) -> list[tuple[str, str]]:
@@ -59,22 +68,23 @@ def _not_compared(primary: Primary) -> list[tuple[str, str]]:
 
 
 def _forest(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[Block]:
-    looks, sources = group_looks(cohort.groups), source_looks([*cohort.sources, "data"])
     if cohort.single:
         rows = animal_rows(cohort.results[0], primary.law, family, called) if primary.law else []
+        if not rows:
+            return []
+        looks, sources = group_looks(cohort.groups), source_looks([*cohort.sources, "data"])
         axis, columns = f"relative to the {primary.law} wall [1]", ("value [95 %]", "")
+        wide, narrow = (forest_figure(rows, looks, sources, axis, columns, form) for form in (WIDE, NARROW))
         caption = (
             f"The {primary.law} wall's values with their 95 % intervals (diamonds), and on the same scale those of "
             "other walls and (data) what the recording alone says by a closed formula, where fits begin. Where it "
-            "differs, believe the fit, which follows the whole waveform."
+            "differs, believe the fit, which follows the whole waveform; the decay's τ and R_T C_T are two numbers."
         )
+    elif len(primary.rows):
+        wide, narrow = (groups_figure(cohort, primary, form) for form in (WIDE, NARROW))
+        caption = _ratios_caption(cohort, primary)
     else:
-        rows = group_rows(cohort, primary, called) if len(primary.rows) else []
-        axis, columns = f"ratio to {short(cohort.reference)} [1]", ("ratio [95 %]", "p")
-        caption = _ratios_caption(cohort, primary) if rows else ""
-    if not rows:
         return []
-    wide, narrow = (forest_figure(rows, looks, sources, axis, columns, form) for form in (WIDE, NARROW))
     return [Drawing("Forest", caption, wide, narrow)]
 
 
@@ -83,8 +93,9 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
     model = f"; of the model by the {primary.law} wall" if primary.law else ""
     walls = "the other walls (grey) and " if len(cohort.walls) > 1 else ""
     return (
-        f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known. 95 % intervals and p "
-        f"hold for all {len(primary.rows)} rows together. Below stand {walls}every animal over the mean of {reference}."
+        f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known; the answers' numbers of "
+        f"groups are geometric means. 95 % intervals and p hold for all {len(primary.rows)} rows together. Below stand "
+        f"{walls}every animal over the mean of {reference}."
         + (f" {UNLIMITED}: the data say nothing of that ratio." if _is_unlimited(primary) else "")
     )
 
@@ -107,6 +118,7 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:
     known = [*one_geometry(cohort, primary), *model_limits(cohort, primary.law, written)]
+    known += overstrained(cohort, [wall for wall in cohort.walls if wall != primary.law])
     if len(primary.rows):
         known += [*influence(primary, called), *other_laws(primary, called)]
     left: list[Block] = [Bullets(known)] if known else []

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.misfit import WORSE_THAN_BEST, misfits
+from vasowave.cohort.misfit import WORSE_THAN_BEST, forbidden, misfits
 from vasowave.cohort.missing import Missing, Standing
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
@@ -15,13 +15,16 @@ from vasowave.report.blocks import Block, Notice, Remarks
 from vasowave.report.tables.cells import span
 from vasowave.report.wording import number, some_of
 
+MARK = "*"
+"""Stands behind an answer that rests on numbers of which the page says that they must not be used."""
+
 _MOST_NAMED = 4  # animals named in a sentence
 _MOST_FAILURES = 8  # told one by one
 
 
 def problems(cohort: Cohort, primary: Primary) -> list[str]:
     """Return what is wrong: animals lost and what that may do to the comparison by the primary law, laws that failed or
-    miss their data, searches that found their optimum only once.
+    miss their data, a primary law that overstrains vessels, searches that found their optimum only once.
     """
     sentences = [f"{one.animal} failed, {one}" for one in cohort.failures[:_MOST_FAILURES]]
     if len(cohort.failures) > _MOST_FAILURES:
@@ -33,7 +36,18 @@ def problems(cohort: Cohort, primary: Primary) -> list[str]:
         sentences.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
     if differing := cohort.differing_settings:
         sentences.append(f"The animals were not all analyzed with the same settings: {', '.join(differing)}.")
-    return [*sentences, *_missed(cohort), *_alone(cohort)]
+    return [*sentences, *overstrained(cohort, [primary.law]), *_missed(cohort), *_alone(cohort)]
+
+
+def overstrained(cohort: Cohort, walls: Sequence[str]) -> list[str]:
+    """Say of which animals laws explain the data by vessels that are strained beyond what an artery survives."""
+    table = misfits(cohort)
+    table = table[table["wall"].isin(list(walls)) & table["growth"].notna()]
+    return [
+        f"By the {wall} wall vessels of {_some(rows['animal'].tolist())} are strained beyond what an artery survives: "
+        f"an area grows by up to {number(float(rows['growth'].max()))} %. Do not use its numbers there."
+        for wall, rows in table.groupby("wall", sort=False)
+    ]
 
 
 def missing_text(missing: Missing, law: str) -> str:
@@ -85,6 +99,16 @@ def _looks(warned: Mapping[str, Sequence[Finding]]) -> list[str]:
         else:
             said.append(f"{_some(list(dict.fromkeys(name for name, _ in pairs)))}; of {pairs[0][0]}: {pairs[0][1]}")
     return said
+
+
+def marked(cohort: Cohort, law: str) -> list[tuple[str, str]]:
+    """Say what the mark behind answers means, where they rest on numbers that must not be used."""
+    names = [result.name for result in forbidden(cohort, law)]
+    if not names:
+        return []
+    whom = "this animal" if cohort.single else _some(names)
+    said = f"The answer rests on the {law} wall's numbers of {whom}, and these must not be used: see Problems."
+    return [(f"What does {MARK} mean?", said)]
 
 
 def _missed(cohort: Cohort) -> list[str]:

@@ -35,8 +35,8 @@ def values(result: AnimalResult, written: dict[str, str]) -> Table:
         rows.append((with_unit(f"{name} [{units}]", written), *cells))
     header = ("quantity", "measured", *(f"{wall} wall" for wall in result.laws))
     note = (
-        "Measured: the indices, and nominal values; β and c follow from the up-slope, τ from the diastolic decay, R_T "
-        f"is mean pressure over mean flow. {MARKS}"
+        "Measured: the indices, and nominal values; β and c follow from the up-slope, τ of the diastolic decay stands "
+        f"in the row of R_T C_T, R_T is mean pressure over mean flow. {MARKS}"
     )
     return Table("", "Values, measured and calibrated [95 % interval]", header, rows, note)
 

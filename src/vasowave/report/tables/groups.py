@@ -28,12 +28,13 @@ def groups(cohort: Cohort) -> Table:
             for group in cohort.groups
             for text in ((mean_sd(by_group[group]), median_iqr(by_group[group])) if group in by_group else ("–", "–"))
         ]
-        cells.append((str(source), with_unit(label, written), *texts))
+        own = written | {"tau": "τ"} if source == "measured" else written
+        cells.append((str(source), with_unit(label, own), *texts))
     note = (
         "IQR: from the first to the third quartile. A symbol means what its source can know: measured β, c and τ "
         "follow from the up-slope (at zero pressure) and from the diastolic decay, measured R_T is mean pressure over "
         "mean flow; those of a wall law are its calibrated stiffness, the wave speed at mean pressure, R_T of the "
-        "vascular beds alone, and R_T C_T."
+        "vascular beds alone."
     )
     return Table("Groups", "All quantities by group", header, cells, note, data)
 

@@ -63,7 +63,8 @@ def misfit_table(cohort: Cohort) -> Table:
     data = misfits(cohort)
     cells = [
         (row["animal"], row["group"], row["wall"], number(row["RMSE"], 2), number(row["error"], 2),
-         f"{100 * row['share']:.1f} %", number(row["over best"], 2), "misses" if row["missed"] else "")
+         f"{100 * row['share']:.1f} %", number(row["over best"], 2),
+         "overstrained" if row["growth"] > 0 else "misses" if row["missed"] else "")
         for _, row in data.iterrows()
     ]  # fmt: skip
     header = (
@@ -80,7 +81,7 @@ def misfit_table(cohort: Cohort) -> Table:
         "Error of the cycle: standard error of the averaged beats (– if a cycle was given). A law misses its data "
         "where it "
         f"leaves more than {WORSE_THAN_BEST:g} times what the animal's best law leaves, or more than "
-        f"{100 * WORST_SHARE:g} % "
-        "of the pulse pressure."
+        f"{100 * WORST_SHARE:g} % of the pulse pressure. Overstrained: a vessel's area grows beyond what an artery "
+        "survives; such a law is never the best."
     )
     return Table("Misfit", "What the wall laws leave of the data", header, cells, note, data)

@@ -1,0 +1,85 @@
+"""How one group differs from another, as a value: the primary comparison, its table and its forest plot."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.primary import Primary
+from vasowave.errors import InputError
+from vasowave.figures.forest import WIDE, Form, forest_figure
+from vasowave.figures.style import group_looks, new_figure, short, shown_figure, source_looks
+from vasowave.notebook import card
+from vasowave.report.answer.forest import group_rows
+from vasowave.report.answer.groups import group_answers
+from vasowave.report.glossary import caller
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """One group against another, by the primary comparison of a study.
+
+    Attributes
+    ----------
+    group, reference : str
+    cohort : Cohort
+        All animals of the study: intervals and p hold for all its groups at once.
+    primary : Primary
+        The comparison; its `rows` are those of `group`.
+    """
+
+    group: str
+    cohort: Cohort
+    primary: Primary
+
+    @property
+    def reference(self) -> str:
+        """The group that is compared with."""
+        return self.cohort.reference
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row a quantity: ratio of the group over the reference, its interval, p and more; see `Primary.rows`."""
+        return self.primary.rows
+
+    def forest(self) -> "Axes":
+        """Draw ratios with their intervals, the other laws' and every animal below, as the report does.
+
+        Returns the axes of the ratios; ``.figure`` is the whole.
+
+        Raises
+        ------
+        InputError
+            No quantity could be compared.
+        """
+        if not len(self.primary.rows):
+            left = "; ".join(f"{what}: {why}" for what, why in self.primary.left_out.items())
+            raise InputError(f"{self.group} and {self.reference} could not be compared; {left}")
+        figure = groups_figure(self.cohort, self.primary, WIDE, shown_figure)
+        return next(ax for ax in figure.axes if ax.get_xscale() == "log")
+
+    def __repr__(self) -> str:
+        said = group_answers(self.primary, caller(self.cohort))
+        return "\n".join(f"{question}: {answer}" for question, answer in said) or "nothing could be compared"
+
+    def _repr_html_(self) -> str:
+        facts = dict(group_answers(self.primary, caller(self.cohort)))
+        left = [f"{what}: {why}" for what, why in self.primary.left_out.items()]
+        return card(f"{self.group} against {self.reference}", facts, left)
+
+
+def groups_figure(
+    cohort: Cohort, primary: Primary, form: Form, make: Callable[[float, float], "Figure"] = new_figure
+) -> "Figure":
+    """Draw the forest plot of a primary comparison that has rows."""
+    rows = group_rows(cohort, primary, caller(cohort))
+    looks, sources = group_looks(cohort.groups), source_looks([*cohort.sources, "data"])
+    return forest_figure(
+        rows, looks, sources, f"ratio to {short(cohort.reference)} [1]", ("ratio [95 %]", "p"), form, make
+    )

@@ -1,0 +1,44 @@
+"""The measured diastolic decay beside the model's time constant, which is another number."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.table import column, rows_of
+from vasowave.figures.style import short
+from vasowave.report.wording import listed, number
+
+UNLIKE = 1 / 3
+"""Share of the measured decay by which R_T C_T may differ before the page says that the two are not the same."""
+
+
+def decay(cohort: Cohort, law: str) -> str:
+    """Say what the measured decay is, of an animal or as geometric means, and where R_T C_T is far from it."""
+    measured, modeled = (_means(cohort, source) for source in ("measured", law))
+    both = [group for group in modeled if group in measured]
+    if not both:
+        return ""
+
+    def of(group: str) -> str:
+        return "" if cohort.single else f" in {short(group, 40)}"
+
+    values = listed([f"{number(measured[group])} s{of(group)}" for group in both])
+    said = f"The measured diastolic decay has τ = {values}."
+    times = {group: modeled[group] / measured[group] for group in both}
+    far = [f"{number(one, 2)} times it{of(group)}" for group, one in times.items() if abs(one - 1) > UNLIKE]
+    if not far:
+        return said
+    return (
+        f"{said} R_T C_T is {listed(far)}: it holds the beds' resistance and C_v by the series/parallel rule, and says "
+        "nothing of how fast the pressure decays."
+    )
+
+
+def _means(cohort: Cohort, source: str) -> Mapping[str, float]:
+    """Return the geometric mean of every group that has a time constant."""
+    rows = rows_of(cohort.table, source)
+    if not any(str(label).split(" [")[0] == "tau" for label in rows.columns):
+        return {}
+    logs = rows[column(rows, "tau")].astype(float).map(np.log).groupby(rows["group"], sort=False).mean().dropna()
+    return {str(group): float(np.exp(logs[group])) for group in cohort.groups if group in logs.index}

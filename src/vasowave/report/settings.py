@@ -1,0 +1,24 @@
+"""What a study says of its report."""
+
+from vasowave.cohort.primary import Family
+from vasowave.settings import settings_class
+
+
+@settings_class
+class ReportFiles:
+    """The files of the report."""
+
+    pdf: bool = True
+    """Whether the pages are also written as PDF."""
+
+
+@settings_class
+class ReportSettings(Family, ReportFiles):
+    """The report: its files, and what of it is primary.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.ReportSettings(pdf=False, quantities=("mPAP", "stiffness")).pdf
+    False
+    """

@@ -1,0 +1,107 @@
+"""Vessels that change on their way, in the frequency domain: against the conical horn and the steady fall in a cone."""
+
+import numpy as np
+import pytest
+
+from vasowave.model.blood import Blood
+from vasowave.model.linear import linear_solution
+from vasowave.model.model import Model
+from vasowave.model.outlets import Windkessel
+from vasowave.model.shape import Shape
+from vasowave.model.walls import LinearWall
+from vasowave.network.network import Network
+from vasowave.recording import Inflow
+
+LENGTH, RADIUS, FALL, BETA = 2.0, 0.04, 0.6, 4000.0
+TUBE = Network(("only",), [-1], [LENGTH], [RADIUS])
+FLOW = Inflow(1e-5 * (1 + np.cos(2 * np.pi * np.arange(64) / 64) + 0.5 * np.sin(6 * np.pi * np.arange(64) / 64)), 0.05)
+
+
+def cone(blood, outlet, fall=FALL):
+    """A nearly rigid tube that narrows to both sides of its middle."""
+    beds = Windkessel(*(np.array([value]) for value in outlet))
+    return Model(TUBE, LinearWall(BETA), beds, blood, shape=Shape([1 + fall / 2, 1 - fall / 2]))
+
+
+def horn_impedance(omega, speed, density, load):
+    """Input impedance of a cone without friction, from the spherical waves in it (Webster's horn equation)."""
+    wide, thin = RADIUS * (1 + FALL / 2), RADIUS * (1 - FALL / 2)
+    far = LENGTH * wide / (wide - thin)  # distance of the inlet from the cone's tip
+    k = omega / speed
+
+    def waves(x):
+        """Pressure and flow of both spherical waves at a distance x from the tip, the flow away from the heart."""
+        area = np.pi * (wide * x / far) ** 2
+        p = np.array([np.exp(1j * k * x), np.exp(-1j * k * x)]) / x
+        slope = np.array([(1j * k - 1 / x), (-1j * k - 1 / x)]) * p
+        return p, area / (1j * omega * density) * slope  # q = -A/(iωρ) dp/ds, and s runs against x
+
+    p, q = waves(far - LENGTH)
+    ratio = -(p[0] - load * q[0]) / (p[1] - load * q[1])
+    p, q = waves(far)
+    return (p[0] + ratio * p[1]) / (q[0] + ratio * q[1])
+
+
+def test_waves_are_those_of_a_conical_horn():
+    blood = Blood(viscosity=1e-9)
+    model = cone(blood, (3000.0, 1e-3, 1e9))
+    found = linear_solution(model, FLOW)
+    speed = float(np.sqrt(BETA / (2 * blood.inertia)))  # of the linear wall without pressure
+    for k in (1, 3):
+        expected = horn_impedance(2 * np.pi * k / FLOW.period, speed, blood.inertia, 3000.0)
+        assert found.input_impedance[k, 0] == pytest.approx(expected, rel=2e-3)
+        straight = linear_solution(cone(blood, (3000.0, 1e-3, 1e9), 0.0), FLOW).input_impedance[k, 0]
+        assert abs(straight / expected - 1) > 0.015
+
+
+def test_the_steady_resistance_is_that_of_the_cone():
+    """Mean of r⁻³ along the cone, by numerical integration: a boundary layer's drag goes with r⁻¹, and 1/A with r⁻²."""
+    share = np.linspace(-0.5, 0.5, 100_001)
+    expected = np.mean((1 - FALL * share) ** -3.0)
+    one, other = (linear_solution(cone(Blood(), (1e-6, 1e-6, 1e-3), fall), FLOW) for fall in (FALL, 0.0))
+    assert one.resistance[0] / other.resistance[0] == pytest.approx(expected, rel=2e-3)
+
+
+def test_spectra_along_a_vessel_join_those_of_its_ends():
+    """At the outlet pressure over flow is the bed's impedance; what lies between has no jumps."""
+    model = cone(Blood(), (300.0, 700.0, 1e-5))
+    found = linear_solution(model, FLOW)
+    x = np.linspace(0.0, LENGTH, 401)
+    P, Q = found.at(np.zeros(401, dtype=int), x)
+    bed = model.outlets.impedance_at(len(P), FLOW.period)
+    np.testing.assert_allclose(P[:, -1] / Q[:, -1], bed[:, 0], rtol=1e-9)
+    np.testing.assert_allclose(P[:, 0], found.pressure[:, 0], rtol=1e-12)
+    steps = np.abs(np.diff(P[:6], axis=1))
+    assert np.all(steps.max(axis=1) < 20 * np.median(steps, axis=1) + 1e-12)
+
+
+def test_points_of_a_shape_are_joined_by_straight_lines():
+    shape = Shape([1.2, 0.8, 1.0], [[1.0, 1.0], [2.0, 1.0]])
+    radius, stiffness = shape.at(np.array([0, 1, 1]), np.array([0.25, 0.5, 1.0]))
+    np.testing.assert_allclose(radius, [1.0, 0.8, 1.0])
+    np.testing.assert_allclose(stiffness, [1.0, 1.5, 1.0])
+    assert shape.stiffens.tolist() == [False, True]
+
+
+def test_a_measured_taper_is_drawn_towards_none_by_its_error():
+    """As uncertain as the prior it is believed half; what was not measured is straight."""
+    share = np.array([0.05, 0.05, 0.05])  # radius over length
+    network = Network(
+        ("a", "b", "c"),
+        [-1, 0, 0],
+        [1.0] * 3,
+        [0.05] * 3,
+        taper=[0.2, 0.2, np.nan] * share,
+        taper_sd=[1e-9, 0.015, 1.0],
+    )
+    np.testing.assert_allclose(Shape.of(network).radius, [[1.1, 0.9], [1.05, 0.95], [1.0, 1.0]])
+    assert not Shape.of(TUBE).changes.any()
+
+
+def test_a0_along_a_vessel_has_the_image_s_area_at_the_image_s_pressure():
+    network = Network(("only",), [-1], [LENGTH], [RADIUS], pressure=6.0)
+    beds = Windkessel(*(np.ones(1) for _ in range(3)))
+    model = Model(network, LinearWall(60.0), beds, shape=Shape([1.1, 0.9], [1.0, 2.0]))
+    wall, area0 = model.at([0, 0, 0], [0.0, 0.5, 1.0])
+    np.testing.assert_allclose(wall.beta, [60.0, 90.0, 120.0])
+    np.testing.assert_allclose(area0 * wall.ratio_at(6.0, *wall), np.pi * RADIUS**2 * np.array([1.21, 1.0, 0.81]))

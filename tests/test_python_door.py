@@ -1,0 +1,179 @@
+"""The page for Python users says what works: a test runs every line of it; the results of a study are a mapping."""
+
+import inspect
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+import vasowave as vw
+from made_cohort import planted_results
+from vasowave.animal.files import to_bytes
+from vasowave.cohort.cohort import gathered
+from vasowave.cohort.primary import primary_comparison
+from vasowave.datasets.raw import synthetic_raw_recording
+from vasowave.datasets.virtual_files import table_text
+from vasowave.study.reporting import report_study
+from vasowave.study.results import write_results
+from vasowave.study.settings import StudyFile
+from vasowave.study.store import Store
+
+PAGE = Path(__file__).parents[1] / "docs" / "python.md"
+ROW = re.compile(r"^\| `(?P<typed>[^`]+)` \| (?P<here>works|`[^`]+`) \|", re.MULTILINE)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """Return a folder with the results of 3 + 3 animals."""
+    folder = tmp_path_factory.mktemp("door") / "study"
+    store, pieces = Store(folder / "results"), {}
+    for number, one in enumerate(planted_results()):
+        pieces[one.name, one.group] = store.keep(f"{number}", to_bytes(one.to_datatree()))
+    write_results(folder / "results", pieces, {}, StudyFile(groups=["CTL", "HPH"], report={"pdf": False}))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def results(study):
+    return vw.read_results(study)
+
+
+def test_every_line_of_the_page_for_python_users_runs(study, tmp_path, monkeypatch):
+    import matplotlib.pyplot as plt
+
+    monkeypatch.chdir(tmp_path)
+    mouse = vw.virtual_mouse()
+    vw.write_network(vw.Network(("LPA", "a", "b"), [-1, 0, 0], [0.4, 0.3, 0.3], [0.045, 0.03, 0.03]), "ctl.csv")
+    raw = synthetic_raw_recording(mouse, np.random.default_rng(3), duration=6.0).raw
+    Path("ctl-1.csv").write_text(table_text(raw), encoding="utf-8")
+    Path("study").symlink_to(study)
+    names = {"vw": vw, "np": np, "xr": xr, "cycle": mouse}
+    rows = list(ROW.finditer(PAGE.read_text(encoding="utf-8")))
+    assert len(rows) >= 48
+    for row in rows:
+        line = row["typed"] if row["here"] == "works" else row["here"].strip("`")
+        try:
+            exec(line, names)  # a line of our own page
+        except Exception as error:
+            raise AssertionError(f"{PAGE.name}: {line}") from error
+        plt.close("all")
+
+
+def test_what_a_value_draws_is_a_figure_that_a_notebook_shows(results):
+    import matplotlib.pyplot as plt
+
+    plt.close("all")
+    mouse, result = vw.virtual_mouse(), results["CTL 1"]
+    for count, draw in enumerate((vw.control_network().plot, mouse.plot, result.plot.pressure), start=1):
+        draw()
+        assert len(plt.get_fignums()) == count
+    assert results.compare("HPH").forest().figure.number in plt.get_fignums()
+    plt.close("all")
+
+
+def test_what_the_page_calls_another_name_is_not_there():
+    """Else the page would hide what works, or two names would mean one thing."""
+    for value, absent in (
+        (vw, ("fit", "compare", "open_results", "read_raw")),
+        (vw.Fit, ("params", "derived", "predict", "score", "residuals")),
+        (vw.Recording, ("resample", "mean")),
+    ):
+        assert [name for name in absent if hasattr(value, name)] == []
+
+
+def test_no_public_function_takes_more_than_seven_arguments():
+    functions = {name: getattr(vw, name) for name in vw.__all__ if inspect.isfunction(getattr(vw, name))}
+    assert len(functions) > 15
+    many = {name: len(inspect.signature(one).parameters) for name, one in functions.items()}
+    assert {name: count for name, count in many.items() if count > 7} == {}
+
+
+def test_results_are_a_mapping_that_reads_a_file_when_it_is_asked_for(results, study, monkeypatch):
+    assert len(results) == 6
+    assert list(results.keys()) == list(results) == [one.animal for one in results.animals]
+    assert {name: one.name for name, one in results.items()} == {name: name for name in results}
+    assert [one.group for one in results.values()] == [one.group for one in results.animals]
+    assert results.get("nobody") is None
+    first = next(iter(results))
+    monkeypatch.setattr("vasowave.study.results.read_result", lambda *_: pytest.fail("a file was read"))
+    assert first in results
+    assert "nobody" not in results
+    with pytest.raises(KeyError, match="no result of 'nobody'"):
+        results["nobody"]
+
+
+def test_the_table_holds_every_stored_number_with_its_interval_and_unit_once(results):
+    table = results.table()
+    assert list(table.columns) == ["animal", "group", "law", "quantity", "value", "low", "high", "unit"]
+    assert not table.duplicated(["animal", "law", "quantity"]).any()
+    rows = table.set_index(["animal", "law", "quantity"])
+    counted = 0
+    for name, result in results.items():
+        tree = result.to_datatree()
+        for law in ("measured", "linear", "tangent"):
+            stored = tree[f"{law}/quantities"].data_vars
+            counted += len(stored)
+            for quantity, value in stored.items():
+                row = rows.loc[(name, law, quantity)]
+                assert row["value"] == float(value)
+                assert row["unit"] == value.attrs["units"]
+                assert row["low"] == pytest.approx(value.attrs.get("interval_low", np.nan), nan_ok=True)
+                assert row["high"] == pytest.approx(value.attrs.get("interval_high", np.nan), nan_ok=True)
+    assert counted == len(table)
+
+
+def test_a_comparison_is_the_one_that_the_report_shows(results, study):
+    comparison = results.compare("HPH", "CTL")
+    report_study(study)
+    shown = pd.read_csv(study / "report" / "tables" / "Primary.csv")
+    assert shown["quantity"].tolist() == comparison.table["quantity"].tolist()
+    for name in ("ratio", "low", "high", "p"):
+        assert shown[name].tolist() == pytest.approx(comparison.table[name].tolist(), rel=1e-12, nan_ok=True)
+    cohort = gathered([results[name] for name in results], "CTL")
+    alone = primary_comparison(cohort).rows
+    assert comparison.table.drop(columns="estimates").equals(alone.drop(columns="estimates"))
+
+
+def test_a_comparison_says_itself_draws_itself_and_can_be_turned_round(results):
+    comparison, turned = results.compare("HPH"), results.compare("CTL", "HPH")
+    both = [one.table.set_index("quantity")["ratio"] for one in (comparison, turned)]
+    assert (both[0] * both[1]).to_numpy() == pytest.approx(1.0, rel=1e-9)
+    assert comparison.reference == "CTL"
+    assert "HPH" in repr(comparison)
+    assert "HPH against CTL" in comparison._repr_html_()
+    words = [text.get_text() for ax in comparison.forest().figure.axes for text in ax.texts]
+    assert any("mPAP" in text for text in words)
+
+
+def test_of_three_groups_one_is_shown_with_the_p_that_holds_for_all(study, tmp_path):
+    store, pieces = Store(tmp_path / "results"), {}
+    for number, one in enumerate(planted_results()):
+        twice = [one, replace(one, name=f"{one.name} b", group="late")] if one.group == "HPH" else [one]
+        for copy in twice:
+            pieces[copy.name, copy.group] = store.keep(f"{number} {copy.group}", to_bytes(copy.to_datatree()))
+    write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["CTL", "HPH", "late"]))
+    results = vw.read_results(tmp_path)
+    late = results.compare("late").table
+    assert set(late["other"]) == {"late"}
+    whole = primary_comparison(gathered([results[name] for name in results], "CTL")).rows
+    assert late["p"].tolist() == pytest.approx(whole[whole["other"] == "late"]["p"].tolist(), nan_ok=True)
+    assert late["p"].max() >= vw.read_results(study).compare("HPH").table["p"].max()
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"group": "HHP"}, r"no group 'HHP' to compare with CTL \(did you mean 'HPH'\?\); there are: HPH"),
+        ({"group": "CTL"}, "no group 'CTL' to compare with CTL"),
+        ({"group": "HPH", "reference": "x"}, "no animal is of the reference group 'x'"),
+        ({"group": "HPH", "law": "linaer"}, r"primary law 'linaer' \(did you mean 'linear'\?\)"),
+        ({"group": "HPH", "laws": "linear"}, r"no setting 'laws' \(did you mean 'law'\?\)"),
+    ],
+)
+def test_a_slip_in_a_comparison_is_named(results, asked, words):
+    with pytest.raises(vw.errors.InputError, match=words):
+        results.compare(**asked)
