@@ -65,7 +65,7 @@ def test_three_and_three_animals_far_apart_are_told_their_effect_and_that_no_tes
     low, high = (f"{row[end]:.2f}" for end in ("low", "high"))
     p = probability(row["p"])
     effect = f"PVR 90.0 → 259 mmHg s/ml (2.88 times [{low}, {high}], {p})"
-    assert said == f"HPH against CTL: {effect}; the groups do not overlap, as chance makes them in 10 % of quantities."
+    assert said == f"HPH against CTL: {effect}; the groups do not overlap, which chance alone does in 10 % of quantities."
     assert said_once.startswith("No rank or permutation test can fall below p = 0.10 with 3 + 3 animals; p and")
     assert float(low) > 1
 
