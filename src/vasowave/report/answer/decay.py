@@ -40,5 +40,5 @@ def _means(cohort: Cohort, source: str) -> Mapping[str, float]:
     rows = rows_of(cohort.table, source)
     if not any(str(label).split(" [")[0] == "tau" for label in rows.columns):
         return {}
-    logs = np.log(rows[column(rows, "tau")].astype(float)).groupby(rows["group"], sort=False).mean().dropna()
+    logs = rows[column(rows, "tau")].astype(float).map(np.log).groupby(rows["group"], sort=False).mean().dropna()
     return {str(group): float(np.exp(logs[group])) for group in cohort.groups if group in logs.index}
