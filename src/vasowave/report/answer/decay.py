@@ -14,7 +14,7 @@ UNLIKE = 1 / 3
 
 
 def decay(cohort: Cohort, law: str) -> str:
-    """Say what the measured decay is, of an animal or as geometric means, and where R_T C_T is far from it."""
+    """Say what the measured decay is (of groups: geometric means), and where R_T C_T is far from it."""
     measured, modeled = (_means(cohort, source) for source in ("measured", law))
     both = [group for group in modeled if group in measured]
     if not both:
