@@ -62,6 +62,11 @@ def factor(unit: str, quantity: str) -> float:
     raise InputError(f"'{unit}' is not a unit of {quantity}{hint}; known: {', '.join(known)}")
 
 
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of any quantity."""
+    return any(_plain(text) == written.lower() for known in _FACTORS.values() for written in known)
+
+
 def _plain(unit: str) -> str:
     """Return `unit` in lower case, without spaces, superscripts, carets and Greek letters."""
     text = unit.strip().lower().replace(" ", "").replace("^", "").replace("**", "")

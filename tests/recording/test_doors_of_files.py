@@ -9,10 +9,11 @@ from scipy.io import savemat
 from vasowave.datasets import virtual_mouse
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.findings import Severity
+from vasowave.network_formats import read_network
 from vasowave.recording import average_beats, describe_recording, read_raw_recording, read_recording
 from vasowave.recording.gaps import Span, longest_between
 from vasowave.recording.plateaus import Plateau, plateau_findings
-from vasowave.recording.plausibility import odd_values, resting_flow
+from vasowave.recording.plausibility import check_pressure, odd_values, resting_flow
 from vasowave.units import factor
 
 MOUSE = virtual_mouse()
@@ -95,6 +96,29 @@ def test_variables_without_units_are_named_as_the_file_names_them_all_at_once(tm
     assert "--unit pressure=mmHg" in str(refused.value)
 
 
+def test_variables_without_known_times_are_refused_until_their_rate_is_given(tmp_path):
+    p, q = signals()
+    named = {"t_s": TIME, "druck": p, "Qpa": q, "ekg": p}
+    savemat(tmp_path / "m.mat", named)
+    options = {"pressure": "druck", "flow": "Qpa", "pressure_unit": "mmHg", "flow_unit": "ml/s"}
+    with pytest.raises(InputError, match=r"m\.mat: no times; .*--sampling-rate 1000"):
+        read(tmp_path / "m.mat", **options)
+    raw = read(tmp_path / "m.mat", **options, sampling_rate=1000.0)
+    np.testing.assert_allclose(raw.pressure, p)
+    assert raw.time[-1] == pytest.approx(TIME[-1])
+
+
+def test_a_variable_is_called_as_the_file_calls_it(tmp_path):
+    p, q = signals()
+    savemat(tmp_path / "m.mat", {"t": TIME, "PAP": p, "P": 2 * p, "p": 3 * p, "P_unit": "kPa", "Flow": q})
+    (block,) = describe_recording(tmp_path / "m.mat").blocks
+    assert [one.title for one in block.channels] == ["PAP", "P", "p", "Flow"]
+    units = {"pressure_unit": "mmHg", "flow_unit": "ml/s"}
+    for name, scale in (("PAP", 1.0), ("pap", 1.0), ("P", 2.0), ("p", 3.0)):
+        raw = read(tmp_path / "m.mat", pressure=name, flow="Flow", **units)
+        np.testing.assert_allclose(raw.pressure, scale * p)
+
+
 @pytest.mark.parametrize("left", [-1, -4, -9, -12])
 def test_a_text_that_ends_within_its_last_line_loses_that_line_alone(tmp_path, left):
     text = labchart(["PAP", "Flow"])
@@ -111,15 +135,48 @@ def test_a_text_that_ends_within_its_last_line_loses_that_line_alone(tmp_path, l
     assert "recording.cut-off" in [one.code for one in raw.notes]
 
 
-def test_title_lines_above_the_header_and_clocks_are_named_with_the_cure(tmp_path):
+@pytest.mark.parametrize("comma", [False, True])
+@pytest.mark.parametrize(
+    "head",
+    [
+        ["Mouse 17;week 3", "t [s];PAP [mmHg];Flow [ml/s]"],
+        ["Rat: 6", "Date: 3.4.2024", "", "t [s];PAP [mmHg];Flow [ml/s]"],
+        ["t;PAP;Flow", "s;mmHg;ml/s"],
+        ["Rat: 6", "t;PAP;Flow", "[s];[mmHg];[ml/s]"],
+    ],
+)
+def test_prose_above_the_titles_is_left_out_and_units_below_them_are_read(tmp_path, head, comma):
+    p, q = signals()
+    rows = [f"{t:.3f};{a:.4f};{b:.5f}" for t, a, b in zip(TIME, p, q)]
+    rows = [row.replace(".", ",") for row in rows] if comma else rows
+    (tmp_path / "t.csv").write_text("\n".join([*head, *rows, ""]), "utf-8")
+    raw = read(tmp_path / "t.csv")
+    np.testing.assert_allclose(raw.pressure, p, atol=1e-4)
+    np.testing.assert_allclose(raw.flow, q, atol=1e-5)
+    assert raw.sampling_rate == pytest.approx(1000.0)
+    cycle = [f"{t:.6f};{a:.4f};{b:.5f}" for t, a, b in zip(MOUSE.time, MOUSE.pressure, MOUSE.flow)]
+    (tmp_path / "c.csv").write_text("\n".join([*head, *cycle, ""]), "utf-8")
+    np.testing.assert_allclose(read_recording(tmp_path / "c.csv").pressure, MOUSE.pressure, atol=1e-4)
+
+
+def test_a_damaged_header_is_not_taken_for_prose(tmp_path):
+    (tmp_path / "n.csv").write_text("name,parent,length [cm]\n1,,0.41,0.047\n2,1,0.45,0.026\n", "utf-8")
+    with pytest.raises(InputError, match="line 2: 4 columns where 3 were expected"):
+        read_network(tmp_path / "n.csv")
+
+
+def test_clocks_are_named_with_the_cure(tmp_path):
     rows = [f"{t:.3f},{p:.4f},{q:.5f}" for t, p, q in zip(TIME, *signals())]
-    (tmp_path / "t.csv").write_text("\n".join(["Mouse 17,week 3", "t [s],PAP [mmHg],Flow [ml/s]", *rows, ""]), "utf-8")
-    with pytest.raises(InputError, match="line 2: 3 columns below a header of 2; if title lines stand above"):
-        describe_recording(tmp_path / "t.csv")
     clock = ["time,PAP [mmHg],Flow [ml/s]", *(f"10:01:0{row}" for row in rows), ""]
     (tmp_path / "c.csv").write_text("\n".join(clock), "utf-8")
     with pytest.raises(InputError, match=r"'10:01:00\.000' is not a number; a time of day is not read: write seconds"):
         describe_recording(tmp_path / "c.csv")
+    commas = [row.replace(",", ";").replace(".", ",") for row in rows]
+    (tmp_path / "d.csv").write_text(
+        "\n".join(["time;PAP [mmHg];Flow [ml/s]", *(f"10:01:00.{row[2:]}" for row in commas), ""]), "utf-8"
+    )
+    with pytest.raises(InputError, match=r"line 2: '10:01:00\.000' is not a number; a time of day is not read"):
+        describe_recording(tmp_path / "d.csv")
 
 
 @pytest.mark.parametrize("offset", [0.03, -0.03])
@@ -154,3 +211,24 @@ def test_units_are_listed_as_people_write_them():
 
 def test_a_stretch_from_the_start_begins_at_zero_and_not_below():
     assert str(longest_between([Span(9.0, 9.4)], 0.0, 15.0).start) == "0.0"
+
+
+def test_exchanged_channels_are_called_so_and_a_wrong_zero_is_not():
+    codes = [one.code for one in odd_values(60 * MOUSE.flow, MOUSE.pressure / 10, MOUSE.period)]
+    assert codes == ["recording.exchanged"]
+    for pressure, flow in (
+        (MOUSE.pressure, MOUSE.flow),
+        (MOUSE.pressure - MOUSE.pressure.min(), MOUSE.flow),  # its lowest value is zero
+        (60 * MOUSE.flow, MOUSE.flow),  # a ventricle rests near zero, too
+        (MOUSE.pressure, MOUSE.flow + 10 * MOUSE.flow.mean()),  # a flow that never stops
+    ):
+        assert "recording.exchanged" not in [one.code for one in odd_values(pressure, flow, MOUSE.period)]
+
+
+def test_a_low_pressure_is_taken_for_kpa_only_where_it_can_be():
+    with pytest.raises(InputError, match="looks like kPa"):
+        check_pressure(MOUSE.pressure / 7.50062, "r.csv")
+    for other in (8 * MOUSE.flow, MOUSE.pressure / 500):
+        with pytest.raises(InputError, match="are pressure and flow exchanged, or is it another channel") as refused:
+            check_pressure(other, "r.csv")
+        assert "kPa" not in str(refused.value)

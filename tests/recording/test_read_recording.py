@@ -138,7 +138,11 @@ SKIPPED = np.where(np.arange(256) >= 100, TIME + PERIOD / 256, TIME)
         ({"time [s]": TIME * 1000}, {}, "is it in ms"),
         ({}, {"period": 0.12}, "the time column covers 0.11 s, the period given is 0.12 s"),
         ({}, {"period": 110.0}, "is it in ms"),
-        ({}, {"pressure_unit": "Pa"}, "looks like kPa"),  # what is given counts, and is judged
+        (
+            {},
+            {"pressure_unit": "Pa"},
+            "too low for an artery; is the unit right",
+        ),  # what is given counts, and is judged
     ],
 )
 def test_a_wrong_table_is_refused_with_the_place_and_the_cure(tmp_path, change, kwargs, message):

@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from vasowave.animal.animal import Animal
 from vasowave.cli import app
+from vasowave.cli.options import read_settings
 from vasowave.datasets import control_network, hypertensive_network, virtual_mouse
 from vasowave.network.network import Network
 from vasowave.network.vessel_table import write_network
@@ -20,8 +21,9 @@ from vasowave.study.animals import read_animals
 from vasowave.study.checking import check_study
 from vasowave.study.loading import load_animal
 from vasowave.study.overview import AnimalRead, read_of
-from vasowave.study.physiology import NORMAL
+from vasowave.study.physiology import NORMAL, physiology_findings
 from vasowave.study.plan import read_study
+from vasowave.study.reading import parse_settings
 from vasowave.study.rows import COLUMNS
 
 
@@ -336,3 +338,26 @@ def test_recordings_of_other_units_are_converted(make_study, mice):
     study = read_study(folder)
     animal = load_animal(study.animals[0], study.settings, study.folder)
     assert animal.recording.cardiac_output == pytest.approx(mouse.cardiac_output, rel=1e-12)
+
+
+def test_a_rat_among_mice_is_told_its_species_and_a_slip_is_not():
+    rat = {name: 0.5 * (low + high) for name, (low, high, _) in NORMAL["rat"].items()}
+    found = [str(one) for one in physiology_findings(rat, 0.2, "mouse")]
+    assert len(found) >= 2
+    assert all("All of them fit a rat: write species: rat (vasowave fit: --species rat)" in one for one in found)
+    assert not physiology_findings(rat, 0.2, "rat")
+    mouse = {name: 0.5 * (low + high) for name, (low, high, _) in NORMAL["mouse"].items()}
+    (slip,) = physiology_findings(mouse | {"CO": 10.0}, 0.2, "mouse")
+    assert "species:" not in str(slip).partition("?")[2]
+
+
+def test_the_species_is_an_option_of_new_and_fit(tmp_path):
+    done = CliRunner().invoke(app, ["new", str(tmp_path / "s"), "--species", "rat"])
+    assert done.exit_code == 0, done.output
+    made, _ = parse_settings((tmp_path / "s" / "study.yaml").read_bytes())
+    assert made.species == "rat"
+    refused = CliRunner().invoke(app, ["new", str(tmp_path / "t"), "--species", "rats"])
+    assert "did you mean 'rat'?" in str(refused.exception)
+    assert not (tmp_path / "t").exists()
+    assert read_settings({"species": "rat"}, "one", "animal").species == "rat"
+    assert "--species" in CliRunner().invoke(app, ["fit", "--help"], env={"COLUMNS": "200"}).output

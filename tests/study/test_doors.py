@@ -129,6 +129,19 @@ def test_files_that_cannot_be_read_are_counted_and_the_exit_says_so(lab, tmp_pat
     assert len(groups_of(tmp_path / "s")) == 4
 
 
+@pytest.mark.parametrize("networks", [[], ["lung.csv"]])
+def test_a_recording_that_cannot_be_read_is_said_at_the_first_add_whatever_else_its_row_lacks(lab, tmp_path, networks):
+    text = (lab / "SuHx_1.csv").read_text("utf-8").replace("flow [ml/s]", "x1 [V]")
+    (lab / "SuHx_8.csv").write_text(text, "utf-8")
+    study = tmp_path / "s"
+    typed("new", study, "--groups", "Nx,SuHx")
+    said = typed("add", study, lab / "SuHx_8.csv", *(lab / name for name in networks), status=3)
+    assert "no column 'flow'" in said
+    assert len(groups_of(study)) == 1
+    said = typed("add", study, lab / "Nx_1.csv")
+    assert "no column 'flow'" not in said
+
+
 def test_adding_a_file_says_nothing_of_the_errors_of_others(lab, tmp_path):
     study = tmp_path / "s"
     typed("new", study, "--groups", "Nx,SuHx")
@@ -173,3 +186,20 @@ def test_the_block_that_is_read_is_said_where_there_are_several(tmp_path):
     (said,) = [one for one in add_files(tmp_path / "s", [tmp_path / "m.txt"]).said if "block" in one]
     assert re.search(r"m.txt: block 2 of 2 is read, the longest \(blocks last [\d.]+ s, 12 s\); --block", said)
     assert not any("block" in one for one in add_files(tmp_path / "s", [tmp_path / "m.txt"], cells={"block": "1"}).said)
+
+
+def test_status_lists_the_animals_that_can_run_and_then_the_errors(lab, tmp_path):
+    study = tmp_path / "s"
+    typed("new", study, "--groups", "Nx,SuHx")
+    typed("add", study, lab)
+    table = study / "animals.csv"
+    table.write_text(re.sub(r"^(Nx_2,Nx),[^,]*", r"\1,", table.read_text("utf-8"), flags=re.MULTILINE), "utf-8")
+    said = typed("status", study, status=1)
+    assert "Nx_1: waiting" in said
+    assert "0 of 3 animals done" in said
+    assert "column 'network': the cell is empty" in said
+
+
+def test_a_report_of_a_folder_that_is_not_there_names_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert str(CliRunner().invoke(app, ["report", "Stu"]).exception) == "Stu: there is no such folder"

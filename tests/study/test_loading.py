@@ -1,8 +1,15 @@
 """From a row of the table to an animal."""
 
+import numpy as np
+import pytest
 from small_study import make_study_in
 
+from vasowave.cli.options import read_settings
+from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.datasets.virtual import virtual_mouse
+from vasowave.datasets.virtual_files import labchart_text
+from vasowave.errors import NumericalError
+from vasowave.recording import Recording
 from vasowave.study.loading import animal_key, load_animal
 from vasowave.study.plan import read_study
 
@@ -38,3 +45,37 @@ def test_a_law_in_the_folder_of_a_study_is_found_and_a_changed_one_asks_for_new_
     law.write_text(law.read_text() + "# changed\n")
     again = read_study(tmp_path)
     assert animal_key(again.animals[0], again.settings, tmp_path) != before
+
+
+@pytest.mark.parametrize("ecg", [True, False])
+@pytest.mark.parametrize("rate", [210.0, 245.0, 400.0])
+def test_the_heart_rates_looked_for_are_those_of_the_species_unless_they_are_given(tmp_path, rate, ecg):
+    mouse = virtual_mouse()
+    cycle = Recording(mouse.pressure, 5 * mouse.flow, 60.0 / rate)
+    made = synthetic_raw_recording(cycle, np.random.default_rng(1), duration=24.0, sampling_rate=1000.0, ecg=ecg)
+    folder = make_study_in(tmp_path / "study", [mouse])
+    (folder / "recordings/0.csv").unlink()
+    (folder / "recordings/0.txt").write_text(labchart_text(made.raw), "utf-8")
+    table = (folder / "animals.csv").read_text("utf-8")
+    (folder / "animals.csv").write_text(table.replace("0.csv", "0.txt"), "utf-8")
+
+    def heart_rate(settings):
+        (folder / "study.yaml").write_text(f"groups: [CTL]\n{settings}\n", "utf-8")
+        study = read_study(folder)
+        return 60.0 / load_animal(study.animals[0], study.settings, folder).recording.period
+
+    for found in (
+        "species: rat",
+        "averaging: {heart_rates: [200, 600]}",
+        "species: mouse\naveraging: {heart_rates: [200, 600]}",
+    ):
+        assert heart_rate(found) == pytest.approx(rate, rel=0.02)
+    if rate < 250:
+        for refused in ("", "species: rat\naveraging: {heart_rates: [260, 900]}"):
+            with pytest.raises(NumericalError, match="--species rat or --heart-rates 200,600"):
+                heart_rate(refused)
+
+
+def test_a_range_of_heart_rates_is_given_as_an_option():
+    assert read_settings({"heart_rates": "200,600"}, "one", "animal").averaging.heart_rates == (200.0, 600.0)
+    assert read_settings({"catheter": "30,0.2"}, "one", "animal").catheter == (30.0, 0.2)

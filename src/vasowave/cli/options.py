@@ -16,7 +16,7 @@ from vasowave.study.problems import refuse
 if TYPE_CHECKING:
     from vasowave.study.settings import StudyFile
 
-_NOT_FOR_ONE = ("title", "animals", "species", "groups")
+_NOT_FOR_ONE = ("title", "animals", "groups")
 """Keys of a study file that say nothing of a single animal."""
 
 _OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "model_selection", "selection_optima",
@@ -185,7 +185,7 @@ def _value(one: Setting, given: Any) -> Any:
 
 
 def _is_list(kind: Any) -> bool:
-    return get_origin(get_args(kind)[0] if get_origin(kind) is Annotated else kind) in (tuple, list)
+    return get_origin(kind) in (tuple, list) or any(map(_is_list, get_args(kind)))
 
 
 def _list(text: str, separator: str) -> list[str]:

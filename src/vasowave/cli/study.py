@@ -43,12 +43,13 @@ def demo(
 def new(
     folder: Annotated[Path, typer.Argument(help="Folder to make.")],
     groups: Annotated[str, typer.Option(help="Group labels, the reference first.")] = "CTL,HPH",
+    species: Annotated[str, typer.Option(help="mouse, rat or other.")] = "mouse",
 ) -> None:
     """Make a study: a commented study.yaml, an empty animals.csv, and folders for the files."""
     from vasowave.study.template import new_study
 
     labels = [label.strip() for label in groups.split(",")]
-    for path in new_study(folder, labels):
+    for path in new_study(folder, labels, species):
         typer.echo(f"  {path}")
     if len(labels) == 1:
         tell(f"note: '{labels[0]}' is one group, and nothing is compared with it; commas separate groups: CTL,HPH")
@@ -79,6 +80,7 @@ def add(
     from vasowave.cli.options import row_cells
     from vasowave.study.adding import add_files
     from vasowave.study.checking import check_study
+    from vasowave.study.problems import UNREADABLE
 
     place, files = _study_here(study, paths or [])
     added = add_files(place, files, group=group, groups=groups, network=network, cells=row_cells(dict(given or {})),
@@ -109,6 +111,7 @@ def add(
         tell(
             f"{_counted(len(added.refused), 'file')} of these could not be read: no row of the table holds such a file"
         )
+    if added.refused or any(problem.finding.code == UNREADABLE.code for problem in own):
         raise typer.Exit(FAILED)
 
 
@@ -181,13 +184,21 @@ def run(
 
 @app.command(epilog="Example: vasowave status my-study")
 def status(study: Annotated[Path, _STATUS] = Path()) -> None:
-    """Say how far a study, or the fit of one animal, is: run here, elsewhere, or interrupted."""
-    from vasowave.study.plan import read_study
+    """Say how far a study, or the fit of one animal, is: run here, elsewhere, or interrupted.
+
+    Exit status 1 if the study holds errors; animals whose rows do are not among those listed.
+    """
+    from vasowave.study.plan import inspect_study
+    from vasowave.study.problems import refuse
     from vasowave.study.reading import study_path
     from vasowave.study.status import fit_status, study_status
 
     alone = fit_status(study) if study.is_dir() and not study_path(study).exists() else None
-    animals, runner = alone or study_status(read_study(study))
+    plan, problems = (None, []) if alone else inspect_study(study)
+    errors = [problem for problem in problems if problem.error]
+    if plan is None:
+        refuse(errors)
+    animals, runner = study_status(plan) if plan is not None else alone or ((), None)
     for one in animals:
         tell(f"{one.animal}: {one}")
     done, lost = (sum(one.state == state for one in animals) for state in ("done", "failed"))
@@ -196,6 +207,8 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
         + (f"{lost} failed; " if lost else "")
         + (f"being run by {runner}" if runner else "not being run")
     )
+    _tell_problems(errors)
+    raise typer.Exit(1 if errors else 0)
 
 
 def _run(

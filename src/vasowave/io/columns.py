@@ -30,6 +30,10 @@ NO_END = look_kind(
 """Of a text that may have lost its end."""
 
 
+HEAD = 100
+"""Rows among which the titles of a table are looked for."""
+
+
 class NoRowsError(InputError):
     """A table has a header and nothing below it."""
 
@@ -154,6 +158,7 @@ def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], 
         cut = block.cut
     if not kept:
         raise InputError(f"{path}: the file is empty")
+    kept = kept[titles_among([text for _, text in kept[:HEAD]]) :]
     lines = tuple(line for line, _ in kept)
     separator = separator_of(kept[0][1])
     rows = [split_cells(path, line, text, separator) for line, text in kept]
@@ -165,6 +170,8 @@ def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], 
     if not all(_is_number(cell) for cell in rows[0]):
         header = tuple(rows[0])
         rows, lines = rows[1:], lines[1:]
+    if header and rows and (whole := with_unit_row(header, kept[1][1], separator)):
+        header, rows, lines = tuple(whole), rows[1:], lines[1:]
     if not rows:
         raise NoRowsError(f"{path}: a header and no data")
     width = len(header) if header else len(rows[0])
@@ -174,6 +181,40 @@ def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], 
             why = "; if the comma is a decimal mark too, separate the cells with semicolons" if comma else ""
             raise InputError(f"{path}, line {line}: {len(row)} columns where {width} were expected{why}")
     return header, tuple(map(tuple, rows)), lines, cut
+
+
+def with_unit_row(titles: Sequence[str], below: str, separator: str | None) -> list[str] | None:
+    """Return column titles with the units of the line below them, None if that line names no units or they do."""
+    cells = [cell.strip(' []()"') for cell in below.split(separator)]
+    named = [cell for cell in cells if cell not in ("", "-")]
+    mostly = 2 * sum(map(units.is_unit, named)) > len(named)
+    if len(cells) != len(titles) or not mostly or any(map(is_numeric, named)) or any(map(_has_unit, titles)):
+        return None
+    return [f"{title} [{unit}]" if unit in named else title for title, unit in zip(titles, cells, strict=True)]
+
+
+def titles_among(rows: Sequence[str]) -> int:
+    """Return which of the first rows holds the titles of a table: the first, unless prose stands above the titles.
+
+    That is so where the numbers have other cells than the first row, and as many as the one or two rows above them.
+    """
+
+    def width(row: str) -> int:
+        return len(split_titles(row) if separator is None else row.split(separator))
+
+    for data, row in enumerate(rows):
+        separator = separator_of(row)
+        cells = [cell.strip() for cell in row.split(separator)]
+        if len(cells) > 1 and all(map(is_numeric, cells)):
+            fitting = [i for i, above in enumerate(rows[:data]) if width(above) == len(cells)]
+            whole = bool(fitting) and fitting == list(range(fitting[0], data))
+            return fitting[0] if whole and not any(map(is_numeric, rows[fitting[0]].split(separator))) else 0
+    return 0
+
+
+def _has_unit(title: str) -> bool:
+    match = _HEADING.match(title)
+    return match is not None and match["unit"] is not None
 
 
 def read_titles(path: Path, start: bytes) -> tuple[str, ...]:

@@ -13,8 +13,8 @@ from vasowave.errors import InputError, NumericalError
 from vasowave.findings import Finding, look_kind
 from vasowave.recording.raw import RawRecording
 
-HEART_RATES = (250.0, 900.0)
-"""Heart rates searched by default, beats/min."""
+HEART_RATES = {"mouse": (250.0, 900.0), "rat": (150.0, 650.0)}
+"""Heart rates searched by default, beats/min: a little more than a species has; of others those of a mouse."""
 
 _REPEATS = 0.75
 """The first lag whose autocorrelation reaches this fraction of the best one is the beat; later ones are multiples."""
@@ -57,7 +57,9 @@ class Beats:
         return float(60.0 / np.median(np.diff(self.times)))
 
 
-def find_beats(raw: RawRecording, fiducial: str | None = None, heart_rates: tuple[float, float] = HEART_RATES) -> Beats:
+def find_beats(
+    raw: RawRecording, fiducial: str | None = None, heart_rates: tuple[float, float] = HEART_RATES["mouse"]
+) -> Beats:
     """Return the time of every beat, to a fraction of a sample.
 
     Parameters
@@ -146,7 +148,9 @@ def _beat_length(strength: np.ndarray, rate: float, heart_rates: tuple[float, fl
     if len(peaks) == 0 or window[peaks].max() < 0.15 * repetition[0]:
         raise NumericalError(
             f"{where}: the signal does not repeat between {heart_rates[0]:g} and {heart_rates[1]:g} beats/min; "
-            "is it the right channel, is it covered by noise, is the heart rate in another range (heart_rates)?"
+            "is it the right channel, is it covered by noise, or is the heart rate in another range? Then name "
+            "the species or the range (vasowave fit: --species rat or --heart-rates 200,600; a study: `species: rat` "
+            "or, under averaging, `heart_rates: [200, 600]`; in Python: heart_rates=(200, 600))"
         )
     return float(peaks[window[peaks] >= _REPEATS * window[peaks].max()][0])
 

@@ -134,7 +134,8 @@ def _found(
 ) -> tuple[list[T], str]:
     """Return the channels that may hold a quantity, and why, where a title alone did not decide."""
     if title is not None:
-        return [c for c in channels if c.title.strip().lower() == title.strip().lower()], ""
+        same = [c for c in channels if c.title.strip() == title.strip()]
+        return same or [c for c in channels if c.title.strip().lower() == title.strip().lower()], ""
     named = [one.strip().lower() for one in titles.values() if one is not None]
     free = [c for c in channels if c not in taken and c.title.strip().lower() not in named]
     exact = [c for c in free if c.title.strip().lower() in _WORDS[name]]

@@ -146,8 +146,8 @@ class Averaging:
     largest and the smallest value (sPAP, dPAP) apart."""
     fiducial: Literal["ecg", "pressure"] | None = None
     """R wave, or foot of the pressure; by default the ECG where there is one that beats."""
-    heart_rates: Range = HEART_RATES
-    """Slowest and fastest heart rate to look for, beats/min."""
+    heart_rates: Range | None = None
+    """Slowest and fastest heart rate to look for, beats/min; by default 250 to 900, in a study of rats 150 to 650."""
     length_tolerance: Annotated[float, Gt(0), Le(1)] = 0.1
     """A beat whose length differs by a larger fraction from the median of its neighbours is rejected."""
     least_correlation: Annotated[float, Ge(-1), Le(1)] = 0.9
@@ -213,7 +213,8 @@ def average_beats(
     lasts = max(one.origin + one.duration for one in (raw, *raw.beside))
     if how.zero_time > lasts:
         raise InputError(f"zero_time={how.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
-    heartbeats = find_beats(raw, how.fiducial, how.heart_rates)
+    heart_rates = how.heart_rates or HEART_RATES["mouse"]
+    heartbeats = find_beats(raw, how.fiducial, heart_rates)
     if len(heartbeats.times) - 1 < beats:
         raise InputError(
             f"{raw.source}: {len(heartbeats.times) - 1} whole beats found, {beats} wanted; record longer or average "
@@ -222,7 +223,7 @@ def average_beats(
     cut = cut_all(raw, heartbeats.times, how.samples)
     limits = (how.length_tolerance, how.least_correlation)
     reasons = misshapen_beats(cut.ends - cut.starts, cut.pressure, cut.flow, *limits)
-    beside = cut_beside(raw, cut, heartbeats.fiducial, how.heart_rates, *limits)
+    beside = cut_beside(raw, cut, heartbeats.fiducial, heart_rates, *limits)
     cut, baseline = levelled(cut, beside, reasons, how.zero_time, how.drift == "remove", how.reject_ventilation)
     used, run = choose_run(reasons, beats, raw.source)
     period = float(np.mean((cut.ends - cut.starts)[used]))

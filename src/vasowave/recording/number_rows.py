@@ -17,6 +17,10 @@ _TOGETHER = 4096
 
 
 _CLOCK = re.compile(r"\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?")
+_NO_CLOCK = (
+    "; a time of day is not read: write seconds since the start, or leave the column out and say how many samples a "
+    "second has (vasowave add and fit: --sampling-rate 1000)"
+)
 
 
 class DecimalMark:
@@ -31,7 +35,9 @@ class DecimalMark:
             if mark == self._seen or not lines.hold(mark):
                 continue
             if self._seen:
-                at = lines.first + next(i for i, text in enumerate(lines.texts) if mark in text)
+                at, text = next((i, text) for i, text in enumerate(lines.texts, lines.first) if mark in text)
+                if clock := _CLOCK.search(text):
+                    raise InputError(f"{self._path}, line {at}: '{clock[0]}' is not a number{_NO_CLOCK}")
                 raise InputError(
                     f"{self._path}, line {at}: numbers with a decimal comma and with a decimal point in one file; "
                     "export it again with one of them"
@@ -109,11 +115,7 @@ class NumberRows:
         try:
             value = number(text.replace(",", ".") if comma else text) if text else math.nan
         except ValueError:
-            clock = (
-                "; a time of day is not read: write seconds since the start, or leave the column out and say how many "
-                "samples a second has (vasowave add and fit: --sampling-rate 1000)"
-            )
-            why = clock if _CLOCK.fullmatch(text) else ""
+            why = _NO_CLOCK if _CLOCK.fullmatch(text) else ""
             raise InputError(f"{self.place}, line {line}, column '{title}': '{text}' is not a number{why}") from None
         return value if math.isfinite(value) else math.nan
 

@@ -31,6 +31,14 @@ OPEN_CYCLE = 0.05
 """A jump between end and start larger than this fraction of the range means that the cycle does not close."""
 
 
+_AT_ZERO = 0.1
+"""A signal that rests within this share of its range around zero rests at zero, as the flow of a closed valve does."""
+
+_NEVER_LOW = 0.2
+"""A flow that never falls below this share of its largest value is like a pressure."""
+
+
+_KPA = 7.50062  # mmHg
 _UNIT = (
     "correct the unit: in the file, or beside it (vasowave add and fit: --unit pressure={}; a study's table: the "
     "column 'pressure unit'; in Python: pressure_unit)"
@@ -39,6 +47,12 @@ SYSTEMIC = look_kind(
     "recording.systemic-pressure",
     "mean pressure {mean:.4g} mmHg is systemic, not pulmonary; is the unit right? ({mean:.4g} mmHg = {kPa:.3g} kPa)",
     "Correct the unit of the pressure, or the channel.",
+)
+EXCHANGED = look_kind(
+    "recording.exchanged",
+    "pressure and flow look exchanged: the pressure rests at {level:.2g} mmHg between beats, as a flow does, and the "
+    "flow never falls below {lowest:.3g} ml/s",
+    "Exchange the two channels, or the titles of the two columns.",
 )
 BELOW_ZERO = look_kind(
     "recording.pressure-below-zero",
@@ -85,9 +99,14 @@ def check_pressure(pressure: np.ndarray, where: str) -> None:
         raise InputError(f"{where}: the pressure is constant ({mean:g} mmHg); is this the right column?")
     if mean <= 0:
         raise InputError(f"{where}: mean pressure {mean:.3g} mmHg is not positive; correct the zero of the transducer")
+    if mean < lowest and (_rests_at_zero(pressure) or mean * _KPA < lowest):
+        raise InputError(
+            f"{where}: mean pressure {mean:.3g} mmHg is too low for an artery; is the unit right, are pressure and "
+            "flow exchanged, or is it another channel?"
+        )
     if mean < lowest:
         raise InputError(
-            f"{where}: mean pressure {mean:.3g} mmHg looks like kPa ({mean:.3g} kPa = {mean * 7.50062:.3g} mmHg); "
+            f"{where}: mean pressure {mean:.3g} mmHg looks like kPa ({mean:.3g} kPa = {mean * _KPA:.3g} mmHg); "
             f"{_UNIT.format('kPa')}"
         )
     if mean > highest:
@@ -113,9 +132,11 @@ def check_flow(flow: np.ndarray, where: str) -> None:
 
 def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Finding]:
     """Return a finding for every value that is possible, yet more likely a slip."""
+    if _rests_at_zero(pressure) and flow.min() > _NEVER_LOW * flow.max():
+        return [EXCHANGED(level=resting_flow(pressure), lowest=float(flow.min()))]
     found = []
     if pressure.mean() > 75:
-        found.append(SYSTEMIC(mean=float(pressure.mean()), kPa=float(pressure.mean() / 7.50062)))
+        found.append(SYSTEMIC(mean=float(pressure.mean()), kPa=float(pressure.mean() / _KPA)))
     if pressure.min() < 0:
         found.append(BELOW_ZERO(lowest=float(pressure.min())))
     slowest, fastest = RODENT_FLOWS
@@ -129,12 +150,22 @@ def odd_values(pressure: np.ndarray, flow: np.ndarray, period: float) -> list[Fi
 
 def resting_flow(flow: np.ndarray) -> float:
     """Return the level, ml/s, at which the flow of a cycle rests, 0 if it never does: its narrowest quarter."""
-    ordered = np.sort(flow)
-    count, span = max(2, round(_RESTS * len(ordered))), np.ptp(flow)
+    return _resting(flow) or 0.0
+
+
+def _rests_at_zero(values: np.ndarray) -> bool:
+    level = _resting(values)
+    return level is not None and abs(level) < _AT_ZERO * float(np.ptp(values))
+
+
+def _resting(values: np.ndarray) -> float | None:
+    """Return the level at which a signal rests, None if it never does."""
+    ordered = np.sort(values)
+    count, span = max(2, round(_RESTS * len(ordered))), np.ptp(values)
     widths = ordered[count - 1 :] - ordered[: len(ordered) - count + 1]
     first = int(np.argmin(widths))
     rests = widths[first] < _STILL * span and ordered[first] - ordered[0] < _LOW * span
-    return float(ordered[first : first + count].mean()) if rests else 0.0
+    return float(ordered[first : first + count].mean()) if rests else None
 
 
 def repeats_first(values: np.ndarray) -> bool:

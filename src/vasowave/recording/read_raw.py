@@ -16,7 +16,7 @@ from vasowave.recording.choosing import DIMENSIONS, pick_channels
 from vasowave.recording.formats import read_blocks
 from vasowave.recording.gaps import Span, describe_gaps, free_between, gaps_in
 from vasowave.recording.raw import SHORTEST, RawRecording
-from vasowave.recording.signal import UNIT_REPLACED
+from vasowave.recording.signal import NAME_THE_RATE, UNIT_REPLACED
 from vasowave.settings import given_values, settings_class
 
 _SAME_LENGTH = 0.01  # two channels of a block last equally long within this share and two samples
@@ -109,6 +109,8 @@ def read_raw_recording(path: str | Path, *, progress: Progress | None = None, **
     notes += chosen.suspicions
     picked, guessed = pick_channels(path, chosen.channels, {"pressure": how.pressure, "flow": how.flow, "ecg": how.ecg})
     notes += guessed
+    if not all(np.isfinite(channel.sampling_rate) for channel in picked.values()):
+        raise InputError(f"{path}: no times; {NAME_THE_RATE}")
     if "ecg" not in picked:
         notes.append(NO_ECG())
     _check_lengths(list(picked.values()))

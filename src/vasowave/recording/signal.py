@@ -24,6 +24,11 @@ ALIASES = {
 }
 """Other titles of the columns, lower case."""
 
+NAME_THE_RATE = (
+    "say how many samples a second has (vasowave add and fit: --sampling-rate 1000; a study's table: the column "
+    "'sampling rate [1/s]'; in Python: sampling_rate)"
+)
+"""What to do where a file has no times."""
 
 UNIT_REPLACED = kind(
     "recording.unit-replaced",

@@ -1,5 +1,6 @@
 """Say everything that is wrong or odd about a study before it is run. Nothing is simulated and nothing is fitted."""
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -8,21 +9,23 @@ import numpy as np
 
 from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
-from vasowave.errors import InputError, VasowaveError
-from vasowave.findings import Finding, Kind, Place, Severity, Value, error_kind, look_kind
+from vasowave.errors import InputError, VasowaveError, VasowaveWarning
+from vasowave.findings import NOWHERE, Finding, Kind, Place, Severity, Value, error_kind, look_kind
 from vasowave.io.textfile import look
 from vasowave.model.law_files import files_of, plain
 from vasowave.model.laws import find_bed
 from vasowave.model.nominal import Nominal, estimate_nominal
 from vasowave.recording import Recording
+from vasowave.study.animals import read_row
 from vasowave.study.document import Document, read_document
-from vasowave.study.loading import load_animal
+from vasowave.study.loading import load_animal, read_measured
 from vasowave.study.overview import AnimalRead, read_of
 from vasowave.study.physiology import physiology_findings
 from vasowave.study.plan import Study, inspect_study
 from vasowave.study.problems import Problem, one_per_cause, unreadable
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
+from vasowave.study.table import read_rows
 
 BLOOD = {"density": (0.95, 1.3, "g/ml", 1.057), "viscosity": (0.005, 0.3, "cm²/s", 0.0462)}
 """What blood and the liquids used in its place have, unit, and the default."""
@@ -117,8 +120,32 @@ def check_study(path: Path) -> Checked:
             cycles.append((row, animal.recording))
         except VasowaveError as error:
             problems.append(unreadable(error, place, row.files))
+    problems += _half_known(study)
     doubled = doubled_animals(study)
     return Checked(one_per_cause(problems + doubled + _alike(study, cycles, doubled)), read, study.settings)
+
+
+def _half_known(study: Study) -> list[Problem]:
+    """Return which recordings cannot be read of rows whose network or group is still to be filled in."""
+    try:
+        rows = read_rows(study.table).rows
+    except InputError:  # which the table's own reader says
+        return []
+    problems = []
+    for cells in rows:
+        if not (cells.get("network") and cells.get("group")) and cells.get("recording"):
+            place = Place(str(study.table), animal=cells["animal"])
+            filled = cells | {"network": cells["recording"], "group": study.settings.groups[0]}
+            row, _ = read_row(filled, study.folder, None, lambda _: NOWHERE)
+            if row is None:
+                continue
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore", VasowaveWarning)
+                    read_measured(row, study.settings)
+            except VasowaveError as error:
+                problems.append(unreadable(error, place, row.files))
+    return problems
 
 
 def _programs(study: Study, document: Document) -> list[Problem]:

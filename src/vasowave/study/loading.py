@@ -19,6 +19,8 @@ from vasowave.network.network import Network
 from vasowave.network_formats import read_network
 from vasowave.recording import (
     Catheter,
+    EnsembleAverage,
+    RawRecording,
     Recording,
     average_beats,
     correct_catheter,
@@ -32,7 +34,7 @@ from vasowave.solver.practice import PAPER
 from vasowave.study.fingerprint import fingerprint
 from vasowave.study.journal import Journal
 from vasowave.study.rows import AnimalRow
-from vasowave.study.settings import StudyFile, animal_settings
+from vasowave.study.settings import StudyFile, animal_settings, averaging_settings
 
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
@@ -61,7 +63,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     what["practice"], what["catheter"] = study.practice, study.catheter
     what["kind"] = row.kind or kind_of(row.recordings)
     if what["kind"] == "raw":
-        what["averaging"] = asdict(study.averaging)
+        what["averaging"] = asdict(averaging_settings(study))
     return fingerprint(what, files)
 
 
@@ -79,24 +81,7 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", VasowaveWarning)
         network = _filled(read_network(row.network), row, study)
-        if (row.kind or kind_of(row.recordings)) == "cycle":
-            recording = read_recording(*row.recordings, period=row.period, **_units(row))
-            animal = Animal(row.animal, row.group, network, recording)
-        else:
-            raw = read_raw_recording(
-                row.recordings[0],
-                pressure=row.pressure_channel or None,
-                flow=row.flow_channel or None,
-                ecg=row.ecg_channel or None,
-                block=row.block,
-                start=row.start,
-                end=row.end,
-                sampling_rate=row.sampling_rate,
-                progress=None,
-                **_units(row),
-            )
-            beats = average_beats(raw, averaging=study.averaging)
-            animal = Animal(row.animal, row.group, network, beats.recording, beats, raw)
+        animal = Animal(row.animal, row.group, network, *read_measured(row, study))
     said = list(found_in(caught))
     synthetic = row.synthetic or _says_synthetic(row)
     recording = _through_catheter(_relative(animal.recording, said, folder), study)
@@ -104,6 +89,28 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     odd = _oddities(network, recording, study)
     recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *odd))))
     return replace(animal, recording=recording, synthetic=synthetic)
+
+
+def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, EnsembleAverage | None, RawRecording | None]:
+    """Return the cycle of one animal, and the beats and the continuous recording that it is the average of; raises as
+    `load_animal`.
+    """
+    if (row.kind or kind_of(row.recordings)) == "cycle":
+        return read_recording(*row.recordings, period=row.period, **_units(row)), None, None
+    raw = read_raw_recording(
+        row.recordings[0],
+        pressure=row.pressure_channel or None,
+        flow=row.flow_channel or None,
+        ecg=row.ecg_channel or None,
+        block=row.block,
+        start=row.start,
+        end=row.end,
+        sampling_rate=row.sampling_rate,
+        progress=None,
+        **_units(row),
+    )
+    beats = average_beats(raw, averaging=averaging_settings(study))
+    return beats.recording, beats, raw
 
 
 def _through_catheter(recording: Recording, study: StudyFile) -> Recording:

@@ -30,7 +30,7 @@ _TAU = (0.02, 0.6)  # s, between which the time constant of a mouse or a rat is 
 
 _IMPLAUSIBLE = (
     "{{name}} {{value:.4g}} {{unit}} is implausible for a {{species}} ({{low:g}} to {{high:g}}); is the unit right, "
-    "and is it {}?"
+    "and is it {}?{{fits}}"
 )
 IMPLAUSIBLE = look_kind(
     "physiology.implausible",
@@ -51,17 +51,26 @@ ODD_DECAY = look_kind(
 
 
 def physiology_findings(values: Mapping[str, float], tau: float, species: str) -> list[Finding]:
-    """Return what is implausible for a species about an animal's indices, ``root radius`` (cm) and τ (s)."""
+    """Return what is implausible for a species about an animal's indices, ``root radius`` (cm) and τ (s).
+
+    If all of them are plausible for another species, its name is said.
+    """
     found = []
+    other = next((name for name in NORMAL if _plausible(values, name)), "")
+    fits = f" All of them fit a {other}: write species: {other} (vasowave fit: --species {other})" if other else ""
     for name, (low, high, unit) in NORMAL.get(species, {}).items():
         value = float(values[name])
         if not low <= value <= high:
             which = IMPLAUSIBLE_RADIUS if name == "root radius" else IMPLAUSIBLE
-            found.append(which(name=name, value=value, unit=unit, species=species, low=low, high=high))
+            found.append(which(name=name, value=value, unit=unit, species=species, low=low, high=high, fits=fits))
     low, high = _TAU
     if species != "other" and not low <= tau <= high:
         found.append(ODD_DECAY(tau=float(tau), low=low, high=high))
     return found
+
+
+def _plausible(values: Mapping[str, float], species: str) -> bool:
+    return all(low <= float(values[name]) <= high for name, (low, high, _) in NORMAL[species].items())
 
 
 def looks_of(result: AnimalResult, species: str) -> tuple[Finding, ...]:

@@ -61,6 +61,8 @@ def report_study(study: Path, pdf: bool | None = None, workers: int = 1, animal:
     VasowaveWarning
         The study's files changed since it was run; the report shows what was run.
     """
+    if not Path(study).exists() and Path(study).suffix not in (".yaml", ".yml"):
+        raise InputError(f"{study}: there is no such folder")
     path = study_path(Path(study))
     folder, stored = path.parent, read_results(path.parent)
     asked = stored.settings.report if pdf is None else replace(stored.settings.report, pdf=pdf)

@@ -14,6 +14,7 @@ from vasowave.errors import InputError
 from vasowave.model.blood import FRICTIONS, Blood, BoundaryLayer, Fluid, FrictionName, PowerLaw
 from vasowave.network.network import HIGHEST
 from vasowave.recording import Averaging
+from vasowave.recording.beats import HEART_RATES
 from vasowave.report.settings import ReportSettings
 from vasowave.settings import Check, Positive, settings_class, settings_of
 from vasowave.solver import Numerics
@@ -74,7 +75,8 @@ class Inputs:
     animals: Text = "animals.csv"
     """The table of animals, beside this file."""
     species: Literal["mouse", "rat", "other"] = "mouse"
-    """Whose physiology `check` compares with: mouse, rat or other (no comparison)."""
+    """Whose physiology `check` compares with, and whose heart rates are looked for: mouse, rat or other (no
+    comparison)."""
     groups: Annotated[list[Annotated[Text, Check(checked_name)]], MinLen(1), Check(_distinct)] = field(
         default_factory=lambda: ["CTL", "HPH"]
     )
@@ -110,6 +112,12 @@ class StudyFile(Analysis, Inputs):
 
 def _default(name: str) -> Any:
     return settings_of(StudyFile)[name].default
+
+
+def averaging_settings(study: StudyFile) -> Averaging:
+    """Return how beats are averaged; heart rates that the study file leaves open are those of its species."""
+    rates = study.averaging.heart_rates or HEART_RATES.get(study.species, HEART_RATES["mouse"])
+    return replace(study.averaging, heart_rates=rates)
 
 
 def animal_settings(study: StudyFile) -> Settings:

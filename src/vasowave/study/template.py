@@ -21,16 +21,17 @@ FOLDERS = ("networks", "recordings")
 _WIDTH = 100  # letters of a line of comment
 
 
-def new_study(folder: Path, groups: Sequence[str] = ("CTL", "HPH")) -> list[Path]:
+def new_study(folder: Path, groups: Sequence[str] = ("CTL", "HPH"), species: str = "mouse") -> list[Path]:
     """Write the files of a new study and return them.
 
     Raises
     ------
     InputError
         One of them exists already; nothing was written then. The folder cannot be written. A label that cannot be one.
+        An unknown species.
     """
     folder = Path(folder)
-    texts = {STUDY_FILE: study_text(groups), SCHEMA_FILE: schema_text(), "animals.csv": animals_text()}
+    texts = {STUDY_FILE: study_text(groups, species), SCHEMA_FILE: schema_text(), "animals.csv": animals_text()}
     refuse(parse_settings(texts[STUDY_FILE].encode())[1])
     for name in texts:
         if (folder / name).exists():
@@ -43,7 +44,7 @@ def new_study(folder: Path, groups: Sequence[str] = ("CTL", "HPH")) -> list[Path
     return [folder / name for name in texts]
 
 
-def study_text(groups: Sequence[str] = ("CTL", "HPH")) -> str:
+def study_text(groups: Sequence[str] = ("CTL", "HPH"), species: str = "mouse") -> str:
     """Return ``study.yaml`` with every key, its meaning and its default."""
     lines = [
         f"# yaml-language-server: $schema={SCHEMA_FILE}",
@@ -58,7 +59,7 @@ def study_text(groups: Sequence[str] = ("CTL", "HPH")) -> str:
             for key, inner in settings_of(one.section).items():
                 lines += [*_comment(inner.meaning, "  "), *_key(key, inner, "  ")]
         else:
-            shown = one._replace(default=list(groups)) if name == "groups" else one
+            shown = one._replace(default={"groups": list(groups), "species": species}.get(name, one.default))
             lines += [*_comment(one.meaning, ""), *_key(name, shown, "")]
     return "\n".join(lines) + "\n"
 

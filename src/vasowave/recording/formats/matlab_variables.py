@@ -21,7 +21,7 @@ def _sniff(path: Path, start: bytes) -> bool:
 
 
 def read_variables(path: str | Path, sampling_rate: float | None = None) -> Block:
-    """Return the vectors of a MATLAB file as channels; without ``time`` or a rate their rate is nan.
+    """Return the vectors of a MATLAB file as channels of their own names; without ``time`` or a rate their rate is nan.
 
     Raises
     ------
@@ -29,23 +29,21 @@ def read_variables(path: str | Path, sampling_rate: float | None = None) -> Bloc
         No vectors, none as long as the times, or uneven times.
     """
     found = read_mat(path)
-    variables = {_plain(name): value for name, value in found.items()}
-    written = {_plain(name): name for name in found}
+    plain = {_plain(name): value for name, value in found.items()}
     vectors = {
         name: vector(value, f"{path}: variable '{name}'")
-        for name, value in variables.items()
+        for name, value in found.items()
         if np.asarray(value).dtype.kind in "iufb" and 1 < np.size(value) == max(np.shape(value))
     }
-    stated = {name: text(variables.get(f"{name}_unit", "")) for name in vectors}
-    rate, place = _rate(path, vectors.get("time"), stated.get("time", ""), sampling_rate)
-    count = len(vectors["time"]) if "time" in vectors else None
+    time = next((values for name, values in vectors.items() if _plain(name) == "time"), None)
+    rate, place = _rate(path, time, text(plain.get("time_unit", "")), sampling_rate)
     channels = tuple(
-        Channel(name, stated[name], values if place is None else with_gaps(values, place), rate,
-                f"{path}, variable '{written[name]}'")
-        for name, values in vectors.items() if name != "time" and count in (None, len(values))
+        Channel(name, text(found.get(f"{name}_unit", plain.get(f"{_plain(name)}_unit", ""))),
+                values if place is None else with_gaps(values, place), rate, f"{path}, variable '{name}'")
+        for name, values in vectors.items() if _plain(name) != "time" and (time is None or len(time) == len(values))
     )  # fmt: skip
     if not channels:
-        raise InputError(f"{path}: no vectors; it has: {', '.join(variables) or 'nothing'}")
+        raise InputError(f"{path}: no vectors; it has: {', '.join(found) or 'nothing'}")
     return Block(channels)
 
 

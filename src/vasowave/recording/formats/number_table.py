@@ -1,6 +1,7 @@
 """A table of continuous signals: one titled column each, read block by block."""
 
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,6 +11,7 @@ from vasowave import units
 from vasowave.errors import InputError
 from vasowave.findings import Finding
 from vasowave.io.columns import (
+    HEAD,
     Columns,
     is_numeric,
     is_row,
@@ -18,6 +20,8 @@ from vasowave.io.columns import (
     separator_of,
     split_cells,
     split_titles,
+    titles_among,
+    with_unit_row,
 )
 from vasowave.io.remembered import remembered
 from vasowave.io.textfile import Lines, Progress, read_lines
@@ -26,7 +30,7 @@ from vasowave.recording.choosing import TAKEN, choose, with_time
 from vasowave.recording.formats import RECORDINGS, RecordingFormat, Wanted
 from vasowave.recording.gaps import with_gaps
 from vasowave.recording.number_rows import DecimalMark, NumberRows
-from vasowave.recording.signal import ALIASES, UNIT_REPLACED, Signal, sampling, written_to
+from vasowave.recording.signal import ALIASES, NAME_THE_RATE, UNIT_REPLACED, Signal, sampling, written_to
 
 _HEADER = "the first line must read: time [s],pressure [mmHg],flow [ml/s],ecg [mV]"
 
@@ -58,10 +62,7 @@ class NumberTable(NamedTuple):
         """Return the samples per second by the times, checked against what was given, and places if times leap."""
         if "time" not in self.names:
             if given is None:
-                raise InputError(
-                    f"{self.path}: no time column; say how many samples a second has (vasowave add and fit: "
-                    "--sampling-rate 1000; a study's table: the column 'sampling rate [1/s]'; in Python: sampling_rate)"
-                )
+                raise InputError(f"{self.path}: no time column; {NAME_THE_RATE}")
             return given, None
         column = self.names.index("time")
         unit = self.units[column]
@@ -74,9 +75,7 @@ class NumberTable(NamedTuple):
             scale = 1.0 / (given * float(np.median(np.diff(time))))
         else:
             raise InputError(
-                f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or say how many samples "
-                "a second has (vasowave add and fit: --sampling-rate 1000; a study's table: the column "
-                "'sampling rate [1/s]')"
+                f"{self.path}: column 'time' has no unit; write it in the header ('time [s]'), or {NAME_THE_RATE}"
             )
         time = time * scale
         if len(time) < 2:
@@ -129,16 +128,21 @@ def _parsed(path: Path, progress: Progress | None = None) -> NumberTable:
 
 
 def _begin(path: Path, lines: Lines) -> "_Table | None":
-    """Start a table at the first line that is neither blank nor a comment."""
-    first = next((i for i, text in enumerate(lines.texts) if is_row(text)), None)
-    if first is None:
+    """Start a table at its titles, or at its first line where it has none; what stands above is left out."""
+    rows = list(islice((i for i, text in enumerate(lines.texts) if is_row(text)), HEAD))
+    if not rows:
         return None
+    at = titles_among([lines.texts[i] for i in rows])
+    first = rows[at]
     text = lines.texts[first]
     separator = separator_of(text)
     number = lines.first + first
     cells = text.split() if separator is None else split_cells(path, number, text, separator)
     if not all(map(is_numeric, cells)):
-        return _Table(path, number, split_titles(text) if separator is None else cells, separator)
+        titles, below = split_titles(text) if separator is None else cells, rows[at + 1 : at + 2]
+        if below and (whole := with_unit_row(titles, lines.texts[below[0]], separator)):
+            return _Table(path, lines.first + below[0], whole, separator)
+        return _Table(path, number, titles, separator)
     return _Table(path, number - 1, [""] * len(cells), separator)
 
 

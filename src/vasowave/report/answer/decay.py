@@ -14,7 +14,7 @@ UNLIKE = 1 / 3
 
 
 def decay(cohort: Cohort, law: str) -> str:
-    """Say what the measured decay is, of an animal or as geometric means of groups, and where R_T C_T is far from it."""
+    """Say what the measured decay is (of groups: geometric means), and where R_T C_T is far from it."""
     measured, modeled = (_means(cohort, source) for source in ("measured", law))
     both = [group for group in modeled if group in measured]
     if not both:
@@ -40,5 +40,5 @@ def _means(cohort: Cohort, source: str) -> Mapping[str, float]:
     rows = rows_of(cohort.table, source)
     if not any(str(label).split(" [")[0] == "tau" for label in rows.columns):
         return {}
-    logs = np.log(rows[column(rows, "tau")].astype(float)).groupby(rows["group"], sort=False).mean().dropna()
+    logs = rows[column(rows, "tau")].astype(float).map(np.log).groupby(rows["group"], sort=False).mean().dropna()
     return {str(group): float(np.exp(logs[group])) for group in cohort.groups if group in logs.index}
