@@ -7,6 +7,7 @@ import numpy as np
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.table import column, rows_of
 from vasowave.figures.style import short
+from vasowave.io.columns import split_unit
 from vasowave.report.wording import listed, number
 
 UNLIKE = 1 / 3
@@ -38,7 +39,7 @@ def decay(cohort: Cohort, law: str) -> str:
 def _means(cohort: Cohort, source: str) -> Mapping[str, float]:
     """Return the geometric mean of every group that has a time constant."""
     rows = rows_of(cohort.table, source)
-    if not any(str(label).split(" [")[0] == "tau" for label in rows.columns):
+    if "tau" not in {split_unit(str(label))[0] for label in rows.columns}:
         return {}
     logs = rows[column(rows, "tau")].astype(float).map(np.log).groupby(rows["group"], sort=False).mean().dropna()
     return {str(group): float(np.exp(logs[group])) for group in cohort.groups if group in logs.index}
