@@ -339,7 +339,9 @@ def test_times_without_a_unit_are_asked_for_once_and_never_assumed(tmp_path):
 
     lab = write_lab(tmp_path / "lab", unitless, {"KO 1": 26.0, "WT 1": 14.0})
     typed("new", tmp_path / "s", "--groups", "WT,KO")
-    refused = typed("add", tmp_path / "s", lab)
+    added = CliRunner().invoke(app, ["add", str(tmp_path / "s"), str(lab)])
+    assert added.exit_code == 3  # a file could not be read
+    refused = added.output
     assert "column 'time' has no unit; write it in the header ('time [s]'), or say how many samples" in refused
     assert "(the same in line" in refused
     again = typed("add", tmp_path / "s", lab, "--sampling-rate", "1000")
