@@ -339,11 +339,14 @@ def test_times_without_a_unit_are_asked_for_once_and_never_assumed(tmp_path):
 
     lab = write_lab(tmp_path / "lab", unitless, {"KO 1": 26.0, "WT 1": 14.0})
     typed("new", tmp_path / "s", "--groups", "WT,KO")
-    added = CliRunner().invoke(app, ["add", str(tmp_path / "s"), str(lab)])
+    add = ["add", str(tmp_path / "s"), str(lab)]
+    added = CliRunner().invoke(app, add)
     assert added.exit_code == 3  # a file could not be read
     refused = added.output
     assert "column 'time' has no unit; write it in the header ('time [s]'), or say how many samples" in refused
     assert "(the same in line" in refused
-    again = typed("add", tmp_path / "s", lab, "--sampling-rate", "1000")
+    rated = CliRunner().invoke(app, [*add, "--sampling-rate", "1000"])
+    again = rated.output
+    assert rated.exit_code == 3  # for the gap
     assert "2 rows updated" in again
     assert "no samples from 2 to 2.5 s; the longest stretch without a gap is 2.5 to 9 s" in again
