@@ -87,3 +87,12 @@ def test_a_flow_that_stops_has_no_such_note(inflow):
     assert "nominal.flow-never-stops" not in {
         one.code for one in oddities(estimate_nominal(control_network(), recording))
     }
+
+
+def test_an_upstroke_that_ends_below_the_peak_makes_no_flow_one_that_never_stops():
+    t = np.arange(40) / 40
+    flow = 0.5 * np.clip(np.sin(2 * np.pi * t), 0, None) ** 0.5 + 0.0249
+    recording = Recording(12 + 5 * flow * np.exp(-t), flow, 0.11)
+    assert "nominal.flow-never-stops" not in {
+        one.code for one in oddities(estimate_nominal(control_network(), recording))
+    }

@@ -126,7 +126,9 @@ def oddities(nominal: Nominal) -> list[Finding]:
     (low, high), flow = _STIFFNESSES, nominal.upstroke[0]
     found = [] if low <= nominal.beta <= high else [NO_ARTERY(beta=nominal.beta, low=low, high=high)]
     share = float(flow[0] / flow.max())
-    return found + [NEVER_STOPS(percent=100 * share)] * (share > _ONSET)
+    return found + [NEVER_STOPS(percent=100 * share)] * (
+        share > _ONSET / _UPSTROKE
+    )  # the stretch may end below the peak
 
 
 def upstroke(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
