@@ -14,7 +14,7 @@ from vasowave.datasets.virtual import TRUTH
 from vasowave.errors import InputError
 from vasowave.inference import Priors, posterior
 from vasowave.inference.mode import climb
-from vasowave.inference.posterior import _problem
+from vasowave.inference.posterior import Sampling, _problem
 from vasowave.inference.rounds import log_prior
 from vasowave.inference.unknowns import Unknown
 from vasowave.inference.wording import meanings, zero_unseen
@@ -138,7 +138,7 @@ def test_the_posterior_of_mouse_c6_is_that_of_a_direct_search(shared):
     mouse = read_recording(folder / "pC6_1024.dat", folder / "qC6_1024.dat", period=0.11)
     found = posterior(control_network(), mouse, priors=SHAPE_ONLY)
     assert found.diagnostics.trusted
-    problem = _problem(control_network(), mouse, ("linear", "windkessel"), SHAPE_ONLY, None, None, None, None)
+    problem = _problem(control_network(), mouse, "linear", Sampling(priors=SHAPE_ONLY))
     climbed = climb(problem.simulate, problem.measured, problem.discrepancy(), np.zeros(4))
     noise = problem.discrepancy(problem.vessels(climbed.middle))
 
