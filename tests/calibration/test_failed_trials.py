@@ -162,7 +162,6 @@ def test_a_law_that_fails_leaves_the_others_stored_with_the_reason(animal, tmp_p
     assert (failed.animal, failed.group, failed.law, failed.stage) == ("mouse 9", "HPH", "broken", Stage.FIT)
     assert "by nothing" in failed.reason
     assert failed.mean_pressure == pytest.approx(animal.recording.mean_pressure)
-    assert failed.lost_law
     assert not failed.whole
     write_result(result, tmp_path / "a.nc")
     assert failures_in(tmp_path / "a.nc") == (failed,)

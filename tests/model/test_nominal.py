@@ -75,7 +75,9 @@ def test_a_flow_that_never_stops_is_fitted_and_its_wall_and_resistance_are_found
     recording = Recording(root["pressure"].values, steady.flow, steady.period)
     assert recording.flow.min() > 0.1 * recording.flow.max()
     nominal = estimate_nominal(network, recording)
-    assert [one.code for one in oddities(nominal)] == ["nominal.flow-never-stops"]
+    (note,) = oddities(nominal, recording.flow)
+    assert note.code == "nominal.flow-never-stops"
+    assert f"below {100 * recording.flow.min() / recording.flow.max():.0f} % of its peak" in str(note)
     fit = calibrate(network, recording, "linear", search=Search(starts=1))
     assert fit.parameters["value"]["beta"] == pytest.approx(60.0, rel=2e-3)
     assert fit.total_resistance == pytest.approx(45.0, rel=2e-3)
@@ -85,7 +87,7 @@ def test_a_flow_that_never_stops_is_fitted_and_its_wall_and_resistance_are_found
 def test_a_flow_that_stops_has_no_such_note(inflow):
     recording = Recording(12.0 + 31.0 * inflow.flow * np.exp(-np.arange(256) / 256), inflow.flow, inflow.period)
     assert "nominal.flow-never-stops" not in {
-        one.code for one in oddities(estimate_nominal(control_network(), recording))
+        one.code for one in oddities(estimate_nominal(control_network(), recording), recording.flow)
     }
 
 
@@ -94,5 +96,5 @@ def test_an_upstroke_that_ends_below_the_peak_makes_no_flow_one_that_never_stops
     flow = 0.5 * np.clip(np.sin(2 * np.pi * t), 0, None) ** 0.5 + 0.0249
     recording = Recording(12 + 5 * flow * np.exp(-t), flow, 0.11)
     assert "nominal.flow-never-stops" not in {
-        one.code for one in oddities(estimate_nominal(control_network(), recording))
+        one.code for one in oddities(estimate_nominal(control_network(), recording), recording.flow)
     }

@@ -1,9 +1,12 @@
 """What a file is, is known in one place, found once and remembered; nobody parses a file twice for one command."""
 
+import importlib
 import json
 import os
+import subprocess
 import sys
 from collections import Counter
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -265,3 +268,58 @@ def test_a_reader_of_matlab_files_opens_its_file_once(every_format, opens):
     folder, _ = every_format
     assert variables_of_7_3(folder / "hdf5.mat").head
     assert opens["hdf5.mat"] == 1
+
+
+def test_a_format_that_is_registered_before_any_file_was_read_comes_first_and_keeps_its_name(tmp_path):
+    """In a fresh process, as a user's script: ours are found later, and neither replace it nor are asked before it."""
+    program = (
+        "from vasowave.recording.formats import RECORDINGS, RecordingFormat\n"
+        "def read(path, rate=None, progress=None): return []\n"
+        "for name in ('table', 'toy'):\n"
+        "    RECORDINGS.register(RecordingFormat(name, 'of a lab', ('.txt',), None, read))\n"
+        "print(RECORDINGS['table'].title, RECORDINGS.of('data.txt').name, len(list(RECORDINGS)) > 4)\n"
+    )
+    (tmp_path / "data.txt").write_text("no recording at all\n", "utf-8")
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, text=True)
+    assert done.stdout.split("\n")[0] == "of a lab toy True"
+
+
+def test_a_load_that_failed_is_tried_again(monkeypatch):
+    own, tries = Registry("vasowave.network_formats", "table"), []
+
+    def fails_once(name):
+        tries.append(name)
+        if len(tries) == 2:
+            raise MemoryError
+        return importlib.import_module(name)
+
+    monkeypatch.setattr("vasowave.io.formats.import_module", fails_once)
+    with pytest.raises(MemoryError):
+        list(own)
+    list(own)
+    assert len(tries) > 4
+
+
+def test_a_cycle_separated_by_blanks_may_have_a_row_of_units_and_a_network_prose_above_it(tmp_path):
+    mouse = virtual_mouse()
+    rows = (f"{t:.6f} {p:.6f} {q:.6f}" for t, p, q in zip(mouse.time, mouse.pressure, mouse.flow, strict=True))
+    file = tmp_path / "cycle.txt"
+    file.write_text("\n".join(["time pressure flow", "s mmHg ml/s", *rows, ""]), "utf-8")
+    read = vw.read_recording(file)
+    assert read.mean_pressure == pytest.approx(mouse.mean_pressure, abs=1e-4)
+    assert read.cardiac_output == pytest.approx(mouse.cardiac_output, abs=1e-5)
+    vessels = tmp_path / "lung.csv"
+    titles = "name,parent,length [cm],radius [cm]"
+    vessels.write_text(f"lung of mouse 6\n{titles}\n1,,0.4,0.05\n2,1,0.4,0.03\n", "utf-8")
+    assert len(vw.read_network(vessels)) == 2
+    assert NETWORKS.known(vessels) is not None
+
+
+def test_a_format_that_gives_two_blocks_is_no_cycle(tmp_path, toy, monkeypatch):
+    mouse = virtual_mouse()
+    file = write_toy(tmp_path / "two.toy", mouse.pressure, mouse.flow, 2000) or tmp_path / "two.toy"
+    form = RECORDINGS["toy"]
+    twice = replace(form, read=lambda *given: 2 * form.read(*given))
+    RECORDINGS.register(twice)
+    with pytest.raises(InputError, match=r"2 blocks, and a cycle is one"):
+        vw.read_recording(file)

@@ -211,11 +211,3 @@ def _blood(fit: Fit) -> dict[str, Any]:
         "blood_viscosity_cm2_per_s": blood.viscosity,
         "friction": json.dumps(friction),
     }
-
-
-def _with_plain_attributes(simulation: xr.Dataset) -> xr.Dataset:
-    """Return the simulation with Boolean attributes as integers, which netCDF can hold."""
-    attributes = {
-        key: int(value) if isinstance(value, bool | np.bool_) else value for key, value in simulation.attrs.items()
-    }
-    return simulation.assign_attrs(attributes)

@@ -55,11 +55,6 @@ class Failure:
         return self.stage in (Stage.READING, Stage.COMPUTING)
 
     @property
-    def lost_law(self) -> bool:
-        """Whether the animal has no fit with the law."""
-        return self.stage in (Stage.FIT, Stage.ANALYSIS)
-
-    @property
     def what(self) -> str:
         """What failed: ``tangent wall, fit``."""
         return f"{self.law} wall, {self.stage}" if self.law else str(self.stage)

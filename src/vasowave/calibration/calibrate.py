@@ -177,7 +177,7 @@ def calibrate(
     table_of_starts = _starts_table(space, searched, len(residual))
     run = objective.run(best.x)
     found = [INTERRUPTED(done=len(searched), starts=plan.starts)] if stopped else []
-    found += [compared.finding(), *unknown_pressure(network), *oddities(nominal)]
+    found += [compared.finding(), *unknown_pressure(network), *oddities(nominal, recording.flow)]
     found += [*fit_findings(table, correlation, table_of_starts, spread), *run.notes]
     return Fit(
         space.law.law().name, run.model, compared, nominal, table, correlation, table_of_starts, as_dataset(run),

@@ -99,7 +99,7 @@ def zero_unseen(recording: Recording, sd: float) -> list[Finding]:
     """Return what the zero of an averaged cycle is taken for; nothing where its beats were looked at for drift."""
     if recording.pressure_error is not None:
         return []
-    return [ZERO_UNSEEN(within=2 * sd, percent=100 / recording.mean_pressure)]
+    return [ZERO_UNSEEN(within=2 * sd, percent=100 / (recording.mean_pressure - recording.wedge_pressure))]
 
 
 def trust(diagnostics: Diagnostics) -> Iterator[Finding]:

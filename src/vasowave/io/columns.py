@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -162,8 +163,10 @@ def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], 
     lines = tuple(line for line, _ in kept)
     separator = separator_of(kept[0][1])
     rows = [split_cells(path, line, text, separator) for line, text in kept]
-    if separator is None and len(kept) > 1 and len(titles := split_titles(kept[0][1])) == len(rows[1]):
-        rows[0] = titles
+    if separator is None and len(kept) > 1:
+        titles = split_titles(kept[0][1])
+        first = 2 if len(kept) > 2 and with_unit_row(titles, kept[1][1], separator) else 1
+        rows[0] = titles if len(titles) == len(rows[first]) else rows[0]
     if separator != ",":
         rows = _with_points(path, rows, lines)
     header: tuple[str, ...] = ()
@@ -224,7 +227,8 @@ def read_titles(path: Path, start: bytes) -> tuple[str, ...]:
     else:
         encoding = "utf-16" if start[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
         texts = start.decode(encoding, errors="replace").split("\n")
-    first = next(filter(is_row, texts), "")
+    rows = list(islice(filter(is_row, texts), HEAD))
+    first = rows[titles_among(rows)] if rows else ""
     separator = separator_of(first)
     try:
         cells = split_titles(first) if separator is None else split_cells(path, 1, first, separator)

@@ -53,13 +53,18 @@ class Registry(Generic[F]):
     def __init__(self, package: str, fallback: str) -> None:
         self._package, self._fallback = package, fallback
         self._formats: dict[str, F] = {}
-        self._complete, self._loading = False, RLock()
+        self._complete, self._loading, self._lock = False, False, RLock()
 
     def register(self, form: F) -> F:
-        """Add a format; one of the same name is replaced. A file is asked of the newest first."""
+        """Add a format; one of the same name is replaced. A file is asked of the newest first, ours last of all."""
+        if self._is_ours(form) and form.name in self._formats and not self._is_ours(self._formats[form.name]):
+            return form  # ours are found when the first file is met, which may be after a user's own
         self._formats.pop(form.name, None)
         self._formats[form.name] = form
         return form
+
+    def _is_ours(self, form: Format) -> bool:
+        return getattr(form.read, "__module__", "").startswith(f"{self._package.partition('.')[0]}.")
 
     def remove(self, name: str) -> None:
         """Forget a format."""
@@ -67,12 +72,20 @@ class Registry(Generic[F]):
 
     def __iter__(self) -> Iterator[F]:
         """Go through all formats, the newest first."""
-        with self._loading:  # another thread waits until all are there
-            if not self._complete:
-                self._complete = True
-                for module in pkgutil.iter_modules(import_module(self._package).__path__):
-                    import_module(f"{self._package}.{module.name}")
-        return reversed(list(self._formats.values()))
+        with self._lock:  # another thread waits until all are there
+            if not (self._complete or self._loading):
+                self._load()
+        newest_first = list(self._formats.values())[::-1]
+        return iter(sorted(newest_first, key=self._is_ours))
+
+    def _load(self) -> None:
+        self._loading = True
+        try:
+            for module in pkgutil.iter_modules(import_module(self._package).__path__):
+                import_module(f"{self._package}.{module.name}")
+            self._complete = True
+        finally:
+            self._loading = False
 
     def __getitem__(self, name: str) -> F:
         """Return a format by its name."""

@@ -44,7 +44,7 @@ def remembered(read: Read) -> Read:
         if mark is None:
             return read(path, *given, **more)
         key = (read.__module__, read.__qualname__, str(path), *given)
-        with _lock:  # another thread that asks for the same waits for it
+        with _lock:  # one thread reads at a time, so that no two read the same
             known = _found.pop(key, None)
             if known is None or known.mark != mark:
                 value = read(path, *given, **more)

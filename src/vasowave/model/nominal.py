@@ -121,14 +121,12 @@ def estimate_nominal(
     )
 
 
-def oddities(nominal: Nominal) -> list[Finding]:
-    """Return which nominal values no artery has, and which are taken from a flow that never stops."""
-    (low, high), flow = _STIFFNESSES, nominal.upstroke[0]
+def oddities(nominal: Nominal, flow: np.ndarray) -> list[Finding]:
+    """Return which nominal values no artery has, and whether they are taken from a `flow` (ml/s) that never stops."""
+    low, high = _STIFFNESSES
     found = [] if low <= nominal.beta <= high else [NO_ARTERY(beta=nominal.beta, low=low, high=high)]
-    share = float(flow[0] / flow.max())
-    return found + [NEVER_STOPS(percent=100 * share)] * (
-        share > _ONSET / _UPSTROKE
-    )  # the stretch may end below the peak
+    share = float(flow.min() / flow.max())
+    return found + [NEVER_STOPS(percent=100 * share)] * (share > _ONSET)
 
 
 def upstroke(recording: Recording) -> tuple[np.ndarray, np.ndarray]:

@@ -138,13 +138,6 @@ class NumberRows:
         at = bisect_right(self._runs, (row, math.inf)) - 1
         return self._runs[at][1] + row - self._runs[at][0]
 
-    def drop_last(self) -> None:
-        """Forget the last row."""
-        self._flush()
-        self.count -= 1
-        for part in self._parts:
-            part[-1] = part[-1][:-1]
-
     def take(self, column: int) -> np.ndarray:
         """Return one column, shape (row,), and forget it, so that no more than one is held twice."""
         self._flush()

@@ -206,7 +206,7 @@ def _known(row: AnimalRow, nominal: Nominal) -> list[Finding]:
     """Compare what is known from elsewhere with the recording: an exponent slip shows at once."""
     R_T, tau = nominal.total_resistance, nominal.time_constant
     pairs = [
-        ("R_T", row.R_T, R_T, "mmHg s/ml", "mean pressure over mean flow"),
+        ("R_T", row.R_T, R_T, "mmHg s/ml", "mean pressure above the wedge pressure over mean flow"),
         ("tau", row.tau, tau, "s", "decay of the recording"),
         ("C_T", row.C_T, (row.tau or tau) / (row.R_T or R_T), "ml/mmHg", "τ/R_T"),
     ]

@@ -126,7 +126,7 @@ def _through_catheter(recording: Recording, study: StudyFile) -> Recording:
 def _oddities(network: Network, recording: Recording, study: StudyFile) -> Sequence[Finding]:
     """Return which nominal values no artery has; none where there are no nominal values, which the fit says."""
     try:
-        return oddities(estimate_nominal(network, recording, animal_settings(study).blood))
+        return oddities(estimate_nominal(network, recording, animal_settings(study).blood), recording.flow)
     except VasowaveError:
         return ()
 

@@ -30,6 +30,7 @@ from vasowave.cohort.cohort import gathered
 from vasowave.cohort.primary import primary_comparison
 from vasowave.errors import InputError, did_you_mean
 from vasowave.io.files import made_inside, write_file
+from vasowave.io.textfile import read_bytes
 from vasowave.model.law_files import looking_in, plain, remember
 from vasowave.notebook import card
 from vasowave.provenance import provenance
@@ -42,7 +43,6 @@ from vasowave.study.store import piece_digest
 if TYPE_CHECKING:
     from vasowave.report.answer.comparison import Comparison
     from vasowave.report.files import Each
-from vasowave.io.textfile import read_bytes
 
 INDEX = "index.json"
 ANIMALS = "animals"

@@ -72,7 +72,10 @@ def read_signals(path: str | Path, wanted: Wanted) -> list[Signal]:
 
 def _of_channels(path: Path, form: RecordingFormat, wanted: Wanted) -> list[Signal]:
     """Return the signals of a cycle whose format knows channels only."""
-    (block,) = form.read(path, np.nan, None)
+    blocks = form.read(path, np.nan, None)
+    if len(blocks) != 1:
+        raise InputError(f"{path}: {len(blocks)} blocks, and a cycle is one; export one of them")
+    (block,) = blocks
     choice = choose(block.channels, dict.fromkeys(wanted))
     if choice.problems:
         raise InputError(f"{path}: {'; '.join(choice.problems)}")

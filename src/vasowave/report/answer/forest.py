@@ -14,7 +14,7 @@ from vasowave.quantities import INDICES, question_of
 from vasowave.report.answer.groups import Called
 from vasowave.report.wording import number, probability, ratio_with_interval, unit, value_text
 
-_FROM_DATA = {"wave_speed": "up-slope of pressure and flow", "R_T": "mean pressure over mean flow",
+_FROM_DATA = {"wave_speed": "up-slope of pressure and flow", "R_T": "mean pressure above the wedge's over mean flow",
               "tau": "diastolic decay"}  # fmt: skip
 """What the recording alone says of a quantity, at the same pressure and of the same part; others are not the same."""
 

@@ -80,7 +80,7 @@ def problem_blocks(cohort: Cohort, primary: Primary) -> list[Block]:
     looks = _looks(warned)
     blocks: list[Block] = [Notice("Problems", sentences)] if sentences else []
     blocks += [Notice("Recordings to look at", looks)] if looks else []
-    count = sum(len(result.findings) for result in cohort.results) - sum(map(len, warned.values()))
+    count = sum(one not in result.looks for result in cohort.results for one in result.findings)
     none = [] if sentences or looks else ["No problem was found: nothing failed, and no law misses its data."]
     notes = [f"{count} routine notes stand with the animals in the supplement."] if count else []
     return [*blocks, *([Remarks("Checks", [*none, *notes])] if none or notes else [])]

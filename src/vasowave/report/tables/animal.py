@@ -36,7 +36,7 @@ def values(result: AnimalResult, written: dict[str, str]) -> Table:
     header = ("quantity", "measured", *(f"{wall} wall" for wall in result.laws))
     note = (
         "Measured: the indices, and nominal values; β and c follow from the up-slope, τ of the diastolic decay stands "
-        f"in the row of R_T C_T, R_T is mean pressure over mean flow. {MARKS}"
+        f"in the row of R_T C_T, R_T is mean pressure (above the wedge's) over mean flow. {MARKS}"
     )
     return Table("", "Values, measured and calibrated [95 % interval]", header, rows, note)
 

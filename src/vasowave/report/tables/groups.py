@@ -32,9 +32,9 @@ def groups(cohort: Cohort) -> Table:
         cells.append((str(source), with_unit(label, own), *texts))
     note = (
         "IQR: from the first to the third quartile. A symbol means what its source can know: measured β, c and τ "
-        "follow from the up-slope (at zero pressure) and from the diastolic decay, measured R_T is mean pressure over "
-        "mean flow; those of a wall law are its calibrated stiffness, the wave speed at mean pressure, R_T of the "
-        "vascular beds alone."
+        "follow from the up-slope (at zero pressure) and from the diastolic decay, measured R_T is mean pressure "
+        "(above the wedge's) over mean flow; those of a wall law are its calibrated stiffness, the wave speed at mean "
+        "pressure, R_T of the vascular beds alone."
     )
     return Table("Groups", "All quantities by group", header, cells, note, data)
 
