@@ -310,8 +310,8 @@ def test_a_cycle_separated_by_blanks_may_have_a_row_of_units_and_a_network_prose
     assert read.cardiac_output == pytest.approx(mouse.cardiac_output, abs=1e-5)
     vessels = tmp_path / "lung.csv"
     titles = "name,parent,length [cm],radius [cm]"
-    vessels.write_text(f"lung of mouse 6\n{titles}\n1,,0.4,0.05\n2,1,0.4,0.03\n", "utf-8")
-    assert len(vw.read_network(vessels)) == 2
+    vessels.write_text(f"lung of mouse 6\n{titles}\n1,,0.4,0.05\n2,1,0.4,0.03\n3,1,0.4,0.03\n", "utf-8")
+    assert len(vw.read_network(vessels)) == 3
     assert NETWORKS.known(vessels) is not None
 
 
