@@ -361,3 +361,26 @@ def test_the_species_is_an_option_of_new_and_fit(tmp_path):
     assert not (tmp_path / "t").exists()
     assert read_settings({"species": "rat"}, "one", "animal").species == "rat"
     assert "--species" in CliRunner().invoke(app, ["fit", "--help"], env={"COLUMNS": "200"}).output
+
+
+def test_what_a_report_cannot_honour_and_a_wedge_of_some_animals_are_said_before_the_run(make_study):
+    study = make_study()
+    settings = study / "study.yaml"
+    settings.write_text(
+        "groups: [CTL, HPH]\ncalibration: {walls: [tangent, linear]}\nreport: {law: power, quantities: [mPAP, PVRR]}\n",
+        "utf-8",
+    )
+    table = (study / "animals.csv").read_text("utf-8").strip().split("\n")
+    wedged = [f"{table[0]},wedge [mmHg]", f"{table[1]},6", *(f"{row}," for row in table[2:])]
+    (study / "animals.csv").write_text("\n".join([*wedged, ""]), "utf-8")
+    found = {problem.finding.code: str(problem) for problem in check_study(study).problems}
+    assert "'power' is none of calibration.walls (tangent, linear)" in found["check.law-not-fitted"]
+    assert "no animal will have 'PVRR' (did you mean 'PVR'?)" in found["check.no-quantity"]
+    assert f"1 of {len(table) - 1} animals have a wedge pressure" in found["check.wedge-of-some"]
+
+
+def test_beds_that_are_a_list_are_refused_in_words(make_study):
+    study = make_study()
+    (study / "study.yaml").write_text("groups: [CTL, HPH]\ncalibration: {beds: [rc]}\n", "utf-8")
+    (problem,) = [one for one in check_study(study).problems if "beds" in str(one)]
+    assert "is no name; write one name" in str(problem)

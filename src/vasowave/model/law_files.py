@@ -58,6 +58,8 @@ def looking_in(folder: Path | None) -> Iterator[None]:
 
 def named(wall: str) -> str:
     """Return a law's name with that of its file, if it has one here: ``our_laws@0123456789abcdef:Class``."""
+    if not isinstance(wall, str):
+        raise InputError(f"{wall!r} is no name; write one name")
     stem, colon, attribute = wall.partition(":")
     stem, folder = stem.removesuffix(".py"), _folder.get()
     if not (colon and stem.isidentifier() and folder is not None and (folder / f"{stem}.py").is_file()):

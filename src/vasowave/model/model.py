@@ -76,6 +76,8 @@ class Model:
         terminals = [self.network.name[row] for row in self.network.terminals]
         object.__setattr__(self, "wall", one_per_vessel(self.wall, self.network.name, "wall"))
         object.__setattr__(self, "outlets", self.outlets.checked(terminals))
+        if not isinstance(self.shape, Shape | None):
+            raise InputError(f"shape: {self.shape!r} is none; give Shape(radius), as in Shape([1.0, 0.8])")
         if self.shape is not None and not set(self.shape.rows) <= {1, len(self.network)}:
             raise InputError(f"shape: give one row of points, or one for each of the {len(self.network)} vessels")
         object.__setattr__(self, "outlet_pressure", _pressures(self.outlet_pressure, terminals))

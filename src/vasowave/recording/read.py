@@ -1,5 +1,6 @@
 """Read one averaged cycle of pressure and flow from the files a lab has."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from vasowave.errors import InputError
@@ -28,6 +29,7 @@ def read_recording(
     period: float | None = None,
     pressure_unit: str | None = None,
     flow_unit: str | None = None,
+    wedge_pressure: float = 0.0,
 ) -> Recording:
     """Read one averaged cycle from one table, or from one file of pressure and one of flow.
 
@@ -43,6 +45,8 @@ def read_recording(
     pressure_unit, flow_unit : str, optional
         Unit of columns whose header has none. A headerless column or a ``.mat`` variable without either is taken to be
         in mmHg or ml/s, and the recording's notes say so.
+    wedge_pressure : float
+        Pressure behind the vascular beds, mmHg, see `Recording`.
 
     Raises
     ------
@@ -72,7 +76,8 @@ def read_recording(
         signals = read_signals(paths[0], {"pressure": pressure_unit, "flow": flow_unit})
     else:
         signals = read_signals(paths[0], {"pressure": pressure_unit}) + read_signals(paths[1], {"flow": flow_unit})
-    return _assemble(signals, period, together=len(paths) == 1)
+    recording = _assemble(signals, period, together=len(paths) == 1)
+    return replace(recording, wedge_pressure=wedge_pressure)
 
 
 def _assemble(signals: list[Signal], period: float | None, together: bool) -> Recording:

@@ -9,12 +9,13 @@ import numpy as np
 
 from vasowave.animal.animal import Animal, Settings
 from vasowave.calibration.parameters import fitted_parameters, parameter_space
-from vasowave.errors import InputError, VasowaveError, VasowaveWarning
+from vasowave.errors import InputError, VasowaveError, VasowaveWarning, did_you_mean
 from vasowave.findings import NOWHERE, Finding, Kind, Place, Severity, Value, error_kind, look_kind
 from vasowave.io.textfile import look
 from vasowave.model.law_files import files_of, plain
-from vasowave.model.laws import find_bed
+from vasowave.model.laws import find_bed, find_law
 from vasowave.model.nominal import Nominal, estimate_nominal
+from vasowave.quantities import INDICES, QUANTITIES, question_of
 from vasowave.recording import Recording
 from vasowave.study.animals import read_row
 from vasowave.study.document import Document, read_document
@@ -40,6 +41,15 @@ PROGRAM = look_kind(
 NO_PARAMETER = look_kind("check.no-parameter", "{key}: no parameter of the {laws} wall", "Remove the line.")
 BOUNDS_OF_FIXED = look_kind(
     "check.bounds-of-fixed", "{key}: is fixed, so these bounds have no meaning", "Remove the bounds or the fixed value."
+)
+NOT_FITTED = error_kind("check.law-not-fitted", "{key}: '{law}' is none of calibration.walls ({walls})")
+NO_QUANTITY = look_kind(
+    "check.no-quantity", "{key}: no animal will have '{name}'{hint}", "Correct its name, or remove it."
+)
+WEDGE_OF_SOME = look_kind(
+    "check.wedge-of-some",
+    "{count} of {all} animals have a wedge pressure; in the others PVR and R_T count from 0, and groups may differ so",
+    "Give the wedge of every animal, or of none.",
 )
 PAPER_BOUNDS = look_kind(
     "check.paper-bounds",
@@ -120,6 +130,11 @@ def check_study(path: Path) -> Checked:
             cycles.append((row, animal.recording))
         except VasowaveError as error:
             problems.append(unreadable(error, place, row.files))
+    wedged = [row for row in study.animals if row.wedge is not None]
+    if wedged and len(wedged) < len(study.animals):
+        place = Place(str(study.table), part="column 'wedge [mmHg]'")
+        some = WEDGE_OF_SOME(count=len(wedged), all=len(study.animals))
+        problems.append(Problem(some.at(**place._asdict())))
     problems += _half_known(study)
     doubled = doubled_animals(study)
     return Checked(one_per_cause(problems + doubled + _alike(study, cycles, doubled)), read, study.settings)
@@ -169,6 +184,13 @@ def _settings(study: Study, document: Document) -> list[Problem]:
             say(NO_PARAMETER, "calibration", section, name, laws=laws)
     for name in sorted(set(calibration.bounds) & set(calibration.fixed)):
         say(BOUNDS_OF_FIXED, "calibration", "bounds", name)
+    law, walls = study.settings.report.law, list(map(plain, calibration.walls))
+    if law and law not in {*calibration.walls, *walls, *(find_law(wall).law().name for wall in calibration.walls)}:
+        say(NOT_FITTED, "report", "law", law=law, walls=", ".join(walls))
+    known = names | set(QUANTITIES) | set(INDICES)
+    for name in study.settings.report.quantities:
+        if name not in known and question_of(name) == name:
+            say(NO_QUANTITY, "report", "quantities", name=name, hint=did_you_mean(name, known))
     if calibration.paper_bounds:
         say(PAPER_BOUNDS, "calibration", "paper_bounds")
     if study.settings.model_selection and len(calibration.walls) < 2:

@@ -11,7 +11,7 @@ from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress, analyze
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, VasowaveError, VasowaveWarning
-from vasowave.findings import Finding, found_in
+from vasowave.findings import Finding, found_in, note_kind
 from vasowave.io.textfile import look
 from vasowave.model.law_files import LawFile, in_words, learn
 from vasowave.model.nominal import estimate_nominal, oddities
@@ -36,6 +36,9 @@ from vasowave.study.journal import Journal
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings, averaging_settings
 
+WEDGE = note_kind(
+    "recording.wedge", "the pressure behind the vascular beds is {wedge:g} mmHg (wedge): PVR and R_T count from it"
+)
 SYNTHETIC_MARK = b"SYNTHETIC"
 """Recordings that vasowave makes carry this word; no table of animals can make them measured ones."""
 
@@ -86,8 +89,9 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     synthetic = row.synthetic or _says_synthetic(row)
     recording = _through_catheter(_relative(animal.recording, said, folder), study)
     recording = replace(recording, wedge_pressure=row.wedge or 0.0)
+    behind = [WEDGE(wedge=row.wedge)] if row.wedge else []
     odd = _oddities(network, recording, study)
-    recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *odd))))
+    recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *behind, *odd))))
     return replace(animal, recording=recording, synthetic=synthetic)
 
 
@@ -96,7 +100,12 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
     `load_animal`.
     """
     if (row.kind or kind_of(row.recordings)) == "cycle":
-        return read_recording(*row.recordings, period=row.period, **_units(row)), None, None
+        units = row.pressure_unit or None, row.flow_unit or None
+        return (
+            read_recording(*row.recordings, period=row.period, pressure_unit=units[0], flow_unit=units[1]),
+            None,
+            None,
+        )
     raw = read_raw_recording(
         row.recordings[0],
         pressure=row.pressure_channel or None,
