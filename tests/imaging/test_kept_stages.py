@@ -171,7 +171,7 @@ def test_a_stage_has_another_key_exactly_where_something_that_it_depends_on_is_a
     assert same(keys(region=([0, 0, 0], [1, 1, 1]))) == {"profiles"}
     assert same(keys(image="another")) == set()
     plain = keys()
-    monkeypatch.setattr("vasowave.imaging.kept.keys.program", lambda: "another")
+    monkeypatch.setattr("vasowave.imaging.kept.keys.program", lambda *part, libraries: "another")
     assert not set(keys()) & set(plain)
 
 

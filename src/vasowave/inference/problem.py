@@ -1,6 +1,5 @@
 """One animal as a problem of inference: from a point to the harmonics of its simulated inlet pressure, and the data."""
 
-import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,6 +16,7 @@ from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.noise.spectrum import fourier, harmonics
 from vasowave.recording import Recording, resample
+from vasowave.runtime.kept import digest_of
 from vasowave.solver.result import Run
 from vasowave.solver.simulate import Numerics, simulate_runs
 
@@ -163,22 +163,13 @@ class Problem:
     def key(self) -> str:
         """SHA-256 of everything that enters a simulation and its harmonics."""
         unknowns, network = self.unknowns, self.unknowns.network
-        parts = [
-            unknowns.space.law,
-            type(unknowns.space.outlets),
-            unknowns.space.free_names,
-            unknowns.all,
-            network.name,
-            self.unknowns.space.blood,
-        ]
-        numbers = [network.parent, network.length, network.radius, self.recording.flow, unknowns.space.nominal]
-        numbers += [unknowns.fall] if unknowns.fall.any() else []
-        text = repr([parts, self._numerics, self.samples, self.recording.period, version("vasowave")])
-        rest = [unknowns.nominal.total_resistance, unknowns.nominal.time_constant, network.pressure]
-        digest = hashlib.sha256(text.encode())
-        for array in [*numbers, rest]:
-            digest.update(np.ascontiguousarray(array, dtype=float).tobytes())
-        return digest.hexdigest()
+        space, nominal = unknowns.space, unknowns.nominal
+        return digest_of(
+            *(space.law, type(space.outlets), space.free_names, space.blood, space.nominal),
+            *(unknowns.all, unknowns.fall, nominal.total_resistance, nominal.time_constant),
+            *(network.name, network.parent, network.length, network.radius, network.pressure),
+            *(self.recording.flow, self.recording.period, self._numerics, self.samples, version("vasowave")),
+        )
 
     def _model(self, point: np.ndarray) -> Model | None:
         """Return the model at a point, or nothing where some number of it overflows or its law raises an error."""

@@ -14,10 +14,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from vasowave.errors import InputError
+from vasowave.runtime.kept import PART, put
 from vasowave.runtime.locks import lock_open_file
-
-PART = ".vasowave-part-"
-"""Beginning of the hidden names; what a killed program left under such a name may be removed."""
 
 _HELD = "held"  # a file in an unfinished folder, locked by the program that fills it
 _FORGOTTEN = 3600.0  # s; an unfinished piece that is older belongs to no program that still runs
@@ -51,22 +49,11 @@ def write_file(path: Path, content: bytes | str) -> Path:
         It could not be written; what stood there before still does.
     """
     path = Path(path)
-    part: Path | None = None
     try:
-        handle, name = tempfile.mkstemp(prefix=PART, dir=path.parent)
-        part = Path(name)
-        with open(handle, "wb") as file:
-            file.write(content.encode() if isinstance(content, str) else content)
-            file.flush()
-            os.fsync(file.fileno())
-        part.chmod(0o644)
-        part.replace(path)
+        put(path, [content.encode() if isinstance(content, str) else content], 0o644)
         flush(path.parent)
     except OSError as error:
         raise not_written(path, error) from None
-    finally:
-        if part is not None:
-            part.unlink(missing_ok=True)
     return path
 
 

@@ -2,11 +2,10 @@
 
 A kernel is machine code, and loading it means running what a file says. So kernels lie in a folder that only their user
 may read or write, are read only from files that are the user's own, and only if they match the SHA-256 in front of
-them. A damaged one is compiled anew. A folder belongs to the source of all that is compiled into a kernel and to the
-compiler, so that no older kernel is ever met in it.
+them (see `kept`). A damaged one is compiled anew. A folder belongs to the source of all that is compiled into a kernel
+and to the compiler, so that no older kernel is ever met in it.
 """
 
-import hashlib
 import inspect
 import logging
 import os
@@ -28,12 +27,13 @@ import numpy as np
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
+from vasowave.runtime.kept import digest_of, keep, recall
 from vasowave.runtime.locks import lock_open_file
 
 _PATIENCE = 300.0  # s that a process waits while another compiles the same
 _LOOK = 0.1  # s between two looks whether it is done
 _OUTDATED = 30 * 24 * 3600.0  # s after which a folder of another source is removed
-_DIGEST = hashlib.sha256().digest_size
+_DIGITS = 16  # of a digest, in the names of folders and files
 _OTHERS = stat.S_IRWXG | stat.S_IRWXO
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 _READ = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
@@ -45,7 +45,7 @@ def kept(function: Any, *modules: ModuleType) -> Any:
     Where no private folder can be had, it is compiled in every process.
     """
     sources = (sys.modules[function.py_func.__module__], *modules)
-    folder = _folder("".join(map(_source, sources)))
+    folder = _folder(*map(_source, sources))
     if folder is not None:
         function._cache = _Kernels(function.py_func, folder)
     return function
@@ -56,9 +56,9 @@ def _source(module: ModuleType) -> str:
     return inspect.getsource(module)
 
 
-def _folder(source: str) -> Path | None:
-    """Return the private folder of kernels with this source, made where that is possible; None where it is nowhere."""
-    stamp = _digest(f"{numba.__version__} {np.__version__} {sys.version} {source}")
+def _folder(*sources: str) -> Path | None:
+    """Return the private folder of kernels of these sources, made where that is possible; None where it is nowhere."""
+    stamp = digest_of(numba.__version__, np.__version__, sys.version, sources)[:_DIGITS]
     for place in _places():
         folder = place / f"kernels-{stamp}"
         try:
@@ -83,10 +83,6 @@ def _is_private(folder: Path) -> bool:
 
 def _is_own(about: os.stat_result, forbidden: int) -> bool:
     return about.st_uid == os.geteuid() and not about.st_mode & forbidden
-
-
-def _digest(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _places() -> Iterator[Path]:
@@ -166,7 +162,8 @@ class _Kernels:
         """Keep a kernel."""
         try:
             if not kernel.library.has_dynamic_globals and _is_ours(sig):
-                _store(self._file(sig, kernel.codegen), dumps(kernel._reduce()))
+                file = self._file(sig, kernel.codegen)
+                keep(file, file.name, dumps(kernel._reduce()))
         except OSError:  # a full disk: it serves this process all the same
             pass
         finally:
@@ -174,7 +171,7 @@ class _Kernels:
 
     def _file(self, sig: Any, codegen: Any) -> Path:
         """Return the file of the kernel for these types on this kind of processor."""
-        return self._folder / f"{self._name}-{_digest(f'{sig!r} {codegen.magic_tuple()}')}.kernel"
+        return self._folder / f"{self._name}-{digest_of(repr(sig), codegen.magic_tuple())[:_DIGITS]}.kernel"
 
     def _release(self) -> None:
         if self._compiling:
@@ -198,13 +195,12 @@ def _loaded(file: Path, target_context: Any) -> tuple[Any, bool]:
     try:
         with os.fdopen(os.open(file, _READ), "rb") as opened:
             own = os.name == "nt" or _is_own(os.fstat(opened.fileno()), _OTHERS_WRITE)
-            content = opened.read() if own else b""
+            packed = recall(opened, file.name) if own else None
     except FileNotFoundError:
         return None, False
     except OSError:
         return None, True
-    digest, packed = content[:_DIGEST], content[_DIGEST:]
-    if hashlib.sha256(packed).digest() != digest:
+    if packed is None:
         return None, True
     try:
         return CompileResult._rebuild(target_context, *pickle.loads(packed)), False
@@ -212,18 +208,6 @@ def _loaded(file: Path, target_context: Any) -> tuple[Any, bool]:
         raise
     except Exception:  # whole, but of another making than the stamp could tell: any error means the same
         return None, True
-
-
-def _store(file: Path, packed: bytes) -> None:
-    """Write a kernel behind its SHA-256, whole or not at all."""
-    handle, part = tempfile.mkstemp(dir=file.parent)  # for the user alone
-    try:
-        with open(handle, "wb") as opened:
-            opened.write(hashlib.sha256(packed).digest() + packed)
-        os.replace(part, file)
-    except OSError:
-        Path(part).unlink(missing_ok=True)
-        raise
 
 
 def _waited_for(path: Path) -> IO[str] | None:

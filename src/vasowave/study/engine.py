@@ -15,7 +15,7 @@ from vasowave.io.files import is_full
 from vasowave.runtime.kernels import seconds_compiling
 from vasowave.runtime.memory import is_starved
 from vasowave.runtime.threads import VARIABLE, cores
-from vasowave.study.fingerprint import source_digest
+from vasowave.study.store import source_digest
 
 Pools = Callable[[int], AbstractContextManager[Executor]]
 """Gives an executor with (up to) the stated number of workers."""

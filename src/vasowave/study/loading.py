@@ -31,10 +31,10 @@ from vasowave.recording import (
 )
 from vasowave.recording.describe import kind_of
 from vasowave.solver.practice import PAPER
-from vasowave.study.fingerprint import fingerprint
 from vasowave.study.journal import Journal
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings, averaging_settings
+from vasowave.study.store import key_of
 
 WEDGE = note_kind(
     "recording.wedge", "the pressure behind the vascular beds is {wedge:g} mmHg (wedge): PVR and R_T count from it"
@@ -59,7 +59,6 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     InputError
         One of its files cannot be read.
     """
-    files = {f"{i} {inside(file, folder)}": file for i, file in enumerate(row.files)}
     ignored = {"network", "recordings", "line", "shared_recording", "R_T", "C_T", "tau"}
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
     what["settings"], what["image pressure"] = animal_settings(study).as_json(), study.image_pressure
@@ -67,7 +66,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     what["kind"] = row.kind or kind_of(row.recordings)
     if what["kind"] == "raw":
         what["averaging"] = asdict(averaging_settings(study))
-    return fingerprint(what, files)
+    return key_of(what, [(inside(file, folder), file) for file in row.files])
 
 
 def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:

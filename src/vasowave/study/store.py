@@ -8,13 +8,36 @@ could leave something that is mistaken for a result, and no result of one animal
 
 import hashlib
 import os
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from vasowave.errors import InputError
 from vasowave.io.files import made_inside, not_written, remove_parts, write_file
-from vasowave.io.textfile import read_bytes
+from vasowave.io.textfile import look, read_bytes
+from vasowave.runtime.kept import digest_of, program
 
 CACHE = "cache"
+_NUMERICAL = ("numpy", "scipy", "numba", "xarray")
+_NOT_NUMERICAL = ("cli", "report", "figures", "cohort")
+"""Parts of the package that only show what was computed; a change there asks for no recomputation."""
+_DIGITS = 32  # of a key
+
+
+def source_digest() -> str:
+    """Return the digest of the sources that compute an animal, and of the numerical libraries' versions."""
+    return program("", _NOT_NUMERICAL, _NUMERICAL)
+
+
+def key_of(what: Any, files: Iterable[tuple[str, Path]]) -> str:
+    """Return the key of values, of the bytes of files by their roles, and of the program; never of a file's time.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read.
+    """
+    return digest_of(source_digest(), what, [(role, look(path).sha256) for role, path in files])[:_DIGITS]
 
 
 class Store:

@@ -1,13 +1,9 @@
-"""Values of an extraction as a file, and back: a line of JSON, then plain arrays; no code is ever read.
-
-The line begins with the check sum of the rest of it, and holds that of every array.
-"""
+"""Values of an extraction as a file, and back: a piece of JSON, then plain arrays; no code is ever read."""
 
 import json
-import zlib
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -17,15 +13,17 @@ from vasowave.imaging.measure.spread import Elsewhere
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.skeleton import Branches
+from vasowave.runtime.kept import keep, recall
 
 _ALL = (Volume, Segmentation, Line, Tree, Elsewhere, Branches, Profile)
 _KINDS: dict[str, type] = {one.__name__: one for one in _ALL}
 _BITS = np.dtype(bool).str
-_SUM = 8  # hexadecimal digits of a check sum
+_WORD = 16
+"""Arrays begin at multiples of so many bytes."""
 
 
 def write_value(path: Path, key: str, value: Any) -> None:
-    """Write `value` under `key`.
+    """Write `value` under `key`; `OSError` where that fails.
 
     Parameters
     ----------
@@ -36,39 +34,29 @@ def write_value(path: Path, key: str, value: Any) -> None:
     """
     arrays: list[np.ndarray] = []
     plain = _plain(value, arrays)
-    sizes = [(one.dtype.str, one.size, zlib.crc32(_bytes(one))) for one in arrays]
-    head = json.dumps({"key": key, "arrays": sizes, "value": plain}).encode()
-    with path.open("wb") as file:
-        file.write(_check(head) + head + b"\n")
-        for one in arrays:
-            file.write(_bytes(one))
+    head = json.dumps({"arrays": [(one.dtype.str, one.size) for one in arrays], "value": plain}).encode()
+    parts: list[Any] = [len(head).to_bytes(_WORD, "little"), head, *map(_bytes, arrays)]
+    keep(path, key, *(piece for part in parts for piece in (part, bytes(-len(part) % _WORD))))
 
 
 def read_value(path: Path, key: str) -> Any:
-    """Return the value that `write_value` wrote under `key`; any error where another one stands there, or half of it.
-
-    The key is compared before any array is read.
-    """
+    """Return the value that `write_value` wrote under `key`; any error where no such one stands there."""
     with path.open("rb") as file:
-        line = file.readline()
-        head = json.loads(line[_SUM:])
-        if line[:_SUM] != _check(line[_SUM:-1]) or line[-1:] != b"\n" or head["key"] != key:
-            raise ValueError("another value, or a damaged head")
-        arrays = [_array(file, *size) for size in head["arrays"]]
-        if file.read(1):
-            raise ValueError("more than was written")
+        content = recall(file, key)
+    if content is None:
+        raise ValueError("another value, or a damaged one")
+    length = int.from_bytes(content[:_WORD].tobytes(), "little")
+    head = json.loads(content[_WORD : _WORD + length].tobytes())
+    arrays, at = [], _next(_WORD + length)
+    for kind, size in head["arrays"]:
+        end = at + size * np.dtype(kind).itemsize
+        arrays.append(content[at:end].view(kind))
+        at = _next(end)
     return _value(head["value"], arrays)
 
 
-def _check(head: bytes) -> bytes:
-    return f"{zlib.crc32(head):0{_SUM}x}".encode()
-
-
-def _array(file: BinaryIO, kind: str, size: int, check: int) -> np.ndarray:
-    array = np.fromfile(file, np.dtype(kind), size)
-    if array.size != size or zlib.crc32(_bytes(array)) != check:
-        raise ValueError("an array is damaged")
-    return array
+def _next(at: int) -> int:
+    return at + -at % _WORD
 
 
 def _value(plain: Any, arrays: list[np.ndarray]) -> Any:

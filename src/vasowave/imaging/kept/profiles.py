@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vasowave.imaging.kept.keys import digest_of
 from vasowave.imaging.measure.profiles import CLEARANCE, RING, Profile, profile
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line
+from vasowave.runtime.kept import digest_of
 
 
 class Profiles:

@@ -1,7 +1,7 @@
 """Stages of an extraction in a folder: a value, what it was made of, and the warnings that came with it.
 
-A stage is believed only if its key, a digest of everything that it depends on, is the one asked for and its file is
-whole (head and arrays carry check sums). Anything else is made anew, in silence: what is kept saves time only.
+A stage is believed only if its key is the one asked for and its file is whole (see `runtime.kept`). Anything else is
+made anew, in silence.
 """
 
 import warnings
@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from vasowave.errors import VasowaveWarning
 from vasowave.findings import Finding, as_json, found_in, from_json, warn
 from vasowave.imaging.kept.packing import read_value, write_value
-from vasowave.io.files import made_inside, write_folder
+from vasowave.io.files import made_inside, not_written, remove_parts
 
 T = TypeVar("T")
 FOLDER = "stages"
@@ -60,7 +60,7 @@ class Stages:
         self._fresh[name] = key, value, ()
 
     def save(self) -> None:
-        """Write the stages that were made anew, whole or not at all, and remove those that were not asked for.
+        """Write the stages that were made anew, each whole or not at all, and remove those that were not asked for.
 
         Raises
         ------
@@ -70,9 +70,12 @@ class Stages:
         if self.parent is None:
             return
         folder = made_inside(self.parent, FOLDER)
-        with write_folder(folder) as part:
-            for name, (key, value, notes) in self._fresh.items():
-                write_value(part / f"{name}{_SUFFIX}", key, (as_json(notes), value))
+        remove_parts(folder)
+        for name, (key, value, notes) in self._fresh.items():
+            try:
+                write_value(folder / f"{name}{_SUFFIX}", key, (as_json(notes), value))
+            except OSError as error:
+                raise not_written(folder, error) from None
         for file in folder.glob(f"*{_SUFFIX}"):
             if file.stem not in self._asked:
                 file.unlink()

@@ -1,6 +1,6 @@
 """Masks drawn by hand, as the lumen or as a region outside which there is none."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import ndimage
@@ -42,7 +42,7 @@ class Within:
     """A segmenter that sees only the voxels in `region` (bool, on the grid of `grid`)."""
 
     region: np.ndarray
-    grid: Volume
+    grid: Volume = field(compare=False)  # that of the image
     segmenter: Segmenter = segment
 
     def __call__(self, volume: Volume, threshold: float, seed: np.ndarray | None) -> Segmentation:
@@ -62,7 +62,7 @@ class EditedMask:
     """
 
     mask: np.ndarray
-    grid: Volume
+    grid: Volume = field(compare=False)
     threshold: float
 
     def __call__(self, volume: Volume, threshold: float, seed: np.ndarray | None) -> Segmentation:
