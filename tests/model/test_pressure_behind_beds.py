@@ -102,7 +102,7 @@ def test_an_uncertain_pressure_behind_the_beds_widens_what_depends_on_it(before_
 def test_vascular_resistance_counts_from_the_wedge_pressure_and_the_total_one_from_zero():
     mouse = replace(vw.virtual_mouse(), wedge_pressure=5.0)
     assert mouse.indices()["PVR"] == pytest.approx((mouse.mean_pressure - 5.0) / mouse.cardiac_output)
-    assert mouse.total_resistance == pytest.approx(mouse.mean_pressure / mouse.cardiac_output)
+    assert mouse.input_resistance == pytest.approx(mouse.mean_pressure / mouse.cardiac_output)
     with pytest.raises(InputError, match="wedge pressure of 90 mmHg is not below the mean pressure"):
         replace(mouse, wedge_pressure=90.0)
 

@@ -6,7 +6,9 @@ import os
 import subprocess
 import sys
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from threading import Barrier
 
 import h5py
 import numpy as np
@@ -143,6 +145,24 @@ def test_a_file_that_changes_is_read_again_and_one_that_does_not_is_not(tmp_path
     path.unlink()
     with pytest.raises(InputError, match="no such file"):
         look(path)
+
+
+def test_two_files_are_read_at_the_same_time_and_one_file_once(tmp_path):
+    both, reads = Barrier(2), []
+
+    @remembered.remembered
+    def read(path):
+        reads.append(path)
+        both.wait(timeout=10.0)  # broken if one had to wait for the other
+        return path.name
+
+    paths = [tmp_path / "one", tmp_path / "other"]
+    for path in paths:
+        path.write_text("")
+        aged(path)
+    with ThreadPoolExecutor(4) as pool:
+        assert list(pool.map(read, [*paths, *paths])) == ["one", "other"] * 2
+    assert sorted(reads) == paths
 
 
 def test_what_is_remembered_cannot_be_changed_and_takes_bounded_memory(tmp_path, monkeypatch):

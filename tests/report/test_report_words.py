@@ -9,7 +9,6 @@ import pytest
 from made_cohort import changed, made_results, voting
 from made_posterior import NAMES, with_posterior
 from vasowave.cohort import Family, gathered, primary_comparison
-from vasowave.cohort.misfit import misfits
 from vasowave.cohort.votes import ballots, differences, stored, vote
 from vasowave.findings import as_json
 from vasowave.report.answer.groups import group_answers, influence, other_laws
@@ -105,7 +104,7 @@ def test_a_law_that_misses_its_data_is_a_problem_and_one_among_equals_is_none(co
         cohort_results[1], "tangent/calibration", RMSE=3.1 * float(cohort_results[1].laws["linear"].calibration["RMSE"])
     )
     cohort = gathered([cohort_results[0], bad, *cohort_results[2:]])
-    table = misfits(cohort)
+    table = cohort.misfits
     assert table.loc[table["missed"], ["animal", "wall"]].to_numpy().tolist() == [["CTL 2", "tangent"]]
     (said,) = problems(cohort, primary)
     assert "The tangent wall misses the data of CTL 2" in said
@@ -118,7 +117,7 @@ def test_a_law_that_leaves_just_twice_what_the_best_leaves_is_not_said_to_miss(c
     best = float(cohort_results[1].laws["linear"].calibration["RMSE"])
     twice = changed(cohort_results[1], "tangent/calibration", RMSE=2.0 * best)
     cohort = gathered([cohort_results[0], twice, *cohort_results[2:]])
-    assert not misfits(cohort)["missed"].any()
+    assert not cohort.misfits["missed"].any()
 
 
 def overstrained(result, wall, percent=928.0):
@@ -132,9 +131,9 @@ def test_a_law_of_arteries_that_no_animal_survives_is_a_problem_and_no_yardstick
     rmse = float(cohort_results[1].laws["linear"].calibration["RMSE"])
     better = changed(cohort_results[1], "tangent/calibration", RMSE=rmse / 8)
     others = (cohort_results[0], *cohort_results[2:])
-    assert misfits(gathered([better, *others]))["missed"].any()  # the tangent wall is the best law
+    assert gathered([better, *others]).misfits["missed"].any()  # the tangent wall is the best law
     torn = gathered([overstrained(better, "tangent"), *others])
-    assert not misfits(torn)["missed"].any()
+    assert not torn.misfits["missed"].any()
     said = page_of(torn.results, Family("tangent", NAMES))
     problem = "vessels of CTL 2 are strained beyond what an artery survives: an area grows by up to 928 %. Do not use"
     assert problem in " ".join(problems(torn, primary_comparison(torn, Family("tangent", NAMES))))

@@ -24,7 +24,11 @@ def test_the_papers_practice_is_one_word(make_study):
     assert np.all(animal.network.length <= read_network(folder / "n.csv").length + 1e-9)
 
 
-def test_a_practice_and_what_it_sets_itself_are_refused_together(make_study):
-    folder = make_study(settings="practice: paper\nblood: {density: 1.06}\n")
-    with pytest.raises(InputError, match="practice 'paper' sets blood itself"):
+@pytest.mark.parametrize(
+    ("own", "named"),
+    [("blood: {density: 1.06}", "blood"), ("calibration: {pressure_harmonics: 9}", r"calibration\.pressure_harmonics")],
+)
+def test_a_practice_and_what_it_sets_itself_are_refused_together(make_study, own, named):
+    folder = make_study(settings=f"practice: paper\n{own}\n")
+    with pytest.raises(InputError, match=f"practice 'paper' sets {named} itself"):
         read_study(folder)

@@ -79,7 +79,7 @@ def impedance(
     >>> import vasowave as vw
     >>> mouse = vw.virtual_mouse()
     >>> spectrum = vw.impedance(mouse.pressure, mouse.flow, mouse.period)
-    >>> float(round(spectrum.modulus[0] / mouse.total_resistance, 6))
+    >>> float(round(spectrum.modulus[0] / mouse.input_resistance, 6))
     1.0
     """
     if not (np.isfinite(period) and period > 0):

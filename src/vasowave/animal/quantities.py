@@ -37,7 +37,7 @@ def measured_quantities(recording: Recording, nominal: Nominal, station: Station
     R_T, tau = nominal.total_resistance, nominal.time_constant
     values = recording.indices() | {
         "Z_c": nominal.characteristic_impedance,
-        "Z_0": recording.total_resistance,
+        "Z_0": recording.input_resistance,
         "I_R": float(waves["I_R"]),
         "beta": nominal.beta,
         "stiffness": nominal.beta,

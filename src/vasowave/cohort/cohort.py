@@ -13,6 +13,7 @@ from vasowave.animal.failure import Failure
 from vasowave.animal.law_result import LawResult
 from vasowave.animal.networks import network_dataset
 from vasowave.animal.result import AnimalResult, as_chosen
+from vasowave.cohort.misfit import misfits
 from vasowave.cohort.table import cohort_table, columns, rows_of
 from vasowave.cohort.votes import Ballots, stored
 from vasowave.errors import InputError
@@ -114,6 +115,17 @@ class Cohort:
     def calibrated(self, wall: str) -> list[AnimalResult]:
         """Return the animals that were calibrated with a wall law."""
         return [result for result in self.results if wall in result.laws]
+
+    @cached_property
+    def misfits(self) -> pd.DataFrame:
+        """How well every law meets every animal, see `misfit.misfits`."""
+        return misfits(self.results)
+
+    def forbidden(self, wall: str) -> list[AnimalResult]:
+        """Return the animals of which a law's numbers must not be used: it misses the data or overstrains a vessel."""
+        table = self.misfits
+        names = set(table["animal"][(table["wall"] == wall) & (table["missed"] | table["growth"].notna())])
+        return [result for result in self.results if result.name in names]
 
     @cached_property
     def ballots(self) -> list[Ballots]:

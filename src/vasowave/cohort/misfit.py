@@ -1,10 +1,11 @@
 """How well the calibrated laws meet their data: against the beats' scatter, the pulse, and each other."""
 
+from collections.abc import Iterable
+
 import numpy as np
 import pandas as pd
 
 from vasowave.animal.result import AnimalResult
-from vasowave.cohort.cohort import Cohort
 
 WORSE_THAN_BEST = 2.0
 """A law that leaves more than this times the residual of the animal's best law misses its data; a law whose vessels are
@@ -16,7 +17,7 @@ WORST_SHARE = 0.1
 _COLUMNS = ["animal", "group", "wall", "RMSE", "error", "share", "over best", "missed", "growth"]
 
 
-def misfits(cohort: Cohort) -> pd.DataFrame:
+def misfits(results: Iterable[AnimalResult]) -> pd.DataFrame:
     """Return one row for every animal and wall law: what its fit leaves, and whether it misses the data.
 
     Columns ``animal, group, wall, RMSE, error, share, over best, missed, growth``: the root-mean-square residual, mmHg;
@@ -25,7 +26,7 @@ def misfits(cohort: Cohort) -> pd.DataFrame:
     and the error of the cycle; how much a vessel's area grows beyond what an artery survives, % (NaN if none does).
     """
     rows = []
-    for result in cohort.results:
+    for result in results:
         left = {wall: float(result.laws[wall].calibration["RMSE"]) for wall in result.laws}
         pulse, error = float(result.measured.quantities["pPAP"]), _cycle_error(result)
         strained = {wall: one for wall, law in result.laws.items() if (one := law.overstrained)}
@@ -36,13 +37,6 @@ def misfits(cohort: Cohort) -> pd.DataFrame:
             growth = float(dict(strained[wall].values)["percent"]) if wall in strained else np.nan
             rows.append((result.name, result.group, wall, rmse, error, share, over, missed, growth))
     return pd.DataFrame(rows, columns=_COLUMNS)
-
-
-def forbidden(cohort: Cohort, law: str) -> list[AnimalResult]:
-    """Return the animals of which a law's numbers must not be used: it misses their data or overstrains a vessel."""
-    table = misfits(cohort)
-    names = set(table["animal"][(table["wall"] == law) & (table["missed"] | table["growth"].notna())])
-    return [result for result in cohort.results if result.name in names]
 
 
 def _cycle_error(result: AnimalResult) -> float:

@@ -6,8 +6,8 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -159,24 +159,14 @@ def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], 
         cut = block.cut
     if not kept:
         raise InputError(f"{path}: the file is empty")
-    kept = kept[titles_among([text for _, text in kept[:HEAD]]) :]
+    header, separator, first = head_of(path, kept)
+    kept = kept[first:]
+    if not kept:
+        raise NoRowsError(f"{path}: a header and no data")
     lines = tuple(line for line, _ in kept)
-    separator = separator_of(kept[0][1])
     rows = [split_cells(path, line, text, separator) for line, text in kept]
-    if separator is None and len(kept) > 1:
-        titles = split_titles(kept[0][1])
-        first = 2 if len(kept) > 2 and with_unit_row(titles, kept[1][1], separator) else 1
-        rows[0] = titles if len(titles) == len(rows[first]) else rows[0]
     if separator != ",":
         rows = _with_points(path, rows, lines)
-    header: tuple[str, ...] = ()
-    if not all(_is_number(cell) for cell in rows[0]):
-        header = tuple(rows[0])
-        rows, lines = rows[1:], lines[1:]
-    if header and rows and (whole := with_unit_row(header, kept[1][1], separator)):
-        header, rows, lines = tuple(whole), rows[1:], lines[1:]
-    if not rows:
-        raise NoRowsError(f"{path}: a header and no data")
     width = len(header) if header else len(rows[0])
     for row, line in zip(rows, lines, strict=True):
         if len(row) != width:
@@ -186,7 +176,33 @@ def _rows_of(path: Path) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...], 
     return header, tuple(map(tuple, rows)), lines, cut
 
 
-def with_unit_row(titles: Sequence[str], below: str, separator: str | None) -> list[str] | None:
+class Head(NamedTuple):
+    """What the first rows of a table say: its titles (none where it has none), what separates its cells (None for
+    blanks), and which of the rows holds the first data.
+    """
+
+    titles: tuple[str, ...]
+    separator: str | None
+    first: int
+
+
+def head_of(path: Path, rows: Sequence[tuple[int, str]]) -> Head:
+    """Return the head of a table by its first rows, one at least, each with the number of its line."""
+    texts = [text for _, text in rows[:HEAD]]
+    at = _titles_among(texts)
+    separator = separator_of(texts[at])
+    cells = split_cells(path, *rows[at], separator)
+    if all(map(is_numeric, cells)):
+        return Head((), separator, at)
+    titles, first = _split_titles(texts[at]) if separator is None else cells, at + 1
+    if texts[first:] and (whole := _with_unit_row(titles, texts[first], separator)):
+        titles, first = whole, first + 1
+    if separator is None and texts[first:] and len(texts[first].split()) == 1:
+        titles = cells  # the one title has blanks in it
+    return Head(tuple(titles), separator, first)
+
+
+def _with_unit_row(titles: Sequence[str], below: str, separator: str | None) -> list[str] | None:
     """Return column titles with the units of the line below them, None if that line names no units or they do."""
     cells = [cell.strip(' []()"') for cell in below.split(separator)]
     named = [cell for cell in cells if cell not in ("", "-")]
@@ -196,14 +212,14 @@ def with_unit_row(titles: Sequence[str], below: str, separator: str | None) -> l
     return [f"{title} [{unit}]" if unit in named else title for title, unit in zip(titles, cells, strict=True)]
 
 
-def titles_among(rows: Sequence[str]) -> int:
+def _titles_among(rows: Sequence[str]) -> int:
     """Return which of the first rows holds the titles of a table: the first, unless prose stands above the titles.
 
     That is so where the numbers have other cells than the first row, and as many as the one or two rows above them.
     """
 
     def width(row: str) -> int:
-        return len(split_titles(row) if separator is None else row.split(separator))
+        return len(_split_titles(row) if separator is None else row.split(separator))
 
     for data, row in enumerate(rows):
         separator = separator_of(row)
@@ -227,12 +243,9 @@ def read_titles(path: Path, start: bytes) -> tuple[str, ...]:
     else:
         encoding = "utf-16" if start[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
         texts = start.decode(encoding, errors="replace").split("\n")
-    rows = list(islice(filter(is_row, texts), HEAD))
-    first = rows[titles_among(rows)] if rows else ""
-    separator = separator_of(first)
+    rows = [(line, text) for line, text in enumerate(texts, 1) if is_row(text)]
     try:
-        cells = split_titles(first) if separator is None else split_cells(path, 1, first, separator)
-        return () if all(map(is_numeric, cells)) else read_headings(path, cells, {})[0]
+        return read_headings(path, head_of(path, rows).titles, {})[0] if rows else ()
     except InputError:
         return ()
 
@@ -247,7 +260,7 @@ def separator_of(first: str) -> str | None:
     return next((mark for mark in ("\t", ";", ",") if mark in first), None)
 
 
-def split_titles(first: str) -> list[str]:
+def _split_titles(first: str) -> list[str]:
     """Return the titles of a table that is separated by blanks: they hold blanks too ("pressure [mmHg]")."""
     return _BLANK_SEPARATED.findall(first)
 

@@ -6,8 +6,9 @@ from collections.abc import Callable, Hashable
 from dataclasses import is_dataclass
 from functools import wraps
 from pathlib import Path
-from threading import RLock
+from threading import Lock, RLock
 from typing import Any, NamedTuple, TypeVar, cast
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -27,7 +28,9 @@ class _Found(NamedTuple):
 
 
 _found: OrderedDict[Hashable, _Found] = OrderedDict()
-_lock = RLock()
+_readings: WeakValueDictionary[Hashable, Any] = WeakValueDictionary()
+"""A lock for everything that is being looked up now."""
+_lock = Lock()
 
 
 def remembered(read: Read) -> Read:
@@ -44,15 +47,19 @@ def remembered(read: Read) -> Read:
         if mark is None:
             return read(path, *given, **more)
         key = (read.__module__, read.__qualname__, str(path), *given)
-        with _lock:  # one thread reads at a time, so that no two read the same
-            known = _found.pop(key, None)
+        with _lock:
+            alone = _readings.setdefault(key, RLock())
+        with alone:  # so that no two threads read the same
+            with _lock:
+                known = _found.pop(key, None)
             if known is None or known.mark != mark:
                 value = read(path, *given, **more)
                 known = _Found(mark, value, _size(value))
             if _mark(Path(path)) == mark:
-                _found[key] = known
-                while len(_found) > 1 and sum(one.size for one in _found.values()) > MOST:
-                    _found.popitem(last=False)
+                with _lock:
+                    _found[key] = known
+                    while len(_found) > 1 and sum(one.size for one in _found.values()) > MOST:
+                        _found.popitem(last=False)
         return known.value
 
     return cast(Read, found)

@@ -179,8 +179,8 @@ class Recording:
         return (self.mean_pressure - self.wedge_pressure) / self.cardiac_output
 
     @property
-    def total_resistance(self) -> float:
-        """Mean pressure over mean flow, mmHg s/ml: the impedance at zero frequency, clinically the TPR."""
+    def input_resistance(self) -> float:
+        """Input resistance Z_0, mean pressure over mean flow, mmHg s/ml, clinically the TPR; a wedge does not enter."""
         return self.mean_pressure / self.cardiac_output
 
     def indices(self) -> dict[str, float]:

@@ -106,6 +106,8 @@ class StudyFile(Analysis, Inputs):
     def __post_init__(self) -> None:
         """Refuse what the paper's practice sets itself."""
         own = [name for name in ("blood", "numerics", "waves_at") if getattr(self, name) != _default(name)]
+        if self.calibration.pressure_harmonics not in (Calibration.pressure_harmonics, "all"):
+            own.append("calibration.pressure_harmonics")
         if self.practice == "paper" and own:
             raise InputError(f"practice 'paper' sets {', '.join(own)} itself; leave that out, or the practice")
 

@@ -1,7 +1,6 @@
 """A table of continuous signals: one titled column each, read block by block."""
 
-from collections.abc import Callable
-from itertools import islice
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,15 +12,11 @@ from vasowave.findings import Finding
 from vasowave.io.columns import (
     HEAD,
     Columns,
-    is_numeric,
+    head_of,
     is_row,
     read_columns,
     read_headings,
-    separator_of,
     split_cells,
-    split_titles,
-    titles_among,
-    with_unit_row,
 )
 from vasowave.io.remembered import remembered
 from vasowave.io.textfile import Lines, Progress, read_lines
@@ -129,27 +124,20 @@ def _parsed(path: Path, progress: Progress | None = None) -> NumberTable:
 
 def _begin(path: Path, lines: Lines) -> "_Table | None":
     """Start a table at its titles, or at its first line where it has none; what stands above is left out."""
-    rows = list(islice((i for i, text in enumerate(lines.texts) if is_row(text)), HEAD))
+    rows = [(line, text) for line, text in enumerate(lines.texts, lines.first) if is_row(text)][: HEAD + 1]
     if not rows:
         return None
-    at = titles_among([lines.texts[i] for i in rows])
-    first = rows[at]
-    text = lines.texts[first]
-    separator = separator_of(text)
-    number = lines.first + first
-    cells = text.split() if separator is None else split_cells(path, number, text, separator)
-    if not all(map(is_numeric, cells)):
-        titles, below = split_titles(text) if separator is None else cells, rows[at + 1 : at + 2]
-        if below and (whole := with_unit_row(titles, lines.texts[below[0]], separator)):
-            return _Table(path, lines.first + below[0], whole, separator)
-        return _Table(path, number, titles, separator)
-    return _Table(path, number - 1, [""] * len(cells), separator)
+    titles, separator, first = head_of(path, rows)
+    if titles:
+        return _Table(path, rows[first - 1][0], titles, separator)
+    line, text = rows[first]
+    return _Table(path, line - 1, [""] * len(split_cells(path, line, text, separator)), separator)
 
 
 class _Table:
     """A table while it is read."""
 
-    def __init__(self, path: Path, line: int, header: list[str], separator: str | None) -> None:
+    def __init__(self, path: Path, line: int, header: Sequence[str], separator: str | None) -> None:
         self.names, self.units = read_headings(path, header, ALIASES | {"ekg": "ecg"})
         self.names = with_time(self.names, self.units)
         if self.names.count("time") > 1:

@@ -7,7 +7,6 @@ import numpy as np
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.misfit import misfits
 from vasowave.cohort.primary import Primary
 from vasowave.report.wording import listed, number
 
@@ -63,7 +62,7 @@ def _share_a_network(results: list[AnimalResult]) -> bool:
 
 
 def _residual(cohort: Cohort, law: str) -> list[str]:
-    table = misfits(cohort)
+    table = cohort.misfits
     table = table[table["wall"] == law]
     left, error = float(table["RMSE"].median()), float(table["error"].median())
     typical = "" if cohort.single else " (median)"

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.misfit import forbidden
 from vasowave.cohort.primary import Family, Primary
 from vasowave.figures.forest import NARROW, WIDE, forest_figure
 from vasowave.figures.overview import tree_figure, waveforms_figure
@@ -36,7 +35,7 @@ def answer_sections(cohort: Cohort, primary: Primary, family: Family) -> list[Se
 
 def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -> list[tuple[str, str]]:
     wall = [wall_answer(cohort, primary.law)] if primary.law else []
-    doubted = {result.group for result in forbidden(cohort, primary.law)}
+    doubted = {result.group for result in cohort.forbidden(primary.law)}
     legend = marked(cohort, primary.law)
 
     def mark(groups: Iterable[str]) -> str:

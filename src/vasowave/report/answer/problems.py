@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.misfit import WORSE_THAN_BEST, forbidden, misfits
+from vasowave.cohort.misfit import WORSE_THAN_BEST
 from vasowave.cohort.missing import Missing, Standing
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
@@ -41,7 +41,7 @@ def problems(cohort: Cohort, primary: Primary) -> list[str]:
 
 def overstrained(cohort: Cohort, walls: Sequence[str]) -> list[str]:
     """Say of which animals laws explain the data by vessels that are strained beyond what an artery survives."""
-    table = misfits(cohort)
+    table = cohort.misfits
     table = table[table["wall"].isin(list(walls)) & table["growth"].notna()]
     return [
         f"By the {wall} wall vessels of {_some(rows['animal'].tolist())} are strained beyond what an artery survives: "
@@ -103,7 +103,7 @@ def _looks(warned: Mapping[str, Sequence[Finding]]) -> list[str]:
 
 def marked(cohort: Cohort, law: str) -> list[tuple[str, str]]:
     """Say what the mark behind answers means, where they rest on numbers that must not be used."""
-    names = [result.name for result in forbidden(cohort, law)]
+    names = [result.name for result in cohort.forbidden(law)]
     if not names:
         return []
     whom = "this animal" if cohort.single else _some(names)
@@ -114,7 +114,7 @@ def marked(cohort: Cohort, law: str) -> list[tuple[str, str]]:
 def _missed(cohort: Cohort) -> list[str]:
     if not cohort.walls:
         return []
-    table = misfits(cohort)
+    table = cohort.misfits
     return [_miss(str(wall), rows) for wall, rows in table[table["missed"]].groupby("wall", sort=False)]
 
 

@@ -4,7 +4,7 @@ import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.evidence import evidences
-from vasowave.cohort.misfit import WORSE_THAN_BEST, WORST_SHARE, misfits
+from vasowave.cohort.misfit import WORSE_THAN_BEST, WORST_SHARE
 from vasowave.cohort.votes import DECISIVE, differences
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import who
@@ -60,7 +60,7 @@ def preference_table(cohort: Cohort, law: str) -> Table:
 
 def misfit_table(cohort: Cohort) -> Table:
     """What every law leaves of the data, beside the error of the averaged cycle."""
-    data = misfits(cohort)
+    data = cohort.misfits
     cells = [
         (row["animal"], row["group"], row["wall"], number(row["RMSE"], 2), number(row["error"], 2),
          f"{100 * row['share']:.1f} %", number(row["over best"], 2),
