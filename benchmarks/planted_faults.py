@@ -171,7 +171,7 @@ FAULTS = [
         "solver/failures.py",
         (("if len(grid.counts) > 1:", "if len(grid.counts) > 0:"),),
     ),
-    Fault("kernels of any source", "runtime/kernels.py", (("{sys.version} {source}", "{sys.version}"),)),
+    Fault("kernels of any source", "runtime/kernels.py", (("sys.version, sources)", "sys.version)"),)),
     Fault("kernels are compiled by everyone", "runtime/kernels.py", (("self._lock = _waited_for(", "_ = ("),)),
     Fault("convective term dropped", CELLS, (("fluxes.momentum[j] = q * q * per_area", "fluxes.momentum[j] = 0.0"),)),
     Fault("one Newton step", NODES, (("_NEWTON_CLOSE = 1e-", "_NEWTON_CLOSE = 1e+"),)),

@@ -33,6 +33,11 @@ def test_a_finding_is_its_code_and_values_and_writes_its_text_from_them(some_kin
     assert len({found, some_kind(degrees=31.0, room="lab"), some_kind(degrees=32.0, room="lab")}) == 2
 
 
+def test_a_finding_shows_itself_in_one_short_line(some_kind):
+    assert repr((some_kind(degrees=31.0, room="lab"),)) == "(Finding(test.too-warm: 31.0 °C in 'lab'),)"
+    assert len(repr(some_kind(degrees=31.0, room="lab" * 100))) < 120
+
+
 def test_a_code_is_declared_once(some_kind):
     with pytest.raises(ValueError, match="declared twice"):
         kind(some_kind.code, Severity.NOTE, "again")

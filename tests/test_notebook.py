@@ -1,6 +1,7 @@
 """What a user of a notebook types works on every value, or says what to type instead."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import vasowave as vw
@@ -77,8 +78,11 @@ def test_a_fit_sums_itself_up_stores_itself_and_simulates(fit, mouse, tmp_path):
 
     table = fit.summary()
     assert table.loc["R_T", "value"] == pytest.approx(fit.total_resistance)
-    assert table.loc["wave_speed", "interval_low"] < table.loc["wave_speed", "value"]
+    assert table.loc["wave_speed", "low"] < table.loc["wave_speed", "value"]
     assert table.loc["beta", "value"] == pytest.approx(fit.parameters.loc["beta", "value"])
+    with pd.option_context("display.width", 80, "display.max_columns", 0):
+        title, *_ = str(table).split("\n")
+    assert title.split() == ["value", "low", "high", "unit"]  # on a terminal, too
     stored = xr.open_datatree(fit.to_netcdf(tmp_path / "fit.nc"))
     assert float(stored["linear/quantities/R_T"]) == table.loc["R_T", "value"]
     stored.close()

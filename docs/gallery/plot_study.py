@@ -29,7 +29,7 @@ beats.plot()
 # %%
 # The wall's stiffness that explains it, and how sure that is when the image and the model are uncertain, too.
 fit = vw.calibrate(network, beats, "linear", starts=2)
-print(fit.summary()[["value", "interval_low", "interval_high", "unit"]].head(8))
+print(fit.summary().head(8))
 posterior = fit.sample(draws=100, numerics=vw.Numerics(cell_size=0.4, samples=128))
 print(posterior.summary.loc[["beta", "R_T", "wave_speed"], ["median", "interval_low", "interval_high", "unit"]])
 

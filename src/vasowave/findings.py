@@ -20,6 +20,8 @@ from vasowave.errors import VasowaveWarning
 
 Value = float | int | str | bool
 
+_SHORT = 80  # letters of a text that are shown where many findings may be
+
 
 class Severity(StrEnum):
     """What a finding asks of a person."""
@@ -122,7 +124,7 @@ def kind(code: str, severity: Severity, text: str, remedy: str = "") -> Kind:
     return KINDS[code]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Finding:
     """One thing that was noticed.
 
@@ -158,6 +160,11 @@ class Finding:
         """Return the finding with file names as seen from a folder, given with its last separator."""
         seen = tuple((name, one.replace(folder, "") if isinstance(one, str) else one) for name, one in self.values)
         return replace(self, values=seen).at(self.place.file.replace(folder, ""))
+
+    def __repr__(self) -> str:
+        """Return one line: its code and the beginning of its text."""
+        said = str(self)
+        return f"Finding({self.code}: {said if len(said) <= _SHORT else f'{said[:_SHORT]}...'})"
 
     def __str__(self) -> str:
         """Return its text; of the place it holds what the text of its kind asks for."""

@@ -6,7 +6,7 @@ import pytest
 from made_cohort import made_results
 from vasowave.cohort import gathered
 from vasowave.cohort.discrepancy import ALIKE, discrepancies, rayleigh
-from vasowave.report.sections.discrepancy import left_alike
+from vasowave.report.sections.models import left_alike
 
 
 @pytest.fixture

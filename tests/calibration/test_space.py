@@ -11,7 +11,7 @@ from chromium import run
 from vasowave.cohort.cohort import gathered
 from vasowave.datasets import control_network
 from vasowave.figures.space import axes_in_space
-from vasowave.report.sections.space import space_block
+from vasowave.report.sections.models import space_block
 
 DRIVE = """
 addEventListener("load", () => {

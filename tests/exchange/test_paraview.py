@@ -12,8 +12,7 @@ import pytest
 from programs_by_others import environment_with
 from vasowave.errors import InputError
 from vasowave.exchange.axes import drawn_axes, read_axes
-from vasowave.exchange.paraview import write_paraview
-from vasowave.exchange.tubes import SIDES, ring_directions
+from vasowave.exchange.paraview import SIDES, ring_directions, write_paraview
 from vasowave.model.walls import pressure
 
 TYPES = {"Float32": "<f4", "Int32": "<i4"}

@@ -20,10 +20,9 @@ from vasowave.datasets import published_table
 from vasowave.figures.beats import thinned
 from vasowave.figures.fit import plot_autocorrelation, plot_residuals
 from vasowave.figures.groups import plot_groups, plot_ratios
+from vasowave.figures.modeled import plot_separated_pressure, plot_waterfall, plot_wave_intensity
 from vasowave.figures.spectra import plot_modulus, plot_phase
-from vasowave.figures.starts import plot_waterfall
 from vasowave.figures.style import CTL, HPH, group_looks, source_looks, wall_lines
-from vasowave.figures.waves import plot_separated_pressure, plot_wave_intensity
 from vasowave.recording import Recording
 
 T, N = 0.11, 200

@@ -12,7 +12,7 @@ from vasowave.animal.posterior import posterior_result
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError
 from vasowave.inference import compare_laws
-from vasowave.report.tables.laws import laws_by_posterior
+from vasowave.report.tables.models import laws_by_posterior
 
 
 def test_a_law_weighs_as_its_evidence():

@@ -31,6 +31,13 @@ def test_waves_are_those_of_a_conical_horn():
         assert abs(straight / expected - 1) > 0.015
 
 
+def test_a_model_shows_the_shape_of_its_vessels():
+    assert repr(cone(Blood(), (1.0, 1.0, 1.0), 0.2)).endswith("Shape(radius 1.1 to 0.9, stiffness 1))")
+    assert "Shape(radius 1.1 to 0.9" in cone(Blood(), (1.0, 1.0, 1.0), 0.2)._repr_html_()
+    assert "Shape" not in repr(cone(Blood(), (1.0, 1.0, 1.0), 0.0))
+    assert repr(Shape([[1.0, 1.2, 0.8], [1.0, 1.0, 0.6]], 2.0)) == "Shape(radius 1 to 0.7, stiffness 2)"
+
+
 def test_the_steady_resistance_is_that_of_the_cone():
     """Mean of r⁻³ along the cone, by numerical integration: a boundary layer's drag goes with r⁻¹, and 1/A with r⁻²."""
     share = np.linspace(-0.5, 0.5, 100_001)

@@ -9,7 +9,7 @@ from vasowave.datasets.raw import Disturbances, SyntheticRecording, synthetic_ra
 from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.recording import RawRecording, Recording, average_beats, find_beats
 from vasowave.recording.beats import _align, _foot_before, _peaks
-from vasowave.recording.rejection import cause
+from vasowave.recording.rejection import cause, mark_inspiration
 
 PHASE = np.arange(512) / 512
 SYSTOLE = np.clip((PHASE - 0.08) / 0.45, 0, 1)
@@ -177,6 +177,16 @@ def test_beats_of_inspiration_are_rejected_and_those_of_expiration_averaged():
     assert height[kept].max() < 0.2
     without = average_beats(made.raw, reject_ventilation=False)
     assert without.recording.mean_pressure > average.recording.mean_pressure + 0.3
+
+
+def test_beats_that_differ_by_less_than_half_a_percent_of_the_pulse_show_no_breath():
+    rng = np.random.default_rng(2)
+    wave = 10.0 + 15.0 * np.sin(np.pi * np.linspace(0.0, 1.0, 64)) ** 2
+    levels = 1e-3 * rng.standard_normal(60)
+    levels[[20, 40]] += (0.05, 0.15)  # 0.3 and 1 % of the pulse, both far beyond the scatter of the others
+    reasons = [None] * 60
+    mark_inspiration(reasons, wave + levels[:, None], np.tile(wave, (60, 1)))
+    assert [beat for beat, reason in enumerate(reasons) if reason] == [40]
 
 
 def test_an_early_beat_is_rejected_for_its_length_and_an_artefact_for_its_shape():

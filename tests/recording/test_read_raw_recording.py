@@ -186,6 +186,16 @@ def test_every_tenth_sample_is_no_recording_with_gaps(tmp_path):
         read_raw_recording(write(tmp_path / "raw.txt", "\n".join([*lines[:head], *lines[head::10], ""])))
 
 
+def test_columns_of_a_table_are_named_as_they_are_titled(tmp_path):
+    t = np.arange(0.0, 2.0, 0.001)
+    rows = "\n".join(f"{one:.3f},{1 + np.sin(60 * one):.4f},{9 + np.sin(60 * one):.4f}" for one in t)
+    (tmp_path / "a.csv").write_text(f"Time [s],PAP [ml/s],Q in [mmHg]\n{rows}\n", "utf-8")
+    raw = read_raw_recording(tmp_path / "a.csv", pressure="Q in", flow="PAP")
+    assert (raw.flow.mean(), raw.pressure.mean()) == pytest.approx((1.0, 9.0), abs=0.1)
+    with pytest.raises(InputError, match=r"no channel 'PAO' \(did you mean 'PAP'\?\).*it has: 'PAP' \[ml/s\], 'Q in'"):
+        read_raw_recording(tmp_path / "a.csv", pressure="Q in", flow="PAO")
+
+
 def test_an_uncalibrated_pressure_channel_is_refused_until_its_unit_is_given(tmp_path):
     text = labchart_block().replace("UnitName=\tmmHg", "UnitName=\t*").replace("Range=\t50.0 mmHg", "Range=\t2.000 V")
     path = write(tmp_path / "raw.txt", text)

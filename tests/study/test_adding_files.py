@@ -16,6 +16,7 @@ from vasowave.recording import Recording
 from vasowave.study.adding import add_files, told_network
 from vasowave.study.checking import check_study
 from vasowave.study.grouping import within
+from vasowave.study.names import plain_name
 
 QUIET = Disturbances(pressure_drift=0.0)
 
@@ -210,6 +211,14 @@ def test_a_letter_that_unicode_writes_in_two_ways_is_one_name(tmp_path):
 )
 def test_a_name_stands_in_a_file_s_name_in_one_piece_or_not_at_all(few, many, stands):
     assert within(few, many) == stands
+
+
+@pytest.mark.parametrize(
+    ("stem", "name"),
+    [("mouse 9 (2)", "mouse 9 (2)"), ("(mouse 9)", "mouse 9"), ("_mouse(9)_", "mouse(9)"), ("mouse (", "mouse")],
+)
+def test_a_name_keeps_the_brackets_within_it(stem, name):
+    assert plain_name(stem) == name
 
 
 def test_a_network_is_told_by_the_animals_name_or_else_by_its_group():

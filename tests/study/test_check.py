@@ -105,6 +105,11 @@ def test_a_pipe_as_recording_is_called_one(make_study):
     [
         ("animal,group,network", "a,CTL,n.csv", "header: no column 'recording'"),
         ("animal,grop,network,recording", "a,b,c,d", "header, column 'grop': unknown column (did you mean 'group'?)"),
+        (
+            "animal,group,network,recording,wedge",
+            "a,CTL,n.csv,recordings/0.csv,8",
+            "header, column 'wedge': unknown column (did you mean 'wedge [mmHg]'?)",
+        ),
         ("animal,group,network,recording,kind", "a,CTL,n.csv,recordings/0.csv,rwa", "'rwa' (did you mean 'raw'?)"),
         ("animal,group,network,recording,period [s]", "a,CTL,n.csv,recordings/0.csv,-1", "not a positive number"),
         ("animal,group,network,recording,period [s]", "a,CTL,n.csv,recordings/0.csv,one", "'one' is not a number"),

@@ -32,15 +32,14 @@ class Measured:
     quantities: xr.Dataset
 
     def summary(self) -> pd.DataFrame:
-        """Return the single numbers, one a row: ``value, interval_low, interval_high`` (95 %), ``unit``, ``meaning``.
+        """Return the single numbers, one a row: ``value, low, high`` (95 %), ``unit``.
 
-        The interval is NaN where nothing tells it.
+        The interval is NaN where nothing tells it. What a number means is the ``long_name`` of its `quantities`.
         """
-        keys = {"interval_low": np.nan, "interval_high": np.nan, "units": "", "long_name": ""}
-        rows = [{"value": float(one)} | {key: one.attrs.get(key, none) for key, none in keys.items()}
+        said = ("low", "interval_low", np.nan), ("high", "interval_high", np.nan), ("unit", "units", "")
+        rows = [{"value": float(one)} | {column: one.attrs.get(key, none) for column, key, none in said}
                 for one in self.quantities.data_vars.values()]  # fmt: skip
-        table = pd.DataFrame(rows, pd.Index(list(map(str, self.quantities.data_vars)), name="quantity"))
-        return table.rename(columns={"units": "unit", "long_name": "meaning"})
+        return pd.DataFrame(rows, pd.Index(list(map(str, self.quantities.data_vars)), name="quantity"))
 
 
 @dataclass(frozen=True, eq=False)

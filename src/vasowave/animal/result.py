@@ -158,8 +158,7 @@ class AnimalResult:
         Columns ``animal, group, law`` ("measured" for the recording), ``quantity``, ``value, low, high`` (95 %,
         NaN where nothing tells it), ``unit``.
         """
-        named = {"interval_low": "low", "interval_high": "high"}
-        parts = [one.summary().rename(columns=named).reset_index().assign(animal=self.name, group=self.group, law=law)
+        parts = [one.summary().reset_index().assign(animal=self.name, group=self.group, law=law)
                  for law, one in self.sources.items()]  # fmt: skip
         return pd.concat(parts, ignore_index=True)[[*TIDY]]
 

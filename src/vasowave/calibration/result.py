@@ -156,8 +156,9 @@ class Fit:
         return panels
 
     def summary(self) -> pd.DataFrame:
-        """Return parameters and what follows from them, one a row: ``value, interval_low, interval_high`` (95 %),
-        ``unit``, ``meaning``; the interval is NaN where nothing tells it.
+        """Return parameters and what follows from them, one a row: ``value, low, high`` (95 %), ``unit``.
+
+        The interval is NaN where nothing tells it.
         """
         return self.result.laws[self.wall].summary()
 

@@ -1,9 +1,17 @@
 """The command that all commands hang on."""
 
+import platform
+import sys
+import time
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
+
+from vasowave.errors import VasowaveError
 
 WRONG_INPUT, FAILED = 1, 3
 """Exit status: a file, a value or a study is wrong; the input is fine, but (an animal's) numbers did not come out.
@@ -30,7 +38,7 @@ class Commands(TyperGroup):
         """Run a command; with --verbose say with what, for how long, and where in the program an error arose."""
         if not ctx.params.get("verbose"):
             return super().invoke(ctx)
-        from vasowave.cli.verbose import told
+        from vasowave.cli.app import told
 
         with told():
             return super().invoke(ctx)
@@ -66,3 +74,32 @@ def options(
     ] = False,
 ) -> None:
     """Take the options that stand before a command."""
+
+
+@contextmanager
+def told() -> Iterator[None]:
+    """Say versions before what is done inside, and afterwards time, memory and the place of an error."""
+    from vasowave.provenance import versions
+    from vasowave.runtime.threads import threads
+
+    used = ", ".join(f"{name} {number}" for name, number in versions().items())
+    typer.echo(f"Python {platform.python_version()}, {used}; {platform.platform()}, {threads()} threads", err=True)
+    wall, processor = time.monotonic(), time.process_time()
+    try:
+        yield
+    except VasowaveError:
+        traceback.print_exc()
+        raise
+    finally:
+        passed, worked = time.monotonic() - wall, time.process_time() - processor
+        typer.echo(f"{passed:.1f} s, {worked:.1f} s of the processor{_memory()}", err=True)
+
+
+def _memory() -> str:
+    """Return the most memory that the process had at once, in words; empty where the system does not say."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return ""
+    unit = 1 if sys.platform == "darwin" else 1024
+    return f", {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 2**20:.0f} MB at most"

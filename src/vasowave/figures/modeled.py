@@ -1,17 +1,21 @@
 """The figures of what the calibrated models say: fits, waveforms along the network, waves, impedance, starts."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from vasowave.animal.reading import largest_waves
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_residuals
 from vasowave.figures.loop import plot_pressure_area
 from vasowave.figures.panels import COLUMN, Panel, shared_legend, shown_figure
 from vasowave.figures.spectra import plot_modulus, plot_phase
-from vasowave.figures.starts import plot_waterfall
 from vasowave.figures.style import (
     CTL,
+    DATA,
+    FAINT,
     group_looks,
     label_axes,
     new_figure,
@@ -19,11 +23,12 @@ from vasowave.figures.style import (
     short,
     source_looks,
     wall_lines,
+    wave_line,
 )
 from vasowave.figures.vessels import main_vessels, plot_vessel
-from vasowave.figures.waves import plot_separated_pressure, plot_wave_intensity
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -149,3 +154,38 @@ def waterfall_figure(cohort: Cohort) -> "Figure":
         axes[0].set_yscale("log")
         plain_log(axes[0].yaxis)
     return figure
+
+
+def plot_waterfall(ax: "Axes", calibration: "xr.Dataset", **line: Any) -> "Axes":
+    """Draw S of every start over the best S, in rising order; starts that could not be simulated are left out."""
+    S = calibration["start_S"].values
+    S = np.sort(S[np.isfinite(S)])
+    look: dict[str, Any] = {"marker": "o", "markersize": 3, "linewidth": 0.9} | line
+    ax.plot(np.arange(1, len(S) + 1), S / S[0], **look)
+    ax.locator_params(axis="x", integer=True)
+    return label_axes(ax, "start, in order of S", "S / best S [1]")
+
+
+def plot_wave_intensity(ax: "Axes", waves: "xr.Dataset", color: str = DATA) -> "Axes":
+    """Draw WI₊ and WI₋ over time/T (eq. 16), and at their peaks the names of the largest wave of each kind."""
+    time = waves["normalized_time"].values
+    ax.plot(time, waves["WI_plus"].values, **wave_line("forward", color))
+    ax.plot(time, waves["WI_minus"].values, **wave_line("backward", color))
+    for name, row in largest_waves(waves).items():
+        at, peak = float(waves["wave_time"][row]) / waves.attrs["period"], float(waves["wave_peak"][row])
+        offset, place = ((0, 3), "bottom") if peak > 0 else ((0, -3), "top")
+        ax.annotate(name, (at, peak), offset, textcoords="offset points", ha="center", va=place, fontsize="small")
+    ax.margins(y=0.18)
+    ax.axhline(0, color=FAINT, linewidth=0.8, zorder=0)
+    ax.set_xlim(0, 1)
+    return label_axes(ax, "time/T [1]", "intensity [W/(cm² s²)]")
+
+
+def plot_separated_pressure(ax: "Axes", waves: "xr.Dataset", color: str = DATA) -> "Axes":
+    """Draw p₊ and p₋ over time/T (eq. 15) and the pressure that they make up; both start at p(0)."""
+    time = waves["normalized_time"].values
+    ax.plot(time, waves["pressure"].values, color=DATA, linewidth=1, label="pressure")
+    ax.plot(time, waves["p_plus"].values, **wave_line("forward", color))
+    ax.plot(time, waves["p_minus"].values, **wave_line("backward", color))
+    ax.set_xlim(0, 1)
+    return label_axes(ax, "time/T [1]", "pressure [mmHg]")

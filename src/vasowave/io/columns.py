@@ -295,6 +295,12 @@ def read_headings(
     return tuple(names), tuple(column_units)
 
 
+def plain_title(heading: str) -> str:
+    """Return a column title as it is written, without its unit."""
+    match = _HEADING.match(heading)
+    return match["name"].strip() if match else heading
+
+
 def _with_points(path: str | Path, rows: list[list[str]], lines: Sequence[int]) -> list[list[str]]:
     """Return the rows with decimal points; both marks in one file would make values a thousandfold."""
     first = {}

@@ -137,7 +137,10 @@ class Model:
         parameters = ", ".join(
             f"{name} {np.median(value):.4g}" for name, value in zip(self.wall._fields, self.wall, strict=True)
         )
-        return f"Model({type(self.wall).__name__}({parameters}), {type(self.outlets).__name__}, {self.network!r})"
+        shape = f", {self.profile!r}" if self.profile is not None else ""
+        return (
+            f"Model({type(self.wall).__name__}({parameters}), {type(self.outlets).__name__}, {self.network!r}{shape})"
+        )
 
     def _repr_html_(self) -> str:
         law = self.wall.law()
@@ -147,6 +150,7 @@ class Model:
         if np.any(self.outlet_pressure):
             facts["behind the outlets"] = f"{_spread(np.asarray(self.outlet_pressure))} mmHg"
         facts["vessels"] = f"{len(self.network)}, {self.network.length.sum():.4g} cm long in all"
+        facts |= {} if self.profile is None else {"shape": repr(self.profile)}
         facts["blood"] = repr(self.blood)
         return card("Model", facts)
 

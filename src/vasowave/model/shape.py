@@ -57,6 +57,9 @@ class Shape:
             table.setflags(write=False)
             object.__setattr__(self, name, table)
 
+    def __repr__(self) -> str:
+        return f"Shape(radius {_ends(self.radius)}, stiffness {_ends(self.stiffness)})"
+
     @classmethod
     def of(cls, network: Network, prior: float = 0.3) -> Self:
         """Return the linear tapers that a network was measured with; vessels whose taper is not known are straight.
@@ -90,6 +93,12 @@ class Shape:
         """Return the factors of radius and stiffness in vessels (rows), at a share of their length from the inlet."""
         radius, stiffness = (_between(np.asarray(table), vessel, share) for table in (self.radius, self.stiffness))
         return radius, stiffness
+
+
+def _ends(factors: Factors) -> str:
+    """Return the factors at the inlet and at the outlet, of several vessels their medians, in words."""
+    values = np.median(np.asarray(factors), axis=0)
+    return f"{values[0]:.4g}" if np.all(values == values[0]) else f"{values[0]:.4g} to {values[-1]:.4g}"
 
 
 def _between(table: np.ndarray, vessel: np.ndarray, share: np.ndarray) -> np.ndarray:

@@ -13,6 +13,9 @@ _BREATHS = 31
 _OFF = 2.5
 """A beat further off the end-expiratory level than this many SD is one of inspiration."""
 
+_NO_BREATH = 0.005
+"""Levels that differ by less than this share of the signal's pulse show no breath, however quiet the others are."""
+
 
 AVERAGED = note_kind(
     "recording.averaged",
@@ -83,6 +86,7 @@ def mark_inspiration(reasons: list[Rejection], pressure: np.ndarray, flow: np.nd
     """Reject the beats whose mean stands off the end-expiratory level; the drift is to be removed before."""
     for name, beats, unit in (("pressure", pressure, "mmHg"), ("flow", flow, "ml/s")):
         off, limit = _off_level(beats.mean(axis=1))
+        limit = max(limit, _NO_BREATH * float(np.ptp(np.median(beats, axis=0))))
         for i in np.flatnonzero(np.abs(off) > limit):
             reasons[i] = reasons[i] or _VENTILATION(signal=name, off=float(off[i]), unit=unit)
 

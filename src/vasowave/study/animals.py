@@ -109,7 +109,8 @@ def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], list[Proble
     for i, title in enumerate(titles):
         plain, part = title.lower(), f"header, column '{title}'"
         if plain not in known:
-            hint = did_you_mean(plain, known)
+            same = [one for one in known if one.partition(" [")[0] == plain.partition(" [")[0]]  # of another unit
+            hint = did_you_mean((same or [plain])[0], COLUMNS)
             problems.append(UNKNOWN_COLUMN(hint=hint, known=", ".join(COLUMNS)).at(str(path), part=part))
         elif known[plain] in where:
             problems.append(COLUMN_TWICE().at(str(path), part=part))

@@ -6,6 +6,7 @@ import unicodedata
 from vasowave.errors import InputError
 
 LONGEST = 60  # letters that fit beside a figure
+_AROUND = " .,_+-("  # signs that neither begin nor end a name
 _NAME = re.compile(r"\w[\w .,+()-]*")
 
 
@@ -14,7 +15,9 @@ def plain_name(stem: str) -> str:
     plain = "".join(
         sign if sign.isalnum() or sign in " .,_+-()" else " " for sign in unicodedata.normalize("NFC", stem)
     )
-    return checked_name(plain.strip(" .,_+-()")[:LONGEST].strip() or "animal")
+    plain = plain.lstrip(_AROUND + ")").rstrip(_AROUND)
+    plain = plain if "(" in plain else plain.rstrip(_AROUND + ")")
+    return checked_name(plain[:LONGEST].strip() or "animal")
 
 
 def checked_name(text: str) -> str:

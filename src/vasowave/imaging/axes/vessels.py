@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
 from vasowave.imaging.axes.ends import with_ends_at_half_grey, with_ends_at_the_surface
@@ -15,11 +16,10 @@ from vasowave.imaging.axes.junctions import (
 from vasowave.imaging.axes.paths import MinimalPaths, long_tips, minimal_paths, outlet_tips, paths_to
 from vasowave.imaging.axes.protrusions import tips_outside
 from vasowave.imaging.axes.skeleton import cut_at_junctions
-from vasowave.imaging.axes.smoothing import without_stairs
 from vasowave.imaging.axes.tubes import fitted, misfit_around
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
-from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.tree import Line, Tree, with_inscribed_radii
 
 ROUNDS = 8
 """Automatic mode looks at most so often for vessels that stick out of the tubes of those found."""
@@ -155,3 +155,18 @@ def _to_surface(ways: MinimalPaths, tips: Sequence[int]) -> Tree:
     """Return the vessels on the minimal paths to `tips`, their axes fitted to the surface and ending there."""
     rough = with_met_axes(without_stairs(cut_at_junctions(paths_to(ways, tips)), ways.surface, ways.spacing))
     return with_ends_at_the_surface(fitted(rough, ways.surface, ways.spacing, ways.roughness), ways.surface)
+
+
+def without_stairs(tree: Tree, surface: np.ndarray, spacing: float) -> Tree:
+    """Return `tree` smoothed over three points at equal steps of about a voxel, inscribed radii measured anew."""
+    return with_inscribed_radii([_smoothed(line, spacing) for line in tree.lines], tree.parent, surface)
+
+
+def _smoothed(line: Line, spacing: float) -> np.ndarray:
+    """Return the points of `line` at equal steps of about a voxel, without stairs; its ends stay."""
+    at = np.linspace(0, line.length, max(round(line.length / spacing), 3) + 1)
+    points = np.stack([np.interp(at, line.run, line.points[:, k]) for k in range(3)], axis=1)
+    straight = np.linspace(points[0], points[-1], len(points))
+    middle = straight + gaussian_filter1d(points - straight, min(3.0, len(points) / 6), axis=0, mode="mirror")
+    middle[[0, -1]] = points[[0, -1]]
+    return middle

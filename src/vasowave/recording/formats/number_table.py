@@ -14,6 +14,7 @@ from vasowave.io.columns import (
     Columns,
     head_of,
     is_row,
+    plain_title,
     read_columns,
     read_headings,
     split_cells,
@@ -34,7 +35,9 @@ class NumberTable(NamedTuple):
     """A table as it stands in a file, before anyone says how many samples a second has."""
 
     path: Path
+    titles: tuple[str, ...]
     names: tuple[str, ...]
+    """Titles in lower case, other words for what is known by that."""
     units: tuple[str, ...]
     columns: tuple[np.ndarray, ...]
     quantum: float
@@ -47,9 +50,10 @@ class NumberTable(NamedTuple):
         """Return the columns as channels."""
         rate, place = self._rate(sampling_rate)
         channels = tuple(
-            Channel(name, unit, values if place is None else with_gaps(values, place), rate,
-                    f"{self.path}, channel '{name}'")
-            for name, unit, values in zip(self.names, self.units, self.columns, strict=True) if name != "time"
+            Channel(title, unit, values if place is None else with_gaps(values, place), rate,
+                    f"{self.path}, channel '{title}'")
+            for title, name, unit, values in zip(self.titles, self.names, self.units, self.columns, strict=True)
+            if name != "time"
         )  # fmt: skip
         return Block(channels, (), self.suspicions)
 
@@ -140,6 +144,7 @@ class _Table:
     def __init__(self, path: Path, line: int, header: Sequence[str], separator: str | None) -> None:
         self.names, self.units = read_headings(path, header, ALIASES | {"ekg": "ecg"})
         self.names = with_time(self.names, self.units)
+        self.titles = tuple(map(plain_title, header))
         if self.names.count("time") > 1:
             raise InputError(f"{path}: two columns are called 'time'; keep one of them")
         self.path, self.header_line, self.separator = path, line, separator
@@ -187,7 +192,7 @@ class _Table:
         for values in columns:
             values.setflags(write=False)
         return NumberTable(
-            self.path, self.names, self.units, columns, self.quantum, self.rows.line, self.suspicions
+            self.path, self.titles, self.names, self.units, columns, self.quantum, self.rows.line, self.suspicions
         )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from vasowave.findings import texts
 from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Heading, Paragraph, Remarks, Section
 from vasowave.report.sections.fits import fit_sentences
 from vasowave.report.tables import animal as tables
-from vasowave.report.tables.laws import laws_by_posterior
+from vasowave.report.tables.models import laws_by_posterior
 
 
 def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:

@@ -1,18 +1,25 @@
 """What the calibrated models say: waveforms, walls, parameters, starts, waves, impedance, residuals, selection."""
 
 from collections.abc import Mapping
+from typing import Any
 
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.discrepancy import all_discrepancies
 from vasowave.cohort.table import column
 from vasowave.figures import modeled as figures
 from vasowave.figures.compared import boxes_figure
-from vasowave.figures.style import group_looks
-from vasowave.report.blocks import Block, Drawing, Fold, Section, Table
-from vasowave.report.sections.discrepancy import discrepancy_blocks
-from vasowave.report.sections.space import space_block
+from vasowave.figures.discrepancy import discrepancy_figure
+from vasowave.figures.space import axes_in_space
+from vasowave.figures.style import color_stops, group_looks
+from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Section, Space, Table
 from vasowave.report.tables import models as tables
 from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
-from vasowave.report.wording import column_label
+from vasowave.report.wording import column_label, number
 
 _BEDS = ("R_T", "C_T", "C_p_over_C_T", "tau", "a")
 _SOURCES = "Sources differ by their hatch and stand below their boxes."
@@ -108,3 +115,102 @@ def _harmonics(cohort: Cohort) -> int:
 
 def _whose(cohort: Cohort) -> str:
     return "" if cohort.single else " of the shown animals"
+
+
+def discrepancy_blocks(cohort: Cohort) -> list[Block]:
+    """Return sentences, figure and table; nothing where there are too few animals to see what they share."""
+    found = all_discrepancies(cohort)
+    if not found:
+        return []
+    caption = (
+        "What each law leaves of the pressure by harmonic: every animal (thin), the root mean square of all (black), "
+        "what all have in common (dotted), and the error of the averaged beats (dashed). Dots: phases agree more than "
+        "chance would have it."
+    )
+    data = pd.concat([table.assign(wall=wall) for wall, table in found.items()], ignore_index=True)
+    table = Table.of("Discrepancy", "What the laws leave in every harmonic, and what of it all animals share", data)
+    return [
+        Bullets([left_alike(wall, table, len(cohort.calibrated(wall))) for wall, table in found.items()]),
+        Drawing("Discrepancy", caption, discrepancy_figure(cohort, found)),
+        Fold(table.caption, [table]),
+    ]
+
+
+def left_alike(wall: str, found: pd.DataFrame, animals: int) -> str:
+    """Return what one law leaves of the pressure of so many animals, and whether in all of them alike."""
+    left, error = (np.sqrt((found[name] ** 2).sum() / 2) for name in ("residual [mmHg]", "error [mmHg]"))
+    alike = [
+        f"{row['harmonic']} ({number(row['common [mmHg]'], 1)} mmHg)"
+        for row in found[found["alike"]].to_dict("records")
+    ]
+    beats = f", the error of the averaged beats is {number(error, 2)}" if error > 0 else ""
+    return (
+        f"{wall.capitalize()} wall: {number(left, 2)} mmHg r.m.s. of the pressure are left{beats}; "
+        f"{_shared(alike, animals)}."
+    )
+
+
+def _shared(alike: list[str], animals: int) -> str:
+    if not alike:
+        return "none of its harmonics is alike in all animals: what is left differs from animal to animal"
+    which = f"harmonic {alike[0]} of it is" if len(alike) == 1 else f"harmonics {', '.join(alike)} of it are"
+    return (
+        f"{which} alike in all {animals} animals: there the model or the way of measuring errs, not chance, and more "
+        "animals do not average it out"
+    )
+
+
+_SAMPLES, _FEWER, _MANY = 64, 32, 100  # of each waveform; of each where there are many vessels
+_CALLED = {"radius": "radius at mean pressure", "distance": "distance of its end from the inlet", "Z_c": "Z_c"}
+
+
+def space_block(cohort: Cohort, law: str) -> list[Space]:
+    """Return the networks of the shown animals with what one wall law says of every vessel; nothing without the law."""
+    shown = {group: result for group, result in cohort.shown.items() if law in result.laws}
+    if not shown:
+        return []
+    networks = [{"label": cohort.name(group), **_network(result, law)} for group, result in shown.items()]
+    caption = (
+        f"The network in space, with the {law} wall. Drag to turn it, wheel or + and − to zoom, click a vessel for its "
+        "waveforms at its middle (grey: the root's). Lengths and radii are measured; directions are drawn, since a "
+        "table of vessels does not hold them."
+    )
+    return [Space("Space", caption, {"stops": color_stops(9), "networks": networks})]
+
+
+def _network(result: AnimalResult, law: str) -> dict[str, Any]:
+    whole, simulation = result.network, result.laws[law].simulation
+    names = list(whole.name)
+    middle = simulation[["pressure", "flow"]].sel(station="middle", vessel=names)
+    step = max(1, middle.sizes["time"] // (_FEWER if len(names) > _MANY else _SAMPLES))
+    thinned = middle.isel(time=slice(None, None, step))
+    quantities = _quantities(result.laws[law].vessels.sel(vessel=names), middle)
+    return {
+        "period": result.period,
+        "names": names,
+        "axes": _rounded(axes_in_space(whole)),
+        "radius": _rounded(whole.radius),
+        "quantities": [{"label": label, "values": _rounded(values)} for label, values in quantities.items()],
+        "pressure": _rounded(thinned["pressure"].transpose("vessel", "time").values),
+        "flow": _rounded(thinned["flow"].transpose("vessel", "time").values),
+    }
+
+
+def _quantities(vessels: xr.Dataset, middle: xr.Dataset) -> dict[str, np.ndarray]:
+    """Return every number of each vessel by its name and unit: of the waveforms first, then what is stored."""
+    pressure, flow = middle["pressure"], middle["flow"]
+    known = {
+        "mean pressure [mmHg]": pressure.mean("time").values,
+        "pulse pressure [mmHg]": (pressure.max("time") - pressure.min("time")).values,
+        "mean flow [ml/s]": flow.mean("time").values,
+    }
+    for name, value in vessels.data_vars.items():
+        if value.dims == ("vessel",) and value.dtype.kind in "fi" and name != "mean_pressure":
+            called = _CALLED.get(str(name), str(name).replace("_", " "))
+            known[f"{called} [{value.attrs['units']}]"] = value.values.astype(float)
+    return known
+
+
+def _rounded(values: np.ndarray) -> Any:
+    """Return numbers of four digits as lists; None where there is no number."""
+    return np.vectorize(lambda one: float(f"{one:.4g}") if np.isfinite(one) else None, otypes=[object])(values).tolist()
