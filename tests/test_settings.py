@@ -48,8 +48,15 @@ def said(value):
     return "" if value is None else written(value)
 
 
+def with_sections(*kinds):
+    """Yield classes of settings and those of the sections in them."""
+    for kind in kinds:
+        yield kind
+        yield from with_sections(*(one.section for one in settings_of(kind).values() if one.section))
+
+
 @pytest.mark.parametrize(
-    "kind", [StudyFile, vw.Settings, vw.Search, vw.Averaging, vw.Numerics, vw.Priors, vw.Blood, Options]
+    "kind", dict.fromkeys(with_sections(StudyFile, vw.Settings, vw.Search, vw.Averaging, vw.Priors, Options))
 )
 def test_every_setting_says_what_it_means_and_its_values_cannot_be_changed(kind):
     values = kind()

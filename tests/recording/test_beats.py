@@ -179,11 +179,11 @@ def test_beats_of_inspiration_are_rejected_and_those_of_expiration_averaged():
     assert without.recording.mean_pressure > average.recording.mean_pressure + 0.3
 
 
-def test_beats_that_differ_by_less_than_half_a_percent_of_the_pulse_show_no_breath():
+def test_beats_that_differ_by_less_than_a_thousandth_of_the_pulse_show_no_breath():
     rng = np.random.default_rng(2)
     wave = 10.0 + 15.0 * np.sin(np.pi * np.linspace(0.0, 1.0, 64)) ** 2
-    levels = 1e-3 * rng.standard_normal(60)
-    levels[[20, 40]] += (0.05, 0.15)  # 0.3 and 1 % of the pulse, both far beyond the scatter of the others
+    levels = 3e-4 * rng.standard_normal(60)
+    levels[[20, 40]] += (0.01, 0.05)  # 0.07 and 0.3 % of the pulse, both far beyond the scatter of the others
     reasons = [None] * 60
     mark_inspiration(reasons, wave + levels[:, None], np.tile(wave, (60, 1)))
     assert [beat for beat, reason in enumerate(reasons) if reason] == [40]

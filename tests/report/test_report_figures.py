@@ -105,3 +105,4 @@ def test_of_more_than_two_daughters_of_the_root_the_two_with_most_flow_are_shown
     parent, radius = np.array([-1, 0, 0, 0, 1, 1, 2, 2]), np.array([0.05, 0.03, 0.02, 0.01, 0.02, 0.01, 0.015, 0.01])
     network = Network(tuple("abcdefgh"), parent, np.full(8, 0.3), radius)
     assert vessels.main_vessels(network, 5) == ["a", "b", "c", "e", "g"]
+    assert vessels.main_vessels(network, 7) == list("abcdefgh")  # none is left out alone

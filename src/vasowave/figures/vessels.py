@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def main_vessels(network: Network, count: int = 6) -> list[str]:
-    """Return the names of up to `count` vessels that show the network, from the root outwards.
+    """Return the names of up to `count` vessels that show the network, from the root outwards, or all if one is left.
 
     The root, its two largest daughters, the terminal at the end of each one's main path, then what carries most flow.
     """
@@ -21,7 +21,8 @@ def main_vessels(network: Network, count: int = 6) -> list[str]:
     daughters = sorted(network.daughters[network.root], key=lambda row: -flow[row])[:2]
     ends = [_main_path(network, row)[-1] for row in daughters]
     rest = np.argsort(-flow, kind="stable").tolist()
-    chosen = list(dict.fromkeys([network.root, *daughters, *ends, *rest]))[:count]
+    chosen = list(dict.fromkeys([network.root, *daughters, *ends, *rest]))
+    chosen = chosen[: count if len(chosen) > count + 1 else count + 1]
     depth = {row: level for level, rows in enumerate(network.generations) for row in rows.tolist()}
     return [network.name[row] for row in sorted(chosen, key=lambda row: (depth[row], row))]
 
@@ -50,6 +51,6 @@ def plot_vessel(
     label = quantity
     for wall, line in wall_lines(result.laws, color).items():
         values = result.laws[wall].simulated(quantity, vessel, station)
-        label = quantity_label(values.attrs, quantity)
+        label = quantity_label({"units": values.attrs.get("units", "")}, quantity)
         ax.plot(closed_time(values["time"].values, result.period), closed(values.values), **line)
     return label_axes(ax, "time [s]", label)

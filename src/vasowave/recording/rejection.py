@@ -13,7 +13,7 @@ _BREATHS = 31
 _OFF = 2.5
 """A beat further off the end-expiratory level than this many SD is one of inspiration."""
 
-_NO_BREATH = 0.005
+_NO_BREATH = 0.001
 """Levels that differ by less than this share of the signal's pulse show no breath, however quiet the others are."""
 
 
