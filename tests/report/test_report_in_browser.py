@@ -32,18 +32,21 @@ def test_the_forest_plot_scrolls_at_no_width_and_is_shown_once(cohort_answer, tm
     assert {one["shown"] for one in found} == {3}
 
 
-def test_the_page_of_an_animal_fits_into_every_width(tmp_path):
+@pytest.fixture(scope="module")
+def of_one(tmp_path_factory):
+    """The page of one animal; its supplement stands beside it."""
     browser()
-    path = write_report(made_results({"sham": 1}, raw=1), tmp_path / "animal", pdf=False)
-    assert_fits(path.read_text(encoding="utf-8"), tmp_path, at_least=3)
-    assert_fits(path.with_name("supplement.html").read_text(encoding="utf-8"), tmp_path, at_least=10)
+    return write_report(made_results({"sham": 1}, raw=1), tmp_path_factory.mktemp("one") / "animal", pdf=False)
+
+
+def test_the_page_of_an_animal_fits_into_every_width(of_one, tmp_path):
+    assert_fits(of_one.read_text(encoding="utf-8"), tmp_path, at_least=3)
+    assert_fits(of_one.with_name("supplement.html").read_text(encoding="utf-8"), tmp_path, at_least=10)
 
 
 @pytest.mark.parametrize("scale", [-1e-3, 1e-5, 1.0])
-def test_numbers_beside_the_waveforms_in_space_are_whole(scale, tmp_path):
-    browser()
-    path = write_report(made_results({"sham": 1}), tmp_path / "animal", pdf=False)
-    text = path.with_name("supplement.html").read_text(encoding="utf-8")
+def test_numbers_beside_the_waveforms_in_space_are_whole(scale, of_one, tmp_path):
+    text = of_one.with_name("supplement.html").read_text(encoding="utf-8")
     before, begin, rest = text.partition('class="space"')
     head, script, data = rest.partition('<script type="application/json">')
     data, end, after = data.partition("</script>")
