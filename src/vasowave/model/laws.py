@@ -16,8 +16,9 @@ from vasowave.descriptions import BedLaw, Parameter, Quantity
 from vasowave.errors import InputError, VasowaveError, did_you_mean
 from vasowave.model.law_description import check_description, check_parameter
 from vasowave.model.law_files import file_behind, in_words, module_of, named, plain
-from vasowave.model.outlets import BUILT_IN as OUR_BEDS
+from vasowave.model.outlets import BUILT_IN as CIRCUITS
 from vasowave.model.outlets import Bed
+from vasowave.model.structured_tree import BloodTree, StructuredTree
 from vasowave.model.walls import BUILT_IN
 
 ENTRY_POINTS = "vasowave.walls"
@@ -26,8 +27,10 @@ ENTRY_POINTS = "vasowave.walls"
 LAWS: dict[str, Any] = {law.law().name: law for law in BUILT_IN}
 """The laws of `walls` by name."""
 
+OUR_BEDS: tuple[Any, ...] = (*CIRCUITS, StructuredTree, BloodTree)
+
 BEDS: dict[str, Any] = {bed.bed().name: bed for bed in OUR_BEDS}
-"""The beds of `outlets` by name."""
+"""Our beds by name."""
 
 _NEEDED = ("law", "pressure_at", "ratio_at", "slope_at", "limits")
 _PRESSURES = np.array([0.05, 0.3, 1.0, 2.0])  # at which a foreign law is tried, in units of 20 mmHg

@@ -8,18 +8,21 @@ import numpy as np
 from vasowave.errors import InputError
 
 
-def one_per_vessel(values: Any, names: Sequence[str], what: str) -> Any:
+def one_per_vessel(values: Any, names: Sequence[str], what: str, may_vanish: Sequence[str] = ()) -> Any:
     """Return a named tuple of parameters with every field as a read-only array over the vessels `names`.
+
+    Those that `may_vanish` may be 0.
 
     Raises
     ------
     InputError
         A parameter of another shape, or one that is not positive and finite; the vessel is named.
     """
-    return type(values)(*(_row(name, value, names, what) for name, value in zip(values._fields, values, strict=True)))
+    given = zip(values._fields, values, strict=True)
+    return type(values)(*(_row(name, value, names, what, name in may_vanish) for name, value in given))
 
 
-def _row(name: str, value: Any, names: Sequence[str], what: str) -> np.ndarray:
+def _row(name: str, value: Any, names: Sequence[str], what: str, zero: bool) -> np.ndarray:
     try:
         given = np.asarray(value, dtype=float)
         array = np.full(len(names), given) if given.ndim == 0 else np.array(np.broadcast_to(given, (len(names),)))
@@ -27,7 +30,7 @@ def _row(name: str, value: Any, names: Sequence[str], what: str) -> np.ndarray:
         raise InputError(
             f"{what} parameter {name} has shape {np.shape(value)}; give one number or {len(names)} values"
         ) from None
-    bad = np.flatnonzero(~(np.isfinite(array) & (array > 0)))
+    bad = np.flatnonzero(~(np.isfinite(array) & ((array > 0) | (zero & (array == 0)))))
     if len(bad):
         raise InputError(
             f"vessel '{names[bad[0]]}': {what} parameter {name} = {array[bad[0]]:g}; it must be positive and finite"
