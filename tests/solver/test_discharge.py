@@ -80,4 +80,3 @@ def test_samples_between_two_steps_are_those_of_a_grid_of_times_that_holds_them(
     on_steps = run_to_periodic(control, inflow, Numerics(samples=256, steps_per_cycle=run.steps, tolerance=1e-8))
     np.testing.assert_allclose(run.stations[:, ::2], on_steps.stations, rtol=0, atol=1e-6 * np.max(run.stations))
     assert run.pressure.shape[0] == 512
-

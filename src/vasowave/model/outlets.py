@@ -133,8 +133,8 @@ class Bed:
 
     _fields: ClassVar[tuple[str, ...]] = ()
 
-    MAY_VANISH: ClassVar[tuple[str, ...]] = ()
-    """Fields that may be 0."""
+    MAY_BE: ClassVar[Mapping[str, float]] = {}
+    """Fields that need not be positive, and the least that they may be."""
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         """Make the fields of a bed the arguments by which it is made."""
@@ -154,12 +154,19 @@ class Bed:
 
     @classmethod
     def of(cls, network: Network, site: Site) -> Self:
-        """Return nominal beds of all terminals of a network: by `nominal`, which share the resistance as eq. 11 does."""
+        """Return nominal beds of all terminals of a network: by `nominal`, the resistance shared as by eq. 11."""
         return cls.nominal(site.resistance / network.flow_fraction[network.terminals], site.time_constant)
 
-    def circuit(self) -> Circuit:
-        """Return what the bed is to the flow."""
+    def circuit(self) -> Circuit | None:
+        """Return what the bed is to the flow; None if it is more than a capacitor and two resistances."""
         raise NotImplementedError
+
+    @property
+    def _circuit(self) -> Circuit:
+        """The circuit of a bed that is one; what is more overrides all that asks for it."""
+        circuit = self.circuit()
+        assert circuit is not None
+        return circuit
 
     def __iter__(self) -> Iterator[Any]:
         """Go through the values of the fields."""
@@ -182,12 +189,12 @@ class Bed:
 
     def checked(self, names: Sequence[str]) -> Self:
         """Return one positive value of each parameter for every terminal, or raise `InputError` naming the vessel."""
-        checked: Self = one_per_vessel(self, names, "outlet", self.MAY_VANISH)
+        checked: Self = one_per_vessel(self, names, "outlet", self.MAY_BE)
         return checked
 
     def impedance(self, omega: Values) -> np.ndarray:
         """Impedance, mmHg s/ml, at the angular frequencies ω (rad/s); shape (*omega.shape, terminal)."""
-        return self.circuit().impedance(np.asarray(omega, dtype=float)[..., np.newaxis])
+        return self._circuit.impedance(np.asarray(omega, dtype=float)[..., np.newaxis])
 
     def impedance_at(self, count: int, period: float) -> np.ndarray:
         """Impedance at the harmonics 0 … count-1 of the period (s), mmHg s/ml, shape (count, terminal)."""
@@ -195,30 +202,30 @@ class Bed:
 
     def rational(self, period: float, near: Self | None = None) -> Rational:
         """Return the circuit, whatever the period: exact."""
-        return self.circuit().rational()
+        return self._circuit.rational()
 
     def fast_resistance(self) -> np.ndarray:
         """Resistance that a sudden change of flow meets, mmHg s/ml, shape (terminal,)."""
-        return np.asarray(self.circuit().proximal, dtype=float)
+        return np.asarray(self._circuit.proximal, dtype=float)
 
     def time_constants(self) -> np.ndarray:
         """Times over which the capacitors discharge, s, shape (terminal,); 0 where there are none."""
-        _, distal, compliance = self.circuit()
+        _, distal, compliance = self._circuit
         return distal * compliance
 
     def total_resistance(self) -> float:
         """Resistance R_T of all beds in parallel, mmHg s/ml: 1/R_T = Σ 1/(R1 + R2)."""
-        proximal, distal, _ = self.circuit()
+        proximal, distal, _ = self._circuit
         return float(1.0 / np.sum(1.0 / (proximal + distal)))
 
     def resistance_ratio(self) -> float:
         """Ratio a = R1/(R1 + R2), the mean over the beds."""
-        proximal, distal, _ = self.circuit()
+        proximal, distal, _ = self._circuit
         return float(np.mean(proximal / (proximal + distal)))
 
     def weighted_compliance(self) -> np.ndarray:
         """Compliance Ĉ_p = (R2/R_T) C of each bed, ml/mmHg (below eq. 30), shape (terminal,); 0 without capacitor."""
-        proximal, distal, compliance = self.circuit()
+        proximal, distal, compliance = self._circuit
         return distal / (proximal + distal) * compliance
 
     def knobs(self) -> dict[str, str]:
@@ -381,7 +388,76 @@ class Resistance(Bed):
         return Circuit(R, 0 * R, 0 * R)
 
 
-BUILT_IN: tuple[Any, ...] = (Windkessel, CompliantBed, Resistance)
+class ReflectionCoefficient(Bed):
+    """Beds that send a share of every wave back: Z = Z_c (1 + R_t)/(1 - R_t), whatever the frequency.
+
+    Attributes
+    ----------
+    Z_c : array, shape (terminal,)
+        Characteristic impedance of the vessel to which the coefficient belongs, mmHg s/ml.
+    R_t : array, shape (terminal,)
+        Reflection coefficient of pressure, between -1 (open) and 1 (closed); 0 sends nothing back.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.ReflectionCoefficient(Z_c=[20.0], R_t=[0.5]).total_resistance()  # mmHg s/ml
+    60.0
+    """
+
+    Z_c: Values
+    R_t: Values
+
+    MAY_BE: ClassVar[Mapping[str, float]] = {"R_t": -1.0}
+
+    @staticmethod
+    def bed() -> BedLaw:
+        """Return what is said of the bed; a factor of Z_c is one of the resistance."""
+        quantities = {
+            "Z_c": Quantity(RESISTANCE, "Z_c", "characteristic impedance before the reflection"),
+            "R_t": Quantity("1", "R_t", "reflection coefficient of the vascular bed"),
+        }
+        factors = {"r": _share("r", KNOWN, 0.05, 10.0)._replace(meaning="factor of the nominal resistance of all beds")}
+        return BedLaw("reflection", "reflection coefficients", "Z = Z_c (1 + R_t)/(1 - R_t)", "", quantities, factors)
+
+    @classmethod
+    def nominal(cls, resistance: np.ndarray, time_constant: float) -> "ReflectionCoefficient":
+        """Return the coefficients that make these resistances of a share `RESISTANCE_RATIO` of them before the bed."""
+        return cls(RESISTANCE_RATIO * resistance, (1 - RESISTANCE_RATIO) / (1 + RESISTANCE_RATIO) + 0 * resistance)
+
+    @classmethod
+    def of(cls, network: Network, site: Site) -> "ReflectionCoefficient":
+        """Return the coefficients with which the terminal vessels, as stiff as the root, have the resistance."""
+        Z_c = np.sqrt(0.5 * site.blood.inertia * site.stiffness) / network.area[network.terminals]
+        resistance = site.resistance / network.flow_fraction[network.terminals]
+        return cls(Z_c, (resistance - Z_c) / (resistance + Z_c))
+
+    def scaled(self, *factors: float) -> "ReflectionCoefficient":
+        """Return the beds with resistances multiplied by the factor, before the same vessels."""
+        Z_c, resistance = np.asarray(self.Z_c), factors[0] * self.circuit().proximal
+        return type(self)(Z_c, (resistance - Z_c) / (resistance + Z_c))
+
+    def checked(self, names: Sequence[str]) -> "ReflectionCoefficient":
+        """Return one value of each parameter for every terminal, or raise `InputError` naming the vessel."""
+        one = super().checked(names)
+        bad = np.flatnonzero(np.abs(np.asarray(one.R_t)) >= 1)
+        if len(bad):
+            raise InputError(
+                f"vessel '{names[bad[0]]}': R_t = {np.asarray(one.R_t)[bad[0]]:g}; it lies between -1 and 1"
+            )
+        return one
+
+    def circuit(self) -> Circuit:
+        """Return the resistance that reflects as much."""
+        R = np.asarray(self.Z_c) * (1 + np.asarray(self.R_t)) / (1 - np.asarray(self.R_t))
+        return Circuit(R, 0 * R, 0 * R)
+
+    def with_totals(self, fractions: np.ndarray, values: Mapping[str, float]) -> "ReflectionCoefficient":
+        """Return beds of another total resistance ``R_T``."""
+        return self.scaled(values.get("R_T", now := self.total_resistance()) / now)
+
+
+BUILT_IN: tuple[Any, ...] = (Windkessel, CompliantBed, Resistance, ReflectionCoefficient)
 """The beds of this file."""
 
 

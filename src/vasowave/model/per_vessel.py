@@ -1,6 +1,6 @@
 """Parameters as one number for all vessels or one for each, kept as one for each and checked once."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,10 +8,10 @@ import numpy as np
 from vasowave.errors import InputError
 
 
-def one_per_vessel(values: Any, names: Sequence[str], what: str, may_vanish: Sequence[str] = ()) -> Any:
+def one_per_vessel(values: Any, names: Sequence[str], what: str, least: Mapping[str, float] | None = None) -> Any:
     """Return a named tuple of parameters with every field as a read-only array over the vessels `names`.
 
-    Those that `may_vanish` may be 0.
+    All must be positive but those of which `least` says how low they may be.
 
     Raises
     ------
@@ -19,10 +19,10 @@ def one_per_vessel(values: Any, names: Sequence[str], what: str, may_vanish: Seq
         A parameter of another shape, or one that is not positive and finite; the vessel is named.
     """
     given = zip(values._fields, values, strict=True)
-    return type(values)(*(_row(name, value, names, what, name in may_vanish) for name, value in given))
+    return type(values)(*(_row(name, value, names, what, (least or {}).get(name)) for name, value in given))
 
 
-def _row(name: str, value: Any, names: Sequence[str], what: str, zero: bool) -> np.ndarray:
+def _row(name: str, value: Any, names: Sequence[str], what: str, least: float | None) -> np.ndarray:
     try:
         given = np.asarray(value, dtype=float)
         array = np.full(len(names), given) if given.ndim == 0 else np.array(np.broadcast_to(given, (len(names),)))
@@ -30,10 +30,11 @@ def _row(name: str, value: Any, names: Sequence[str], what: str, zero: bool) -> 
         raise InputError(
             f"{what} parameter {name} has shape {np.shape(value)}; give one number or {len(names)} values"
         ) from None
-    bad = np.flatnonzero(~(np.isfinite(array) & ((array > 0) | (zero & (array == 0)))))
+    bad = np.flatnonzero(~(np.isfinite(array) & (array > 0 if least is None else array >= least)))
     if len(bad):
         raise InputError(
-            f"vessel '{names[bad[0]]}': {what} parameter {name} = {array[bad[0]]:g}; it must be positive and finite"
+            f"vessel '{names[bad[0]]}': {what} parameter {name} = {array[bad[0]]:g}; it must be "
+            + ("positive and finite" if least is None else f"a number of {least:g} or more")
         )
     array.setflags(write=False)
     return array

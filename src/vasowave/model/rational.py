@@ -112,9 +112,7 @@ def fitted(omega: np.ndarray, Z: np.ndarray, order: int | None = None) -> Ration
     _, poles, coefficients = best
     residues = _residues(poles, _passive(s, z, poles, coefficients))
     direct = 1.0 + np.sum((residues / poles).real)
-    return Rational(
-        np.array([max(direct, 0.0) * scale]), poles[np.newaxis] * unit, residues[np.newaxis] * unit * scale
-    )
+    return Rational(np.array([max(direct, 0.0) * scale]), poles[np.newaxis] * unit, residues[np.newaxis] * unit * scale)
 
 
 def nearby(omega: np.ndarray, change: np.ndarray, near: Rational) -> Rational:
@@ -194,7 +192,7 @@ def _solved(matrix: np.ndarray, right: np.ndarray, singular: float = 1e-13) -> n
 
 
 def _moved(s: np.ndarray, z: np.ndarray, poles: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return the least error that relaxed vector fitting comes to as it moves the poles, with poles and coefficients."""
+    """Return the least error that moving the poles by relaxed vector fitting comes to, with poles and coefficients."""
     weight, one = _weights(s, z)[:, np.newaxis], np.ones((len(s), 1))
     best: tuple[float, np.ndarray, np.ndarray] = np.inf, poles, _ZERO
     stalled = 0
@@ -202,13 +200,13 @@ def _moved(s: np.ndarray, z: np.ndarray, poles: np.ndarray) -> tuple[float, np.n
         columns = _columns(s, poles)
         basis = np.concatenate([columns, one], axis=1)
         n = basis.shape[1]
-        r = np.linalg.qr(_split(weight * np.concatenate([basis, -z[:, np.newaxis] * basis], axis=1)), mode="r")
+        both = weight * np.concatenate([basis, -z[:, np.newaxis] * basis], axis=1)
+        r = np.asarray(np.linalg.qr(_split(both), mode="r"))
         relaxed = np.concatenate([r[n:, n:], [basis.real.mean(axis=0)]])
         right = np.zeros(len(relaxed))
         right[-1] = 1.0
         zeros = _solved(relaxed, right)
-        new = _zeros(poles, zeros[:-1] / (zeros[-1] if abs(zeros[-1]) > _FLAT else _FLAT))
-        poles = new
+        poles = _zeros(poles, zeros[:-1] / (zeros[-1] if abs(zeros[-1]) > _FLAT else _FLAT))
         matrix, wanted = _problem(s, z, poles)
         coefficients = _solved(matrix, wanted)
         left = float(np.sqrt(np.sum((matrix @ coefficients - wanted) ** 2) / len(z)))

@@ -3,7 +3,7 @@
 Every vessel of radius r has a length λ r and two daughters of radii α r and β r, down to the first that are not wider
 than the smallest radius; α^ξ + β^ξ = 1, and (β/α)² is the asymmetry. Waves in each are those of Womersley's theory. The
 impedance at the root is found from the ends up, once for each radius α^i β^j r0, not for each vessel (Olufsen 1999,
-Am. J. Physiol. 276; Olufsen et al. 2012, J. Fluid Mech. 705; Chambers et al. 2020, Math. Med. Biol. 37; Colebank et al. 2021, Int. J. Numer. Methods Biomed. Eng. 37).
+Am. J. Physiol. 276; Olufsen et al. 2012, J. Fluid Mech. 705; Chambers et al. 2020, Math. Med. Biol. 37).
 """
 
 from collections.abc import Mapping, Sequence
@@ -69,8 +69,8 @@ class StructuredTree(Bed):
     root_radius: Values
     length_ratio: Values
     stiffness: Values
-    exponent: Values = 2.46
-    asymmetry: Values = 0.6
+    exponent: Values = 2.98
+    asymmetry: Values = 0.597
     smallest: Values = 0.005
     dilation: Values = 1.0
     stiffening: Values = 0.0
@@ -82,7 +82,7 @@ class StructuredTree(Bed):
     NOMINAL: ClassVar[Mapping[str, float]] = {}
     """Values with which fits begin, in place of those above; a class derived from this one may have its own."""
 
-    MAY_VANISH: ClassVar[tuple[str, ...]] = ("stiffening", "hematocrit", "viscosity")
+    MAY_BE: ClassVar[Mapping[str, float]] = {"stiffening": 0.0, "hematocrit": 0.0, "viscosity": 0.0}
 
     @staticmethod
     def bed() -> BedLaw:
@@ -112,8 +112,8 @@ class StructuredTree(Bed):
             "tree_hematocrit": ("hematocrit", 0.4, 1.6, 0.1),
         }
         factors = {
-            name: Parameter("1", name.replace("tree_", "f_"), f"factor of the nominal {field.replace('_', ' ')} of all trees",
-                            "", 1.0, (low, high), None, spread, field not in ("length_ratio", "stiffness"))
+            name: Parameter("1", f"f_{quantities[field].symbol}", f"factor of the nominal {field} of all trees", "", 1.0,
+                            (low, high), None, spread, field not in ("length_ratio", "stiffness"))
             for name, (field, low, high, spread) in said.items()
         }  # fmt: skip
         return BedLaw("tree", "structured trees", "Z(ω) by recursion over the radii α^i β^j r_0", "", quantities,
@@ -147,6 +147,10 @@ class StructuredTree(Bed):
         one = cls(radii, 1.0, site.stiffness, **usual).checked(names)
         return one._replace(length_ratio=one.length_ratio * site.resistance / one.total_resistance())
 
+    def circuit(self) -> None:
+        """Return nothing: a tree is no circuit."""
+        return
+
     def checked(self, names: Sequence[str]) -> "StructuredTree":
         """Return one value of each parameter for every terminal, or raise `InputError` naming the vessel."""
         one = super().checked(names)
@@ -156,13 +160,15 @@ class StructuredTree(Bed):
                 for value in (one.exponent, one.asymmetry, one.smallest, one.hematocrit, one.root_radius, one.dilation)
             )
             if asymmetry > 1:
-                raise InputError(f"vessel '{name}': asymmetry = {asymmetry:g}; it is (r2/r1)² of the narrower, at most 1")
+                raise InputError(
+                    f"vessel '{name}': asymmetry = {asymmetry:g}; it is (r2/r1)² of the narrower, at most 1"
+                )
             if hematocrit >= 1:
                 raise InputError(f"vessel '{name}': hematocrit = {hematocrit:g}; give a share, below 1")
             if hematocrit and dilation * smallest * asymmetry < _THINNEST:
                 raise InputError(
-                    f"vessel '{name}': its tree reaches radii below {_THINNEST:g} cm, where viscosity by hematocrit has "
-                    "no meaning; raise smallest, or take hematocrit 0"
+                    f"vessel '{name}': its tree reaches radii below {_THINNEST:g} cm, where viscosity by hematocrit "
+                    "has no meaning; raise smallest, or take hematocrit 0"
                 )
             alpha, _ = _ratios(exponent, asymmetry)
             depth = max(0.0, np.log(smallest / radius) / np.log(alpha))
@@ -310,7 +316,7 @@ def _ratios(exponent: float, asymmetry: float) -> tuple[float, float]:
 
 def _smallest(radii: np.ndarray) -> float:
     """Return where fits let trees end, cm: at 50 µm, or where the narrowest of them has branched a few times."""
-    return float(min(StructuredTree.smallest, 0.4 * radii.min()))  # type: ignore[type-var]
+    return float(min(StructuredTree.smallest, 0.4 * radii.min()))
 
 
 def _branching(depth: float, alpha: float, beta: float) -> tuple[np.ndarray, list[tuple[int, int] | None]]:
@@ -358,7 +364,9 @@ _LOGS = np.linspace(np.log(1e-3), np.log(1e4), 1200)
 @lru_cache(maxsize=1)
 def _table() -> CubicSpline:
     z = 1j**1.5 * np.exp(_LOGS)
-    exact = np.where(np.abs(z) < 0.05, 1j * np.abs(z) ** 2 / 8 + np.abs(z) ** 4 / 48, 1 - 2 * jve(1, z) / (z * jve(0, z)))
+    exact = np.where(
+        np.abs(z) < 0.05, 1j * np.abs(z) ** 2 / 8 + np.abs(z) ** 4 / 48, 1 - 2 * jve(1, z) / (z * jve(0, z))
+    )
     return CubicSpline(_LOGS, np.log(exact))
 
 
