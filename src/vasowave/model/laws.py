@@ -80,7 +80,7 @@ def find_law(wall: str | type) -> Any:
 
 
 def find_bed(bed: str | type) -> Any:
-    """Return the kind of beds of a name (``windkessel``, ``rc``, ``resistance``; ``our_beds:Class``), or the class.
+    """Return the kind of beds of a name (``windkessel``, ``tree``, …; ``our_beds:Class``), or the class.
 
     Raises
     ------
@@ -225,8 +225,8 @@ def _checked_bed(kind: Any) -> Any:
             said = kind.bed()
             _check_bed_description(kind, said)
             beds = kind.of(_FORK, _SITE)
-            total = beds.total_resistance()
             circuit = [np.asarray(one) for one in beds.circuit() or ()]
+            total = beds.total_resistance() if len(circuit) in (0, 3) else np.nan
     except VasowaveError:
         raise
     except Exception as error:

@@ -418,7 +418,8 @@ class ReflectionCoefficient(Bed):
             "R_t": Quantity("1", "R_t", "reflection coefficient of the vascular bed"),
         }
         factors = {"r": _share("r", KNOWN, 0.05, 10.0)._replace(meaning="factor of the nominal resistance of all beds")}
-        return BedLaw("reflection", "reflection coefficients", "Z = Z_c (1 + R_t)/(1 - R_t)", "", quantities, factors)
+        return BedLaw("reflection", "reflection coefficients", "Z = Z_c (1 + R_t)/(1 - R_t)", "", quantities, factors,
+                      None, ("R_t",))  # fmt: skip
 
     @classmethod
     def nominal(cls, resistance: np.ndarray, time_constant: float) -> "ReflectionCoefficient":

@@ -15,7 +15,7 @@ from scipy.optimize import nnls
 _ORDERS = 1, 2, 4, 7, 10, 13
 _ENOUGH = 1e-5  # root mean square error, as a share of the impedance, that ends the search for more poles
 _BETTER, _STALLED = 0.8, 2  # the poles are moved until this often in turn the error is no longer multiplied by less
-_SINGULAR = 1e-9  # singular values below this share of the largest move nothing when a bed changes a little
+_SINGULAR = 1e-4  # singular values below this share of the largest move nothing when a bed changes a little
 _FLAT = 1e-8  # least value at infinity of the function whose zeros are the new poles
 _FITTED = 48  # harmonics that are all fitted; above, one in every twelfth of a factor e
 _IMPORTANCE = 16.0  # harmonics above it count less, as they do in the flow

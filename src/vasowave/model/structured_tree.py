@@ -112,8 +112,8 @@ class StructuredTree(Bed):
             "tree_hematocrit": ("hematocrit", 0.4, 1.6, 0.1),
         }
         factors = {
-            name: Parameter("1", f"f_{quantities[field].symbol}", f"factor of the nominal {field} of all trees", "", 1.0,
-                            (low, high), None, spread, field not in ("length_ratio", "stiffness"))
+            name: Parameter("1", f"f_{quantities[field].symbol}", f"factor of the nominal {field} of all trees", "",
+                            1.0, (low, high), None, spread, field not in ("length_ratio", "stiffness"))
             for name, (field, low, high, spread) in said.items()
         }  # fmt: skip
         return BedLaw("tree", "structured trees", "Z(ω) by recursion over the radii α^i β^j r_0", "", quantities,

@@ -62,7 +62,7 @@ def common_discharge(grid: Grid, scale: Scale, state: State, beds: Rational, per
     kept = np.concatenate([[True], parts])
     after = expm(system[np.ix_(kept, kept)] * period)
     to_come = np.linalg.solve(np.eye(len(after)) - after, after)
-    return Discharge(volume / volume.sum(), pressure, modes, to_come)
+    return Discharge(volume / (volume @ pressure), pressure, modes, to_come)
 
 
 def _system(beds: Rational, slow: np.ndarray, C_v: float) -> np.ndarray:

@@ -95,7 +95,7 @@ def _periodic(stepper: Stepper, start: Start, numerics: Numerics) -> Run:
         cycle, scale.vector(began), numerics.tolerance, numerics.most_cycles, allowed, discharge.after, start.secants
     )
     if not convergence.converged:
-        raise not_periodic(start.grid.model.outlets, convergence.changes, numerics.tolerance, stepper.period)
+        raise not_periodic(stepper.beds, convergence.changes, numerics.tolerance, stepper.period)
     return _finished(stepper, scale.state(x), convergence, scale, numerics)
 
 
