@@ -137,7 +137,7 @@ FAULTS = [
     Fault(
         "sensitivity with beds that do not give way",
         NODE_VARIATIONS,
-        (("slopes.give[k] += 1.0 / (outlet", "slopes.give[k] += 0.0 / (outlet"),),
+        (("slopes.give[k] += 1.0 / outlet", "slopes.give[k] += 0.0 / outlet"),),
     ),
     Fault(
         "sensitivity without longer vessels at their ends",
@@ -147,7 +147,7 @@ FAULTS = [
     Fault(
         "sensitivity with outlets whose memory does not change",
         NODE_VARIATIONS,
-        ((" + outlets.decay[d, j] * before[j]", ""),),
+        ((" + outlets.decay[d, j, i] * before[j, i]", ""),),
     ),
     Fault(
         "sensitivity of a cycle that is not periodic",

@@ -207,8 +207,8 @@ def _reflections(ends: list[tuple[_Vessel, float, float, float]]) -> ReflectionC
     if not all(given):
         other = ends[given.index(False)][0]
         raise InputError(f"{other.place}: ends without Rt, where others have it; give all outlets the same kind")
-    ends[0][0].warn(REFLECTED())
     coefficients = np.array([one.number("Rt", least=-1.0) for one, *_ in ends])
+    ends[0][0].warn(REFLECTED())
     Z_c = np.array([_impedance(density, beta, radius) / (1e6 * PA) for _, density, beta, radius in ends])
     return ReflectionCoefficient(Z_c, coefficients)
 

@@ -21,6 +21,7 @@ _FITTED = 48  # harmonics that are all fitted; above, one in every twelfth of a 
 _IMPORTANCE = 16.0  # harmonics above it count less, as they do in the flow
 _DAMPED = 0.02  # a starting pole's rate over its angular frequency
 _PASSIVE = 1e-9  # share of the resistance by which the real part stays above zero
+_NEAR = 0.02  # a dip to this share of the resistance may be below zero between the places that are looked at
 _REPAIRS = 30  # times that the places where it does not are added to those where it must
 _WIDE, _AROUND = np.linspace(0.0, 1.0, 200), np.tan(np.linspace(-1.4, 1.4, 15))
 """Where the real part is looked at: between the lowest and the highest frequency, and in half widths of a pole."""
@@ -248,19 +249,39 @@ def _zeros(poles: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
 
 def _passive(s: np.ndarray, z: np.ndarray, poles: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
     """Return the coefficients nearest to the impedance with which its real part is positive everywhere."""
-    at_zero = _columns(_ZERO, poles)
-    watched = _watched(poles, np.abs(s[-1]))
-    rows = np.concatenate([(_columns(1j * watched, poles) - at_zero).real, -at_zero.real])  # the last: at infinity
-    held = np.zeros(len(rows), dtype=bool)
+    if not np.any(poles.imag) and np.all(coefficients >= 0) and 1.0 + np.sum(coefficients / poles.real) >= 0:
+        return coefficients  # relaxations, all positive
+    watched, held = _watched(poles, np.abs(s[-1])), np.empty((0, len(coefficients)))
     for _ in range(_REPAIRS):
-        real = 1.0 + rows @ coefficients
-        if real.min() >= 0.5 * _PASSIVE:
+        rows = _deepest(watched, poles, coefficients)
+        low = 1.0 + rows @ coefficients < 0.5 * _PASSIVE
+        if not low.any():
             break
-        low = real < _PASSIVE
-        edge = np.concatenate([[True], real[1:] <= real[:-1]]) & np.concatenate([real[:-1] <= real[1:], [True]])
-        held |= low & (edge | (np.arange(len(real)) == len(real) - 1))
-        coefficients = _constrained(*_problem(s, z, poles), rows[held], np.full(int(held.sum()), 2 * _PASSIVE - 1.0))
+        held = np.concatenate([held, rows[low]])
+        coefficients = _constrained(*_problem(s, z, poles), held, np.full(len(held), 2 * _PASSIVE - 1.0))
     return coefficients
+
+
+def _real_rows(omega: np.ndarray, poles: np.ndarray) -> np.ndarray:
+    """Return what makes the real part, less 1, of coefficients, shape (frequency, coefficient)."""
+    return np.asarray((_columns(1j * omega, poles) - _columns(_ZERO, poles)).real)
+
+
+def _deepest(watched: np.ndarray, poles: np.ndarray, coefficients: np.ndarray) -> np.ndarray:
+    """Return the rows of the places where the real part is lowest: between the watched ones, and at infinity."""
+    rows = _real_rows(watched, poles)
+    real = rows @ coefficients
+    dips = 1 + np.flatnonzero((real[1:-1] <= real[:-2]) & (real[1:-1] <= real[2:]))
+    dips = dips[1.0 + real[dips] < _NEAR]
+    if not len(dips):
+        return np.concatenate([rows[[0, -1]], -_columns(_ZERO, poles).real])
+    low, high = watched[dips - 1], watched[dips + 1]
+    for _ in range(3):  # each narrows the place of a dip to a tenth
+        inside = low + (high - low) * np.linspace(0.0, 1.0, 21)[:, np.newaxis]
+        real = (_real_rows(inside.ravel(), poles) @ coefficients).reshape(inside.shape)
+        best = np.clip(np.argmin(real, axis=0), 1, 19)
+        low, high = (np.take_along_axis(inside, best[np.newaxis] + side, axis=0)[0] for side in (-1, 1))
+    return np.concatenate([rows[[0, -1]], _real_rows(0.5 * (low + high), poles), -_columns(_ZERO, poles).real])
 
 
 def _watched(poles: np.ndarray, highest: float) -> np.ndarray:

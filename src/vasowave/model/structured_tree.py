@@ -63,7 +63,7 @@ class StructuredTree(Bed):
     >>> import vasowave as vw
     >>> beds = vw.StructuredTree.of_factors(0.88, 0.68, root_radius=[0.018, 0.024], length_ratio=17.0, stiffness=60.0)
     >>> beds.total_resistance()  # mmHg s/ml
-    621...
+    656.89...
     """
 
     root_radius: Values
