@@ -37,7 +37,7 @@ class Fault(NamedTuple):
 
 CELLS, NODES, CYCLE = "solver/cells.py", "solver/nodes.py", "solver/cycle.py"
 VARIATIONS, NODE_VARIATIONS = "solver/variations.py", "solver/node_variations.py"
-LAWS, TRIGONOMETRY, POWERS = "solver/laws.py", "solver/trigonometry.py", "solver/powers.py"
+BEDS, TRIGONOMETRY, POWERS = "solver/beds.py", "solver/trigonometry.py", "solver/powers.py"
 PERIODIC, TUBES = "solver/periodic.py", "imaging/axes/tubes.py"
 STIFFNESS = "imaging/axes/stiffness.py"
 UNKNOWNS = "inference/unknowns.py"
@@ -96,8 +96,12 @@ FAULTS = [
     Fault(
         "solver's accuracy of the first pair of grids", "solver/accuracy.py", (("if error <= accuracy", "if error"),)
     ),
-    Fault("discharge of vessels alone", "solver/state.py", (("(len(cells)), bed_comp", "(len(cells)), 0 * bed_comp"),)),
-    Fault("discharge at the fast rate", "solver/discharge.py", (("(half + np.sqrt(", "(half - np.sqrt("),)),
+    Fault(
+        "discharge of vessels alone",
+        "solver/discharge.py",
+        (("slow & (beds.poles.imag", "0 * slow & (beds.poles.imag"), ("np.stack([slow,", "np.stack([0 * slow > 0,")),
+    ),
+    Fault("discharge into nothing", "solver/discharge.py", (("into[0] = -1.0 / C_v", "into[0] = -2.0 / C_v"),)),
     Fault("discharge not awaited", PERIODIC, ((" + to_come(change - weights @ known[0])", ""),)),
     Fault(
         "solver's samples are those of steps",
@@ -133,7 +137,7 @@ FAULTS = [
     Fault(
         "sensitivity with beds that do not give way",
         NODE_VARIATIONS,
-        (("slopes.give[k] += 1.0 / (outlet", "slopes.give[k] += 0.0 / (outlet"),),
+        (("slopes.give[k] += 1.0 / outlet", "slopes.give[k] += 0.0 / outlet"),),
     ),
     Fault(
         "sensitivity without longer vessels at their ends",
@@ -143,7 +147,7 @@ FAULTS = [
     Fault(
         "sensitivity with outlets whose memory does not change",
         NODE_VARIATIONS,
-        ((" + outlets.decay[d, j] * before[j]", ""),),
+        ((" + outlets.decay[d, j, i] * before[j, i]", ""),),
     ),
     Fault(
         "sensitivity of a cycle that is not periodic",
@@ -192,10 +196,14 @@ FAULTS = [
     Fault("logarithm one term short", POWERS, (("1 / 17 + w * (1 / 19)", "1 / 17"),)),
     Fault("exponential one term short", POWERS, (("1 / 39916800 + r * (1 / 479001600)", "1 / 39916800"),)),
     Fault("a power that is too large wraps around", POWERS, (("np.minimum(np.maximum(y, -_MOST), _MOST)", "y + 0.0"),)),
-    Fault("R1 dropped", LAWS, (("np.array(circuit.proximal)", "np.zeros_like(circuit.proximal)"),)),
-    Fault("nothing lies behind the beds", LAWS, (("outlet.behind[j] + outlet.decay", "outlet.decay"),)),
-    Fault("capacitor discharges a whole step early", LAWS, (("outlet.decay_half[j] *", "outlet.decay[j] *"),)),
-    Fault("capacitor not charged between steps", LAWS, (("fast[j] + outlet.gain_half[j]", "fast[j]"),)),
+    Fault("R1 dropped", BEDS, (("beds.direct + gain", "0 * beds.direct + gain"),)),
+    Fault("nothing lies behind the beds", BEDS, (("= bed.behind[j]", "= 0.0 * bed.behind[j]"),)),
+    Fault("capacitor discharges a whole step early", BEDS, (("bed.decay_half[j, i]", "bed.decay[j, i]"),)),
+    Fault(
+        "capacitor not charged between steps",
+        BEDS,
+        (("beds.direct + gain_half.real", "beds.direct + 0 * gain_half.real"),),
+    ),
     Fault("tangent wall of constant slope", "model/walls.py", (("(p1 * p1 + p * p)", "(p1 * p1)"),)),
     Fault("tubes' free ends slide along their axes", TUBES, ((" + held.T @ held", ""),)),
     Fault("tubes are as stiff with a wall as without", STIFFNESS, (("FREE, HIDDEN = 0.35", "FREE, HIDDEN = 64.0"),)),

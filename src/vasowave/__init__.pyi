@@ -33,9 +33,12 @@ from vasowave.model.nominal import estimate_nominal as estimate_nominal
 from vasowave.model.outlets import Bed as Bed
 from vasowave.model.outlets import CompliantBed as CompliantBed
 from vasowave.model.outlets import ImpedanceSpectrum as ImpedanceSpectrum
+from vasowave.model.outlets import ReflectionCoefficient as ReflectionCoefficient
 from vasowave.model.outlets import Resistance as Resistance
 from vasowave.model.outlets import Windkessel as Windkessel
 from vasowave.model.shape import Shape as Shape
+from vasowave.model.structured_tree import BloodTree as BloodTree
+from vasowave.model.structured_tree import StructuredTree as StructuredTree
 from vasowave.model.walls import LinearWall as LinearWall
 from vasowave.model.walls import PowerWall as PowerWall
 from vasowave.model.walls import TangentWall as TangentWall

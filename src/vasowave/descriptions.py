@@ -55,6 +55,8 @@ class Parameter(NamedTuple):
         The paper's (Table "Bounds"); `bounds` where it has none.
     spread : float
         SD of the logarithm around the nominal value before the recording is seen, for a posterior.
+    held : bool
+        Held at its nominal value unless bounds are given for it.
     """
 
     unit: str
@@ -65,6 +67,7 @@ class Parameter(NamedTuple):
     bounds: tuple[float, float]
     paper_bounds: tuple[float, float] | None = None
     spread: float = 1.0  # right within a factor of 7 (95 %)
+    held: bool = False
 
     def scale(self, beta0: float) -> float:
         """Return the number that turns multiples into values: β0 (mmHg) for a pressure, 1 otherwise."""
@@ -124,9 +127,11 @@ class BedLaw(NamedTuple):
     quantities : dict of str to Quantity
         The class's fields.
     factors : dict of str to Parameter
-        What is fitted: a factor of the nominal values of each field, all beds alike, in the order of the fields.
+        What is fitted: a factor of the nominal values of each field that is `fitted`, all beds alike, in their order.
     shared : (str, str), optional
         The two factors between which the recording splits one resistance.
+    fitted : tuple of str
+        The fields that have a factor each; empty if all have.
     """
 
     name: str
@@ -136,3 +141,4 @@ class BedLaw(NamedTuple):
     quantities: dict[str, Quantity]
     factors: dict[str, Parameter]
     shared: tuple[str, str] | None = None
+    fitted: tuple[str, ...] = ()

@@ -143,7 +143,7 @@ def question_of(name: str) -> str:
 
 def lacking(outlets: Outlets) -> frozenset[str]:
     """Return the quantities that beds do not have: a ratio where one resistance is all, shares of no compliance."""
-    split, compliant = 0 < outlets.resistance_ratio() < 1, np.sum(outlets.weighted_compliance()) > 0
+    split, compliant = outlets.resistance_ratio() not in (0, 1), np.sum(outlets.weighted_compliance()) > 0
     ratio, compliances = frozenset({"a"}), frozenset({"C_p", "C_p_over_C_T", "C_p_over_C_T_plain"})
     return frozenset() if split and compliant else ratio if compliant else compliances if split else ratio | compliances
 

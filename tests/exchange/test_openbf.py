@@ -16,7 +16,7 @@ from vasowave.model import walls
 from vasowave.model.blood import PowerLaw
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
-from vasowave.model.outlets import ImpedanceSpectrum
+from vasowave.model.outlets import ImpedanceSpectrum, ReflectionCoefficient
 from vasowave.network.network import Network
 from vasowave.solver import Numerics, simulate
 from vasowave.solver.simulate import simulate_run
@@ -207,7 +207,8 @@ def test_a_tapering_vessel_has_openbf_s_wall_of_one_thickness_everywhere(tmp_pat
         ({"E": True}, "not a number"),
         ({"sn": 1.5}, "nodes are whole numbers"),
         ({"R0": 0}, "its radius is zero"),
-        ({"R1": None, "Rt": 0.5}, "without a Windkessel"),
+        ({"Cc": None}, "no 'Cc'"),
+        ({"Rt": -1.5}, "'Rt' is -1.5; it must be a number of at least -1"),
         ({"Pext": 1e9}, "collapses under Pext"),
         ({"R1": 1e3, "R2": 0}, "below its own impedance"),
         ({"label": ""}, "has no name"),
@@ -331,6 +332,26 @@ def test_a_body_of_77_tapering_arteries_is_read_with_every_taper_and_runs(shared
     run = simulate_run(model, inflow, Numerics(cell_size=2.0, samples=128))
     assert mean - 1 < run.inlet_pressure(128).mean() < mean + 15
     assert abs(run.volume_error) < 1e-12
+
+
+def test_reflection_coefficients_are_read_and_written(linear, tmp_path):
+    (tmp_path / "x_inlet.dat").write_text("\n".join(f"{t / 50} {1e-5}" for t in range(51)))
+    vessel = {key: value for key, value in VESSEL.items() if key not in ("R1", "R2", "Cc")} | {"Rt": 0.3}
+    (tmp_path / "x.yaml").write_text(
+        yaml.safe_dump({"project_name": "x", "blood": {"rho": 1060, "mu": "4e-3"}, "network": [vessel]})
+    )
+    with pytest.warns(VasowaveWarning, match="Rt was taken as the resistance"):
+        model, _ = read_openbf(tmp_path / "x.yaml")
+    c0 = np.sqrt(4e5 * 1e-3 / (0.75 * 0.01) / (2 * 1060))  # m/s
+    expected = 1060 * c0 / (np.pi * 0.01**2) * 1.3 / 0.7 / (1e6 * PA)
+    assert model.outlets.total_resistance() == pytest.approx(expected)
+
+    network = linear.network
+    beds = ReflectionCoefficient(np.full(len(network.terminals), 30.0), np.linspace(-0.2, 0.8, len(network.terminals)))
+    config = config_of(solve(linear.model.changed(outlets=beds), linear.inflow, Numerics(samples=64)), tmp_path)
+    written = {one["label"]: one for one in config["network"] if "Rt" in one}
+    assert [written[network.name[row]]["Rt"] for row in network.terminals] == pytest.approx(beds.R_t.tolist())
+    assert not any(OUTLET & set(one) for one in config["network"])
 
 
 def test_outlets_that_openbf_does_not_know_are_refused(linear, tmp_path):

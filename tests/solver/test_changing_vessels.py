@@ -103,7 +103,7 @@ def test_rest_under_a_uniform_pressure_stays_rest_whatever_the_shape(wall):
         grid = make_grid(model, counts)
         stepper = Stepper(grid, Inflow(np.zeros(64), 0.11), Numerics(samples=64), 4096)
         area = grid.area0 * grid.wall.ratio_at(pressure, *grid.wall)
-        end = stepper.cycle(State(area, np.zeros(len(area)), np.full((11, 1), pressure)))
+        end = stepper.cycle(State(area, np.zeros(len(area)), np.full((11, 1), pressure + 0j)))
         stepper.stations[0, :, :, 1] *= grid.middle
         everywhere, area0 = grid.at_stations
         found = everywhere.pressure_at(np.moveaxis(stepper.stations[0], -1, -2) / area0, *everywhere)

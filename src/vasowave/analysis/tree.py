@@ -24,8 +24,8 @@ def wave_speeds(model: Model, pressure: float | np.ndarray) -> pd.DataFrame:
         Indexed by vessel: ``generation`` (root 0), ``distance [cm]`` from the root's inlet to the vessel's end,
         ``radius [cm]`` and ``wave speed [cm/s]`` at that pressure, ``Z_c [mmHg s/ml]`` = ρc/A, ``arrival [s]``, the
         time a wave from the root's inlet needs to the vessel's end, and ``reflection``, the pressure reflection
-        coefficient of its distal junction, (Y - ΣY_daughters)/(Y + ΣY_daughters), or of its Windkessel at high
-        frequency, (R1 - Z_c)/(R1 + Z_c); NaN behind other outlets.
+        coefficient of its distal junction, (Y - ΣY_daughters)/(Y + ΣY_daughters), or of its bed at high frequency,
+        (R1 - Z_c)/(R1 + Z_c) of a Windkessel.
 
     Raises
     ------

@@ -197,7 +197,7 @@ def _bed(kind: Any) -> dict[str, str]:
     said = kind.bed()
     fitted = (
         f"{field} = {full_name(kind, factor)}·{field}⁰"
-        for field, factor in zip(said.quantities, said.factors, strict=True)
+        for field, factor in zip(said.fitted or said.quantities, said.factors, strict=True)
     )
     return {"bed": identity(kind), "bed_title": said.title, "bed_formula": said.formula, "bed_equation": said.equation,
             "bed_factors": ", ".join(fitted)}  # fmt: skip

@@ -125,7 +125,7 @@ def parameter_space(
     for name, value in fixed.items():
         if not (math.isfinite(value) and value > 0):
             raise InputError(f"{name} cannot be held at {value:g}; it must be positive")
-    free = np.array([name not in fixed for name in parameters])
+    free = np.array([name not in fixed and (not one.held or name in bounds) for name, one in parameters.items()])
     if not free.any():
         raise InputError("every parameter is held fixed; leave at least one free, or use simulate")
     values = [fixed.get(name, one.nominal * one.scale(nominal.beta)) for name, one in parameters.items()]

@@ -1,9 +1,9 @@
 """A model and its waves as variables of a MATLAB file (version 5 to 7), with units."""
 
 import io
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -35,7 +35,7 @@ def write_matlab(solved: Solved, folder: Path) -> list[str]:
 def _variables(solved: Solved) -> dict[str, Any]:
     model, network = solved.model, solved.network
     data = as_dataset(replace(solved.run, cells=solved.run.cells[:, :0]))  # by station, not by cell
-    outlets = model.outlets._asdict()  # type: ignore[attr-defined]
+    outlets = {one.name: getattr(model.outlets, one.name) for one in fields(cast(Any, model.outlets))}
     said = model.outlets.bed().quantities if isinstance(model.outlets, Bed) else {}
     units = {"Z": "mmHg s/ml"} | {name: one.unit for name, one in said.items()}
     parameters = {name: one.unit for name, one in zip(model.wall._fields, model.wall.law().parameters, strict=True)}

@@ -14,6 +14,7 @@ import yaml
 from vasowave.exchange.solved import Solved, circuit
 from vasowave.exchange.tube_law import LinearTube, linear_tube
 from vasowave.findings import look_kind, warn
+from vasowave.model.outlets import ReflectionCoefficient
 from vasowave.units import MMHG
 
 FILE, INLET = "openbf.yaml", "openbf_inlet.dat"
@@ -108,7 +109,7 @@ def _friction_note(error: float) -> str:
 
 def _vessels(solved: Solved, tube: LinearTube, profiles: np.ndarray) -> list[dict[str, Any]]:
     network, nodes = solved.network, _nodes(solved)
-    beds = dict(zip(network.terminals.tolist(), zip(*circuit(solved.model, "openBF", whole=True)), strict=True))
+    beds = dict(zip(network.terminals.tolist(), _beds(solved), strict=True))
     vessels = []
     for row in np.concatenate(network.generations).tolist():
         radius = 1e-2 * math.sqrt(tube.area0[row] / math.pi)
@@ -124,12 +125,21 @@ def _vessels(solved: Solved, tube: LinearTube, profiles: np.ndarray) -> list[dic
             "E": POISSON / _THICKNESS * float(tube.beta[row]) * PA,
             "gamma_profile": int(profiles[row]),
         }
-        if row in beds:
-            proximal, distal, compliance = map(float, beds[row])
-            vessel |= {"R1": proximal * PA * 1e6, "R2": distal * PA * 1e6, "Cc": compliance * 1e-6 / PA}
-            vessel["inlet_impedance_matching"] = False
-        vessels.append(vessel)
+        vessels.append(vessel | beds.get(row, {}))
     return vessels
+
+
+def _beds(solved: Solved) -> list[dict[str, Any]]:
+    """Return what openBF is told of the bed behind each terminal vessel."""
+    outlets = solved.model.outlets
+    if isinstance(outlets, ReflectionCoefficient) and not np.any(solved.model.outlet_pressure):
+        return [{"Rt": float(one)} for one in np.asarray(outlets.R_t)]
+    parts = circuit(solved.model, "openBF", whole=True)
+    return [
+        {"R1": proximal * PA * 1e6, "R2": distal * PA * 1e6, "Cc": compliance * 1e-6 / PA,
+         "inlet_impedance_matching": False}
+        for proximal, distal, compliance in zip(*(one.tolist() for one in parts), strict=True)
+    ]  # fmt: skip
 
 
 def _radii(solved: Solved, row: int, radius: float) -> dict[str, float]:

@@ -14,7 +14,7 @@ from vasowave.findings import Finding, note_kind, warn
 from vasowave.io.textfile import read_lines, regular_file
 from vasowave.model.blood import Blood, PowerLaw
 from vasowave.model.model import Model
-from vasowave.model.outlets import Windkessel
+from vasowave.model.outlets import ReflectionCoefficient, Windkessel
 from vasowave.model.shape import Shape
 from vasowave.model.walls import LinearWall
 from vasowave.network.network import Network
@@ -32,6 +32,11 @@ VISCOELASTIC = note_kind("openbf.viscoelastic", "its wall is viscoelastic; the e
 MATCHED = note_kind(
     "openbf.matched-bed", "its Windkessel was given R1 = ρ c0/A0 = {first:.3g} Pa s/m³, out of {whole:.3g} in all"
 )
+REFLECTED = note_kind(
+    "openbf.reflection",
+    "Rt was taken as the resistance (1 + Rt)/(1 - Rt) ρ c0/A0, which is what it is to small waves; "
+    "to large ones openBF's gives way more",
+)
 PROFILES = note_kind(
     "openbf.profiles",
     "gamma_profile differs between vessels ({low:g} to {high:g}); {mean:.3g}, with the same losses of the mean flow, "
@@ -44,7 +49,7 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
 
     The tube law is openBF's own; an external pressure becomes part of it: p = (β - P) (√(A/A0') - 1) with
     √(A0'/A0) = (β - P)/β. A vessel that tapers has one thickness of its wall, so that β goes with 1/R0. Two-element
-    Windkessels, and those that openBF matches to their vessel, get ρ c0/A0 as R1.
+    Windkessels, and those that openBF matches to their vessel, get ρ c0/A0 as R1; `Rt` is a `ReflectionCoefficient`.
 
     Parameters
     ----------
@@ -89,9 +94,8 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
         where=lambda row: f"{path}, vessel {row + 1}",
     )  # fmt: skip
     blood = Blood(1e-3 * density, 1e4 * viscosity / density, PowerLaw(_profile(network, vessels)))
-    outlets = Windkessel(
-        *np.array([_bed(vessels[row], density, beta[row], radius[row]) for row in network.terminals]).T
-    )
+    ends = [(vessels[row], density, float(beta[row]), float(radius[row])) for row in network.terminals]
+    outlets = _reflections(ends) or Windkessel(*np.array([_bed(*one) for one in ends]).T)
     stiffness, width = np.moveaxis(along / along[:, :, [len(_ALONG) // 2]], 1, 0)
     model = Model(network, LinearWall(beta / PA), outlets, blood, shape=Shape(width, stiffness))
     return model, _inflow(path, config)
@@ -195,15 +199,34 @@ def _wall(one: _Vessel) -> tuple[np.ndarray, np.ndarray]:
     return beta - outside, radius * (beta - outside) / beta
 
 
+def _reflections(ends: list[tuple[_Vessel, float, float, float]]) -> ReflectionCoefficient | None:
+    """Return the beds that openBF's reflection coefficients are at no pressure, if vessels end in them."""
+    given = [one.has("Rt") for one, *_ in ends]
+    if not any(given):
+        return None
+    if not all(given):
+        other = ends[given.index(False)][0]
+        raise InputError(f"{other.place}: ends without Rt, where others have it; give all outlets the same kind")
+    coefficients = np.array([one.number("Rt", least=-1.0) for one, *_ in ends])
+    ends[0][0].warn(REFLECTED())
+    Z_c = np.array([_impedance(density, beta, radius) / (1e6 * PA) for _, density, beta, radius in ends])
+    return ReflectionCoefficient(Z_c, coefficients)
+
+
+def _impedance(density: float, beta: float, radius: float) -> float:
+    """Return ρ c0/A0, Pa s/m³, with c0 = √(β/2ρ)."""
+    return math.sqrt(density * beta / 2.0) / (math.pi * radius**2)
+
+
 def _bed(one: _Vessel, density: float, beta: float, radius: float) -> tuple[float, float, float]:
     """Return R1, R2 and C of the bed behind a terminal vessel, mmHg s/ml and ml/mmHg."""
-    if one.has("Rt") or not (one.has("R1") and one.has("Cc")):
-        raise InputError(f"{one.place}: ends without a Windkessel; give it R1, R2 and Cc (vasowave knows no Rt)")
+    if not (one.has("R1") and one.has("Cc")):
+        raise InputError(f"{one.place}: ends without a Windkessel; give it R1, R2 and Cc, or Rt")
     first, second = one.number("R1"), one.number("R2", 0.0)
     matched = one.values.get("inlet_impedance_matching", False) is True
     if matched or not second:
         whole = first + second
-        first = math.sqrt(density * beta / 2.0) / (math.pi * radius**2)  # ρ c0/A0, c0 = √(β/2ρ)
+        first = _impedance(density, beta, radius)
         if not first < whole:
             raise InputError(
                 f"{one.place}: its resistance {whole:.3g} Pa s/m³ lies below its own impedance {first:.3g}"

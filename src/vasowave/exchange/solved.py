@@ -120,10 +120,9 @@ def circuit(model: Model, program: str, whole: bool = False) -> Circuit:
     """
     if whole and np.any(model.outlet_pressure):
         raise InputError(f"{program} knows no pressure behind its outlets; this model has {model.outlet_pressure} mmHg")
-    if isinstance(model.outlets, Bed):
-        parts = model.outlets.circuit()
-        if not whole or all(np.all(np.asarray(one) > 0) for one in parts):
-            return parts
+    parts = model.outlets.circuit() if isinstance(model.outlets, Bed) else None
+    if parts is not None and (not whole or all(np.all(np.asarray(one) > 0) for one in parts)):
+        return parts
     kind = type(model.outlets).__name__
     knows = "three-element Windkessels" if whole else "resistances and Windkessels"
     raise InputError(f"{program} knows {knows} as outlets only, this model has {kind}; give it Windkessel(R1, R2, C)")

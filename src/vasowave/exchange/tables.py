@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.exchange.solved import Solved, circuit
+from vasowave.errors import InputError
+from vasowave.exchange.solved import Solved
 from vasowave.model.laws import bed_quantities, parameter_names
+from vasowave.model.outlets import Bed
 from vasowave.network.vessel_table import write_network
 
 NETWORK, PARAMETERS, INFLOW = "network.csv", "parameters.csv", "inflow.csv"
@@ -27,8 +29,9 @@ def write_tables(solved: Solved, folder: Path) -> list[str]:
     write_network(network, folder / NETWORK)
     names = parameter_names(type(wall))
     units = {name: one.unit for name, one in zip(names, wall.law().parameters, strict=True)}
-    circuit(solved.model, "This table")
     outlets: Any = solved.model.outlets
+    if not isinstance(outlets, Bed):
+        raise InputError(f"tables hold beds with parameters, this model has {type(outlets).__name__}; give it a Bed")
     beds = {name: one.unit for name, one in bed_quantities(type(outlets)).items()}
     at_ends = dict(zip(network.terminals.tolist(), zip(*map(np.asarray, outlets), strict=True), strict=True))
     rows = ([name, *(value[row] for value in wall), *at_ends.get(row, [""] * len(beds))]

@@ -11,7 +11,8 @@ from vasowave.calibration.parameters import Space
 from vasowave.errors import InputError, did_you_mean
 from vasowave.inference.priors import Priors
 from vasowave.model.model import Model
-from vasowave.model.nominal import Nominal, nominal_beds
+from vasowave.model.nominal import Nominal
+from vasowave.model.outlets import Site
 from vasowave.model.tapering import tapered
 from vasowave.network.network import MEASURED, Network, measured_falls
 
@@ -147,10 +148,11 @@ class Unknowns:
         stiffer = (network.radius / network.radius[network.root]) ** -value["k"]
         law = self.space.law
         wall = law(*(value[name] * self.space.parameters[name].scale(stiffer) for name in self.space.wall_names))
-        kind, nominal = type(self.space.outlets), self.nominal
-        beds = nominal_beds(kind, network, nominal.total_resistance, nominal.time_constant)
+        nominal, blood = self.nominal, self.space.blood
+        site = Site(nominal.total_resistance, nominal.time_constant, nominal.beta, blood)
+        beds = type(self.space.outlets).of(network, site)
         factors = (float(value[name]) for name in self.space.names[len(law._fields) :])
-        return Model(network, wall, beds.scaled(*factors), self.space.blood, float(value["wedge"]))
+        return Model(network, wall, beds.scaled(*factors), blood, float(value["wedge"]))
 
     def tapered(
         self,

@@ -14,11 +14,14 @@ import numpy as np
 
 from vasowave.descriptions import BedLaw, Parameter, Quantity
 from vasowave.errors import InputError, VasowaveError, did_you_mean
+from vasowave.model.blood import Blood
 from vasowave.model.law_description import check_description, check_parameter
 from vasowave.model.law_files import file_behind, in_words, module_of, named, plain
-from vasowave.model.outlets import BUILT_IN as OUR_BEDS
-from vasowave.model.outlets import Bed
+from vasowave.model.outlets import BUILT_IN as CIRCUITS
+from vasowave.model.outlets import Bed, Site
+from vasowave.model.structured_tree import BloodTree, StructuredTree
 from vasowave.model.walls import BUILT_IN
+from vasowave.network.network import Network
 
 ENTRY_POINTS = "vasowave.walls"
 """Group of entry points in which a package offers wall laws."""
@@ -26,8 +29,14 @@ ENTRY_POINTS = "vasowave.walls"
 LAWS: dict[str, Any] = {law.law().name: law for law in BUILT_IN}
 """The laws of `walls` by name."""
 
+OUR_BEDS: tuple[Any, ...] = (*CIRCUITS, StructuredTree, BloodTree)
+
 BEDS: dict[str, Any] = {bed.bed().name: bed for bed in OUR_BEDS}
-"""The beds of `outlets` by name."""
+"""Our beds by name."""
+
+_FORK = Network(("root", "a", "b"), np.array([-1, 0, 0]), np.full(3, 0.4), np.array([0.04, 0.03, 0.02]))
+_SITE = Site(80.0, 0.1, 50.0, Blood())
+"""A network, and what is known of it, at whose ends a foreign bed is tried."""
 
 _NEEDED = ("law", "pressure_at", "ratio_at", "slope_at", "limits")
 _PRESSURES = np.array([0.05, 0.3, 1.0, 2.0])  # at which a foreign law is tried, in units of 20 mmHg
@@ -71,7 +80,7 @@ def find_law(wall: str | type) -> Any:
 
 
 def find_bed(bed: str | type) -> Any:
-    """Return the kind of beds of a name (``windkessel``, ``rc``, ``resistance``; ``our_beds:Class``), or the class.
+    """Return the kind of beds of a name (``windkessel``, ``tree``, …; ``our_beds:Class``), or the class.
 
     Raises
     ------
@@ -215,21 +224,24 @@ def _checked_bed(kind: Any) -> Any:
         with np.errstate(all="ignore"), in_words():
             said = kind.bed()
             _check_bed_description(kind, said)
-            given = np.array([100.0, 400.0])
-            circuit = [np.asarray(one) for one in kind.nominal(given, 0.1).circuit()]
+            beds = kind.of(_FORK, _SITE)
+            circuit = [np.asarray(one) for one in beds.circuit() or ()]
+            total = beds.total_resistance() if len(circuit) in (0, 3) else np.nan
     except VasowaveError:
         raise
     except Exception as error:
         raise InputError(f"{kind!r} is not a bed: {type(error).__name__}: {error}; correct it") from None
-    if len(circuit) != 3 or any(one.shape != (2,) or not np.all(np.isfinite(one) & (one >= 0)) for one in circuit):
+    if circuit and (
+        len(circuit) != 3 or any(one.shape != (2,) or not np.all(np.isfinite(one) & (one >= 0)) for one in circuit)
+    ):
         raise InputError(
             f"bed '{said.name}': circuit() must return three arrays, a number of 0 or more for each terminal"
         )
-    if not np.allclose(circuit[0] + circuit[1], given, rtol=_TOLERANCE):
+    if not np.isclose(total, _SITE.resistance, rtol=_TOLERANCE):
         raise InputError(
             f"bed '{said.name}': nominal(resistance, time_constant) does not have that resistance; correct it"
         )
-    if np.any((circuit[1] > 0) != (circuit[2] > 0)):
+    if circuit and np.any((circuit[1] > 0) != (circuit[2] > 0)):
         raise InputError(f"bed '{said.name}': a compliance needs a distal resistance, and that a compliance")
     return kind
 
@@ -237,7 +249,8 @@ def _checked_bed(kind: Any) -> Any:
 def _check_bed_description(kind: Any, said: Any) -> None:
     if not isinstance(said, BedLaw) or not str(said.name).isidentifier() or said.name in (*LAWS, *BEDS):
         raise InputError(f"{kind!r} is not a bed: its bed() must return a BedLaw with a name of its own, one word")
-    if tuple(said.quantities) != kind._fields or len(said.factors) != len(kind._fields):
+    fitted = said.fitted or kind._fields
+    if tuple(said.quantities) != kind._fields or len(said.factors) != len(fitted) or not set(fitted) <= {*kind._fields}:
         raise InputError(
             f"bed '{said.name}' has the fields {', '.join(kind._fields)}; describe each, with one factor each"
         )

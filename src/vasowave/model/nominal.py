@@ -8,7 +8,7 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.model.blood import Blood
-from vasowave.model.outlets import RESISTANCE_RATIO, Bed, Windkessel
+from vasowave.model.outlets import RESISTANCE_RATIO, Bed, Site, Windkessel
 from vasowave.network.network import Network
 from vasowave.recording import Recording
 
@@ -109,12 +109,13 @@ def estimate_nominal(
     time, falling = diastole(recording)
     tau = time_constant(time, falling - recording.wedge_pressure, recording.source)
     R_T = recording.vascular_resistance
+    beta = stiffness(Z_c, float(network.area[network.root]), blood, network.pressure)
     return Nominal(
         characteristic_impedance=Z_c,
-        beta=stiffness(Z_c, float(network.area[network.root]), blood, network.pressure),
+        beta=beta,
         total_resistance=R_T,
         time_constant=tau,
-        outlets=nominal_beds(bed, network, R_T, tau),
+        outlets=bed.of(network, Site(R_T, tau, beta, blood)),
         outlet_pressure=recording.wedge_pressure,
         upstroke=(flow, pressure),
         decay=(time, falling),
@@ -195,11 +196,6 @@ def time_constant(time: np.ndarray, pressure: np.ndarray, source: str = "recordi
     if slope >= 0:
         raise InputError(f"{source}: pressure does not fall after ejection; check that pressure and flow are aligned")
     return -1.0 / slope
-
-
-def nominal_beds(bed: type[Bed], network: Network, R_T: float, tau: float) -> Any:
-    """Return the nominal beds of a kind (its class) at all terminals, of resistance R_T / flow fraction (eq. 11)."""
-    return bed.nominal(R_T / network.flow_fraction[network.terminals], tau)
 
 
 def windkessels(network: Network, R_T: float, tau: float, a: float = RESISTANCE_RATIO) -> Windkessel:

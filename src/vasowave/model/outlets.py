@@ -8,19 +8,24 @@ own (`laws`).
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any, ClassVar, NamedTuple, Protocol, Self, dataclass_transform, runtime_checkable
 
 import numpy as np
 
 from vasowave.descriptions import BedLaw, Parameter, Quantity
 from vasowave.errors import InputError
+from vasowave.model.blood import Blood
 from vasowave.model.per_vessel import one_per_vessel
+from vasowave.model.rational import Rational, bare, fitted, importance, joined, worth_fitting
+from vasowave.network.network import Network
 
 Values = float | np.ndarray
 
 RESISTANCE_RATIO = 0.2  # a = R1/R_T before the fit
-_KNOWN = 0.5  # SD of the logarithm of nearly all of the resistance, which mean pressure over mean flow gives
-_RESISTANCE, _COMPLIANCE = "mmHg s/ml", "ml/mmHg"
+KNOWN = 0.5  # SD of the logarithm of nearly all of the resistance, which mean pressure over mean flow gives
+RESISTANCE, COMPLIANCE = "mmHg s/ml", "ml/mmHg"
+_FAR = 0.5  # error of a spectrum's rational function from which it is no bed's
 
 
 @runtime_checkable
@@ -33,6 +38,13 @@ class Outlets(Protocol):
 
     def impedance_at(self, count: int, period: float) -> np.ndarray:
         """Impedance at the harmonics 0 … count-1 of the period (s), mmHg s/ml, shape (count, terminal)."""
+        ...
+
+    def rational(self, period: float, near: Self | None = None) -> Rational:
+        """Return the impedance as the solver steps it in a cycle of `period` (s).
+
+        What is only approximated is found anew, or from what was found for beds that are `near`, as derivatives need.
+        """
         ...
 
     def fast_resistance(self) -> np.ndarray:
@@ -75,11 +87,35 @@ class Circuit(NamedTuple):
         """Impedance, mmHg s/ml (eq. 7), at angular frequencies (rad/s) of shape (..., 1)."""
         return self.proximal + self.distal / (1 + 1j * omega * self.distal * self.compliance)
 
-    def over(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return what is left of the capacitor's pressure after a time (s), and what each ml/s adds to it meanwhile."""
-        tau = self.distal * self.compliance
-        left = np.where(tau != 0, np.exp(-time / np.where(tau != 0, tau, 1.0)), 0.0)
-        return left, self.distal * (1 - left)
+    def rational(self) -> Rational:
+        """Return the circuit as a resistance and a pole: the pressure of the capacitor."""
+        held = self.compliance > 0
+        if not held.any():
+            return bare(self.proximal)
+        compliance = np.where(held, self.compliance, 1.0)
+        poles = np.where(held, -1.0 / np.where(held, self.distal * compliance, 1.0), -1.0)
+        residues = np.where(held, 1.0 / compliance, 0.0)
+        return Rational(np.array(self.proximal, dtype=float), poles[:, np.newaxis] + 0j, residues[:, np.newaxis] + 0j)
+
+
+class Site(NamedTuple):
+    """What is known of all beds together before a fit.
+
+    Attributes
+    ----------
+    resistance : float
+        R_T, mmHg s/ml.
+    time_constant : float
+        τ of the recording's diastole, s.
+    stiffness : float
+        β of the vessels, mmHg.
+    blood : Blood
+    """
+
+    resistance: float
+    time_constant: float
+    stiffness: float
+    blood: Blood
 
 
 @dataclass_transform(frozen_default=True, eq_default=False)
@@ -97,6 +133,9 @@ class Bed:
 
     _fields: ClassVar[tuple[str, ...]] = ()
 
+    MAY_BE: ClassVar[Mapping[str, float]] = {}
+    """Fields that need not be positive, and the least that they may be."""
+
     def __init_subclass__(cls, **keywords: Any) -> None:
         """Make the fields of a bed the arguments by which it is made."""
         super().__init_subclass__(**keywords)
@@ -113,9 +152,21 @@ class Bed:
         """Return beds of these resistances (mmHg s/ml, shape (terminal,)) with the recording's time constant (s)."""
         raise NotImplementedError
 
-    def circuit(self) -> Circuit:
-        """Return what the bed is to the flow, of plain arithmetic on its fields, which may be complex."""
+    @classmethod
+    def of(cls, network: Network, site: Site) -> Self:
+        """Return nominal beds of all terminals of a network: by `nominal`, the resistance shared as by eq. 11."""
+        return cls.nominal(site.resistance / network.flow_fraction[network.terminals], site.time_constant)
+
+    def circuit(self) -> Circuit | None:
+        """Return what the bed is to the flow; None if it is more than a capacitor and two resistances."""
         raise NotImplementedError
+
+    @property
+    def _circuit(self) -> Circuit:
+        """The circuit of a bed that is one; what is more overrides all that asks for it."""
+        circuit = self.circuit()
+        assert circuit is not None
+        return circuit
 
     def __iter__(self) -> Iterator[Any]:
         """Go through the values of the fields."""
@@ -128,49 +179,58 @@ class Bed:
         return type(self)(**self._asdict() | values)
 
     def scaled(self, *factors: float) -> Self:
-        """Return the beds with each field of all of them multiplied by its factor."""
-        return type(self)(*(factor * np.asarray(value) for factor, value in zip(factors, self, strict=True)))
+        """Return the beds with each field that is fitted multiplied by its factor."""
+        fitted = zip(self.bed().fitted or self._fields, factors, strict=True)
+        return self._replace(**{name: factor * np.asarray(getattr(self, name)) for name, factor in fitted})
+
+    def moved(self, logarithms: np.ndarray) -> Self:
+        """Return the beds with these added to the logarithms of the fields, shape (field, terminal)."""
+        return type(self)(*(np.asarray(value) * np.exp(by) for value, by in zip(self, logarithms, strict=True)))
 
     def checked(self, names: Sequence[str]) -> Self:
         """Return one positive value of each parameter for every terminal, or raise `InputError` naming the vessel."""
-        checked: Self = one_per_vessel(self, names, "outlet")
+        checked: Self = one_per_vessel(self, names, "outlet", self.MAY_BE)
         return checked
 
     def impedance(self, omega: Values) -> np.ndarray:
         """Impedance, mmHg s/ml, at the angular frequencies ω (rad/s); shape (*omega.shape, terminal)."""
-        return self.circuit().impedance(np.asarray(omega, dtype=float)[..., np.newaxis])
+        return self._circuit.impedance(np.asarray(omega, dtype=float)[..., np.newaxis])
 
     def impedance_at(self, count: int, period: float) -> np.ndarray:
         """Impedance at the harmonics 0 … count-1 of the period (s), mmHg s/ml, shape (count, terminal)."""
         return self.impedance(2 * np.pi / period * np.arange(count))
 
+    def rational(self, period: float, near: Self | None = None) -> Rational:
+        """Return the circuit, whatever the period: exact."""
+        return self._circuit.rational()
+
     def fast_resistance(self) -> np.ndarray:
         """Resistance that a sudden change of flow meets, mmHg s/ml, shape (terminal,)."""
-        return np.asarray(self.circuit().proximal, dtype=float)
+        return np.asarray(self._circuit.proximal, dtype=float)
 
     def time_constants(self) -> np.ndarray:
         """Times over which the capacitors discharge, s, shape (terminal,); 0 where there are none."""
-        _, distal, compliance = self.circuit()
+        _, distal, compliance = self._circuit
         return distal * compliance
 
     def total_resistance(self) -> float:
         """Resistance R_T of all beds in parallel, mmHg s/ml: 1/R_T = Σ 1/(R1 + R2)."""
-        proximal, distal, _ = self.circuit()
+        proximal, distal, _ = self._circuit
         return float(1.0 / np.sum(1.0 / (proximal + distal)))
 
     def resistance_ratio(self) -> float:
         """Ratio a = R1/(R1 + R2), the mean over the beds."""
-        proximal, distal, _ = self.circuit()
+        proximal, distal, _ = self._circuit
         return float(np.mean(proximal / (proximal + distal)))
 
     def weighted_compliance(self) -> np.ndarray:
         """Compliance Ĉ_p = (R2/R_T) C of each bed, ml/mmHg (below eq. 30), shape (terminal,); 0 without capacitor."""
-        proximal, distal, compliance = self.circuit()
+        proximal, distal, compliance = self._circuit
         return distal / (proximal + distal) * compliance
 
     def knobs(self) -> dict[str, str]:
         """Return what can be given in `with_totals`, and its unit."""
-        return {"R_T": _RESISTANCE} | ({"tau": "s"} if np.any(self.time_constants() > 0) else {})
+        return {"R_T": RESISTANCE} | ({"tau": "s"} if np.any(self.time_constants() > 0) else {})
 
     def with_totals(self, fractions: np.ndarray, values: Mapping[str, float]) -> Self:
         """Return beds of another total resistance ``R_T`` (at the same times) or time constant ``tau`` (their median).
@@ -181,7 +241,7 @@ class Bed:
         slow = 1.0
         if "tau" in values:
             slow = values["tau"] / float(np.median(self.time_constants()))
-        by_unit = {_RESISTANCE: resist, _COMPLIANCE: slow / resist, "s": slow}
+        by_unit = {RESISTANCE: resist, COMPLIANCE: slow / resist, "s": slow}
         return self.scaled(*(by_unit.get(one.unit, 1.0) for one in self.bed().quantities.values()))
 
 
@@ -220,13 +280,13 @@ class Windkessel(Bed):
     def bed() -> BedLaw:
         """Return what is said of the bed; the paper keeps all factors between 0.05 and 2.5."""
         quantities = {
-            "R1": Quantity(_RESISTANCE, "R_1", "proximal resistance", "7"),
-            "R2": Quantity(_RESISTANCE, "R_2", "distal resistance", "7"),
-            "C": Quantity(_COMPLIANCE, "C", "compliance of the vascular bed", "7"),
+            "R1": Quantity(RESISTANCE, "R_1", "proximal resistance", "7"),
+            "R2": Quantity(RESISTANCE, "R_2", "distal resistance", "7"),
+            "C": Quantity(COMPLIANCE, "C", "compliance of the vascular bed", "7"),
         }
         factors = {
             "r1": _share("r_1", 1.0, 0.002, 10.0, True),
-            "r2": _share("r_2", _KNOWN, 0.05, 10.0, True),
+            "r2": _share("r_2", KNOWN, 0.05, 10.0, True),
             "c1": _share("c_1", 1.0, 0.02, 20.0, True)._replace(meaning="factor of the nominal C of all beds"),
         }
         return BedLaw("windkessel", "three-element Windkessels", "Z = R1 + R2/(1 + iωR2C)", "7", quantities, factors,
@@ -243,7 +303,7 @@ class Windkessel(Bed):
 
     def knobs(self) -> dict[str, str]:
         """Return what can be given in `with_totals`, and its unit."""
-        return {"R_T": _RESISTANCE, "a": "1", "tau": "s"}
+        return {"R_T": RESISTANCE, "a": "1", "tau": "s"}
 
     def with_totals(self, fractions: np.ndarray, values: Mapping[str, float]) -> "Windkessel":
         """Return beds of these R_T, a and tau = R_T C, shared as the paper does (eqs. 11, 13)."""
@@ -276,10 +336,10 @@ class CompliantBed(Bed):
     def bed() -> BedLaw:
         """Return what is said of the bed."""
         quantities = {
-            "R": Quantity(_RESISTANCE, "R", "resistance of the vascular bed"),
-            "C": Quantity(_COMPLIANCE, "C", "compliance of the vascular bed"),
+            "R": Quantity(RESISTANCE, "R", "resistance of the vascular bed"),
+            "C": Quantity(COMPLIANCE, "C", "compliance of the vascular bed"),
         }
-        factors = {"r": _share("r", _KNOWN, 0.05, 10.0), "c": _share("c", 1.0, 0.02, 20.0)}
+        factors = {"r": _share("r", KNOWN, 0.05, 10.0), "c": _share("c", 1.0, 0.02, 20.0)}
         return BedLaw("rc", "resistances with a compliance each", "Z = R/(1 + iωRC)", "", quantities, factors)
 
     @classmethod
@@ -313,8 +373,8 @@ class Resistance(Bed):
     @staticmethod
     def bed() -> BedLaw:
         """Return what is said of the bed."""
-        quantities = {"R": Quantity(_RESISTANCE, "R", "resistance of the vascular bed")}
-        factors = {"r": _share("r", _KNOWN, 0.05, 10.0)}
+        quantities = {"R": Quantity(RESISTANCE, "R", "resistance of the vascular bed")}
+        factors = {"r": _share("r", KNOWN, 0.05, 10.0)}
         return BedLaw("resistance", "bare resistances", "Z = R", "", quantities, factors)
 
     @classmethod
@@ -328,18 +388,91 @@ class Resistance(Bed):
         return Circuit(R, 0 * R, 0 * R)
 
 
-BUILT_IN: tuple[Any, ...] = (Windkessel, CompliantBed, Resistance)
+class ReflectionCoefficient(Bed):
+    """Beds that send a share of every wave back: Z = Z_c (1 + R_t)/(1 - R_t), whatever the frequency.
+
+    Attributes
+    ----------
+    Z_c : array, shape (terminal,)
+        Characteristic impedance of the vessel to which the coefficient belongs, mmHg s/ml.
+    R_t : array, shape (terminal,)
+        Reflection coefficient of pressure, between -1 (open) and 1 (closed); 0 sends nothing back.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.ReflectionCoefficient(Z_c=[20.0], R_t=[0.5]).total_resistance()  # mmHg s/ml
+    60.0
+    """
+
+    Z_c: Values
+    R_t: Values
+
+    MAY_BE: ClassVar[Mapping[str, float]] = {"R_t": -1.0}
+
+    @staticmethod
+    def bed() -> BedLaw:
+        """Return what is said of the bed; a factor of Z_c is one of the resistance."""
+        quantities = {
+            "Z_c": Quantity(RESISTANCE, "Z_c", "characteristic impedance before the reflection"),
+            "R_t": Quantity("1", "R_t", "reflection coefficient of the vascular bed"),
+        }
+        factors = {"r": _share("r", KNOWN, 0.05, 10.0)._replace(meaning="factor of the nominal resistance of all beds")}
+        return BedLaw("reflection", "reflection coefficients", "Z = Z_c (1 + R_t)/(1 - R_t)", "", quantities, factors,
+                      None, ("R_t",))  # fmt: skip
+
+    @classmethod
+    def nominal(cls, resistance: np.ndarray, time_constant: float) -> "ReflectionCoefficient":
+        """Return the coefficients that make these resistances of a share `RESISTANCE_RATIO` of them before the bed."""
+        return cls(RESISTANCE_RATIO * resistance, (1 - RESISTANCE_RATIO) / (1 + RESISTANCE_RATIO) + 0 * resistance)
+
+    @classmethod
+    def of(cls, network: Network, site: Site) -> "ReflectionCoefficient":
+        """Return the coefficients with which the terminal vessels, as stiff as the root, have the resistance."""
+        Z_c = np.sqrt(0.5 * site.blood.inertia * site.stiffness) / network.area[network.terminals]
+        resistance = site.resistance / network.flow_fraction[network.terminals]
+        return cls(Z_c, (resistance - Z_c) / (resistance + Z_c))
+
+    def scaled(self, *factors: float) -> "ReflectionCoefficient":
+        """Return the beds with resistances multiplied by the factor, before the same vessels."""
+        Z_c, resistance = np.asarray(self.Z_c), factors[0] * self.circuit().proximal
+        return type(self)(Z_c, (resistance - Z_c) / (resistance + Z_c))
+
+    def checked(self, names: Sequence[str]) -> "ReflectionCoefficient":
+        """Return one value of each parameter for every terminal, or raise `InputError` naming the vessel."""
+        one = super().checked(names)
+        bad = np.flatnonzero(np.abs(np.asarray(one.R_t)) >= 1)
+        if len(bad):
+            raise InputError(
+                f"vessel '{names[bad[0]]}': R_t = {np.asarray(one.R_t)[bad[0]]:g}; it lies between -1 and 1"
+            )
+        return one
+
+    def circuit(self) -> Circuit:
+        """Return the resistance that reflects as much."""
+        R = np.asarray(self.Z_c) * (1 + np.asarray(self.R_t)) / (1 - np.asarray(self.R_t))
+        return Circuit(R, 0 * R, 0 * R)
+
+    def with_totals(self, fractions: np.ndarray, values: Mapping[str, float]) -> "ReflectionCoefficient":
+        """Return beds of another total resistance ``R_T``."""
+        return self.scaled(values.get("R_T", now := self.total_resistance()) / now)
+
+
+BUILT_IN: tuple[Any, ...] = (Windkessel, CompliantBed, Resistance, ReflectionCoefficient)
 """The beds of this file."""
 
 
-class ImpedanceSpectrum(NamedTuple):
-    """Any bed given by its impedance at the harmonics of the heart rate; the solver convolves it with the flow.
+@dataclass(frozen=True, eq=False)
+class ImpedanceSpectrum:
+    """Any bed given by its impedance at the harmonics of the heart rate.
+
+    The solver steps the rational function nearest to it (`Rational`), which also says what it is between the harmonics
+    and beyond the last.
 
     Attributes
     ----------
     Z : complex array, shape (harmonic, terminal)
-        Impedance at ω_k = 2πk/T, k = 0 … K, mmHg s/ml; Z[0] is the resistance. Harmonics above K are taken as
-        Z[K].real, the resistance that very fast changes meet.
+        Impedance at ω_k = 2πk/T, k = 0 … K, mmHg s/ml; Z[0] is the resistance.
 
     Examples
     --------
@@ -347,8 +480,11 @@ class ImpedanceSpectrum(NamedTuple):
     >>> import numpy as np
     >>> beds = vw.Windkessel([20.0], [130.0], [1e-3])
     >>> omega = 2 * np.pi / 0.11 * np.arange(20)
-    >>> vw.ImpedanceSpectrum(beds.impedance(omega)).total_resistance()
+    >>> spectrum = vw.ImpedanceSpectrum(beds.impedance(omega))
+    >>> spectrum.total_resistance()
     150.0
+    >>> spectrum.fast_resistance()  # found, though the last harmonic given still has an imaginary part
+    array([20.])
     """
 
     Z: np.ndarray
@@ -366,17 +502,45 @@ class ImpedanceSpectrum(NamedTuple):
             raise InputError(
                 f"vessel '{names[bad[0]]}': its impedance is not finite, or its resistance is not positive"
             )
+        worst = int(np.argmax(self.error))
+        if self.error[worst] > _FAR:
+            raise InputError(
+                f"vessel '{names[worst]}': no passive bed has this impedance (the nearest is "
+                f"{100 * self.error[worst]:.0f} % away); check its unit, its order (from the mean on) and the sign of "
+                "its phase"
+            )
         return self
+
+    @cached_property
+    def unscaled(self) -> Rational:
+        """The rational function for a period of 2π, at which the harmonics are the angular frequencies."""
+        Z = np.asarray(self.Z, dtype=complex)
+        rows = worth_fitting(len(Z))
+        return joined([fitted(rows.astype(float), one) for one in Z[rows].T])
+
+    @cached_property
+    def error(self) -> np.ndarray:
+        """Root mean square of the rational function's error, as that of the impedance without its mean, (terminal,).
+
+        Harmonics count as they do in a flow: less and less from the sixteenth on.
+        """
+        Z, k = np.asarray(self.Z), np.arange(len(self.Z))
+        weight = importance(k)[:, np.newaxis]
+        apart = weight * np.abs(self.unscaled.impedance(1j * k) - Z)
+        return np.asarray(np.sqrt(np.sum(apart**2, axis=0) / np.sum((weight * np.abs(Z))[1:] ** 2, axis=0)))
+
+    def rational(self, period: float, near: Self | None = None) -> Rational:
+        """Return the rational function for this period (s)."""
+        base = 2 * np.pi / period
+        return Rational(self.unscaled.direct, self.unscaled.poles * base, self.unscaled.residues * base)
 
     def impedance_at(self, count: int, period: float) -> np.ndarray:
         """Impedance at the harmonics 0 … count-1, mmHg s/ml, shape (count, terminal); the period is the spectrum's."""
-        Z = np.asarray(self.Z)
-        beyond = np.broadcast_to(Z[-1].real, (max(0, count - len(Z)), Z.shape[1]))
-        return np.concatenate([Z[:count], beyond])
+        return np.concatenate([np.asarray(self.Z)[:count], self.unscaled.impedance(1j * np.arange(len(self.Z), count))])
 
     def fast_resistance(self) -> np.ndarray:
-        """NaN for each terminal: where a spectrum ends, it need not have settled."""
-        return np.full(np.shape(self.Z)[1], np.nan)
+        """Resistance that a sudden change of flow meets, mmHg s/ml, shape (terminal,)."""
+        return self.unscaled.direct
 
     def time_constants(self) -> np.ndarray:
         """NaN for each terminal: a spectrum names none."""
@@ -387,8 +551,8 @@ class ImpedanceSpectrum(NamedTuple):
         return float(1.0 / np.sum(1.0 / np.asarray(self.Z)[0].real))
 
     def resistance_ratio(self) -> float:
-        """NaN, as `fast_resistance`."""
-        return float("nan")
+        """Share of the resistance that a sudden change of flow meets, the mean over the beds."""
+        return float(np.mean(self.unscaled.direct / np.asarray(self.Z)[0].real))
 
     def weighted_compliance(self) -> np.ndarray:
         """Raise `InputError`: a spectrum names no capacitor."""

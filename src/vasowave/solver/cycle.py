@@ -10,6 +10,7 @@ from numba import njit
 
 from vasowave.model import walls
 from vasowave.runtime.kernels import kept
+from vasowave.solver import beds as bed_kernels
 from vasowave.solver import cells as cell_kernels
 from vasowave.solver import changing as changing_kernels
 from vasowave.solver import grid, laws, powers, trigonometry
@@ -79,7 +80,7 @@ def center_cells(sample, area, flow, out):
         out[1, sample, j] = 0.5 * (out[1, sample, j] + flow[j])
 
 
-PARTS = walls, laws, trigonometry, powers, grid, cell_kernels, changing_kernels, node_kernels
+PARTS = walls, laws, trigonometry, powers, grid, bed_kernels, cell_kernels, changing_kernels, node_kernels
 """Modules of which a cycle is compiled."""
 
 

@@ -38,7 +38,7 @@ class Direction(NamedTuple):
     def outlets(self) -> np.ndarray:
         """What becomes of the fields of the beds, shape (field, terminal)."""
         before, after = (np.array(list(cast(Any, one.outlets))) for one in (self.before, self.after))
-        return self._relative(before, after)
+        return self._relative(*(np.where(before == after, 1.0, one) for one in (before, after)))
 
     def _relative(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         return np.asarray(np.log(high / low) / self.apart)

@@ -1,65 +1,85 @@
-"""The one slow mode of the cycle map: vessels and beds discharge together, while all other waves are gone in a cycle.
+"""The slow modes of the cycle map: vessels and beds discharge together, while all other waves are gone in a cycle.
 
-Vessels of compliance C_v discharge through the beds' proximal resistances into their capacitors, and these through
-the distal ones (see `outlets.Circuit`); where a bed has only a part of that, so has the circuit. The slower of the two
-rates of that circuit says how much of a mode is left after a cycle, the volume that a cycle adds says how much of the
-mode there was: what all cycles to come would bring is known after the first.
+Vessels as one compliance, with one pressure, and the slow modes of the beds (`Rational`) behind their fast resistances
+make a small linear system. What is left of each of its states after a cycle says, from the change that one cycle
+brought, what all cycles to come would bring.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import expm
 
 from vasowave.model import walls
-from vasowave.model.outlets import Bed, Circuit
+from vasowave.model.rational import Rational
 from vasowave.solver.grid import Grid
 from vasowave.solver.state import Scale, State
+
+_GONE = 12.0  # a mode that decays by more than this many time constants in a cycle is a part of the resistance
+_LEAST = 1e-3  # share of a bed's resistance that stands before its slow modes, at least
 
 
 @dataclass(frozen=True, eq=False)
 class Discharge:
-    """What all cycles to come bring, if only the common discharge is left.
+    """What all cycles to come bring, if only the slow modes are left.
 
     Attributes
     ----------
     volume : array, shape (variable,)
-        Volume of every variable of a state, ml/mmHg.
-    to_come : array, shape (variable,)
-        Change in all cycles to come for each ml that a cycle brought, mmHg/ml.
+        Share of every variable of a state in the pressure of the vessels.
+    pressure : array, shape (variable,)
+        What one mmHg in all vessels is to every variable.
+    modes : int array, shape (mode,)
+        Which variables are the slow modes of the beds.
+    to_come : array, shape (1 + mode, 1 + mode)
+        Change of that pressure and of these modes in all cycles to come, for each mmHg that a cycle brought.
     """
 
     volume: np.ndarray
+    pressure: np.ndarray
+    modes: np.ndarray
     to_come: np.ndarray
 
     def after(self, change: np.ndarray) -> np.ndarray:
-        """Return what follows the change over one cycle, mmHg; both of shape (variable,) or (row, variable)."""
-        return np.multiply.outer(change @ self.volume, self.to_come)
+        """Return what follows the change over one cycle, mmHg; both of shape (variable,)."""
+        found = self.to_come @ np.append(change @ self.volume, change[self.modes])
+        coming = found[0] * self.pressure
+        coming[self.modes] = found[1:]
+        return coming
 
 
-def common_discharge(grid: Grid, scale: Scale, state: State, period: float) -> Discharge:
-    """Return the discharge of a model about the `state` at the start of a cycle; none where it has no such circuit."""
-    beds = grid.model.outlets
-    if not isinstance(beds, Bed):
-        none = np.zeros(len(scale.vector(state)))
-        return Discharge(none, none)
+def common_discharge(grid: Grid, scale: Scale, state: State, beds: Rational, period: float) -> Discharge:
+    """Return the discharge of a model with these beds about the `state` at the start of a cycle."""
     wall, area0 = grid.wall, grid.area0
-    per_pressure = walls.area_compliance(wall, walls.pressure(wall, state.area, area0), area0)
-    circuit = beds.circuit()
-    held = np.where(circuit.compliance > 0, 1.0, 0.0)[:, np.newaxis] * np.ones_like(state.memory)
-    mode = scale.vector(State(np.asarray(per_pressure), np.zeros(len(area0)), held))
-    volume = scale.volume(np.where(grid.is_cell, grid.spacing, 0.0), np.asarray(circuit.compliance, dtype=float))
-    kept = np.exp(-period * _slow_rate(volume[: len(scale.compliance)].sum(), circuit))
-    return Discharge(volume, kept / (1 - kept) / (mode @ volume) * mode)
+    per_pressure = np.asarray(walls.area_compliance(wall, walls.pressure(wall, state.area, area0), area0))
+    pressure = scale.vector(State(per_pressure, np.zeros(len(area0)), np.zeros_like(state.memory)))
+    volume = np.zeros(len(pressure))
+    volume[: len(scale.compliance)] = scale.compliance * np.where(grid.is_cell, grid.spacing, 0.0)[scale.held]
+    slow = (-beds.poles.real * period < _GONE) & (beds.residues != 0)
+    parts = np.stack([slow, slow & (beds.poles.imag != 0)], axis=-1).ravel()
+    modes = len(pressure) - parts.size + np.flatnonzero(parts)
+    system = _system(beds, slow, float(volume.sum()))
+    kept = np.concatenate([[True], parts])
+    after = expm(system[np.ix_(kept, kept)] * period)
+    to_come = np.linalg.solve(np.eye(len(after)) - after, after)
+    return Discharge(volume / (volume @ pressure), pressure, modes, to_come)
 
 
-def _slow_rate(C_v: float, circuit: Circuit) -> float:
-    """Rate, 1/s, at which C_v discharges through G1 into C and this through G2, once they discharge together.
-
-    The slower root of s² - (G1/C_v + (G1 + G2)/C) s + G1 G2/(C_v C); without C or without R1 there is one rate.
-    """
-    C = float(np.sum(circuit.compliance))
-    if not C or not np.all(circuit.proximal):
-        return float(np.sum(1 / (circuit.proximal + circuit.distal)) / (C_v + C))
-    G1, G2 = np.sum(1 / circuit.proximal), np.sum(1 / circuit.distal)
-    half, product = 0.5 * (G1 / C_v + (G1 + G2) / C), G1 * G2 / (C_v * C)
-    return float(product / (half + np.sqrt(half**2 - product)))
+def _system(beds: Rational, slow: np.ndarray, C_v: float) -> np.ndarray:
+    """Return the derivatives, 1/s, of the vessels' pressure and the parts of all modes by each other."""
+    each = -(beds.residues / beds.poles).real
+    before = beds.direct + np.where(slow, 0.0, each).sum(axis=1)
+    before = np.maximum(before, _LEAST * (beds.direct + each.sum(axis=1)))
+    terminals, width = slow.shape
+    first = 1 + 2 * np.arange(terminals * width)
+    A, into = np.zeros((1 + 2 * len(first),) * 2), np.zeros((1 + 2 * len(first), terminals))
+    poles, residues = beds.poles.ravel(), beds.residues.ravel()
+    A[first, first] = A[first + 1, first + 1] = poles.real
+    A[first, first + 1], A[first + 1, first] = -poles.imag, poles.imag
+    of = np.repeat(np.arange(terminals), width)
+    into[0] = -1.0 / C_v
+    into[first, of], into[first + 1, of] = residues.real, residues.imag
+    flow = np.zeros((terminals, len(A)))
+    flow[:, 0] = 1.0 / before
+    flow[of, first] = np.where(slow.ravel(), -1.0 / before[of], 0.0)
+    return np.asarray(A + into @ flow)

@@ -5,7 +5,7 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.model import walls
 from vasowave.model.linear import LinearSolution
-from vasowave.model.outlets import Outlets
+from vasowave.model.rational import Rational
 from vasowave.solver.grid import Grid
 from vasowave.solver.state import State
 
@@ -103,12 +103,12 @@ def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, most:
     )
 
 
-def not_periodic(outlets: Outlets, changes: tuple[float, ...], tolerance: float, period: float) -> NumericalError:
+def not_periodic(beds: Rational, changes: tuple[float, ...], tolerance: float, period: float) -> NumericalError:
     """Return the error for a state that does not repeat itself."""
     cycles, late = len(changes), changes[-min(10, len(changes)) :]
     reason = "the changes grow smaller: raise most_cycles, or tolerance"
-    slowest = float(np.max(outlets.time_constants())) / period
-    if min(late) >= 0.5 * changes[0] or late[-1] > 2 * min(late):
+    slowest = float(np.max(np.where(beds.residues != 0, -1.0 / beds.poles.real, 0.0), initial=0.0)) / period
+    if cycles > len(late) and (min(late) >= 0.5 * changes[0] or late[-1] > 2 * min(late)):
         reason = (
             "the changes no longer grow smaller, so that more cycles will not help: look for a vessel near collapse or "
             "near its largest area, and simulate with cycles_from_rest to see it"

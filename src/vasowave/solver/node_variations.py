@@ -48,13 +48,13 @@ class EndChanges(NamedTuple):
 
 
 class OutletChanges(NamedTuple):
-    """Changes of `laws.BedSteps` in every direction, shape (direction, terminal)."""
+    """Changes of `beds.BedSteps` in every direction, shape (direction, terminal, mode) or (direction, terminal)."""
 
     decay_half: np.ndarray
     decay: np.ndarray
     gain_half: np.ndarray
     gain: np.ndarray
-    fast: np.ndarray
+    resistance: np.ndarray
 
 
 @njit(**OPTIONS)
@@ -131,7 +131,7 @@ def differentiate_nodes(outlet, ends, slopes):
             slopes.give[k] -= slopes.line[first + k]
     for k in range(ends.first_terminal, len(slopes.give)):
         j = k - ends.first_terminal
-        slopes.give[k] += 1.0 / (outlet.fast[j] + outlet.gain_half[j])
+        slopes.give[k] += 1.0 / outlet.resistance[j]
     for k in range(len(slopes.give)):
         slopes.give[k] = 1.0 / slopes.give[k]
 
@@ -169,9 +169,10 @@ def change_nodes(d, before, memory, outlet, outlets, ends, faces, slopes, change
         changes.inflow[k] = 0.0
     for k in range(ends.first_terminal, len(changes.inflow)):
         j, q = k - ends.first_terminal, faces.flow[ends.face[k]]
-        rise = outlet.decay_half[j] * memory[j, 0] + outlets.decay_half[d, j] * before[j]
-        rise += (outlets.fast[d, j] + outlets.gain_half[d, j]) * q
-        changes.inflow[k] = rise / (outlet.fast[j] + outlet.gain_half[j])
+        rise = outlets.resistance[d, j] * q
+        for i in range(memory.shape[1]):
+            rise += (outlet.decay_half[j, i] * memory[j, i] + outlets.decay_half[d, j, i] * before[j, i]).real
+        changes.inflow[k] = rise / outlet.resistance[j]
     for r in range(len(ends.start) - 1):
         first = ends.start[r]
         for k in range(ends.start[r + 1] - first):
@@ -197,5 +198,6 @@ def change_memory(d, before, memory, outlet, outlets, ends, faces, face_dq):
     """Change in direction d of what the outlets remember of this step."""
     for j in range(len(memory)):
         face = ends.face[ends.first_terminal + j]
-        memory[j, 0] = outlet.decay[j] * memory[j, 0] + outlets.decay[d, j] * before[j]
-        memory[j, 0] += outlet.gain[j] * face_dq[face] + outlets.gain[d, j] * faces.flow[face]
+        for i in range(memory.shape[1]):
+            kept = outlet.decay[j, i] * memory[j, i] + outlets.decay[d, j, i] * before[j, i]
+            memory[j, i] = kept + outlet.gain[j, i] * face_dq[face] + outlets.gain[d, j, i] * faces.flow[face]

@@ -15,9 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from vasowave.solver.beds import bed_pressure, remember
 from vasowave.solver.cells import OPTIONS, slowed
 from vasowave.solver.grid import Ends
-from vasowave.solver.laws import outlet_line, ratio_at, remember, slope_at
+from vasowave.solver.laws import ratio_at, slope_at
 
 _NEWTON_CLOSE = 1e-4  # mmHg; a smaller Newton step is taken linearly: what that neglects is below 1e-9 mmHg
 _NEWTON_MOST = 50  # steps, at most
@@ -158,14 +159,15 @@ def solve_nodes(inflow, step, outlet, memory, ends, wall, nodes, faces):
     """State of all vessel ends at the half step (eqs. 6, 7); returns the node that has no solution, or -1."""
     nodes.source[ends.inlet] = inflow
     for k in range(ends.first_terminal, len(nodes.step)):
-        nodes.memory[k], nodes.weight[k] = outlet_line(outlet, memory, k - ends.first_terminal, step)
+        j = k - ends.first_terminal
+        nodes.memory[k], nodes.weight[k] = bed_pressure(outlet, memory, j), outlet.resistance[j]
     first_guess(step, ends, nodes)
     for _ in range(_NEWTON_MOST):
         try_pressures(ends, wall, nodes)
         if newton_step(ends, nodes):
             close_ends(ends, nodes, faces)
             for k in range(ends.first_terminal, len(nodes.step)):
-                remember(outlet, memory, k - ends.first_terminal, step, faces.flow[ends.face[k]])
+                remember(outlet, memory, k - ends.first_terminal, faces.flow[ends.face[k]])
             return -1
     return worst_node(nodes)
 

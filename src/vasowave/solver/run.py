@@ -81,7 +81,7 @@ def _from(start: Start, inflow: Inflow, numerics: Numerics) -> Run:
 
 def _periodic(stepper: Stepper, start: Start, numerics: Numerics) -> Run:
     """Return the fixed point of the cycle map of one step size."""
-    scale = Scale(stepper.grid, start.mean_pressure(), stepper.outlets)
+    scale = Scale(stepper.grid, start.mean_pressure())
 
     def cycle(x: np.ndarray) -> np.ndarray:
         return scale.vector(stepper.cycle(scale.state(x)))
@@ -89,13 +89,13 @@ def _periodic(stepper: Stepper, start: Start, numerics: Numerics) -> Run:
     def allowed(x: np.ndarray) -> bool:
         return stepper.allows(scale.state(x))
 
-    began = start.state(stepper.outlets, stepper.steps)
-    discharge = common_discharge(stepper.grid, scale, began, stepper.period)
+    began = start.state(stepper.beds, stepper.steps)
+    discharge = common_discharge(stepper.grid, scale, began, stepper.beds, stepper.period)
     x, convergence = fixed_point(
         cycle, scale.vector(began), numerics.tolerance, numerics.most_cycles, allowed, discharge.after, start.secants
     )
     if not convergence.converged:
-        raise not_periodic(start.grid.model.outlets, convergence.changes, numerics.tolerance, stepper.period)
+        raise not_periodic(stepper.beds, convergence.changes, numerics.tolerance, stepper.period)
     return _finished(stepper, scale.state(x), convergence, scale, numerics)
 
 
@@ -107,8 +107,8 @@ def run_cycles(model: Model, inflow: Inflow, numerics: Numerics, count: int) -> 
 
     def attempt(steps: int) -> Run:
         stepper = Stepper(grid, inflow, numerics, steps)
-        scale = Scale(grid, start.mean_pressure(), stepper.outlets)
-        state, changes = start.state(stepper.outlets, steps), []
+        scale = Scale(grid, start.mean_pressure())
+        state, changes = start.state(stepper.beds, steps), []
         for _ in range(count):
             before, state = state, stepper.cycle(state)
             changes.append(float(np.max(np.abs(scale.vector(state) - scale.vector(before)))))

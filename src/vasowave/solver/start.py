@@ -9,10 +9,10 @@ from vasowave.errors import NumericalError
 from vasowave.model import walls
 from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
+from vasowave.model.rational import Rational
 from vasowave.recording import Inflow
 from vasowave.solver.failures import too_many_steps
 from vasowave.solver.grid import Grid
-from vasowave.solver.laws import OutletSteps
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import Secants
 from vasowave.solver.result import Run
@@ -44,7 +44,7 @@ class Start(Protocol):
         """Return the pressures at which the variables are scaled, mmHg, shape (vessel,)."""
         ...
 
-    def state(self, outlet: OutletSteps, steps: int) -> State:
+    def state(self, beds: Rational, steps: int) -> State:
         """Return the state half a step before t = 0."""
         ...
 
@@ -86,7 +86,7 @@ class FromLinear:
         """Return the mean pressures of the linear solution, mmHg."""
         return np.maximum(self.linear.mean_pressure, 0.0)
 
-    def state(self, outlet: OutletSteps, steps: int) -> State:
+    def state(self, beds: Rational, steps: int) -> State:
         """Return the linear solution half a step before t = 0."""
         grid, linear, model = self.grid, self.linear, self.grid.model
         held, step = grid.has_state, linear.period / steps
@@ -97,9 +97,8 @@ class FromLinear:
         area[held] = walls.area(wall, pressure, area[held])
         flow[held] = linear.in_time(Q, -0.5 * step)
         terminals = model.network.terminals
-        times = outlet.remembered() * step
-        waves = (linear.in_time(W, times) for W in linear.at(terminals, model.network.length[terminals]))
-        return State(area, flow, outlet.memory_of(*waves))
+        leaving = linear.at(terminals, model.network.length[terminals])[1]
+        return State(area, flow, beds.waves(leaving, linear.period, -0.5 * step))
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,11 +130,11 @@ class FromNeighbor:
         wall, area0 = model.at(np.arange(len(area)), 0.5)
         return np.maximum(np.asarray(walls.pressure(wall, area, area0)), 0.0)
 
-    def state(self, outlet: OutletSteps, steps: int) -> State:
+    def state(self, beds: Rational, steps: int) -> State:
         """Return the neighbour's pressures, flows and memory at the end of its cycle."""
         grid, end, before = self.grid, self.run.end, self.run.grid
         area0 = grid.area0
-        if len(end.area) != len(area0) or end.memory.shape[1] != len(outlet.remembered()):
+        if len(end.area) != len(area0) or end.memory.shape != beds.poles.shape:
             raise NumericalError("the neighbouring run has another grid; start without it")
         pressure: walls.Values = np.zeros(len(area0))
         if type(before.wall) is type(grid.wall):
@@ -159,15 +158,14 @@ class FromRest:
         """Return zero, mmHg."""
         return np.zeros(len(self.grid.model.network))
 
-    def state(self, outlet: OutletSteps, steps: int) -> State:
+    def state(self, beds: Rational, steps: int) -> State:
         """Return undeformed vessels without flow."""
-        return at_rest(self.grid, outlet)
+        return at_rest(self.grid, beds)
 
 
-def at_rest(grid: Grid, outlet: OutletSteps) -> State:
+def at_rest(grid: Grid, beds: Rational) -> State:
     """Return undeformed vessels without flow, whose outlets remember none."""
-    memory = np.zeros((len(grid.model.network.terminals), len(outlet.remembered())))
-    return State(grid.area0.copy(), np.zeros(len(grid.vessel)), memory)
+    return State(grid.area0.copy(), np.zeros(len(grid.vessel)), np.zeros_like(beds.poles))
 
 
 def _range_of_pressure(model: Model) -> tuple[float, float]:

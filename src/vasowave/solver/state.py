@@ -6,12 +6,11 @@ import numpy as np
 
 from vasowave.model import walls
 from vasowave.solver.grid import Grid
-from vasowave.solver.laws import OutletSteps
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Area (cm²) and flow (ml/s) of every slot, and what every terminal remembers (mmHg, or ml/s)."""
+    """Area (cm²) and flow (ml/s) of every slot, and the modes of every bed (mmHg, complex; terminal, mode)."""
 
     area: np.ndarray
     flow: np.ndarray
@@ -26,10 +25,9 @@ class Scale:
     grid : Grid
     mean_pressure : array, shape (vessel,)
         mmHg, at which compliance and characteristic impedance are taken.
-    outlet : OutletSteps
     """
 
-    def __init__(self, grid: Grid, mean_pressure: np.ndarray, outlet: OutletSteps) -> None:
+    def __init__(self, grid: Grid, mean_pressure: np.ndarray) -> None:
         model = grid.model
         area0 = model.area0
         compliance = np.asarray(walls.area_compliance(model.wall, mean_pressure, area0))
@@ -40,30 +38,21 @@ class Scale:
         self.ghost_area = grid.area0
         vessel = grid.vessel[self.held]
         self.compliance, self.impedance = compliance[vessel], impedance[vessel]
-        self.memory = outlet.memory_scale(impedance[model.network.terminals])
+        self.beds = len(model.network.terminals)
 
     def vector(self, state: State) -> np.ndarray:
         """Return the state as pressures, mmHg."""
         held = self.held
-        return np.concatenate(
-            [
-                state.area[held] / self.compliance,
-                state.flow[held] * self.impedance,
-                (state.memory * self.memory).ravel(),
-            ]
-        )
+        modes = state.memory.view(float).ravel()
+        return np.concatenate([state.area[held] / self.compliance, state.flow[held] * self.impedance, modes])
 
     def state(self, x: np.ndarray) -> State:
         """Return the state whose vector is `x`."""
         n = len(self.compliance)
         area, flow = self.ghost_area.copy(), np.zeros(len(self.held))
         area[self.held], flow[self.held] = x[:n] * self.compliance, x[n : 2 * n] / self.impedance
-        return State(area, flow, x[2 * n :].reshape(self.memory.shape) / self.memory)
-
-    def volume(self, spacing: np.ndarray, bed_compliance: np.ndarray) -> np.ndarray:
-        """Return the volume of every variable of a vector, ml/mmHg: of cells (cm, shape (slot,)) and of beds."""
-        cells = self.compliance * spacing[self.held]
-        return np.concatenate([cells, np.zeros(len(cells)), bed_compliance])
+        modes = np.ascontiguousarray(x[2 * n :]).view(complex)
+        return State(area, flow, modes.reshape(self.beds, len(modes) // self.beds).copy())
 
     def change(self, x: np.ndarray) -> State:
         """Return the difference between two states whose vectors differ by `x`."""

@@ -4,11 +4,11 @@ import numpy as np
 
 from vasowave.recording import Inflow
 from vasowave.solver import cycle as cycles
+from vasowave.solver.beds import bed_steps
 from vasowave.solver.cells import Faces, Fluid, Fluxes
 from vasowave.solver.extremes import Extreme
 from vasowave.solver.failures import left_law, no_balance, too_steep
 from vasowave.solver.grid import Grid
-from vasowave.solver.laws import outlet_steps
 from vasowave.solver.nodes import make_node_states
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.start import AIM
@@ -30,7 +30,8 @@ class Stepper:
         self.grid, self.numerics, self.steps, self.period = grid, numerics, steps, inflow.period
         self.inflow = inflow.resampled(steps)
         dt = inflow.period / steps
-        self.outlets = outlet_steps(grid.model.outlets, steps, inflow.period, grid.model.outlet_pressure)
+        self.beds = grid.model.outlets.rational(inflow.period)
+        self.outlets = bed_steps(self.beds, dt, grid.model.outlet_pressure)
         blood = grid.model.blood
         friction = blood.friction.coefficients(blood.viscosity, inflow.period)
         self.fluid = Fluid(blood.inertia, *friction)

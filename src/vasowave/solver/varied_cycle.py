@@ -61,8 +61,9 @@ def _compiled() -> Any:
             gather(area, flow, cell_fluxes, ends, nodes)
             carry_to_ends(ends, end_wall, fluid, changing, cell_fluxes, nodes)
             characteristics(ends, end_wall, fluid, nodes)
-            for j in range(len(before)):
-                before[j] = memory[j, 0]
+            for j in range(before.shape[0]):
+                for i in range(before.shape[1]):
+                    before[j, i] = memory[j, i]
             solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
             find_fluxes(faces.area, faces.flow, at_faces, face_wall, fluid, fluxes)
 

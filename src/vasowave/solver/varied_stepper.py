@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from vasowave.recording import Inflow
+from vasowave.solver.beds import bed_steps
 from vasowave.solver.cells import Fluxes
 from vasowave.solver.changing_variations import Carried, Carrying
 from vasowave.solver.direction import Direction
 from vasowave.solver.grid import Changing
-from vasowave.solver.laws import outlet_steps
 from vasowave.solver.node_variations import EndChanges, EndSlopes, OutletChanges
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
@@ -20,7 +20,7 @@ from vasowave.solver.stepper import Stepper
 from vasowave.solver.variations import SHIFT, Slopes, Stencil, Weights
 from vasowave.solver.varied_cycle import varied_cycle_kernel
 
-_COMPLEX = 1e-30  # step of the complex derivatives of what an outlet does in one step
+_APART = 1e-5  # relative, of the central differences of what beds do in one step
 
 
 class VariedStepper:
@@ -45,7 +45,7 @@ class VariedStepper:
             _carrying(changing, rows, slots),
             np.zeros(slots),
             np.zeros(slots),
-            np.zeros(len(run.grid.model.network.terminals)),
+            np.zeros_like(run.end.memory),
         )
         self.output = np.zeros((len(directions), run.steps))
 
@@ -63,7 +63,7 @@ class VariedStepper:
 
     def from_rest(self, count: int) -> np.ndarray:
         """Return the change of the inlet pressure, mmHg, in the last of `count` cycles from rest."""
-        state, scale = at_rest(self.run.grid, self.stepper.outlets), self.run.scale
+        state, scale = at_rest(self.run.grid, self.stepper.beds), self.run.scale
         wider = [State(state.area * row[-1], state.flow, state.memory) for row in self.weights[0].wall]
         x = np.array([scale.vector(one) for one in wider])
         for _ in range(count):
@@ -117,12 +117,11 @@ def _beside(wall: Any) -> tuple[tuple[Any, Any], ...]:
 
 
 def _outlet_changes(run: Run, directions: Sequence[Direction]) -> OutletChanges:
-    """Return how the outlets' steps change, by complex steps in their fields."""
-    kind: Any = type(run.model.outlets)
-    fields: Any = run.model.outlets
-    beds, changes = np.array(list(fields), dtype=float), []
+    """Return how the beds' steps change, by differences of their fields."""
+    beds: Any = run.model.outlets
+    dt, changes = run.period / run.steps, []
     for one in directions:
-        moved = kind(*(beds * (1 + 1j * _COMPLEX * one.outlets)))
-        *answers, _ = outlet_steps(moved, run.steps, run.period, run.model.outlet_pressure)
-        changes.append([value.imag / _COMPLEX for value in answers])
+        moved = (beds.moved(side * _APART * one.outlets).rational(run.period, beds) for side in (1, -1))
+        up, down = (bed_steps(each, dt, run.model.outlet_pressure)[:-1] for each in moved)
+        changes.append([(a - b) / (2 * _APART) for a, b in zip(up, down, strict=True)])
     return OutletChanges(*(np.array(value) for value in zip(*changes, strict=True)))

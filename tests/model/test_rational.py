@@ -1,0 +1,114 @@
+"""Impedances as rational functions: what they keep, that no bed gives off energy, and the steps that follow."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from vasowave.errors import InputError
+from vasowave.model.outlets import ImpedanceSpectrum, Windkessel
+from vasowave.model.rational import Rational, fitted, joined, nearby
+
+HARMONICS = 2 * np.pi / 0.11 * np.arange(40)
+
+
+def resonant(omega, factor=1.0):
+    """A tube of two sections, open at the end, behind a resistance: peaks that no relaxation has."""
+    s = 1j * omega
+    return 20.0 + factor * 130.0 / (1 + 0.09 * s) + 4e4 * (s + 40.0) / ((s + 40.0) ** 2 + 700.0**2)
+
+
+@pytest.mark.parametrize("count", [3, 20, 200])
+@pytest.mark.parametrize("time_constant", [0.005, 0.1, 3.0])
+def test_a_windkessel_is_found_again_however_many_harmonics_are_given(count, time_constant):
+    beds = Windkessel(*np.array([[20.0, 0.5], [130.0, 50.0], [time_constant / 130, time_constant / 20]]))
+    spectrum = ImpedanceSpectrum(beds.impedance_at(count, 0.11))
+    found = spectrum.rational(0.11)
+    np.testing.assert_allclose(found.direct, beds.R1, rtol=1e-6)
+    np.testing.assert_allclose(-1 / found.poles[:, 0].real, beds.R2 * beds.C, rtol=1e-6)
+    np.testing.assert_allclose(1 / found.residues[:, 0].real, beds.C, rtol=1e-6)
+    beyond = 2 * np.pi / 0.11 * 10.0 * count
+    np.testing.assert_allclose(found.impedance(1j * beyond), beds.impedance(beyond), rtol=1e-6)
+
+
+def test_peaks_of_a_bed_are_met_and_its_resistance_is_kept():
+    Z = resonant(HARMONICS)
+    found = fitted(HARMONICS, Z)
+    np.testing.assert_allclose(found.impedance(1j * HARMONICS)[:, 0], Z, rtol=1e-4)
+    assert found.impedance(np.array(0.0))[0] == pytest.approx(Z[0].real, rel=1e-12)
+    assert np.any(found.poles.imag > 0)
+    assert np.all(found.poles.real < 0)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_frequency_gives_off_energy_whatever_was_measured(seed):
+    rng = np.random.default_rng(seed)
+    s, sharp, at = 1j * HARMONICS, rng.uniform(20, 60), HARMONICS[rng.integers(5, 26)]
+    Z = 20 + 130 / (1 + 0.09 * s) - rng.uniform(3, 5) * 20 * sharp * (s + sharp) / ((s + sharp) ** 2 + at**2)
+    assert Z.real.min() < -5  # what was measured has a dip below zero, and noise on top
+    Z = Z * (1 + 1e-3 * rng.standard_normal(len(Z)) + 1e-3j * rng.standard_normal(len(Z)))
+    Z[0] = abs(Z[0])
+    found = fitted(HARMONICS, Z)
+    everywhere = np.sort(np.concatenate([np.linspace(0.0, 4e3, 40001), np.geomspace(1e-2, 1e9, 20001)]))
+    assert found.impedance(1j * everywhere).real.min() > -1e-6 * Z[0].real
+    assert found.direct[0] >= 0
+    assert found.impedance(np.array(0.0))[0] == pytest.approx(Z[0].real, rel=1e-6)
+    assert np.all(found.poles.real < 0)
+
+
+def test_a_spectrum_that_no_bed_has_is_refused_by_the_name_of_its_vessel():
+    Z = np.stack([resonant(HARMONICS), resonant(HARMONICS)], axis=1)
+    assert ImpedanceSpectrum(Z).checked(("a", "b"))
+    Z[:, 1] = Z[:, 1].conj()  # the other sign of the phase
+    with pytest.raises(InputError, match=r"vessel 'b': no passive bed has this impedance .* sign of its phase"):
+        ImpedanceSpectrum(Z).checked(("a", "b"))
+
+
+def test_the_error_of_a_spectrum_is_that_of_its_rational_function():
+    assert ImpedanceSpectrum(resonant(HARMONICS)[:, np.newaxis]).error[0] < 1e-4
+    noise = 1 + 0.05 * np.random.default_rng(0).standard_normal(len(HARMONICS))
+    assert 0.01 < ImpedanceSpectrum((resonant(HARMONICS) * noise)[:, np.newaxis]).error[0] < 0.1
+
+
+def test_a_step_is_the_solution_of_the_differential_equations():
+    beds = fitted(HARMONICS, resonant(HARMONICS))
+    flow, time = 0.7, 0.003
+    left, gained = beds.over(time)
+    start = np.array([3.0 + 1.0j, 2.0, -1.0 + 0.5j, 0.5][: beds.poles.shape[1]] + [0j] * (beds.poles.shape[1] - 4))
+
+    def change(_, x):
+        return beds.poles[0] * x + beds.residues[0] * flow
+
+    expected = solve_ivp(change, (0, time), start.astype(complex), rtol=1e-10, atol=1e-10).y[:, -1]
+    np.testing.assert_allclose(left[0] * start + gained[0] * flow, expected, rtol=1e-6, atol=1e-7)
+
+
+def test_the_modes_of_a_periodic_flow_are_those_to_which_steps_lead():
+    beds = fitted(HARMONICS, resonant(HARMONICS))
+    count, period = 4000, 0.11
+    t = np.arange(count) * period / count
+    flow = 0.3 + np.cos(2 * np.pi * t / period - 0.4) + 0.5 * np.sin(6 * np.pi * t / period)
+    left, gained = beds.over(period / count)
+    x = np.zeros_like(left)
+    for q in np.tile(flow, 12):
+        x = left * x + gained * q
+    spectrum = np.fft.rfft(flow)[:5, np.newaxis] / count
+    spectrum[1:] *= 2
+    np.testing.assert_allclose(x, beds.waves(spectrum, period, -0.5 * period / count), atol=1e-3 * np.abs(x).max())
+
+
+def test_a_small_change_of_a_bed_moves_poles_and_residues_as_fitting_anew_does():
+    base, step = fitted(HARMONICS, resonant(HARMONICS)), 1e-4
+    change = (resonant(HARMONICS, 1 + step) - resonant(HARMONICS))[:, np.newaxis]
+    moved = nearby(HARMONICS, change, base)
+    found = (moved.impedance(1j * HARMONICS) - base.impedance(1j * HARMONICS)) / step
+    np.testing.assert_allclose(found, change / step, rtol=1e-3, atol=1e-3)
+
+
+def test_beds_of_different_numbers_of_modes_stand_beside_each_other():
+    few, many = fitted(HARMONICS, 20 + 130 / (1 + 0.1j * HARMONICS)), fitted(HARMONICS, resonant(HARMONICS))
+    both = joined([few, many])
+    assert isinstance(both, Rational)
+    assert both.poles.shape == (2, many.poles.shape[1])
+    s = 1j * HARMONICS
+    np.testing.assert_allclose(both.impedance(s)[:, 0], few.impedance(s)[:, 0])
+    np.testing.assert_allclose(both.impedance(s)[:, 1], many.impedance(s)[:, 0])
