@@ -59,6 +59,8 @@ def direction_between(before: Model, after: Model, apart: float) -> Direction:
         raise InputError("derivatives need beds of one kind with parameters; an impedance spectrum has none")
     if before.network.name != after.network.name or type(before.wall) is not type(after.wall):
         raise InputError("a direction leads between two models of the same vessels and the same wall law")
+    if before.total_pressure != after.total_pressure or not np.array_equal(before.loss, after.loss):
+        raise InputError("a direction leads between two models with the same junctions and losses")
     if not all(np.array_equal(*both) for both in zip(_profile(before), _profile(after), strict=True)):
         raise InputError("derivatives by the shape of vessels are not known; take differences of simulations")
     return Direction(before, after, apart)

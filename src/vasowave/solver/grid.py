@@ -58,6 +58,9 @@ class Ends(NamedTuple):
     per_area0: np.ndarray  # (end,) 1/cm²
     half: np.ndarray  # (end,) dt/(2 dx), s/cm
     dt: np.ndarray  # (end,) s
+    dynamic: bool  # whether any end has a density below
+    density: np.ndarray  # (end,) ρ where the node shares the total pressure, else 0, mmHg s²/cm²
+    loss: np.ndarray  # (end,) K ρ by the loss coefficient of a vessel's inlet, else 0
 
 
 class Cells(NamedTuple):
@@ -141,6 +144,7 @@ class Grid:
         cell = np.where(side > 0, face - 1, face)
         backward = np.where(self.counts[vessel] > 1, -1, 2)  # the slot behind the cell next to an outlet
         inner = cell + np.where(side > 0, backward, 1)
+        density, loss = self._densities(vessel, side)
         return Ends(
             start=start.astype(np.uintp),
             inlet=first_terminal - 1,
@@ -154,7 +158,18 @@ class Grid:
             per_area0=1 / self.face_area0[face],
             half=dt / (2 * self.spacing[cell]),
             dt=np.full(len(vessel), dt),
+            dynamic=bool(np.any(density) or np.any(loss)),
+            density=density,
+            loss=loss,
         )
+
+    def _densities(self, vessel: np.ndarray, side: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Densities by which the ends' velocities make the dynamic pressure and the loss between end and junction."""
+        model, network = self.model, self.model.network
+        at_junction = np.where(side > 0, ~np.isin(vessel, network.terminals), vessel != network.root)
+        density = np.where(at_junction & model.total_pressure, model.blood.inertia, 0.0)
+        entered = at_junction & (side < 0)
+        return density, np.where(entered, model.blood.inertia * np.asarray(model.loss)[vessel], 0.0)
 
     @cached_property
     def changing(self) -> Changing:

@@ -40,7 +40,7 @@ class VariedStepper:
             _ones(Slopes, [*4 * [(slots,)], (rows, slots)]),
             _ones(Stencil, [*10 * [(slots,)], (changed, slots)]),
             _ones(Stencil, [*10 * [(slots,)], (changed, slots)]),
-            _ones(EndSlopes, [*14 * [(count,)], *2 * [(rows, count)], (nodes,)]),
+            _ones(EndSlopes, [*15 * [(count,)], *2 * [(rows, count)], (nodes,)]),
             _ones(EndChanges, [*3 * [(count,)], *2 * [(nodes,)]]),
             _carrying(changing, rows, slots),
             np.zeros(slots),
