@@ -93,9 +93,6 @@ class Motion(NamedTuple):
         return keeps, dynamic
 
 
-_STILL = Motion(*(np.full((1, 1), value) for value in (1.0, 0.0, 1.0, 0.0)))
-
-
 class _Passage(NamedTuple):
     """P_in = d (turn P_out + across Q_out), Q_in = d (along P_out + Q_out); shapes (harmonic, vessel)."""
 
@@ -189,19 +186,21 @@ def linear_solution(model: Model, inflow: Inflow, harmonics: int = 32) -> Linear
 
 def _mean_state(model: Model, flow: float, period: float) -> tuple[np.ndarray, np.ndarray]:
     """Mean pressure in the middle of every vessel (mmHg) and flow: areas fix friction, that the pressure, it areas."""
-    network, blood, moving = model.network, model.blood, _moves(model)
+    network, blood = model.network, model.blood
     parent, downward = network.parent.tolist(), np.concatenate(network.generations).tolist()
     beds, pulled, flows = np.zeros(len(network)), np.zeros(len(network)), np.zeros(len(network))
-    bed = model.outlets.impedance_at(1, period)[0].real
+    bed = entered = model.outlets.impedance_at(1, period)[0].real
     k0, k1 = blood.friction.coefficients(blood.viscosity, period)
     middle, parts = np.full(len(network), np.mean(model.outlet_pressure)), _parts(model)
     for _ in range(4):
-        inlet, outlet = _motions(model, middle, flows, 1) if moving else 2 * (_STILL,)
-        beds[network.terminals] = 1.0 / (bed + (outlet.dynamic[0, network.terminals] if moving else 0.0))
+        if model.dynamic:
+            inlet, outlet = _motions(model, middle, flows, 1)
+            entered = bed + outlet.dynamic[0, network.terminals]
+        beds[network.terminals] = 1.0 / entered
         pulled[network.terminals] = beds[network.terminals] * model.outlet_pressure
         areas = (np.asarray(walls.area(wall, middle, area0)) for wall, area0 in parts)
         fall = _mean([blood.inertia * network.length * (k0 + k1 * np.sqrt(A)) / A**2 for A in areas])
-        fall = fall + inlet.lost[0]
+        fall = fall + inlet.lost[0] if model.dynamic else fall
         resistance, conductance, behind = fall.tolist(), beds.tolist(), pulled.tolist()
         for row in reversed(downward):  # plain numbers: arrays of a few vessels cost more
             resistance[row] += 1.0 / conductance[row]
@@ -214,14 +213,10 @@ def _mean_state(model: Model, flow: float, period: float) -> tuple[np.ndarray, n
             before = parent[row]
             above[row] = above[before] * float(kept[before]) + behind[before] - behind[row]
         middle = np.asarray(behind) + 0.5 * (1.0 + kept) * above
-        flows = np.asarray(above) / resistance
-        middle = middle - 0.5 * (inlet.lost[0] + inlet.dynamic[0] + outlet.dynamic[0]) * flows
+        if model.dynamic:
+            flows = np.asarray(above) / resistance
+            middle = middle - 0.5 * (inlet.lost[0] + inlet.dynamic[0] + outlet.dynamic[0]) * flows
     return middle, flows
-
-
-def _moves(model: Model) -> bool:
-    """Whether the mean velocity counts: where total pressure is shared, or lost."""
-    return model.total_pressure or bool(np.any(model.loss))
 
 
 def _motions(model: Model, pressure: np.ndarray, flow: np.ndarray, count: int) -> tuple[Motion, Motion]:
@@ -294,7 +289,7 @@ def _solve(
     lines = _lines(model, mean_pressure, mean_flow, omega, period)
     passage = reduce(_Passage.then, (line.passage(network.length / len(lines)) for line in lines))
     end = model.outlets.impedance_at(len(spectrum), period)
-    if _moves(model):
+    if model.dynamic:
         motion = _motions(model, mean_pressure, mean_flow, len(spectrum))
         end = motion[1].keeps[:, network.terminals] * end + motion[1].dynamic[:, network.terminals]
         left, lost = motion[0].left, motion[0].lost

@@ -122,10 +122,15 @@ class Model:
         """True for a vessel whose radius or stiffness changes along its way, shape (vessel,)."""
         return np.zeros(len(self.network), dtype=bool) | (self.profile is not None and self.profile.changes)
 
-    @property
+    @cached_property
     def total_pressure(self) -> bool:
         """Whether junctions share the total pressure."""
         return self.junctions == "total" or (self.junctions is None and self.profile is not None)
+
+    @cached_property
+    def dynamic(self) -> bool:
+        """Whether velocities count where vessels meet: where the total pressure is shared, or some of it lost."""
+        return self.total_pressure or bool(np.any(self.loss))
 
     @cached_property
     def stiffening(self) -> np.ndarray:

@@ -158,18 +158,23 @@ class Grid:
             per_area0=1 / self.face_area0[face],
             half=dt / (2 * self.spacing[cell]),
             dt=np.full(len(vessel), dt),
-            dynamic=bool(np.any(density) or np.any(loss)),
+            dynamic=self.model.dynamic,
             density=density,
             loss=loss,
         )
 
     def _densities(self, vessel: np.ndarray, side: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Densities by which the ends' velocities make the dynamic pressure and the loss between end and junction."""
-        model, network = self.model, self.model.network
-        at_junction = np.where(side > 0, ~np.isin(vessel, network.terminals), vessel != network.root)
-        density = np.where(at_junction & model.total_pressure, model.blood.inertia, 0.0)
-        entered = at_junction & (side < 0)
-        return density, np.where(entered, model.blood.inertia * np.asarray(model.loss)[vessel], 0.0)
+        model, (start, *_) = self.model, self._ends
+        density, loss = np.zeros((2, len(vessel)))
+        if model.dynamic:
+            terminals = len(model.network.terminals)
+            at_junction = np.r_[: start[1] - 1 - terminals, start[1] : len(vessel)]
+            density[at_junction] = model.blood.inertia * model.total_pressure
+            loss[at_junction] = np.where(side < 0, model.blood.inertia * np.asarray(model.loss)[vessel], 0.0)[
+                at_junction
+            ]
+        return density, loss
 
     @cached_property
     def changing(self) -> Changing:
