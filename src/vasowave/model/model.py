@@ -42,8 +42,8 @@ class Model:
         Pressure behind the outlets, mmHg: of the left atrium, or the wedge pressure; 0 in the paper. What the pressure
         before a bed is above it drives the flow; walls feel the whole pressure. Kept as one value per terminal.
     shape : Shape, optional
-        How radius and stiffness change along the vessels, which are straight without one; `Shape.of` makes one of the
-        network's taper.
+        How radius and stiffness change along the vessels; by default the tapers that the network was measured with,
+        `Shape.of`. ``Shape()`` makes all of them straight.
     junctions : "static" or "total", optional
         Which pressure is one at both sides of a junction: the static one, as in the paper, or the total one, p + ½ρu²,
         with which no energy is lost there. By default total where any vessel has a shape, else static.
@@ -114,8 +114,11 @@ class Model:
 
     @cached_property
     def profile(self) -> Shape | None:
-        """The shape that was given, or nothing where all vessels are straight."""
-        return self.shape if self.shape is not None and self.shape.changes.any() else None
+        """The shape that was given or, if none was, measured; nothing where all vessels are straight."""
+        if self.shape is None and self.network.taper is None:
+            return None
+        shape = self.shape or Shape.of(self.network)
+        return shape if shape.changes.any() else None
 
     @cached_property
     def changing(self) -> np.ndarray:

@@ -223,9 +223,9 @@ class Grid:
 
     def cells(self, dt: float, friction: tuple[float, float]) -> Cells:
         """Return the slots' constants for the time step `dt` (s) and the coefficients of the friction."""
-        cells, where = self._constants(self.wall, self.area0, dt), self.changing.cell
-        if len(where):
-            cells.dt[where] *= self._drag_along(where, *friction)
+        cells = self._constants(self.wall, self.area0, dt)
+        if len(self.changing.cell):
+            cells.dt[self.changing.cell] *= self.drag_along(self.model, *friction)
         return cells
 
     def faces(self, dt: float) -> Cells:
@@ -237,11 +237,15 @@ class Grid:
         step = np.where(self.is_cell, dt, 0.0)
         return Cells(1 / area0, low * area0, high * area0, step / (2 * self.spacing), step)
 
-    def _drag_along(self, cells: np.ndarray, k0: float, k1: float) -> np.ndarray:
-        """Fall of pressure by drag along cells over that by the mean of their faces, from the image's radii alone."""
+    def drag_along(self, model: Model, k0: float, k1: float) -> np.ndarray:
+        """Return the fall of pressure by drag along changing cells over that by the mean of their faces.
+
+        It is that of the radii in the image of `model`, which has the vessels of this grid.
+        """
+        cells = self.changing.cell
         left, right = self.share[1][cells], self.share[1][cells + 1]
         share = np.linspace(left, right, len(_SIMPSON))
-        A = self.model.image_area(np.broadcast_to(self.vessel[cells], share.shape), share)
+        A = model.image_area(np.broadcast_to(self.vessel[cells], share.shape), share)
         drag = (k0 + k1 * np.sqrt(A)) / A
         with np.errstate(invalid="ignore"):
             factor = (A[0] + A[-1]) / (drag[0] + drag[-1]) * np.tensordot(_SIMPSON, drag / A, axes=1)
