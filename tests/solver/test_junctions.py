@@ -5,7 +5,7 @@ import pytest
 
 from horn import steady_inlet
 from vasowave.datasets import control_network
-from vasowave.errors import InputError
+from vasowave.errors import InputError, NumericalError
 from vasowave.model.blood import Blood, PowerLaw
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
@@ -204,3 +204,19 @@ def test_directions_lead_between_models_of_the_same_junctions():
 def test_junctions_and_losses_that_are_none_are_refused(parts, message):
     with pytest.raises(InputError, match=message):
         Model(FORK, LinearWall(57.0), windkessels(FORK, 76.0, 0.11, a=0.2), **parts)
+
+
+def test_a_flow_that_chokes_at_a_junction_is_an_error_that_says_so(inflow):
+    """The velocity at the end of the narrow vessel passes that of its waves as the vessel before a wide one narrows."""
+    network = Network(("a", "b"), [-1, 0], [0.4, 0.4], [0.04, 0.06])
+    beds = windkessels(network, 76.0, 0.11, a=0.2)
+
+    def mach(fall):
+        shape = Shape([[1.0 + fall / 2, 1.0 - fall / 2], [1.0, 1.0]])
+        run = simulate_run(Model(network, LinearWall(60.0), beds, shape=shape), inflow, Numerics(samples=64))
+        p, u, _ = at_ends(run)
+        return np.max(np.abs(u[:, 1, 0]) * np.sqrt(run.model.blood.inertia / (60.0 / 2 * (1 + p[:, 1, 0] / 60.0))))
+
+    assert 0.3 < mach(0.0) < mach(0.2) < 1.0
+    with pytest.raises(NumericalError, match=r"vessel 'a', .* no faster than its waves: check radius and taper"):
+        mach(0.8)
