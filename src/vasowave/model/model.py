@@ -49,7 +49,7 @@ class Model:
         with which no energy is lost there. By default total where any vessel has a shape, else static.
     loss : float or array, shape (vessel,)
         Loss coefficient K of each vessel's inlet: what enters or leaves it there loses K ½ρu², with its own velocity u.
-        That of the root is not used. Kept as one value per vessel.
+        That of the root is not used.
 
     Raises
     ------
@@ -198,7 +198,7 @@ def _pressures(given: Any, terminals: list[str]) -> np.ndarray:
     return values
 
 
-def _losses(given: Any, names: tuple[str, ...]) -> np.ndarray:
+def _losses(given: Any, names: tuple[str, ...]) -> float | np.ndarray:
     try:
         values = np.array(np.broadcast_to(np.asarray(given, dtype=float), len(names)))
     except (TypeError, ValueError):
@@ -206,7 +206,7 @@ def _losses(given: Any, names: tuple[str, ...]) -> np.ndarray:
     bad = np.flatnonzero(~(np.isfinite(values) & (values >= 0)))
     if len(bad):
         raise InputError(f"vessel '{names[bad[0]]}': loss {values[bad[0]]:g} is none; a loss coefficient is 0 or more")
-    return values
+    return values if np.ndim(given) else float(given)
 
 
 def _spread(values: np.ndarray) -> str:

@@ -171,9 +171,8 @@ class Grid:
             terminals = len(model.network.terminals)
             at_junction = np.r_[: start[1] - 1 - terminals, start[1] : len(vessel)]
             density[at_junction] = model.blood.inertia * model.total_pressure
-            loss[at_junction] = np.where(side < 0, model.blood.inertia * np.asarray(model.loss)[vessel], 0.0)[
-                at_junction
-            ]
+            losses = model.blood.inertia * np.broadcast_to(model.loss, len(model.network))[vessel]
+            loss[at_junction] = np.where(side < 0, losses, 0.0)[at_junction]
         return density, loss
 
     @cached_property
