@@ -18,8 +18,8 @@ from vasowave.errors import VasowaveWarning
 from vasowave.inference import Priors
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
+from vasowave.model.shape import Shape
 from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.network.network import Network
 from vasowave.recording import Inflow, Recording, average_beats
 from vasowave.solver import Numerics, simulate
 
@@ -80,17 +80,6 @@ def wrong_sizes(network, rng):
     return replace(network, radius=network.radius * radius, length=network.length * length)
 
 
-def tapered(network, pieces=4, fall=0.2):
-    """Return the network with every vessel cut into pieces, whose radii fall by 20 % from inlet to outlet."""
-    factor = 1 + fall * (0.5 - (np.arange(pieces) + 0.5) / pieces)
-    names = tuple(f"{name} {i}" for name in network.name for i in range(pieces))
-    first = np.arange(len(network)) * pieces
-    parent = np.repeat(first, pieces) + np.tile(np.arange(pieces), len(network)) - 1
-    parent[first] = np.where(network.parent >= 0, first[network.parent] + pieces - 1, -1)
-    radius = np.repeat(network.radius, pieces) * np.tile(factor, len(network))
-    return Network(names, parent, np.repeat(network.length / pieces, pieces), radius)
-
-
 def image_of(row):
     """Return the network as the image of an animal shows it."""
     network = control_network()
@@ -108,13 +97,13 @@ def priors_of(row):
 def truth_of(law, wrong, rng):
     """Return the true model; the image shows the control network."""
     image = control_network()
-    network = {"geometry": lambda: wrong_sizes(image, rng), "taper": lambda: tapered(image)}.get(wrong, lambda: image)()
+    network = wrong_sizes(image, rng) if wrong == "geometry" else image
     wall = wall_of(law, rng)
     if wrong == "stiffening":
         wall = LinearWall(wall.beta * (network.radius / network.radius[network.root]) ** -0.7)
     R_T, tau = 76.0 * np.exp(0.15 * rng.standard_normal()), 0.12 * np.exp(0.15 * rng.standard_normal())
-    shared = image if wrong == "taper" else network
-    return Model(network, wall, windkessels(shared, R_T, tau, rng.uniform(0.06, 0.25)))
+    shape = Shape([1.1, 0.9]) if wrong == "taper" else None
+    return Model(network, wall, windkessels(network, R_T, tau, rng.uniform(0.06, 0.25)), shape=shape)
 
 
 def noise_amplitude():

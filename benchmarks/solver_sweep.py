@@ -26,6 +26,7 @@ from vasowave.errors import InputError, NumericalError, VasowaveWarning
 from vasowave.model.blood import Blood, BoundaryLayer, Poiseuille, PowerLaw
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
+from vasowave.model.shape import Shape
 from vasowave.model.walls import LinearWall, TangentWall, wave_speed_at_rest
 from vasowave.network.network import Network
 from vasowave.recording import Inflow
@@ -39,7 +40,8 @@ class Kind(NamedTuple):
     """Ranges from which the models of one kind are drawn, log-uniformly.
 
     Lengths are multiples of the radius; the mean pressure fixes the resistance; the strain at it fixes the wall; the
-    peak flow is that share of the area times the wave speed at rest.
+    peak flow is that share of the area times the wave speed at rest. `falls` is the range, evenly drawn, of what radii
+    fall from inlet to outlet; `back` the flow that returns after ejection, over the peak.
     """
 
     radius: tuple[float, float]
@@ -49,6 +51,9 @@ class Kind(NamedTuple):
     strain: tuple[float, float]
     peak: tuple[float, float]
     ejection: tuple[float, float]
+    falls: tuple[float, float] = (0.0, 0.0)
+    back: float = 0.0
+    junctions: Any = None
 
 
 KINDS = {
@@ -58,6 +63,12 @@ KINDS = {
     "rat *": Kind((0.06, 0.15), (2, 15), (0.14, 0.25), (12, 45), (0.15, 0.7), (0.1, 0.4), (0.3, 0.5)),
     "arterioles *": Kind((0.002, 0.01), (5, 40), (0.08, 1.2), (8, 60), (0.05, 0.5), (0.005, 0.1), (0.3, 0.6)),
     "sudden *": Kind((0.02, 0.5), (3, 30), (0.08, 0.6), (10, 80), (0.1, 0.8), (0.05, 0.6), (0.05, 0.2)),
+    "tapering *": Kind(
+        (0.035, 1.0), (2, 30), (0.08, 1.2), (10, 110), (0.08, 0.8), (0.05, 0.4), (0.3, 0.5), (-0.2, 0.5), 0.2
+    ),
+    "total *": Kind(
+        (0.002, 1.0), (2, 60), (0.08, 1.2), (5, 120), (0.03, 1.0), (0.02, 1.0), (0.1, 0.6), back=0.4, junctions="total"
+    ),
 }
 
 
@@ -80,10 +91,16 @@ def drawn(kind: Kind, rng: np.random.Generator) -> tuple[Model, Inflow]:
     c0 = float(wave_speed_at_rest(wall, blood.inertia))
     phase = (np.arange(256) / 256 - 0.05) / draw("ejection")
     shape = np.where((phase > 0) & (phase < 1), np.sin(np.pi * np.clip(phase, 0, 1)) ** 2 * (1.35 - 0.7 * phase), 0)
-    flow = draw("peak") * c0 * network.area[network.root] * shape / shape.max()
+    shape = shape / shape.max()
+    if kind.back:
+        after = (phase - 1.0) / 0.3
+        shape -= rng.uniform(0.0, kind.back) * np.where((after > 0) & (after < 1), np.sin(np.pi * after) ** 2, 0.0)
+    flow = draw("peak") * c0 * network.area[network.root] * shape
     resistance = mean / flow.mean()
     outlets = windkessels(network, resistance, period * rng.uniform(0.3, 3), rng.uniform(0.03, 0.4))
-    return Model(network, wall, outlets, blood), Inflow(flow, period)
+    falls = rng.uniform(*kind.falls, len(network)) if kind.falls[1] else np.zeros(len(network))
+    tapers = Shape(1.0 + np.outer(falls, [0.5, -0.5]))
+    return Model(network, wall, outlets, blood, shape=tapers, junctions=kind.junctions), Inflow(flow, period)
 
 
 def tree(count: int, radius: float, length: Callable[[], float], rng: np.random.Generator) -> Network:

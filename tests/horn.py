@@ -1,6 +1,7 @@
-"""A cone and what theory says of waves in it, for the tests of vessels that taper."""
+"""A cone and what theory says of waves and of a steady flow in it, for the tests of vessels that taper."""
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from vasowave.network.network import Network
 from vasowave.recording import Inflow
@@ -27,3 +28,25 @@ def horn_impedance(omega, speed, density, load):
     ratio = -(p[0] - load * q[0]) / (p[1] - load * q[1])
     p, q = waves(far)
     return (p[0] + ratio * p[1]) / (q[0] + ratio * q[1])
+
+
+def steady_inlet(law, parameters, blood, flow, period, outlet, length, radius, stiffness):
+    """Inlet pressure of a steady flow, from q = const and dp/dx of eq. 2 with A = A0(x) R(p; θ(x)), by Runge and Kutta.
+
+    `radius` and `stiffness` are functions of x; p is a pressure, so that stiffness multiplies the law's pressures.
+    """
+    k0, k1 = blood.friction.coefficients(blood.viscosity, period)
+    first, *others = parameters  # the first is the law's pressure, pure numbers do not change
+
+    def area(x, p):
+        return np.pi * radius(x) ** 2 * float(law.ratio_at(p, first * stiffness(x), *others))
+
+    def slope(x, p):
+        A, h = area(x, p[0]), 1e-5
+        by_place = (area(x + h, p[0]) - area(x - h, p[0])) / (2 * h)
+        by_pressure = (area(x, p[0] + h) - area(x, p[0] - h)) / (2 * h)
+        drag = (k0 + k1 * np.sqrt(A)) / A
+        # (q²/A)' + A/ρ p' = -drag q, with A' = by_place + by_pressure p'
+        return [((flow / A) ** 2 * by_place - drag * flow) / (A / blood.inertia - (flow / A) ** 2 * by_pressure)]
+
+    return float(solve_ivp(slope, [length, 0.0], [outlet], rtol=1e-10, atol=1e-10).y[0, -1])

@@ -3,6 +3,9 @@ import pytest
 
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.model.model import Model
+from vasowave.model.outlets import Resistance
+from vasowave.model.walls import LinearWall
 from vasowave.network.network import Network
 from vasowave.network.vessel_table import write_network
 from vasowave.network_formats import read_network
@@ -119,6 +122,29 @@ def test_tapers_have_units_and_may_be_left_empty(tmp_path):
     np.testing.assert_allclose(found.radius_sd, [12e-4, np.nan, 7e-4])
     np.testing.assert_allclose(found.taper, [0.03, np.nan, -0.005])
     assert found.taper_sd is None
+
+
+def test_a_radius_at_the_outlet_is_a_taper_about_the_middle(tmp_path):
+    header = "name,parent,length [mm],radius [mm],radius end [um]\n"
+    found = read_network(table(tmp_path, "a,,4,0.5,300\nb,a,3,0.3,\nc,a,2,0.2,300\n", header))
+    np.testing.assert_allclose(found.radius, [0.04, 0.03, 0.025])
+    np.testing.assert_allclose(found.taper, [0.05, np.nan, -0.05])
+    inlet, outlet = (Model(found, LinearWall(60.0), Resistance([1.0, 1.0])).at([0, 1, 2], share)[1] for share in (0, 1))
+    np.testing.assert_allclose(np.sqrt(inlet / np.pi), [0.05, 0.03, 0.02])
+    np.testing.assert_allclose(np.sqrt(outlet / np.pi), [0.03, 0.03, 0.03])
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "message"),
+    [
+        ("radius end [cm]", "0", r"line 2 \(vessel 'a'\): taper 0\.1 is not possible"),
+        ("radius end [cm],taper [cm/cm]", "0.03,0.01", "both 'radius end' and 'taper'"),
+        ("radius end", "0.03", "column 'radius end' has no unit"),
+    ],
+)
+def test_an_outlet_that_is_none_is_refused(tmp_path, header, row, message):
+    with pytest.raises(InputError, match=message):
+        read_network(table(tmp_path, f"a,,0.4,0.04,{row}\n", f"name,parent,length [cm],radius [cm],{header}\n"))
 
 
 @pytest.mark.parametrize(

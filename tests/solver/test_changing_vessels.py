@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
+from horn import steady_inlet
 from vasowave.datasets import control_network
 from vasowave.errors import InputError
 from vasowave.model.blood import Blood, PowerLaw
@@ -32,32 +32,17 @@ WALLS = pytest.mark.parametrize(
 NARROWS = Shape([1.2, 0.8])
 
 
+class Mixed:
+    """A friction of both powers of the area."""
+
+    def coefficients(self, viscosity, period):
+        return 1.5, 25.0
+
+
 def tube(wall, length, radius, R_T, shape=None, blood=None):
     network = Network(("tube",), [-1], [length], [radius])
     beds = Windkessel(*(np.array([value]) for value in (0.2 * R_T, 0.8 * R_T, 0.05 / R_T)))
     return Model(network, wall, beds, blood or Blood(), shape=shape)
-
-
-def steady_inlet(law, parameters, blood, flow, period, outlet, length, radius, stiffness):
-    """Inlet pressure of a steady flow, from q = const and dp/dx of eq. 2 with A = A0(x) R(p; θ(x)), by Runge and Kutta.
-
-    `radius` and `stiffness` are functions of x; p is a pressure, so that stiffness multiplies the law's pressures.
-    """
-    k0, k1 = blood.friction.coefficients(blood.viscosity, period)
-    first, *others = parameters  # the first is the law's pressure, pure numbers do not change
-
-    def area(x, p):
-        return np.pi * radius(x) ** 2 * float(law.ratio_at(p, first * stiffness(x), *others))
-
-    def slope(x, p):
-        A, h = area(x, p[0]), 1e-5
-        by_place = (area(x + h, p[0]) - area(x - h, p[0])) / (2 * h)
-        by_pressure = (area(x, p[0] + h) - area(x, p[0] - h)) / (2 * h)
-        drag = (k0 + k1 * np.sqrt(A)) / A
-        # (q²/A)' + A/ρ p' = -drag q, with A' = by_place + by_pressure p'
-        return [((flow / A) ** 2 * by_place - drag * flow) / (A / blood.inertia - (flow / A) ** 2 * by_pressure)]
-
-    return float(solve_ivp(slope, [length, 0.0], [outlet], rtol=1e-10, atol=1e-10).y[0, -1])
 
 
 ROWS = {
@@ -201,21 +186,54 @@ def test_derivatives_of_a_tree_that_changes_are_those_of_differences(inflow, wal
         assert np.max(np.abs(derivative - expected)) < 1e-6 * np.max(np.abs(expected)), name
 
 
-def test_derivatives_by_the_shape_are_refused():
-    one, other = (tube(LinearWall(60.0), 1.0, 0.05, 50.0, Shape([1 + d, 1 - d])) for d in (0.1, 0.2))
-    with pytest.raises(InputError, match="by the shape"):
-        direction_between(one, other, 1.0)
+@pytest.mark.parametrize(
+    ("kind", "practice"), [(PowerLaw(9.0), {}), (Mixed(), {}), (Mixed(), {"cycles_from_rest": 2})],
+    ids=["power", "mixed", "from rest"],
+)  # fmt: skip
+def test_derivatives_by_the_shape_are_those_of_differences(inflow, kind, practice):
+    """Of tapers, of a bulge, and of a stiffness; drag that goes with two powers of the area has a mean of its own."""
+    network = Network(("a", "b", "c"), [-1, 0, 0], [0.45, 0.35, 0.09], [0.047, 0.047, 0.043], pressure=5.0)
+    numerics = Numerics(samples=64, steps_per_cycle=1024, tolerance=1e-11, **practice)
+    beds = windkessels(network, 76.0, 0.11, a=0.2)
+    radius = np.array([[1.2, 1.1, 0.9], [0.9, 1.0, 1.05], [1.1, 1.0, 0.92]])
+    stiffness = np.array([[1.3, 0.8], [1.0, 1.0], [1.0, 1.0]])
+
+    def changed(name, by):
+        wide = radius + by * {"tapers": np.array([0.5, 0.0, -0.5]), "bulge": np.array([0.0, 1.0, 0.0])}.get(name, 0.0)
+        stiff = stiffness * np.exp(by * np.array([[0.0, 1.0], [0.0, 0.0], [0.0, 0.0]]) * (name == "stiffness"))
+        return Model(network, LinearWall(60.0), beds, Blood(friction=kind), shape=Shape(wide, stiff))
+
+    run = simulate_run(changed("", 0.0), inflow, numerics)
+    assert run.grid.counts[2] == 1
+    names = ("tapers", "bulge", "stiffness")
+    directions = [direction_between(changed(name, -1e-5), changed(name, 1e-5), 2e-5) for name in names]
+    found = pressure_derivatives(run, inflow, directions, numerics, 1e-10)
+    for name, derivative in zip(names, found, strict=True):
+        p = [
+            simulate_run(changed(name, k * 1e-3), inflow, numerics, None if practice else run).inlet_pressure(1024)
+            for k in (1, -1, 2, -2)
+        ]
+        expected = (8 * (p[0] - p[1]) - (p[2] - p[3])) / 12e-3
+        assert np.max(np.abs(derivative - expected)) < 1e-7 * np.max(np.abs(expected)), name
 
 
-def test_a_measured_taper_is_simulated_where_it_is_given_as_a_shape_and_nowhere_else(inflow):
+def test_a_direction_from_a_straight_vessel_to_one_that_tapers_is_refused():
+    one, other = (tube(LinearWall(60.0), 1.0, 0.05, 50.0, Shape([1 + d, 1 - d])) for d in (0.0, 0.2))
+    with pytest.raises(InputError, match="in both models or in none"):
+        direction_between(one.changed(junctions="total"), other, 1.0)
+
+
+def test_a_measured_taper_is_simulated_unless_another_shape_is_given(inflow):
     sizes = (("only",), [-1], [1.0], [0.05])
     measured = Network(*sizes, taper=[0.02])
     beds = windkessels(measured, 76.0, 0.11, a=0.2)
-    tapering = Model(measured, LinearWall(60.0), beds, shape=Shape.of(measured))
-    same = Model(Network(*sizes), LinearWall(60.0), beds, shape=NARROWS)
-    straight, without = (Model(network, LinearWall(60.0), beds) for network in (measured, Network(*sizes)))
+    by_default, same = (Model(measured, LinearWall(60.0), beds, shape=shape) for shape in (None, NARROWS))
+    straight, without = (
+        Model(measured, LinearWall(60.0), beds, shape=Shape()),
+        Model(Network(*sizes), LinearWall(60.0), beds),
+    )
     one, two, three, four = (
-        simulate_run(model, inflow, Numerics()).inlet_pressure(64) for model in (tapering, same, straight, without)
+        simulate_run(model, inflow, Numerics()).inlet_pressure(64) for model in (by_default, same, straight, without)
     )
     np.testing.assert_allclose(one, two, rtol=1e-12)
     assert np.array_equal(three, four)

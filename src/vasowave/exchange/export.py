@@ -24,7 +24,8 @@ _WRITERS: dict[str, Callable[[Solved, Path], list[str]]] = {
 }
 _DRAWN = "The network has no coordinates: vessels were drawn as a flat tree, with true lengths and radii."
 _CHANGING = {
-    "openbf": "Vessels that change on their way have openBF's straight taper, and its one thickness of the wall.",
+    "openbf": "Vessels that change on their way have openBF's straight taper, its one thickness of the wall, and its "
+    "junctions of one static pressure.",
     "svzerod": "Vessels that change on their way are taken as they are in the middle.",
 }
 

@@ -48,8 +48,9 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     """Read a model and its inflow from the YAML file of openBF and the inlet file that it names.
 
     The tube law is openBF's own; an external pressure becomes part of it: p = (β - P) (√(A/A0') - 1) with
-    √(A0'/A0) = (β - P)/β. A vessel that tapers has one thickness of its wall, so that β goes with 1/R0. Two-element
-    Windkessels, and those that openBF matches to their vessel, get ρ c0/A0 as R1; `Rt` is a `ReflectionCoefficient`.
+    √(A0'/A0) = (β - P)/β. A vessel that tapers has one thickness of its wall, so that β goes with 1/R0. Junctions
+    share the static pressure, as openBF's do where a vessel divides. Two-element Windkessels, and those that openBF
+    matches to their vessel, get ρ c0/A0 as R1; `Rt` is a `ReflectionCoefficient`.
 
     Parameters
     ----------
@@ -97,7 +98,7 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     ends = [(vessels[row], density, float(beta[row]), float(radius[row])) for row in network.terminals]
     outlets = _reflections(ends) or Windkessel(*np.array([_bed(*one) for one in ends]).T)
     stiffness, width = np.moveaxis(along / along[:, :, [len(_ALONG) // 2]], 1, 0)
-    model = Model(network, LinearWall(beta / PA), outlets, blood, shape=Shape(width, stiffness))
+    model = Model(network, LinearWall(beta / PA), outlets, blood, shape=Shape(width, stiffness), junctions="static")
     return model, _inflow(path, config)
 
 

@@ -80,9 +80,9 @@ class Problem:
         NumericalError
             A model with one vessel wider, longer or narrowing more by one SD cannot be simulated.
         """
-        models = [self.unknowns.tapered(point)]
+        models = [self.unknowns.model(point)]
         for kind, errors in zip(("radii", "lengths", "falls"), self.unknowns.own_errors, strict=True):
-            models += [self.unknowns.tapered(point, **{kind: one}) for one in np.diag(errors) if one.any()]
+            models += [self.unknowns.model(point, **{kind: one}) for one in np.diag(errors) if one.any()]
         outputs = self._simulated(models)
         if not np.isfinite(outputs).all():
             raise NumericalError(
@@ -174,6 +174,6 @@ class Problem:
     def _model(self, point: np.ndarray) -> Model | None:
         """Return the model at a point, or nothing where some number of it overflows or its law raises an error."""
         try:
-            return self.unknowns.tapered(point)
+            return self.unknowns.model(point)
         except (VasowaveError, ArithmeticError, ValueError):
             return None

@@ -13,7 +13,7 @@ from vasowave.inference.priors import Priors
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
 from vasowave.model.outlets import Site
-from vasowave.model.tapering import tapered
+from vasowave.model.shape import Shape
 from vasowave.network.network import MEASURED, Network, measured_falls
 
 
@@ -131,11 +131,17 @@ class Unknowns:
                 scores[i] = change / one.spread
         return scores
 
-    def model(self, scores: np.ndarray, radii: np.ndarray | None = None, lengths: np.ndarray | None = None) -> Model:
-        """Return the model at scores of shape (unknown,), with each vessel's own errors of logarithms, (vessel,).
+    def model(
+        self,
+        scores: np.ndarray,
+        radii: np.ndarray | None = None,
+        lengths: np.ndarray | None = None,
+        falls: np.ndarray | None = None,
+    ) -> Model:
+        """Return the model at scores of shape (unknown,), with each vessel's own errors, shape (vessel,).
 
-        Its vessels are straight; `tapered` says what is simulated. Nominal vascular beds share the flow by Poiseuille's
-        law in the changed network, as in the one of the image.
+        They are those of the logarithms of radius and length, and of what the radius falls along the vessel. Nominal
+        vascular beds share the flow by Poiseuille's law in the changed network, as in the one of the image.
         """
         value = self.values(scores)
         changed: dict[str, Any] = dict.fromkeys(MEASURED) | {
@@ -152,21 +158,11 @@ class Unknowns:
         site = Site(nominal.total_resistance, nominal.time_constant, nominal.beta, blood)
         beds = type(self.space.outlets).of(network, site)
         factors = (float(value[name]) for name in self.space.names[len(law._fields) :])
-        return Model(network, wall, beds.scaled(*factors), blood, float(value["wedge"]))
-
-    def tapered(
-        self,
-        scores: np.ndarray,
-        radii: np.ndarray | None = None,
-        lengths: np.ndarray | None = None,
-        falls: np.ndarray | None = None,
-    ) -> Model:
-        """Return the model that is simulated: as `model`, with vessels that narrow as measured, and errors of that."""
-        model = self.model(scores, radii, lengths)
-        fall = self.fall + (0.0 if falls is None else falls)
-        if not fall.any():
-            return model
-        return tapered(model, self.values(scores).get("taper_scale", 1.0) * fall)
+        outlets, behind = beds.scaled(*factors), float(value["wedge"])
+        if not self.fall.any():
+            return Model(network, wall, outlets, blood, behind)
+        fall = value["taper_scale"] * (self.fall + (0.0 if falls is None else falls))
+        return Model(network, wall, outlets, blood, behind, Shape.falling(fall), junctions="total")
 
     @cached_property
     def own_errors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -2,6 +2,9 @@
 
 Every vessel is a transmission line with compliance dA/dp, inertance ρ/A and the friction of eq. 2; junctions join
 admittances, outlets close the ends. A vessel whose radius or stiffness change along its way is a chain of such lines.
+
+Where junctions share the total pressure H = p + ½ρu², the waves are those of H and q about the mean velocity u: lines
+with ρ/A and dA/dp over 1 - u²/c², along which the flow carries waves by u/(c² - u²).
 It needs no time stepping and shares no code with the solver, which starts from it and is tested against it.
 """
 
@@ -16,6 +19,7 @@ from vasowave.model.model import Model
 from vasowave.recording import Inflow
 
 _PARTS = 6  # lines that a vessel makes where one changes along its way
+_FASTEST = 0.8  # u²/c² of the mean flow, at most: beyond, no linear theory knows the waves
 _GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)  # places in a line whose mean is right to third order
 
 
@@ -30,11 +34,14 @@ class Lines(NamedTuple):
         Characteristic impedance, mmHg s/ml.
     resistance : array, shape (vessel,)
         Steady resistance per length, mmHg s/ml/cm.
+    carried : complex array, shape (harmonic, vessel)
+        What the mean flow takes from γ of the waves that go with it, and adds to that of the others, 1/cm.
     """
 
     propagation: np.ndarray
     impedance: np.ndarray
     resistance: np.ndarray
+    carried: np.ndarray | None
 
     def after(self, vessel: np.ndarray, x: np.ndarray, P: np.ndarray, Q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the spectra of pressure and flow x (cm) behind a place in vessels where they are P and Q."""
@@ -42,6 +49,9 @@ class Lines(NamedTuple):
         Z = self.impedance[:, vessel]
         p = P * cosh - Z * Q * sinh
         q = Q * cosh - P / Z * sinh
+        if self.carried is not None:
+            ahead = np.exp(self.carried[:, vessel] * x)
+            p, q = p * ahead, q * ahead
         p[0], q[0] = P[0] - self.resistance[vessel] * x * Q[0], Q[0]
         return p, q
 
@@ -50,7 +60,37 @@ class Lines(NamedTuple):
         cosh, sinh = _hyperbolic(self.propagation * length)
         across, along = self.impedance * sinh / cosh, sinh / cosh / self.impedance
         across[0], along[0] = self.resistance * length, 0.0  # a steady flow meets resistance alone
+        if self.carried is not None:
+            cosh = cosh * np.exp(-self.carried * length)
         return _Passage(cosh, np.ones_like(cosh), across, along)
+
+
+class Motion(NamedTuple):
+    """What the mean velocity u makes of the static pressure P, at one place in every vessel: H = keeps P + dynamic Q.
+
+    A node's pressure is left H + lost Q at the inlet of a vessel that has a loss.
+
+    Attributes
+    ----------
+    keeps : array, shape (harmonic, vessel)
+        1 - u²/c²; 1 for the mean.
+    dynamic : array, shape (harmonic, vessel)
+        ρu/A, mmHg s/ml; half of it for the mean.
+    left, lost : array, shape (harmonic, vessel)
+        1 and 0 without loss; the second mmHg s/ml.
+    """
+
+    keeps: np.ndarray
+    dynamic: np.ndarray
+    left: np.ndarray
+    lost: np.ndarray
+
+    def between(self, after: "Motion", share: np.ndarray, vessel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return `keeps` and `dynamic` at a share of the way from here to another place in vessels (rows)."""
+        keeps, dynamic = (
+            (1 - share) * one[:, vessel] + share * two[:, vessel] for one, two in zip(self[:2], after[:2])
+        )
+        return keeps, dynamic
 
 
 class _Passage(NamedTuple):
@@ -90,6 +130,8 @@ class LinearSolution:
         What every vessel consists of, from its inlet on, in parts of the same length.
     length : array, shape (vessel,)
         cm.
+    motion : pair of Motion, optional
+        At inlets and outlets, where junctions share the total pressure or flow loses any.
     """
 
     period: float
@@ -99,6 +141,7 @@ class LinearSolution:
     flow: np.ndarray
     lines: tuple[Lines, ...]
     length: np.ndarray
+    motion: tuple[Motion, Motion] | None = None
 
     @property
     def resistance(self) -> np.ndarray:
@@ -108,11 +151,16 @@ class LinearSolution:
     def at(self, vessel: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the spectra of pressure and flow at x (cm) into the vessels (rows), shape (harmonic, place)."""
         p, q = self.pressure[:, vessel], self.flow[:, vessel]
+        if self.motion is not None:
+            p = p * self.motion[0].keeps[:, vessel] + self.motion[0].dynamic[:, vessel] * q
         part = self.length[vessel] / len(self.lines)
         for k, line in enumerate(self.lines):
             from_start = x - k * part if k else x  # a place beyond an end lies on the line that is next to it
             within = from_start if k == len(self.lines) - 1 else np.minimum(from_start, part)
             p, q = line.after(vessel, within if k == 0 else np.maximum(within, 0.0), p, q)
+        if self.motion is not None:
+            keeps, dynamic = self.motion[0].between(self.motion[1], x / self.length[vessel], vessel)
+            p = (p - dynamic * q) / keeps
         return p, q
 
     def in_time(self, spectrum: np.ndarray, t: float | np.ndarray) -> np.ndarray:
@@ -133,22 +181,26 @@ def linear_solution(model: Model, inflow: Inflow, harmonics: int = 32) -> Linear
     count = min(harmonics, (len(inflow.flow) - 1) // 2) + 1
     spectrum = np.fft.rfft(inflow.flow)[:count] / len(inflow.flow)
     spectrum[1:] *= 2
-    return _solve(model, spectrum, _mean_pressure(model, float(spectrum[0].real), inflow.period), inflow.period)
+    return _solve(model, spectrum, *_mean_state(model, float(spectrum[0].real), inflow.period), inflow.period)
 
 
-def _mean_pressure(model: Model, flow: float, period: float) -> np.ndarray:
-    """Mean pressure in the middle of every vessel, mmHg: it fixes areas, they fix friction, and that the pressure."""
+def _mean_state(model: Model, flow: float, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """Mean pressure in the middle of every vessel (mmHg) and flow: areas fix friction, that the pressure, it areas."""
     network, blood = model.network, model.blood
     parent, downward = network.parent.tolist(), np.concatenate(network.generations).tolist()
-    beds = np.zeros(len(network))
-    beds[network.terminals] = 1.0 / model.outlets.impedance_at(1, period)[0].real
-    pulled = np.zeros(len(network))
-    pulled[network.terminals] = beds[network.terminals] * model.outlet_pressure
+    beds, pulled, flows = np.zeros(len(network)), np.zeros(len(network)), np.zeros(len(network))
+    bed = entered = model.outlets.impedance_at(1, period)[0].real
     k0, k1 = blood.friction.coefficients(blood.viscosity, period)
     middle, parts = np.full(len(network), np.mean(model.outlet_pressure)), _parts(model)
     for _ in range(4):
+        if model.dynamic:
+            inlet, outlet = _motions(model, middle, flows, 1)
+            entered = bed + outlet.dynamic[0, network.terminals]
+        beds[network.terminals] = 1.0 / entered
+        pulled[network.terminals] = beds[network.terminals] * model.outlet_pressure
         areas = (np.asarray(walls.area(wall, middle, area0)) for wall, area0 in parts)
         fall = _mean([blood.inertia * network.length * (k0 + k1 * np.sqrt(A)) / A**2 for A in areas])
+        fall = fall + inlet.lost[0] if model.dynamic else fall
         resistance, conductance, behind = fall.tolist(), beds.tolist(), pulled.tolist()
         for row in reversed(downward):  # plain numbers: arrays of a few vessels cost more
             resistance[row] += 1.0 / conductance[row]
@@ -161,7 +213,28 @@ def _mean_pressure(model: Model, flow: float, period: float) -> np.ndarray:
             before = parent[row]
             above[row] = above[before] * float(kept[before]) + behind[before] - behind[row]
         middle = np.asarray(behind) + 0.5 * (1.0 + kept) * above
-    return middle
+        if model.dynamic:
+            flows = np.asarray(above) / resistance
+            middle = middle - 0.5 * (inlet.lost[0] + inlet.dynamic[0] + outlet.dynamic[0]) * flows
+    return middle, flows
+
+
+def _motions(model: Model, pressure: np.ndarray, flow: np.ndarray, count: int) -> tuple[Motion, Motion]:
+    """Return what mean pressure and flow of all vessels make of `count` harmonics at inlets and outlets."""
+    rows, inertia = np.arange(len(model.network)), model.blood.inertia
+    half = np.where(np.arange(count) > 0, 1.0, 0.5)[:, np.newaxis]
+    ends = []
+    for share in (0.0, 1.0):
+        wall, area0 = model.at(rows, np.full(len(rows), share))
+        A = np.asarray(walls.area(wall, pressure, area0))
+        u, c = flow / A, walls.wave_speed(wall, pressure, inertia)
+        dynamic = inertia * u / A * model.total_pressure
+        keeps = np.where(half < 1.0, 1.0, 1.0 - np.minimum((u / c) ** 2, _FASTEST) * model.total_pressure)
+        loss = np.where(model.network.parent < 0, 0.0, model.loss)
+        lost = loss * inertia * np.abs(u) / A / keeps
+        left = np.where(half < 1.0, 1.0, 1.0 - loss * u * np.abs(u) / c**2 / keeps)
+        ends.append(Motion(keeps, half * dynamic, left, half * lost))
+    return ends[0], ends[1]
 
 
 def _parts(model: Model) -> list[tuple[Any, np.ndarray]]:
@@ -177,35 +250,53 @@ def _mean(values: list[np.ndarray]) -> np.ndarray:
     return np.asarray(sum(values[1:], start=values[0]) / len(values))
 
 
-def _lines(model: Model, mean_pressure: np.ndarray, omega: np.ndarray, period: float) -> tuple[Lines, ...]:
+def _lines(
+    model: Model, mean_pressure: np.ndarray, flow: np.ndarray, omega: np.ndarray, period: float
+) -> tuple[Lines, ...]:
     inertia = model.blood.inertia
     k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
     lines, parts = [], _parts(model)
     each = 2 if len(parts) > 1 else 1
     for part in range(0, len(parts), each):
-        series, shunt, resistance = [], [], []
+        series, shunt, resistance, carried = [], [], [], []
         for wall, area0 in parts[part : part + each]:
             A = np.asarray(walls.area(wall, mean_pressure, area0))
             drag = (k0 + k1 * np.sqrt(A)) / A
-            series.append(inertia / A * (1j * omega + drag))
-            shunt.append(1j * omega * np.asarray(walls.area_compliance(wall, mean_pressure, area0)))
+            C = np.asarray(walls.area_compliance(wall, mean_pressure, area0))
+            slowness = np.zeros(len(A))  # u/c²
+            keeps: Any = 1.0
+            if model.total_pressure:
+                slowness = inertia * flow * C / A**2
+                keeps = 1.0 - np.minimum(slowness * flow / A, _FASTEST)
+            series.append(inertia / A * (1j * omega / keeps + drag))
+            shunt.append(1j * omega * C / keeps)
             resistance.append(inertia / A * drag)
+            carried.append(1j * omega * slowness / keeps)
         along, across = _mean(series), _mean(shunt)
         with np.errstate(divide="ignore", invalid="ignore"):
             Z_line = np.sqrt(along / across)
         Z_line[0] = 1.0  # has no meaning at zero frequency, where γ = 0 multiplies it
-        lines.append(Lines(np.sqrt(along * across), Z_line, _mean(resistance)))
+        with_flow = _mean(carried) if model.total_pressure else None
+        lines.append(Lines(np.sqrt(along * across), Z_line, _mean(resistance), with_flow))
     return tuple(lines)
 
 
-def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period: float) -> LinearSolution:
-    network = model.network
+def _solve(
+    model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, mean_flow: np.ndarray, period: float
+) -> LinearSolution:
+    network, motion = model.network, None
     omega = 2 * np.pi / period * np.arange(len(spectrum))[:, np.newaxis]
-    lines = _lines(model, mean_pressure, omega, period)
+    lines = _lines(model, mean_pressure, mean_flow, omega, period)
     passage = reduce(_Passage.then, (line.passage(network.length / len(lines)) for line in lines))
-    Z_in = _input_impedance(model, model.outlets.impedance_at(len(spectrum), period), passage)
+    end = model.outlets.impedance_at(len(spectrum), period)
+    if model.dynamic:
+        motion = _motions(model, mean_pressure, mean_flow, len(spectrum))
+        end = motion[1].keeps[:, network.terminals] * end + motion[1].dynamic[:, network.terminals]
+        left, lost = motion[0].left, motion[0].lost
+        passage = passage._replace(turn=left * passage.turn + lost * passage.along, across=left * passage.across + lost)
+    Z_in = _input_impedance(model, end, passage)
     passed = passage.d * (1.0 - passage.across / Z_in)
-    if len(lines) == 1:  # the same, rounded as the sum of what comes and what turns back
+    if len(lines) == 1 and motion is None:  # the same, rounded as the sum of what comes and what turns back
         cosh, sinh = _hyperbolic(lines[0].propagation[1:] * network.length)
         passed[1:] = cosh - lines[0].impedance[1:] / Z_in[1:] * sinh
     behind = _behind(model, Z_in[0].real)
@@ -217,7 +308,10 @@ def _solve(model: Model, spectrum: np.ndarray, mean_pressure: np.ndarray, period
         P[0, rows] += behind[parents] - behind[rows]
     flow = P / Z_in
     P[0] += behind
-    return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length)
+    if motion is not None:
+        keeps, dynamic = motion[0].keeps, motion[0].dynamic
+        P, Z_in = (((P - lost * flow) / left) - dynamic * flow) / keeps, ((Z_in - lost) / left - dynamic) / keeps
+    return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length, motion)
 
 
 def _behind(model: Model, resistance: np.ndarray) -> np.ndarray:

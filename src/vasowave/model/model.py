@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -42,14 +42,21 @@ class Model:
         Pressure behind the outlets, mmHg: of the left atrium, or the wedge pressure; 0 in the paper. What the pressure
         before a bed is above it drives the flow; walls feel the whole pressure. Kept as one value per terminal.
     shape : Shape, optional
-        How radius and stiffness change along the vessels, which are straight without one; `Shape.of` makes one of the
-        network's taper.
+        How radius and stiffness change along the vessels; by default the tapers that the network was measured with,
+        `Shape.of`. ``Shape()`` makes all of them straight.
+    junctions : "static" or "total", optional
+        Which pressure is one at both sides of a junction: the static one, as in the paper, or the total one, p + ½ρu²,
+        with which no energy is lost there. By default total where any vessel has a shape, else static.
+    loss : float or array, shape (vessel,)
+        Loss coefficient K of each vessel's inlet: what enters or leaves it there loses K ½ρu², with its own velocity u.
+        That of the root is not used.
 
     Raises
     ------
     InputError
         A parameter that is not a positive finite number or has the wrong shape, or a law without an area at the
-        pressure of the image; the vessel is named. A shape of another number of vessels.
+        pressure of the image; the vessel is named. A shape of another number of vessels; junctions of another kind, a
+        loss that is negative.
 
     Examples
     --------
@@ -66,6 +73,8 @@ class Model:
     blood: Blood = field(default_factory=Blood)
     outlet_pressure: float | np.ndarray = 0.0
     shape: Shape | None = None
+    junctions: Literal["static", "total"] | None = None
+    loss: float | np.ndarray = 0.0
 
     def __post_init__(self) -> None:
         """Expand every parameter to one value per vessel or terminal, and check it."""
@@ -81,6 +90,9 @@ class Model:
         if self.shape is not None and not set(self.shape.rows) <= {1, len(self.network)}:
             raise InputError(f"shape: give one row of points, or one for each of the {len(self.network)} vessels")
         object.__setattr__(self, "outlet_pressure", _pressures(self.outlet_pressure, terminals))
+        if self.junctions not in (None, "static", "total"):
+            raise InputError(f"junctions: {self.junctions!r} is none; the pressures are 'static' and 'total'")
+        object.__setattr__(self, "loss", _losses(self.loss, self.network.name))
         bad = np.flatnonzero(~(np.isfinite(self.area0) & (self.area0 > 0)))
         if len(bad):
             raise InputError(
@@ -102,13 +114,26 @@ class Model:
 
     @cached_property
     def profile(self) -> Shape | None:
-        """The shape that was given, or nothing where all vessels are straight."""
-        return self.shape if self.shape is not None and self.shape.changes.any() else None
+        """The shape that was given or, if none was, measured; nothing where all vessels are straight."""
+        if self.shape is None and self.network.taper is None:
+            return None
+        shape = self.shape or Shape.of(self.network)
+        return shape if shape.changes.any() else None
 
     @cached_property
     def changing(self) -> np.ndarray:
         """True for a vessel whose radius or stiffness changes along its way, shape (vessel,)."""
         return np.zeros(len(self.network), dtype=bool) | (self.profile is not None and self.profile.changes)
+
+    @cached_property
+    def total_pressure(self) -> bool:
+        """Whether junctions share the total pressure."""
+        return self.junctions == "total" or (self.junctions is None and self.profile is not None)
+
+    @cached_property
+    def dynamic(self) -> bool:
+        """Whether velocities count where vessels meet: where the total pressure is shared, or some of it lost."""
+        return self.total_pressure or bool(np.any(self.loss))
 
     @cached_property
     def stiffening(self) -> np.ndarray:
@@ -175,6 +200,17 @@ def _pressures(given: Any, terminals: list[str]) -> np.ndarray:
     if len(bad):
         raise InputError(f"vessel '{terminals[bad[0]]}': the pressure behind its outlet is {values[bad[0]]}")
     return values
+
+
+def _losses(given: Any, names: tuple[str, ...]) -> float | np.ndarray:
+    try:
+        values = np.array(np.broadcast_to(np.asarray(given, dtype=float), len(names)))
+    except (TypeError, ValueError):
+        raise InputError(f"loss: give one number, or one for each of the {len(names)} vessels") from None
+    bad = np.flatnonzero(~(np.isfinite(values) & (values >= 0)))
+    if len(bad):
+        raise InputError(f"vessel '{names[bad[0]]}': loss {values[bad[0]]:g} is none; a loss coefficient is 0 or more")
+    return values if np.ndim(given) else float(given)
 
 
 def _spread(values: np.ndarray) -> str:

@@ -72,7 +72,12 @@ class Shape:
         >>> vw.Shape.of(vw.Network(("only",), [-1], [1.0], [0.05], taper=[0.02])).radius
         array([[1.2, 0.8]])
         """
-        return cls(1.0 + np.outer(measured_falls(network, prior)[0], [0.5, -0.5]))
+        return cls.falling(measured_falls(network, prior)[0])
+
+    @classmethod
+    def falling(cls, fall: np.ndarray) -> Self:
+        """Return linear tapers: what each vessel's radius falls from inlet to outlet, in shares of it."""
+        return cls(1.0 + np.outer(fall, [0.5, -0.5]))
 
     @property
     def rows(self) -> tuple[int, int]:

@@ -15,9 +15,10 @@ from vasowave.io.files import write_file
 from vasowave.network.network import Network, image_pressure
 from vasowave.units import CANONICAL
 
-_ALIASES = {"vessel": "name", "id": "name", "l": "length", "r0": "radius", "r": "radius"}
+_ALIASES = {"radius_end": "radius end", "vessel": "name", "id": "name", "l": "length", "r0": "radius", "r": "radius"}
 _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
 
+_END = "radius end"
 _QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope"}
 
 COUNT = "vessels"
@@ -48,13 +49,14 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
 
     The root's parent is empty. Sizes and pressure may be in any unit that the header names. The pressure is that of the
     image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and ``taper_sd`` are
-    those of `Network`; their columns may be left out, and their cells be empty. Other columns are ignored.
+    those of `Network`; their columns may be left out, and their cells be empty. In place of a taper, ``radius end`` may
+    hold the radius at the outlet: ``radius`` is then that at the inlet. Other columns are ignored.
 
     Raises
     ------
     InputError
-        As `Network`, with the line of the file; also for a missing column, a missing unit, one of another quantity, or
-        pressures that differ.
+        As `Network`, with the line of the file; also for a missing column, a missing unit, one of another quantity,
+        pressures that differ, or tapers that are given twice.
 
     Returns
     -------
@@ -76,6 +78,13 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
 
     parent = np.array(_parent_rows(names, parents, where))
     known = {field: _known_in(table, field, quantity) for field, quantity in _QUANTITIES.items()}
+    end = _known_in(table, _END, "length")
+    if end is not None:
+        if known["taper"] is not None:
+            raise InputError(f"{path}: both '{_END}' and 'taper' say how vessels narrow; keep one of the two columns")
+        with np.errstate(divide="ignore"):  # a length of zero is refused by its line
+            known["taper"] = (radius - end) / length
+        radius = np.where(np.isnan(end), radius, 0.5 * (radius + end))
     network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where), **known)
     return network, [*table.suspicions, *_lost(table, network)]
 

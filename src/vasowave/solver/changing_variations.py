@@ -33,6 +33,7 @@ class Carrying(NamedTuple):
     gain_by_flow: np.ndarray  # (place,) of the flow that an end gains, by the flow of the cell
     gain_by_end: np.ndarray  # (place,) by the area carried to the end
     gain_by_cell: np.ndarray  # (place,) by the cell's own
+    drag: np.ndarray  # (2, slot) flow of the left face, and of the cell, by the logarithm of the drag along the cell
     kept: np.ndarray  # (5, slot) the flow of `keep_energy`; by area and flow of the left face; of the right
     pressure: np.ndarray  # (slot,) change of pressure in one direction
 
@@ -115,6 +116,15 @@ def differentiate_energy(cells, changing, faces, kept):
 
 
 @njit(**OPTIONS)
+def differentiate_drag_along(cells, changing, cell_fluxes, fluxes, faces, to_faces, drag):
+    """What more drag along the cells does to the flows that it slows."""
+    for j in changing.face:
+        drag[0, j] = to_faces.drag[j] * (cell_fluxes.drag[j - 1] + cell_fluxes.drag[j])
+    for j in changing.cell:
+        drag[1, j] = -0.5 * cells.dt[j] * (fluxes.drag[j] * faces.flow[j] + fluxes.drag[j + 1] * faces.flow[j + 1])
+
+
+@njit(**OPTIONS)
 def change_pressures(changing, dA, slopes, weight, pressure):
     """Changes of the pressures in the cells, or at the faces, of the vessels that change."""
     for j in changing.slot:
@@ -133,13 +143,16 @@ def change_carried(i, dp, carried, weight, j):
 
 
 @njit(**OPTIONS)
-def change_changing_faces(dA, dq, cells, changing, slopes, stencil, weight, face_weight, carrying, face_dA, face_dq):
+def change_changing_faces(
+    dA, dq, cells, changing, slopes, stencil, weight, face_weight, drag, carrying, face_dA, face_dq
+):
     """Changes at the inner faces: of the area, and of the flow where the wall's changes are not the same all along."""
     change_pressures(changing, dA, slopes, weight, carrying.pressure)
     for i in range(len(changing.face)):
         j = changing.face[i]
         dp = 0.5 * (carrying.pressure[j - 1] + carrying.pressure[j])
         face_dA[j] = change_carried(i, dp, carrying.face, face_weight, j) - cells.half[j - 1] * (dq[j] - dq[j - 1])
+        face_dq[j] += carrying.drag[0, j] * drag[j - 1]
     for k in range(len(weight)):
         for j in changing.face:
             face_dq[j] += stencil.fall[j] * slopes.wall[k, j - 1] * (weight[k, j] - weight[k, j - 1])
@@ -158,12 +171,13 @@ def change_changing_ends(dA, ends, changing, weight, carrying, slopes, changes):
 
 
 @njit(**OPTIONS)
-def change_changing_cells(face_dA, face_dq, changing, slopes, stencil, longer, face_weight, carrying, dq):
+def change_changing_cells(face_dA, face_dq, changing, slopes, stencil, longer, face_weight, drag, carrying, dq):
     """Changes of the flow in the cells by `keep_energy`, and where the wall's changes are not the same all along."""
     kept = carrying.kept
     for j in changing.cell:
         dq[j] += kept[1, j] * face_dA[j] + kept[2, j] * face_dq[j]
         dq[j] += kept[3, j] * face_dA[j + 1] + kept[4, j] * face_dq[j + 1] - kept[0, j] * longer[j]
+        dq[j] += carrying.drag[1, j] * drag[j]
     change_pressures(changing, face_dA, slopes, face_weight, carrying.pressure)
     for k in range(len(face_weight)):
         for j in changing.cell:

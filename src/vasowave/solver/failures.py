@@ -55,6 +55,11 @@ def no_balance(grid: Grid, state: State, vessel: int, time: float) -> Lost:
     name = grid.model.network.name[vessel]
     speed = _speed(grid, state, vessel)
     advice = "" if speed else "; the wall is too soft, or an outlet too narrow, for the flow that arrives there"
+    if grid.model.total_pressure and vessel not in grid.model.network.terminals and not speed:
+        advice = (
+            "; at one total pressure a flow passes a junction no faster than its waves: check radius and taper of this "
+            "vessel and of its daughters, or take junctions='static'"
+        )
     return Lost(f"vessel '{name}', t = {time:.4g} s: no pressure balances the flows at its end{advice}{speed}")
 
 

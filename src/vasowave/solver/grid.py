@@ -58,6 +58,9 @@ class Ends(NamedTuple):
     per_area0: np.ndarray  # (end,) 1/cm²
     half: np.ndarray  # (end,) dt/(2 dx), s/cm
     dt: np.ndarray  # (end,) s
+    dynamic: bool  # whether any end has a density below
+    density: np.ndarray  # (end,) ρ where the node shares the total pressure, else 0, mmHg s²/cm²
+    loss: np.ndarray  # (end,) K ρ by the loss coefficient of a vessel's inlet, else 0
 
 
 class Cells(NamedTuple):
@@ -141,6 +144,7 @@ class Grid:
         cell = np.where(side > 0, face - 1, face)
         backward = np.where(self.counts[vessel] > 1, -1, 2)  # the slot behind the cell next to an outlet
         inner = cell + np.where(side > 0, backward, 1)
+        density, loss = self._densities(vessel, side)
         return Ends(
             start=start.astype(np.uintp),
             inlet=first_terminal - 1,
@@ -154,7 +158,22 @@ class Grid:
             per_area0=1 / self.face_area0[face],
             half=dt / (2 * self.spacing[cell]),
             dt=np.full(len(vessel), dt),
+            dynamic=self.model.dynamic,
+            density=density,
+            loss=loss,
         )
+
+    def _densities(self, vessel: np.ndarray, side: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Densities by which the ends' velocities make the dynamic pressure and the loss between end and junction."""
+        model, (start, *_) = self.model, self._ends
+        density, loss = np.zeros((2, len(vessel)))
+        if model.dynamic:
+            terminals = len(model.network.terminals)
+            at_junction = np.r_[: start[1] - 1 - terminals, start[1] : len(vessel)]
+            density[at_junction] = model.blood.inertia * model.total_pressure
+            losses = model.blood.inertia * np.broadcast_to(model.loss, len(model.network))[vessel]
+            loss[at_junction] = np.where(side < 0, losses, 0.0)[at_junction]
+        return density, loss
 
     @cached_property
     def changing(self) -> Changing:
@@ -203,9 +222,9 @@ class Grid:
 
     def cells(self, dt: float, friction: tuple[float, float]) -> Cells:
         """Return the slots' constants for the time step `dt` (s) and the coefficients of the friction."""
-        cells, where = self._constants(self.wall, self.area0, dt), self.changing.cell
-        if len(where):
-            cells.dt[where] *= self._drag_along(where, *friction)
+        cells = self._constants(self.wall, self.area0, dt)
+        if len(self.changing.cell):
+            cells.dt[self.changing.cell] *= self.drag_along(self.model, *friction)
         return cells
 
     def faces(self, dt: float) -> Cells:
@@ -217,11 +236,15 @@ class Grid:
         step = np.where(self.is_cell, dt, 0.0)
         return Cells(1 / area0, low * area0, high * area0, step / (2 * self.spacing), step)
 
-    def _drag_along(self, cells: np.ndarray, k0: float, k1: float) -> np.ndarray:
-        """Fall of pressure by drag along cells over that by the mean of their faces, from the image's radii alone."""
+    def drag_along(self, model: Model, k0: float, k1: float) -> np.ndarray:
+        """Return the fall of pressure by drag along changing cells over that by the mean of their faces.
+
+        It is that of the radii in the image of `model`, which has the vessels of this grid.
+        """
+        cells = self.changing.cell
         left, right = self.share[1][cells], self.share[1][cells + 1]
         share = np.linspace(left, right, len(_SIMPSON))
-        A = self.model.image_area(np.broadcast_to(self.vessel[cells], share.shape), share)
+        A = model.image_area(np.broadcast_to(self.vessel[cells], share.shape), share)
         drag = (k0 + k1 * np.sqrt(A)) / A
         with np.errstate(invalid="ignore"):
             factor = (A[0] + A[-1]) / (drag[0] + drag[-1]) * np.tensordot(_SIMPSON, drag / A, axes=1)

@@ -2,7 +2,8 @@
 
 At every end the flow changes by ``r + m dA``: m is the slope of its characteristic's line, and r what the cells of its
 vessel, its wall and its length bring. The area changes by ``C (dp - g)``: C is the compliance, and g what the wall
-brings. The flows into a node stay in balance, which is one linear equation for its dp.
+brings. The flows into a node stay in balance, which is one linear equation for its dp. Where the node shares the total
+pressure, that of the end changes by the node's less what its velocity takes: C is smaller there, and g has a part of r.
 """
 
 from typing import NamedTuple
@@ -24,6 +25,7 @@ class EndSlopes(NamedTuple):
     compliance: np.ndarray  # (end,) C
     line: np.ndarray  # (end,) ± m C
     speed: np.ndarray  # (end,) c next to the end, cm/s
+    by_flow: np.ndarray  # (end,) of the dynamic pressure by the flow, mmHg s/ml
     by_softness: np.ndarray  # (end,) of c by dA/dp, in central differences
     area: np.ndarray  # (end,) of r by the area of the cell next to the end
     flow: np.ndarray  # (end,) by its flow
@@ -64,6 +66,13 @@ def gather_slopes(ends, nodes, faces, cell_slopes, face_slopes, slopes):
         cell, face = ends.cell[e], ends.face[e]
         slopes.cell_pressure[e], slopes.cell_drag[e] = cell_slopes.pressure[cell], cell_slopes.drag[cell]
         slopes.end_area[e], slopes.compliance[e] = faces.area[face], 1.0 / face_slopes.pressure[face]
+        slopes.by_flow[e] = 0.0
+    if ends.dynamic:
+        for e in range(len(ends.face)):
+            A, u = faces.area[ends.face[e]], faces.flow[ends.face[e]] / faces.area[ends.face[e]]
+            slopes.by_flow[e] = (ends.density[e] * u + ends.loss[e] * abs(u)) / A
+            slopes.compliance[e] /= 1.0 + slopes.compliance[e] * slopes.by_flow[e] * (nodes.slope[e] - u)
+    for e in range(len(ends.face)):
         slopes.line[e] = ends.side[e] * nodes.slope[e] * slopes.compliance[e]
     for k in range(len(slopes.wall)):
         for e in range(len(ends.face)):
@@ -164,6 +173,7 @@ def change_nodes(d, before, memory, outlet, outlets, ends, faces, slopes, change
     `before` is what the outlets remembered before this step, `memory` its change, `outlets` the changes of the outlets.
     """
     for e in range(len(ends.face)):
+        changes.wall[e] += slopes.by_flow[e] * changes.flow[e]
         changes.balance[e] = ends.side[e] * changes.flow[e] - slopes.line[e] * changes.wall[e]
     for k in range(ends.first_terminal):
         changes.inflow[k] = 0.0

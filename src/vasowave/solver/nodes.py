@@ -1,5 +1,9 @@
 """The compiled scheme where vessels end: every node has one pressure, at which the flows into it balance.
 
+It is the static pressure or, at junctions that keep energy, the total one: p + ½ρu² at every end, with what an end
+loses between the two (`Ends.density`, `Ends.loss`). The dynamic pressure of an end is one more unknown of Newton's
+method, which is eliminated end by end.
+
 Every vessel end gives a straight line q = α + m A from the characteristic that leaves its vessel. The inlet, a junction
 of any number of vessels, and an outlet are then the same equation for the node's pressure p::
 
@@ -22,6 +26,7 @@ from vasowave.solver.laws import ratio_at, slope_at
 
 _NEWTON_CLOSE = 1e-4  # mmHg; a smaller Newton step is taken linearly: what that neglects is below 1e-9 mmHg
 _NEWTON_MOST = 50  # steps, at most
+_LEAST_GIVE = 0.02  # 1 - |u|/c of a flow into a junction, at least: faster ones are slowed to find out that they are
 
 
 class NodeStates(NamedTuple):
@@ -38,7 +43,10 @@ class NodeStates(NamedTuple):
     slope: np.ndarray  # (end,) m, cm/s
     trial: np.ndarray  # (end,) pressure that is tried, mmHg
     end_area: np.ndarray  # (end,) at that pressure
-    compliance: np.ndarray  # (end,) dA/dp at that pressure, cm²/mmHg
+    compliance: np.ndarray  # (end,) dA/dp at that pressure, later by the node's, cm²/mmHg
+    missed: np.ndarray  # (end,) what the trial's dynamic pressure lacks, mmHg
+    share: np.ndarray  # (end,) of a change of the node's pressure that becomes a static one
+    dynamic: np.ndarray  # (4, end) pressure of the node above the end's at the last four half steps, the latest first
     pressure: np.ndarray  # (4, node) at the last four half steps, the latest first
     excess: np.ndarray  # (node,) flow into the node that its pressure leaves over, ml/s
     fall: np.ndarray  # (node,) its derivative by the pressure
@@ -52,8 +60,8 @@ class NodeStates(NamedTuple):
 def make_node_states(ends: Ends) -> NodeStates:
     """Return scratch memory for one simulation."""
     count, nodes = len(ends.face), int(ends.start[1])
-    at_ends, at_nodes = [np.ones(count) for _ in range(12)], [np.zeros(nodes) for _ in range(7)]
-    states = NodeStates(*at_ends, np.zeros((4, nodes)), *at_nodes)  # type: ignore[call-arg]
+    at_ends, at_nodes = [np.ones(count) for _ in range(14)], [np.zeros(nodes) for _ in range(7)]
+    states = NodeStates(*at_ends, np.zeros((4, count)), np.zeros((4, nodes)), *at_nodes)  # type: ignore[call-arg]
     states.gain[:] = 0.0
     states.weight[: ends.first_terminal] = 1.0
     states.outlet[ends.first_terminal :] = 1.0
@@ -97,6 +105,21 @@ def first_guess(step, ends, nodes):
     if step == 0:
         for k in range(p.shape[1]):
             p[:, k] = nodes.cell_pressure[k]
+    extrapolate(p)
+    if ends.dynamic:
+        if step == 0:
+            for e in range(len(ends.face)):
+                u = nodes.flow[e] / nodes.area[e]
+                nodes.dynamic[:, e] = 0.5 * (ends.density[e] * u + ends.loss[e] * abs(u)) * u
+            for k in range(p.shape[1]):
+                p[0, k] += nodes.dynamic[0, k]
+                p[1:, k] = p[0, k]
+        extrapolate(nodes.dynamic)
+
+
+@njit(**OPTIONS)
+def extrapolate(p):
+    """Put before the last four values of each column what a cubic through them has next."""
     for k in range(p.shape[1]):
         guess = 4.0 * (p[0, k] + p[2, k]) - 6.0 * p[1, k] - p[3, k]
         p[3, k], p[2, k], p[1, k], p[0, k] = p[2, k], p[1, k], p[0, k], guess
@@ -109,9 +132,45 @@ def try_pressures(ends, wall, nodes):
         first = ends.start[r]
         for k in range(ends.start[r + 1] - first):
             nodes.trial[first + k] = nodes.pressure[0, k]
+    if ends.dynamic:
+        for e in range(len(ends.face)):
+            nodes.trial[e] -= nodes.dynamic[0, e]
     for e in range(len(ends.face)):
         nodes.end_area[e] = ends.area0[e] * ratio_at(wall, e, nodes.trial[e])
         nodes.compliance[e] = ends.area0[e] * slope_at(wall, e, nodes.trial[e])
+
+
+@njit(**OPTIONS)
+def eliminate_dynamic(ends, nodes):
+    """Make area and compliance of every end those by its node's pressure, whatever the end's velocity makes of it.
+
+    With D(p) the dynamic pressure on the characteristic, a change of the node's pressure by dP moves that of the end by
+    (dP - missed)/(1 + dD/dp). Without loss 1 + dD/dp is 1 - |u|/c, of a flow to the node.
+    """
+    for e in range(len(ends.face)):
+        A = nodes.end_area[e]
+        u = nodes.intercept[e] / A + nodes.slope[e]
+        by_speed = ends.density[e] * u + ends.loss[e] * abs(u)
+        most = 5.0 + 0.5 * abs(nodes.trial[e])
+        nodes.missed[e] = min(max(0.5 * by_speed * u - nodes.dynamic[0, e], -most), most)
+        by_pressure = -by_speed * nodes.intercept[e] * nodes.compliance[e] / (A * A)
+        nodes.share[e] = 1.0 / max(1.0 + by_pressure, _LEAST_GIVE)
+        nodes.compliance[e] *= nodes.share[e]
+        nodes.end_area[e] -= nodes.compliance[e] * nodes.missed[e]
+
+
+@njit(**OPTIONS)
+def move_dynamic(ends, nodes):
+    """Move all dynamic pressures by the Newton step of the nodes; returns whether the ends' own steps were small."""
+    small = True
+    for r in range(len(ends.start) - 1):
+        first = ends.start[r]
+        for k in range(ends.start[r + 1] - first):
+            e = first + k
+            moved = nodes.share[e] * (nodes.step[k] - nodes.missed[e])
+            nodes.dynamic[0, e] += nodes.step[k] - moved
+            small &= abs(moved) < _NEWTON_CLOSE
+    return small
 
 
 @njit(**OPTIONS)
@@ -164,7 +223,12 @@ def solve_nodes(inflow, step, outlet, memory, ends, wall, nodes, faces):
     first_guess(step, ends, nodes)
     for _ in range(_NEWTON_MOST):
         try_pressures(ends, wall, nodes)
-        if newton_step(ends, nodes):
+        if ends.dynamic:
+            eliminate_dynamic(ends, nodes)
+        small = newton_step(ends, nodes)
+        if ends.dynamic:
+            small &= move_dynamic(ends, nodes)
+        if small:
             close_ends(ends, nodes, faces)
             for k in range(ends.first_terminal, len(nodes.step)):
                 remember(outlet, memory, k - ends.first_terminal, faces.flow[ends.face[k]])

@@ -18,10 +18,10 @@ class Practice(NamedTuple):
     blood: Blood
 
     def network(self, network: Network) -> Network:
-        """Return the network with every vessel rounded down to whole cells, one at least, and radii as at rest."""
+        """Return the network with straight vessels rounded down to whole cells, one at least, and radii as at rest."""
         cell = self.numerics.cell_size
         whole = np.maximum(1.0, np.floor(np.round(network.length / cell, 6)))
-        return replace(network, length=whole * cell, pressure=0.0)
+        return replace(network, length=whole * cell, pressure=0.0, taper=None, taper_sd=None)
 
 
 PAPER = Practice(

@@ -16,6 +16,7 @@ from vasowave.solver.changing_variations import (
     change_changing_faces,
     continue_changing,
     differentiate_changing,
+    differentiate_drag_along,
     differentiate_energy,
     differentiate_gains,
 )
@@ -51,7 +52,7 @@ def _compiled() -> Any:
         area, flow, memory = state
         dA, dq, remembered = changed
         (wall, face_wall, end_wall), (wall_beside, face_wall_beside, end_wall_beside) = law, shifted
-        (vessels, cells, at_faces, ends, changing), (in_slots, in_faces, in_ends) = parts, weights
+        (vessels, cells, at_faces, ends, changing), (in_slots, in_faces, in_ends, drags) = parts, weights
         faces, cell_fluxes, nodes, fluxes = base
         cell_slopes, slopes, to_faces, to_cells, lines, at_nodes, carrying, face_dA, face_dq, before = scratch
         for n in range(len(inflow)):
@@ -90,6 +91,7 @@ def _compiled() -> Any:
             differentiate_gains(changing, nodes, carrying, lines)
             differentiate_nodes(outlet, ends, lines)
             differentiate_energy(cells, changing, faces, carrying.kept)
+            differentiate_drag_along(cells, changing, cell_fluxes, fluxes, faces, to_faces, carrying.drag)
             for d in range(len(dA)):
                 rows, longer = in_slots.rows[d], in_slots.length[d]
                 weight, face_weight, end_weight = (
@@ -107,6 +109,7 @@ def _compiled() -> Any:
                     to_faces,
                     weight,
                     face_weight,
+                    drags[d],
                     carrying,
                     face_dA,
                     face_dq,
@@ -122,7 +125,7 @@ def _compiled() -> Any:
                 out[d, n] = at_nodes.pressure[ends.inlet]
                 change_cells(face_dA, face_dq, cells, to_cells, face_weight, dA[d], dq[d])
                 change_changing_cells(
-                    face_dA, face_dq, changing, slopes, to_cells, longer, face_weight, carrying, dq[d]
+                    face_dA, face_dq, changing, slopes, to_cells, longer, face_weight, drags[d], carrying, dq[d]
                 )
                 if in_slots.lengthens[d]:
                     lengthen_cells(longer, faces.flow, cells, to_cells, dA[d], dq[d])

@@ -7,10 +7,10 @@ import numpy as np
 
 from vasowave.recording import Inflow
 from vasowave.solver.beds import bed_steps
-from vasowave.solver.cells import Fluxes
+from vasowave.solver.cells import Fluid, Fluxes
 from vasowave.solver.changing_variations import Carried, Carrying
 from vasowave.solver.direction import Direction
-from vasowave.solver.grid import Changing
+from vasowave.solver.grid import Changing, Grid
 from vasowave.solver.node_variations import EndChanges, EndSlopes, OutletChanges
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
@@ -30,6 +30,7 @@ class VariedStepper:
         self.run, self.stepper = run, Stepper(run.grid, inflow, Numerics(samples=1), run.steps)
         ends, changing, vessel = self.stepper.parts[3], self.stepper.parts[4], run.grid.vessel
         self.weights = _weights(directions, run.grid.places)
+        self.drags = _drags(run.grid, directions, self.stepper.fluid)
         self.outlets = _outlet_changes(run, directions)
         self.shifted = tuple(map(_beside, self.stepper.law))
         slots, count, nodes = len(vessel), len(ends.face), int(ends.start[1])
@@ -40,7 +41,7 @@ class VariedStepper:
             _ones(Slopes, [*4 * [(slots,)], (rows, slots)]),
             _ones(Stencil, [*10 * [(slots,)], (changed, slots)]),
             _ones(Stencil, [*10 * [(slots,)], (changed, slots)]),
-            _ones(EndSlopes, [*14 * [(count,)], *2 * [(rows, count)], (nodes,)]),
+            _ones(EndSlopes, [*15 * [(count,)], *2 * [(rows, count)], (nodes,)]),
             _ones(EndChanges, [*3 * [(count,)], *2 * [(nodes,)]]),
             _carrying(changing, rows, slots),
             np.zeros(slots),
@@ -77,8 +78,8 @@ class VariedStepper:
         changed = tuple(np.array([getattr(one, name) for one in changes]) for name in ("area", "flow", "memory"))
         varied_cycle_kernel(type(stepper.grid.wall))(
             (state.area, state.flow, state.memory), changed, stepper.inflow, stepper.law, self.shifted,
-            stepper.outlets, self.outlets, stepper.parts, self.weights, stepper.fluid, self.base, self.scratch,
-            self.output,
+            stepper.outlets, self.outlets, stepper.parts, (*self.weights, self.drags), stepper.fluid, self.base,
+            self.scratch, self.output,
         )  # fmt: skip
         return state, np.array([scale.vector(State(*change)) for change in zip(*changed, strict=True)])
 
@@ -91,7 +92,7 @@ def _carrying(changing: Changing, rows: int, slots: int) -> Carrying:
     places = changing.face, changing.end, changing.end, changing.single, changing.single
     carried = (_ones(Carried, [(len(place),), (len(place),), (rows, len(place))]) for place in places)
     gains = (np.ones(len(changing.end)) for _ in range(3))
-    return Carrying(*carried, *gains, np.ones((5, slots)), np.ones(slots))  # type: ignore[call-arg]
+    return Carrying(*carried, *gains, np.ones((2, slots)), np.ones((5, slots)), np.ones(slots))  # type: ignore[call-arg]
 
 
 def _weights(directions: Sequence[Direction], places: Sequence[tuple[np.ndarray, np.ndarray]]) -> tuple[Weights, ...]:
@@ -105,6 +106,14 @@ def _weights(directions: Sequence[Direction], places: Sequence[tuple[np.ndarray,
         Weights(np.ascontiguousarray(wall), np.ascontiguousarray(lengths[:, vessel]), rows, lengthens)
         for wall, (vessel, _) in zip(walls, places, strict=True)
     )
+
+
+def _drags(grid: Grid, directions: Sequence[Direction], fluid: Fluid) -> np.ndarray:
+    """Return the relative changes of the drag along cells, shape (direction, slot); 0 where no vessel changes."""
+    drags = np.zeros((len(directions), len(grid.vessel)))
+    for row, one in zip(drags, directions, strict=True):
+        row[grid.changing.cell] = one.relative(lambda model: grid.drag_along(model, fluid.k0, fluid.k1))
+    return drags
 
 
 def _beside(wall: Any) -> tuple[tuple[Any, Any], ...]:
