@@ -19,7 +19,8 @@ from vasowave.settings import settings_class
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_DRAWS, _STUDIES, _DRAWS_OF_STUDY = 4_000, 40, 399
+_LEAST = 1e-9  # p of one row that is as good as none
+_DRAWS, _STUDIES, _DRAWS_OF_STUDY = 4_000, 40, 1_999
 _JUDGED = (3, 4, 6, 10, 20, 60)
 """Sizes of which studies are judged as real ones are; between them the critical p follows the logarithms."""
 _SIZES = (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 50, 60)
@@ -121,7 +122,8 @@ def plan_of(spreads: Sequence[Spread], correlation: np.ndarray, source: str, set
         ],
         "two recordings of each animal": [one._replace(error=one.error / 2**0.5) for one in spreads],
     }
-    found = {name: _powers(some, root, settings) for name, some in scenarios.items()}
+    criticals = _criticals(spreads, root, settings)  # which the scenarios hardly change
+    found = {name: _powers(some, root, settings, criticals) for name, some in scenarios.items()}
     names = [one.quantity for one in spreads]
     counts = {name: _needed(powers, settings.power) for name, powers in found.items()}
     least = {name: np.fmin(count, counts["as it is"]) for name, count in counts.items()}  # else by the draws alone
@@ -146,10 +148,14 @@ def _needed(powers: np.ndarray, power: float) -> list[float]:
     return found
 
 
-def _powers(spreads: Sequence[Spread], root: np.ndarray, settings: Planning) -> np.ndarray:
-    exact = [_critical(spreads, root, settings, size) for size in _JUDGED]
-    critical = np.exp(np.interp(np.log(_SIZES), np.log(_JUDGED), np.log(exact)))
-    return np.array([_power(spreads, root, settings, *one) for one in zip(_SIZES, critical, strict=True)])
+def _criticals(spreads: Sequence[Spread], root: np.ndarray, settings: Planning) -> np.ndarray:
+    """Return the critical p of some studies of every size, shape (size, study)."""
+    exact = np.log([_critical(spreads, root, settings, size) for size in _JUDGED])
+    return np.exp([np.interp(np.log(_SIZES), np.log(_JUDGED), one) for one in exact.T]).T
+
+
+def _powers(spreads: Sequence[Spread], root: np.ndarray, settings: Planning, criticals: np.ndarray) -> np.ndarray:
+    return np.array([_power(spreads, root, settings, *one) for one in zip(_SIZES, criticals, strict=True)])
 
 
 def _drawn(
@@ -165,8 +171,8 @@ def _drawn(
         yield values, np.full(2 * size, error), one.shared * common[:, place]
 
 
-def _critical(spreads: Sequence[Spread], root: np.ndarray, settings: Planning, size: int) -> float:
-    """Return the p of one row below which studies say that the family's is below its level, their geometric mean."""
+def _critical(spreads: Sequence[Spread], root: np.ndarray, settings: Planning, size: int) -> np.ndarray:
+    """Return of each of some studies the p of one row below which the family's is below its level, from low to high."""
     other = np.arange(2 * size) >= size
     drawn = list(_drawn(spreads, root, settings, size, _STUDIES))
     found = []
@@ -175,17 +181,20 @@ def _critical(spreads: Sequence[Spread], root: np.ndarray, settings: Planning, s
             Row(place, np.arange(2 * size), other, values[study], errors, one.shared)
             for place, (one, (values, errors, _)) in enumerate(zip(spreads, drawn, strict=True))
         ]
-        found.append(simultaneous(rows, _DRAWS_OF_STUDY, study).critical)
-    return float(np.exp(np.mean(np.log(found))))
+        found.append(max(simultaneous(rows, _DRAWS_OF_STUDY, study).critical, _LEAST))
+    return np.sort(found)
 
 
-def _power(spreads: Sequence[Spread], root: np.ndarray, settings: Planning, size: int, critical: float) -> np.ndarray:
-    """Return how often each quantity's effect is shown with so many animals a group."""
+def _power(
+    spreads: Sequence[Spread], root: np.ndarray, settings: Planning, size: int, critical: np.ndarray
+) -> np.ndarray:
+    """Return how often each quantity's effect is shown with so many animals a group, over studies' critical p."""
     shown = []
     for one, (values, errors, moved) in zip(spreads, _drawn(spreads, root, settings, size, _DRAWS), strict=True):
         first, second = (pooled_means(values[:, own], errors[own]) for own in (slice(0, size), slice(size, None)))
         shifted = second._replace(value=second.value + np.log(settings.effect) + moved)
-        shown.append(np.mean(difference(first, shifted, one.shared).p < critical))
+        p = np.sort(difference(first, shifted, one.shared).p)
+        shown.append(float(np.mean(np.searchsorted(p, critical)) / len(p)))
     return np.array(shown)
 
 
