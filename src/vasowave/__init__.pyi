@@ -13,6 +13,8 @@ from vasowave.calibration import Fitting as Fitting
 from vasowave.calibration import Search as Search
 from vasowave.calibration import calibrate as calibrate
 from vasowave.calibration import profile_likelihood as profile_likelihood
+from vasowave.cohort.design import Design as Design
+from vasowave.cohort.variables import Variable as Variable
 from vasowave.datasets import control_network as control_network
 from vasowave.datasets import virtual_mouse as virtual_mouse
 from vasowave.exchange import export_model as export_model
@@ -64,6 +66,7 @@ from vasowave.solver import Numerics as Numerics
 from vasowave.solver import simulate as simulate
 from vasowave.solver import sweep as sweep
 from vasowave.study.plan import read_study as read_study
+from vasowave.study.planning import plan as plan
 from vasowave.study.results import read_results as read_results
 from vasowave.study.running import run_study as run_study
 

@@ -89,7 +89,8 @@ def test_everything_wrong_in_the_table_is_said_at_once(make_study):
         "E animals.csv, line 5, column 'recording': 'recordings' is a folder",
         "E animals.csv, line 8, column 'animal': 'd/e': a name consists of letters, digits, blanks and . , _ + - ( )",
         "E animals.csv, line 8, column 'recording': 'nowhere/2.csv' does not exist, nor does its folder",
-        "E animals.csv, line 7, column 'animal': 'c' stands in line 6 already; rename one",
+        "E animals.csv, line 7, column 'animal': 'c' stands in line 6 already; rename one; where one animal was "
+        "measured twice, say so in a column of your own, and name that as the design's subject",
     ]
 
 

@@ -118,13 +118,14 @@ def test_files_of_animals_that_are_no_longer_there_go(stored):
 
 def test_the_group_that_the_study_names_first_is_the_reference_of_its_report(tmp_path, monkeypatch):
     from vasowave.study import reporting
+    from vasowave.study import results as stored_results
 
     store, pieces, told = Store(tmp_path / "results"), {}, {}
     for name, group in (("a", "CTL"), ("b", "HPH"), ("c", "CTL"), ("d", "HPH")):
         pieces[name, group] = store.keep(name, to_bytes(bare_result(name, group).to_datatree()))
     write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["HPH", "CTL"]))
     monkeypatch.setattr(
-        reporting, "gathered", lambda trees, first, whole, **_: told.update(trees=trees, reference=first)
+        stored_results, "gathered", lambda trees, first, *_, **more: told.update(trees=trees, reference=first)
     )
     monkeypatch.setattr(reporting, "looks_of", lambda bare, species: ())
     monkeypatch.setattr(reporting, "write_cohort_report", lambda *arguments, **more: None)

@@ -16,7 +16,7 @@ from vasowave.study.problems import refuse
 if TYPE_CHECKING:
     from vasowave.study.settings import StudyFile
 
-_NOT_FOR_ONE = ("title", "animals", "groups")
+_NOT_FOR_ONE = ("title", "animals", "groups", "design")
 """Keys of a study file that say nothing of a single animal."""
 
 _OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "model_selection", "selection_optima",
@@ -147,9 +147,11 @@ def _keys() -> list[tuple[str, str, Setting]]:
 
     keys: list[tuple[str, str, Setting]] = []
     for name, one in settings_of(StudyFile).items():
+        if name in _NOT_FOR_ONE:
+            continue
         if one.section:
             keys += [(name, key, inner) for key, inner in settings_of(one.section).items()]
-        elif name not in _NOT_FOR_ONE:
+        else:
             keys.append(("", name, one))
     return keys
 

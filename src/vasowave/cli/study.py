@@ -151,8 +151,13 @@ def _ask(question: str, proposal: str) -> str:
 
 @app.command(epilog="Example: vasowave check my-study")
 def check(study: Annotated[Path, _STUDY] = Path()) -> None:
-    """Say everything that is wrong or odd about a study. Exit status 1 if it cannot run like this."""
+    """Say everything that is wrong or odd about a study. Exit status 1 if it cannot run like this.
+
+    When nothing is wrong, what the study will compare is written with the time into declared.json.
+    """
     from vasowave.study.checking import check_study
+    from vasowave.study.declaring import declare
+    from vasowave.study.plan import read_study
 
     problems, read, settings = check_study(study)
     errors = [problem for problem in problems if problem.error]
@@ -160,6 +165,8 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
         show_read(read, settings)
     _tell_problems(problems)
     count = len(problems) - len(errors)
+    if settings is not None and not errors:
+        declare(read_study(study))
     said = f"{_counted(len(errors), 'error')}, {_counted(count, 'warning')}"
     typer.echo(said if problems else "Nothing is wrong or odd.")
     raise typer.Exit(1 if errors else 0)
@@ -275,4 +282,22 @@ def make_report(
     typer.echo(f"Report: {report_study(folder, pdf, cores(), animal)}")
 
 
-__all__ = ["add", "check", "demo", "make_report", "new", "run", "status"]
+@app.command(epilog="Example: vasowave plan --effect 1.5; vasowave plan my-pilot --effect 0.7 --power 0.9 -o plan.html")
+def plan(
+    study: Annotated[Path | None, typer.Argument(help="A study that was run; without it, the published mice.")] = None,
+    effect: Annotated[float, typer.Option(help="Ratio of the groups that shall be shown.")] = 1.5,
+    power: Annotated[float, typer.Option(help="How often it shall be.")] = 0.8,
+    occasions: Annotated[int, typer.Option(min=1, help="Recordings of each animal, averaged.")] = 1,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Page to write.")] = Path("plan.html"),
+) -> None:
+    """Say how many animals a study of two groups needs to show an effect, and what would save some."""
+    from vasowave.report.planned import plan_texts, write_plan
+    from vasowave.study.planning import plan as planned
+
+    found = planned(study, effect=effect, power=power, occasions=occasions)
+    for text in plan_texts(found):
+        typer.echo(text)
+    typer.echo(f"Page: {write_plan(found, output)}")
+
+
+__all__ = ["add", "check", "demo", "make_report", "new", "plan", "run", "status"]

@@ -1,7 +1,7 @@
 """Animals in their groups, and the one of each group that stands for it."""
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -13,8 +13,11 @@ from vasowave.animal.failure import Failure
 from vasowave.animal.law_result import LawResult
 from vasowave.animal.networks import network_dataset
 from vasowave.animal.result import AnimalResult, as_chosen
+from vasowave.cohort.declared import Declaration
+from vasowave.cohort.design import Design
 from vasowave.cohort.misfit import misfits
 from vasowave.cohort.table import cohort_table, columns, rows_of
+from vasowave.cohort.variables import Variable
 from vasowave.cohort.votes import Ballots, stored
 from vasowave.errors import InputError
 from vasowave.quantities import INDICES
@@ -37,12 +40,21 @@ class Cohort:
         From `cohort_table`: one row per animal and source.
     lost : tuple of Failure
         Animals that have no result.
+    variables : dict of str to Variable
+        What the lab knows of the animals beside, by name.
+    design : Design
+        How they were laid out.
+    declared : tuple of Declaration
+        What the study said that it would compare, and when.
     """
 
     groups: dict[str, list[AnimalResult]]
     shown: dict[str, AnimalResult]
     table: pd.DataFrame
     lost: tuple[Failure, ...] = ()
+    variables: Mapping[str, Variable] = field(default_factory=dict)
+    design: Design = field(default_factory=Design)
+    declared: tuple[Declaration, ...] = ()
 
     @cached_property
     def results(self) -> list[AnimalResult]:
@@ -163,6 +175,9 @@ def gathered(
     reference: str | None = None,
     whole: Callable[[str], AnimalResult] | None = None,
     lost: Iterable[Failure] = (),
+    variables: Iterable[Variable] = (),
+    design: Design | None = None,
+    declared: Iterable[Declaration] = (),
 ) -> Cohort:
     """Return the animals in their groups.
 
@@ -176,6 +191,12 @@ def gathered(
         Returns the result of an animal by its name, where `results` are those `at_inlets`; for the animals shown.
     lost : iterable of Failure
         Animals that have no result.
+    variables : iterable of Variable
+        What the lab knows of the animals beside.
+    design : Design, optional
+        How they were laid out; by default groups of independent animals.
+    declared : iterable of Declaration
+        What the study said that it would compare, and when.
 
     Raises
     ------
@@ -192,10 +213,9 @@ def gathered(
     groups = {label: [result for result in results if result.group == label] for label in labels}
     table = cohort_table([result for members in groups.values() for result in members])
     typical = {label: typical_animal(table, label) for label in groups}
-    if whole is None:
-        return Cohort(groups, {label: _named(groups[label], name) for label, name in typical.items()}, table,
-                      tuple(lost))  # fmt: skip
-    return Cohort(groups, {label: whole(name) for label, name in typical.items()}, table, tuple(lost))
+    shown = {label: whole(name) if whole else _named(groups[label], name) for label, name in typical.items()}
+    columns = {one.name: one for one in variables}
+    return Cohort(groups, shown, table, tuple(lost), columns, design or Design(), tuple(declared))
 
 
 def typical_animal(table: pd.DataFrame, group: str) -> str:

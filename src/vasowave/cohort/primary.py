@@ -10,6 +10,7 @@ import pandas as pd
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.designed import Modeled, Values, beside, modeled, rows_of_design
 from vasowave.cohort.estimates import Estimates, estimates_of, image_unknown, shared_error
 from vasowave.cohort.missing import Missing, missing_animals
 from vasowave.cohort.permutation import smallest_family_p
@@ -58,6 +59,11 @@ class Compared(NamedTuple):
     def names(self) -> list[str]:
         """Names of the animals."""
         return [result.name for result in self.results]
+
+    @property
+    def shared(self) -> float:
+        """Standard error of the difference of the groups from images that they share."""
+        return shared_error(self.known, self.other)
 
     def ratio(self, kept: np.ndarray | slice = slice(None), level: float = LEVEL) -> Ratio:
         """Return the pooled ratio of the second group over the first, of the animals kept."""
@@ -126,7 +132,8 @@ class Primary:
         one group lies among the other. `without` is the animal that moves the ratio most when it is left out (empty for
         fewer than three), and the ratio is then `ratio without`. `estimates` says what the animals' values and errors
         are of: their ``posterior`` where all have one that can be trusted, their ``fit``, or ``plain`` values without
-        errors.
+        errors. With a design one per effect and quantity, and ``what`` the effect is (`design.Contrast`); of effects
+        that are ratios of ratios the means are the ratios. `smallest p` and `apart` then say nothing.
     others : DataFrame
         The same effects by the other laws, their intervals to the same level, without a test:
         ``reference, other, quantity, source, ratio, low, high``.
@@ -166,6 +173,8 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
     names = family.quantities if law else tuple(name for name in family.quantities if name in INDICES)
     left_out: dict[str, str] = {}
     missing = missing_animals(cohort, law)
+    if not cohort.design.plain:
+        return _by_design(cohort, law, names, missing)
     pairs = {other: _usable(cohort, names, law, other, left_out) for other in list(cohort.groups)[1:]}
     found = [(other, one) for other, usable in pairs.items() for one in usable]
     if not found:
@@ -177,6 +186,48 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
     ]
     beside = _beside(cohort, law, pairs, 1 - together.critical)
     return Primary(law, pd.DataFrame(rows), pd.DataFrame(beside), left_out, _assurance(found, together), missing)
+
+
+def comparable(cohort: Cohort, family: Family) -> list[Compared]:
+    """Return the quantities of the family in the first two groups that can be compared."""
+    law, others = primary_law(cohort, family), list(cohort.groups)[1:2]
+    names = [name for name in family.quantities if law or name in INDICES]
+    return [one for other in others for one in _usable(cohort, names, law, other, {})]
+
+
+def _by_design(cohort: Cohort, law: str, names: Sequence[str], missing: tuple[Missing, ...]) -> Primary:
+    """Compare by the model of the design; without one, by the pooled ratios of groups of independent animals."""
+    left_out: dict[str, str] = {}
+    found = _models(cohort, names, law, left_out)
+    if not found:
+        return Primary(law, pd.DataFrame(), pd.DataFrame(), left_out, missing=missing)
+    rows, critical = rows_of_design(found)
+    tested = [one.values.name for one in found if one.values.source == law]
+    others = [_models(cohort, tested, further, {}) for further in cohort.walls if further != law]
+    further = pd.DataFrame([row for models in others for row in beside(models, critical)])
+    gaps = {
+        animal: f"its cell of '{column}' is empty" for one in found for animal, column in one.layout.left_out.items()
+    }
+    return Primary(law, pd.DataFrame(rows), further, left_out | gaps, missing=missing)
+
+
+def _models(cohort: Cohort, names: Sequence[str], law: str, left_out: dict[str, str]) -> list[Modeled]:
+    """Return the models of the quantities that have one; `left_out` gets the others and effects, with the reason."""
+    models = []
+    for name in names:
+        values = _values(cohort, source_of(name, law), name, list(cohort.groups))
+        try:
+            if values is None:
+                raise InputError("no animal has it")
+            one = modeled(cohort, values)
+        except InputError as error:
+            left_out[name] = str(error)
+            continue
+        for contrast in one.layout.contrasts:
+            if not one.layout.tells(contrast):
+                left_out[f"{name} ({contrast.other})"] = "no animal has a combination that it needs"
+        models += [one] if one.contrasts else []
+    return models
 
 
 def _beside(cohort: Cohort, law: str, pairs: Mapping[str, Sequence[Compared]], level: float) -> list[dict[str, object]]:
@@ -238,19 +289,28 @@ def _usable(cohort: Cohort, names: Sequence[str], law: str, other: str, left_out
 
 
 def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | None:
+    found = _values(cohort, source, name, (cohort.reference, other))
+    if found is None:
+        return None
+    of_other = np.array([result.group == other for result in found.results])
+    return Compared(name, source, found.unit, found.results, found.known, of_other)
+
+
+def _values(cohort: Cohort, source: str, name: str, groups: Sequence[str]) -> Values | None:
+    """Return a quantity of the animals of some groups that have it; None if it is unknown."""
     rows = rows_of(cohort.table, source)
     label = column(rows, name)
     if not label:
         return None
     values = rows[label].astype(float)
-    pair = (cohort.reference, other)
     results = [
         result
         for result in cohort.results
-        if result.group in pair and (source == "measured" or source in result.laws) and np.isfinite(values[result.name])
+        if result.group in groups
+        and (source == "measured" or source in result.laws)
+        and np.isfinite(values[result.name])
     ]
-    of_other = np.array([result.group == other for result in results])
-    return Compared(name, source, split_unit(label)[1], results, estimates_of(results, source, name), of_other)
+    return Values(name, source, split_unit(label)[1], results, estimates_of(results, source, name))
 
 
 def _refusal(one: Compared) -> str:

@@ -138,7 +138,7 @@ class _World(NamedTuple):
             residuals[:, row.animals, row.quantity] = (values - center) / spreads[-1]
             p.append(difference(first, second, row.shared).p)
         groups = 1 + int(np.bincount([row.quantity for row in rows]).max())  # a quantity has a row for each pair
-        return cls(np.array(p), spreads, np.linalg.cholesky(_correlation(residuals, size[0] - groups)), size[0])
+        return cls(np.array(p), spreads, np.linalg.cholesky(correlation_of(residuals, size[0] - groups)), size[0])
 
     def draw(self, rows: Sequence[Row], count: int, rng: np.random.Generator) -> list[np.ndarray]:
         """Return the values of `count` cohorts without an effect, of each row, shape (cohort, animal)."""
@@ -150,7 +150,7 @@ class _World(NamedTuple):
         ]
 
 
-def _correlation(residuals: np.ndarray, freedom: int) -> np.ndarray:
+def correlation_of(residuals: np.ndarray, freedom: int) -> np.ndarray:
     """Return the correlation of the quantities, shrunk as far as its own errors ask for; a missing residual is 0."""
     length = np.sqrt((residuals**2).sum(axis=-2))
     scaled = residuals / length[..., np.newaxis, :]

@@ -92,7 +92,9 @@ def _titles(cohort: Cohort) -> tuple[str, str]:
         return f"Hemodynamic assessment of {result.name}", f"Recording: {source}" if source else ""
     groups = f"{len(cohort.groups)} {'group' if len(cohort.groups) == 1 else 'groups'}: {', '.join(cohort.groups)}"
     there, lost = len(cohort.results), len(cohort.lost)
-    return "Hemodynamic assessment of a cohort", f"{f'{there} of ' if lost else ''}{there + lost} animals in {groups}"
+    subject = cohort.variables.get(cohort.design.subject or "")
+    what = f"recordings of {len(subject.order)} animals" if subject else "animals"
+    return "Hemodynamic assessment of a cohort", f"{f'{there} of ' if lost else ''}{there + lost} {what} in {groups}"
 
 
 def origin(cohort: Cohort) -> dict[str, str]:

@@ -4,13 +4,17 @@ import math
 import re
 import unicodedata
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Literal, cast
 
 from vasowave import units
+from vasowave.animal.result import TIDY
+from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import Finding, Place, error_kind, look_kind
-from vasowave.io.columns import Columns, NoRowsError, read_columns
+from vasowave.io.columns import Columns, NoRowsError, read_columns, split_unit
 from vasowave.study.names import checked_name
 from vasowave.study.problems import UNREADABLE, Problem, unreadable
 from vasowave.study.rows import COLUMNS, NEEDED, AnimalRow
@@ -29,6 +33,7 @@ _NUMBERS = {
 }
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]")
 _CYCLE_ONLY = ("flow", "period [s]")
+_CLOSE = 0.8  # of the letters of two titles are the same: a slip, and no column of one's own
 Say = Callable[[str, Finding], None]
 
 NO_ANIMALS = error_kind(
@@ -37,7 +42,11 @@ NO_ANIMALS = error_kind(
     "add one row per animal (animal, group, network file, recording file) and put the files into networks/ and "
     "recordings/",
 )
-UNKNOWN_COLUMN = error_kind("animals.unknown-column", "unknown column{hint}; known: {known}")
+UNKNOWN_COLUMN = error_kind(
+    "animals.unknown-column", "unknown column{hint}; {remedy}", "give it another name if it is one of your own"
+)
+RESERVED = error_kind("animals.reserved", "is the name of a column of the tables of results; {remedy}", "rename it")
+WRONG_TYPE = error_kind("animals.wrong-type", "{text}; {remedy}", "correct the cell")
 COLUMN_TWICE = error_kind("animals.column-twice", "stands twice; {remedy}", "keep one")
 NO_COLUMN = error_kind("animals.no-column", "no column '{name}'")
 EMPTY_CELL = error_kind("animals.empty-cell", "the cell is empty")
@@ -61,7 +70,12 @@ DECIMAL_COMMA = error_kind(
     "animals.decimal-comma", f"{NO_NUMBER.text}; {{remedy}}", "write a decimal point instead of a comma"
 )
 NOT_POSITIVE = error_kind("animals.not-positive", "{text} is not a positive {what}")
-ANIMAL_TWICE = error_kind("animals.twice", "'{name}' stands in line {other} already; {remedy}", "rename one")
+ANIMAL_TWICE = error_kind(
+    "animals.twice",
+    "'{name}' stands in line {other} already; {remedy}",
+    "rename one; where one animal was measured twice, say so in a column of your own, and name that as the design's "
+    "subject",
+)
 SMALL_GROUP = look_kind(
     "animals.small-group",
     "group '{group}' has {many} animal; a comparison needs two or more",
@@ -86,42 +100,76 @@ def read_animals(path: Path, groups: Sequence[str] | None) -> tuple[list[AnimalR
     except InputError as error:
         return [], [unreadable(error)]
     titles = [f"{name} [{unit}]" if unit else name for name, unit in zip(table.names, table.units, strict=True)]
-    where, problems = _columns(path, titles)
+    where, own, problems = _columns(path, titles)
     problems += [Problem(suspicion.at(str(path))) for suspicion in table.suspicions]
     if any(problem.error for problem in problems):
         return [], problems
     rows = []
     for number in range(len(table.cells)):
-        row, wrong = _row(table, number, where, groups)
+        row, wrong = _row(table, number, where, own, groups)
         problems += wrong
         if row is not None:
             rows.append(row)
-    problems += _duplicates(path, rows)
+    problems += [*_duplicates(path, rows), *_slips(path, rows)]
     complete = not any(problem.error for problem in problems)
     return rows, problems + (_group_sizes(path, rows, groups or ()) if complete else [])
 
 
-def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], list[Problem]]:
-    """Return where each known column stands."""
+def variables_of(rows: Sequence[AnimalRow]) -> tuple[Variable, ...]:
+    """Return the columns that are the lab's own.
+
+    Raises
+    ------
+    InputError
+        A column of numbers or dates holds something else.
+    """
+    titles = dict.fromkeys(title for row in rows for title in row.own)
+    return tuple(Variable.of(title, {row.animal: row.own.get(title, "") for row in rows}) for title in titles)
+
+
+def _slips(path: Path, rows: Sequence[AnimalRow]) -> list[Problem]:
+    """Return what is wrong or looks like a slip in the columns that are the lab's own."""
+    problems, groups = [], {row.animal: row.group for row in rows}
+    for title in dict.fromkeys(title for row in rows for title in row.own):
+        try:
+            one = Variable.of(title, {row.animal: row.own.get(title, "") for row in rows})
+            found = one.slips(groups)
+        except InputError as error:
+            found = [WRONG_TYPE(text=str(error))]
+        problems += [Problem(slip.at(str(path), part=f"column '{title}'")) for slip in found]
+    return problems
+
+
+def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, int], list[Problem]]:
+    """Return where each known column stands, and each that is the lab's own."""
     known = {title.lower(): title for title in COLUMNS}
+    plainly = {split_unit(title)[0].lower(): title for title in COLUMNS}
     where: dict[str, int] = {}
+    own: dict[str, int] = {}
     problems = list[Finding]()
     for i, title in enumerate(titles):
         plain, part = title.lower(), f"header, column '{title}'"
         if plain not in known:
-            same = [one for one in known if one.partition(" [")[0] == plain.partition(" [")[0]]  # of another unit
-            hint = did_you_mean((same or [plain])[0], COLUMNS)
-            problems.append(UNKNOWN_COLUMN(hint=hint, known=", ".join(COLUMNS)).at(str(path), part=part))
+            name = split_unit(title)[0]
+            if near := get_close_matches(name.lower(), plainly, n=1, cutoff=_CLOSE):
+                hint = f" (did you mean '{plainly[near[0]]}'?)"
+                problems.append(UNKNOWN_COLUMN(hint=hint).at(str(path), part=part))
+            elif name.lower() in (*TIDY, "source") or not name:
+                problems.append(RESERVED().at(str(path), part=part))
+            elif plain in map(str.lower, own):
+                problems.append(COLUMN_TWICE().at(str(path), part=part))
+            else:
+                own[title] = i
         elif known[plain] in where:
             problems.append(COLUMN_TWICE().at(str(path), part=part))
         else:
             where[known[plain]] = i
     problems += [NO_COLUMN(name=name).at(str(path), part="header") for name in NEEDED if name not in where]
-    return where, list(map(Problem, problems))
+    return where, own, list(map(Problem, problems))
 
 
 def _row(
-    table: Columns, number: int, where: dict[str, int], groups: Sequence[str] | None
+    table: Columns, number: int, where: dict[str, int], own: dict[str, int], groups: Sequence[str] | None
 ) -> tuple[AnimalRow | None, list[Problem]]:
     line = table.lines[number]
     cell = dict.fromkeys(COLUMNS, "") | {title: table.cells[number][i].strip() for title, i in where.items()}
@@ -129,7 +177,9 @@ def _row(
     def place(title: str) -> Place:
         return Place(table.source, line, f"column '{title}'")
 
-    return read_row(cell, Path(table.source).parent, groups, place, line)
+    row, wrong = read_row(cell, Path(table.source).parent, groups, place, line)
+    further = {title: unicodedata.normalize("NFC", table.cells[number][i].strip()) for title, i in own.items()}
+    return row and replace(row, own=further), wrong
 
 
 def read_row(

@@ -59,7 +59,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     InputError
         One of its files cannot be read.
     """
-    ignored = {"network", "recordings", "line", "shared_recording", "R_T", "C_T", "tau"}
+    ignored = {"network", "recordings", "line", "shared_recording", "R_T", "C_T", "tau", "own"}
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
     what["settings"], what["image pressure"] = animal_settings(study).as_json(), study.image_pressure
     what["practice"], what["catheter"] = study.practice, study.catheter

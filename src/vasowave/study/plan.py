@@ -1,9 +1,14 @@
 """A study as its two files describe it: settings and animals."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
-from vasowave.study.animals import read_animals
+from vasowave.cohort.design import laid_out
+from vasowave.cohort.variables import Variable
+from vasowave.errors import InputError
+from vasowave.settings import AT_ODDS
+from vasowave.study.animals import read_animals, variables_of
 from vasowave.study.problems import Problem, refuse
 from vasowave.study.reading import read_settings, study_path
 from vasowave.study.rows import AnimalRow
@@ -39,6 +44,11 @@ class Study:
         """The table of animals."""
         return self.folder / self.settings.animals
 
+    @cached_property
+    def variables(self) -> tuple[Variable, ...]:
+        """The columns of the table that are the lab's own, each of one type."""
+        return variables_of(self.animals)
+
     @property
     def results(self) -> Path:
         """The folder of the results."""
@@ -61,7 +71,21 @@ def inspect_study(path: Path) -> tuple[Study | None, list[Problem]]:
     name = settings.animals if settings else document.values.get("animals") or StudyFile.animals
     rows, wrong = read_animals(path.parent / str(name), groups)
     problems = [*document.problems, *wrong]
-    return Study(path, settings, tuple(rows)) if settings else None, problems
+    if settings is None:
+        return None, problems
+    study = Study(path, settings, tuple(rows))
+    if not any(problem.error for problem in problems) and not settings.design.plain:
+        try:
+            laid_out(settings.design, {one.name: one for one in study.variables},
+                     {row.animal: row.group for row in rows}, _groups_with_animals(study))  # fmt: skip
+        except InputError as error:
+            problems.append(Problem(AT_ODDS(text=str(error)).at(**document.place(("design",), key=True)._asdict())))
+    return study, problems
+
+
+def _groups_with_animals(study: Study) -> list[str]:
+    there = {row.group for row in study.animals}
+    return [group for group in study.settings.groups if group in there]
 
 
 def read_study(path: Path) -> Study:

@@ -5,7 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from vasowave.animal.result import AnimalResult
-from vasowave.cohort.cohort import gathered
 from vasowave.cohort.missing import Missing, missing_animals
 from vasowave.cohort.primary import primary_law
 from vasowave.errors import InputError
@@ -21,7 +20,7 @@ from vasowave.study.reading import study_path
 from vasowave.study.results import Results, read_results
 
 REPORT_FOLDER, ONE_BY_ONE = "report", "report of animals"
-_SHOWN = ("title", "groups", "report")  # settings of the page; the others enter the key of every animal
+_SHOWN = ("title", "groups", "design", "report")  # settings of the page; the others enter the key of every animal
 _NAMED = 6  # animals, in a sentence
 CHANGED = look_kind(
     "report.study-changed",
@@ -75,7 +74,7 @@ def report_study(study: Path, pdf: bool | None = None, workers: int = 1, animal:
         results = _warned(stored, stored.in_order(each, whole=False))
         _tell_changed(path, stored, results)
         return write_cohort_report(
-            gathered(results, results[0].group, whole=stored.__getitem__, lost=stored.lost),
+            stored.gathered(results, results[0].group),
             folder / REPORT_FOLDER,
             asked,
             title=stored.settings.title,
@@ -99,11 +98,18 @@ def _tell_changed(path: Path, stored: Results, results: Sequence[AnimalResult]) 
         "animals whose row, files or settings (or the program) changed": _changed(study, keys),
         "new animals": [row.animal for row in study.animals if row.animal not in known],
         "animals no longer in the table": lost,
+        "columns of the table of animals": _other_columns(study, stored),
         "settings": [name for name in _SHOWN if getattr(study.settings, name) != getattr(stored.settings, name)],
     }
     said = "; ".join(f"{what}: {some_of(names, _NAMED)}" for what, names in listed.items() if names)
     if said:
         warn(CHANGED(path=str(path), changes=said), stacklevel=3)
+
+
+def _other_columns(study: Study, stored: Results) -> list[str]:
+    """Return the lab's own columns that say something else than when the study was run."""
+    now, before = ({one.label: one for one in some.variables} for some in (study, stored))
+    return [label for label in {**before, **now} if now.get(label) != before.get(label)]
 
 
 def _changed(study: Study, keys: dict[str, str]) -> list[str]:
@@ -132,5 +138,5 @@ def missing_of(study: Path) -> tuple[Missing, ...]:
         There are no results, or they are damaged.
     """
     stored = read_results(study_path(Path(study)).parent)
-    cohort = gathered(stored.in_order(whole=False), lost=stored.lost)
+    cohort = stored.gathered(stored.in_order(whole=False))
     return missing_animals(cohort, primary_law(cohort, stored.settings.report))

@@ -26,8 +26,10 @@ import pandas as pd
 from vasowave.animal.failure import Failure, as_plain, from_plain
 from vasowave.animal.files import read_result
 from vasowave.animal.result import TIDY, AnimalResult
-from vasowave.cohort.cohort import gathered
+from vasowave.cohort.cohort import Cohort, gathered
+from vasowave.cohort.declared import Declaration
 from vasowave.cohort.primary import primary_comparison
+from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError, did_you_mean
 from vasowave.io.files import made_inside, write_file
 from vasowave.io.textfile import read_bytes
@@ -91,6 +93,10 @@ class Results(Mapping[str, AnimalResult]):
         The settings it was run with.
     versions : dict of str to str
         Date (UTC) and versions of the programs.
+    variables : tuple of Variable
+        The columns of the table of animals that are the lab's own.
+    declared : tuple of Declaration
+        What the study said that it would compare, and when.
     """
 
     folder: Path
@@ -98,6 +104,8 @@ class Results(Mapping[str, AnimalResult]):
     failures: tuple[Failure, ...]
     settings: StudyFile
     versions: dict[str, str]
+    variables: tuple[Variable, ...] = ()
+    declared: tuple[Declaration, ...] = ()
 
     def __getitem__(self, animal: str) -> AnimalResult:
         """Return the result of one animal.
@@ -161,7 +169,7 @@ class Results(Mapping[str, AnimalResult]):
         """Return the single numbers of all animals, a row each: tidy data for pandas, seaborn or R.
 
         Columns ``animal, group, law`` ("measured" for the recording), ``quantity``, ``value, low, high`` (95 %,
-        NaN where nothing tells it), ``unit``.
+        NaN where nothing tells it), ``unit``, then the lab's own (sex, weight [g], …).
 
         Raises
         ------
@@ -169,7 +177,8 @@ class Results(Mapping[str, AnimalResult]):
             The file of an animal is missing or damaged.
         """
         parts = [result.table() for result in self.in_order(whole=False)]
-        return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=[*TIDY])
+        table = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=[*TIDY])
+        return table.assign(**{one.label: table["animal"].map(one.values) for one in self.variables})
 
     def compare(self, group: str, reference: str | None = None, **family: Any) -> "Comparison":
         """Compare a group with another as the report does, by its primary comparison.
@@ -192,13 +201,18 @@ class Results(Mapping[str, AnimalResult]):
 
         results = self.in_order(whole=False)
         first = reference or (results[0].group if results else None)
-        cohort = gathered(results, first, whole=self.__getitem__, lost=self.lost)
+        cohort = self.gathered(results, first)
         if group not in [*cohort.groups][1:]:
             known = ", ".join([*cohort.groups][1:]) or "none, for all animals are of one group"
             raise InputError(f"no group '{group}' to compare with {cohort.reference}"
                              f"{did_you_mean(group, [*cohort.groups][1:])}; there are: {known}")  # fmt: skip
         primary = primary_comparison(cohort, given_values(ReportSettings, self.settings.report, family))
         return Comparison(group, cohort, primary.of(group))
+
+    def gathered(self, results: Sequence[AnimalResult], reference: str | None = None) -> Cohort:
+        """Return results of these animals in their groups, with what the lab knows of them and the study's design."""
+        own = (self.variables, self.settings.design, self.declared)
+        return gathered(results, reference, self.__getitem__, self.lost, *own)
 
     def in_order(self, each: "Each" = map, whole: bool = True) -> list[AnimalResult]:
         """Return the results of all animals, in the order of their groups; `each` may read several at a time.
@@ -223,8 +237,9 @@ def _read_light(folder: Path, stored: StoredAnimal) -> AnimalResult:
 
 
 def write_results(
-    folder: Path, pieces: Mapping[tuple[str, str], Path], failures: Sequence[Failure], settings: StudyFile
-) -> Path:
+    folder: Path, pieces: Mapping[tuple[str, str], Path], failures: Sequence[Failure], settings: StudyFile,
+    variables: Sequence[Variable] = (), declared: Sequence[Declaration] = (),
+) -> Path:  # fmt: skip
     """Write the index of a study and put the animals' files beside it; returns the index.
 
     Parameters
@@ -235,6 +250,9 @@ def write_results(
         The piece of every animal (see `study.store`). Where the file system can, it is linked and not copied.
     failures : sequence of Failure
     settings : StudyFile
+    variables : sequence of Variable
+        The columns of the table of animals that are the lab's own.
+    declared : sequence of Declaration
 
     Raises
     ------
@@ -253,6 +271,8 @@ def write_results(
         "animals": [asdict(one) for one in animals],
         "failures": as_plain(failures),
         "settings": asdict(settings),
+        "variables": [asdict(one) for one in variables],
+        "declared": [asdict(one) for one in declared],
         "versions": provenance(),
     }
     index = write_file(folder / INDEX, json.dumps(content | {"sha256": _digest(content)}, indent=1, ensure_ascii=False))
@@ -311,11 +331,13 @@ def read_results(folder: Path) -> Results:
             fitted = content["settings"]["calibration"]
             remember([*map(str, fitted["walls"]), str(fitted.get("beds"))], (where.parent, where))
             settings = StudyFile(**content["settings"])
+        variables = tuple(Variable(**one) for one in content.get("variables", ()))
+        declared = tuple(Declaration(**one) for one in content.get("declared", ()))
     except InputError:
         raise
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{index}: damaged ({error}); run again, what had finished is kept") from None
-    return Results(where, animals, failures, settings, content["versions"])
+    return Results(where, animals, failures, settings, content["versions"], variables, declared)
 
 
 def _nothing(folder: Path) -> str:

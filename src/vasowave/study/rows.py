@@ -1,6 +1,7 @@
 """One animal as its row in the table says it: group, files, and what the files do not tell."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -64,6 +65,8 @@ class AnimalRow:
     R_T: float | None = None
     C_T: float | None = None
     tau: float | None = None
+    own: Mapping[str, str] = field(default_factory=dict)
+    """Cells of the columns that are the lab's own, by title."""
 
     @property
     def files(self) -> tuple[Path, ...]:

@@ -15,6 +15,7 @@ from vasowave.findings import Finding, look_kind, warn
 from vasowave.io.files import made_inside, remove_parts
 from vasowave.model.law_files import files_of
 from vasowave.runtime.threads import cores
+from vasowave.study.declaring import declare
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
 from vasowave.study.journal import FOLDER, remove_journals
@@ -227,7 +228,7 @@ def _write(study: Study, pieces: Mapping[str, Path], lost: Sequence[Failure]) ->
         raise InputError(f"{study.path}: every animal failed\n{listed}")
     stored = {(row.animal, row.group): pieces[row.animal] for row in study.animals if row.animal in pieces}
     failures = (*lost, *(one for piece in stored.values() for one in failures_in(piece)))
-    return write_results(study.results, stored, failures, study.settings), failures
+    return write_results(study.results, stored, failures, study.settings, study.variables, declare(study)), failures
 
 
 def _plan(study: Study, store: Store, pressures: dict[str, float]) -> tuple[dict[str, Path], list[Job], dict[str, str]]:

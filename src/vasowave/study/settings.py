@@ -10,6 +10,7 @@ from annotated_types import Ge, Le, MinLen
 
 from vasowave.animal.animal import Analysis, Calibration, Settings
 from vasowave.calibration.calibrate import NUMERICS
+from vasowave.cohort.design import Design
 from vasowave.errors import InputError
 from vasowave.model.blood import FRICTIONS, Blood, BoundaryLayer, Fluid, FrictionName, PowerLaw
 from vasowave.network.network import HIGHEST
@@ -101,6 +102,7 @@ class StudyFile(Analysis, Inputs):
 
     blood: BloodSection = field(default_factory=BloodSection)
     numerics: NumericsOfFits = field(default_factory=NumericsOfFits)
+    design: Design = field(default_factory=Design)
     report: ReportSettings = field(default_factory=ReportSettings)
 
     def __post_init__(self) -> None:

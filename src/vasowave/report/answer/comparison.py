@@ -80,6 +80,5 @@ def groups_figure(
     """Draw the forest plot of a primary comparison that has rows."""
     rows = group_rows(cohort, primary, caller(cohort))
     looks, sources = group_looks(cohort.groups), source_looks([*cohort.sources, "data"])
-    return forest_figure(
-        rows, looks, sources, f"ratio to {short(cohort.reference)} [1]", ("ratio [95 %]", "p"), form, make
-    )
+    axis = f"ratio to {short(cohort.reference)} [1]" if cohort.design.plain else "ratio [1]"
+    return forest_figure(rows, looks, sources, axis, ("ratio [95 %]", "p"), form, make)

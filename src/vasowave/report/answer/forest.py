@@ -11,7 +11,7 @@ from vasowave.figures.forest import Dot, Point, Row
 from vasowave.figures.style import short
 from vasowave.io.columns import split_unit
 from vasowave.quantities import INDICES, question_of
-from vasowave.report.answer.groups import Called
+from vasowave.report.answer.groups import Called, effect_of
 from vasowave.report.wording import number, probability, ratio_with_interval, unit, value_text
 
 _FROM_DATA = {"wave_speed": "up-slope of pressure and flow", "R_T": "mean pressure above the wedge's over mean flow",
@@ -21,25 +21,32 @@ _FROM_DATA = {"wave_speed": "up-slope of pressure and flow", "R_T": "mean pressu
 
 def group_rows(cohort: Cohort, primary: Primary, called: Called) -> list[Row]:
     """Return one row for each quantity and group, every animal as a multiple of the reference group's mean."""
-    several = primary.rows["other"].nunique() > 1
     # Questions stay together, whichever groups they are about.
     order = {question: place for place, question in enumerate(primary.rows["question"].unique())}
-    rows = primary.rows.sort_values("question", key=lambda one: one.map(order), kind="stable")
+    rows = primary.rows.assign(effect=[effect_of(row) for _, row in primary.rows.iterrows()])
+    order |= {effect: place for place, effect in enumerate(rows["effect"].unique())}
+    several = rows["effect"].nunique() > 1
+    rows = rows.sort_values(["question", "effect"], key=lambda one: one.map(order), kind="stable")
     return [_group_row(cohort, primary, row, called, several) for _, row in rows.iterrows()]
 
 
 def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called, several: bool) -> Row:
     name, other = str(row["quantity"]), str(row["other"])
     size = ratio_with_interval(row["ratio"], row["low"], row["high"])
-    heading = f"{row['question']}{f': {short(other, 20)}' if several else ''}"
-    tip = f"{called(name)}: {other} {size} times {row['reference']} ({row['source']}), {_p(row)}"
+    designed = "what" in row
+    effect = effect_of(row)
+    heading = (
+        f"{row['question']}{f': {short(effect if designed else other, 30 if designed else 20)}' if several else ''}"
+    )
+    tip = f"{called(name)}: {effect} {size} ({row['source']}), {_p(row)}"
     beside = primary.others
     if len(beside):
-        beside = beside[(beside["other"] == other) & (beside["quantity"] == name)]
+        same = [effect_of(one) == effect for _, one in beside.iterrows()]
+        beside = beside[np.array(same) & (beside["quantity"] == name)]
     p = _p(row).removeprefix("p ").removeprefix("= ")
     point = Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
-    return Row(heading, called(name), size, p, point, [_beside(one, called) for _, one in beside.iterrows()],
-               _dots(cohort, str(row["source"]), name, other))  # fmt: skip
+    dots = _dots(cohort, str(row["source"]), name, other) if row.get("what", "groups") == "groups" else []
+    return Row(heading, called(name), size, p, point, [_beside(one, called) for _, one in beside.iterrows()], dots)
 
 
 def _p(row: pd.Series) -> str:

@@ -28,7 +28,8 @@ def group_answers(primary: Primary, called: Called, mark: Mark = lambda groups: 
     """
     answers: dict[str, list[str]] = {}
     pairs = primary.rows["other"].nunique() if len(primary.rows) else 0
-    for (question, _), rows in primary.rows.groupby(["question", "other"], sort=False) if pairs else ():
+    by = ["question", "other", *(["what"] if "what" in primary.rows else [])]
+    for (question, *_), rows in primary.rows.groupby(by, sort=False) if pairs else ():
         answers.setdefault(str(question), []).append(_answer(rows, called) + _marked(rows, mark))
     said = [(question, " ".join(texts)) for question, texts in answers.items()]
     return [*said, *_limits(primary.rows, pairs, called)] if pairs else said
@@ -41,6 +42,7 @@ def _marked(rows: pd.DataFrame, mark: Mark) -> str:
 
 def _answer(rows: pd.DataFrame, called: Called) -> str:
     reference, other = (short(rows.iloc[0][which], _LONGEST) for which in ("reference", "other"))
+    where, between = _places(rows.iloc[0], reference, other)
 
     def effects(some: pd.DataFrame) -> str:
         return listed([effect(row, called) for _, row in some.iterrows()])
@@ -49,15 +51,36 @@ def _answer(rows: pd.DataFrame, called: Called) -> str:
         return f"{other} against {reference}: {effects(rows)}{_separated(rows, called)}."
     tested, clear = rows["untested"] == "", rows["p"] < CLEAR
     parts = [
-        f"{way} in {other} than in {reference}: {effects(some)}"
+        f"{where.format(way)}: {effects(some)}"
         for way, some in (("higher", rows[clear & (rows["ratio"] > 1)]), ("lower", rows[clear & (rows["ratio"] < 1)]))
         if len(some)
     ]
-    where = "" if parts else f" between {other} and {reference}"
+    between = "" if parts else f" {between}"
     others = {"not shown": rows[tested & ~clear], "not tested": rows[~tested]}
-    parts += [f"{what}{where}: {effects(some)}" for what, some in others.items() if len(some)]
+    parts += [f"{what}{between}: {effects(some)}" for what, some in others.items() if len(some)]
     text = "; ".join(parts)
     return f"{text[0].upper()}{text[1:]}."
+
+
+def _places(row: pd.Series, reference: str, other: str) -> tuple[str, str]:
+    """Return where an effect is, as a sentence says it of one that is shown (`{}` higher or lower), and of another."""
+    match row.get("what", "groups"):
+        case "factor":
+            return f"{{}} at {other} than at {reference}", f"between {other} and {reference}"
+        case "trend":
+            return f"{{}} at {other} than at {reference} by the trend", f"from {reference} to {other} by the trend"
+        case "interaction":
+            change = short(row["change"], _LONGEST)
+            return f"{change} {{}} in {other} than in {reference}", f"of {change} between {other} and {reference}"
+        case "contrast":
+            return f"{{}} by the contrast '{other}'", f"by the contrast '{other}'"
+    return f"{{}} in {other} than in {reference}", f"between {other} and {reference}"
+
+
+def effect_of(row: pd.Series) -> str:
+    """Return which effect a row is of, as a table says it: ``HPH / CTL``."""
+    pair = " / ".join(filter(None, (row["other"], row["reference"])))
+    return f"{row['change']}: {pair}" if row.get("change") else pair
 
 
 def effect(row: pd.Series, called: Called) -> str:
@@ -65,7 +88,8 @@ def effect(row: pd.Series, called: Called) -> str:
     value, _, interval = ratio_with_interval(row["ratio"], row["low"], row["high"]).partition(" ")
     tested = "" if row["untested"] else f", {probability(row['p'])}"
     times = f"{value} times {interval}".rstrip()
-    return f"{called(row['quantity'])} {change(row)} ({times}{tested})"
+    of_means = f" {change(row)}" if np.isfinite(row["mean other"]) else ""
+    return f"{called(row['quantity'])}{of_means} ({times}{tested})"
 
 
 def change(row: pd.Series) -> str:
@@ -133,7 +157,7 @@ def other_laws(primary: Primary, called: Called) -> list[str]:
     """Say where another wall law gives another effect."""
     if not len(primary.others):
         return []
-    keys = ["reference", "other", "quantity"]
+    keys = ["reference", "other", "quantity", *(["change"] if "change" in primary.others else [])]
     both = primary.others.merge(primary.rows, on=keys, suffixes=("", " primary"))
     outside = both[(both["ratio"] < both["low primary"]) | (both["ratio"] > both["high primary"])]
     laws = listed([f"the {law} wall" for law in primary.others["source"].unique()])

@@ -11,6 +11,7 @@ from vasowave.quantities import question_of
 from vasowave.report.answer.animal import animal_answers
 from vasowave.report.answer.comparison import groups_figure
 from vasowave.report.answer.decay import decay
+from vasowave.report.answer.design import design_text
 from vasowave.report.answer.forest import animal_rows
 from vasowave.report.answer.groups import Called, group_answers, influence, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
@@ -45,10 +46,11 @@ def _answers(cohort: Cohort, primary: Primary, family: Family, called: Called) -
         one = cohort.results[0]
         said = animal_answers(one, primary.law, family, called, mark([one.group]))
         return [*_with_decay(said, cohort, primary.law, family), *legend, *wall]
-    if len(cohort.groups) < 2:
+    design = [("How were animals compared?", text)] if (text := design_text(cohort)) else []
+    if len(cohort.groups) < 2 and not design:
         return [("Groups", "There is one group; nothing is compared between groups."), *wall]
     said = _with_decay(group_answers(primary, called, mark), cohort, primary.law, family)
-    return [*said, *legend, *_not_compared(primary), *wall]
+    return [*design, *said, *legend, *_not_compared(primary), *wall]
 
 
 def _with_decay(said: list[tuple[str, str]], cohort: Cohort, law: str, family: Family) -> list[tuple[str, str]]:
@@ -91,6 +93,12 @@ def _ratios_caption(cohort: Cohort, primary: Primary) -> str:
     reference = short(cohort.reference, 40)
     model = f"; of the model by the {primary.law} wall" if primary.law else ""
     walls = "the other walls (grey) and " if len(cohort.walls) > 1 else ""
+    if not cohort.design.plain:
+        return (
+            f"Ratios by the model of the design (diamonds{model}). 95 % intervals and p hold for all "
+            f"{len(primary.rows)} rows together. Below stand {walls}where groups are compared every animal over the "
+            f"mean of {reference}, as measured."
+        )
     return (
         f"Ratio to {reference} (diamonds{model}), animals weighted by how well each is known; the answers' numbers of "
         f"groups are geometric means. 95 % intervals and p hold for all {len(primary.rows)} rows together. Below stand "

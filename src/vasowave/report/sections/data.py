@@ -10,6 +10,7 @@ def data_section(cohort: Cohort) -> Section:
     """What failed, measured waveforms and indices, networks, nominal parameters."""
     blocks: list[Block] = [
         *tables.failures(cohort),
+        *tables.variables(cohort),
         Drawing("hemoData", _hemodynamics(cohort), figures.hemodynamics_figure(cohort)),
         tables.hemodynamics(cohort),
         Drawing("Network", "The network as a directed graph, with each vessel's share of the mean flow (eq. 11); width "

@@ -2,16 +2,20 @@
 
 from collections import Counter
 from collections.abc import Mapping
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import Comparison
+from vasowave.cohort.declared import Declaration
 from vasowave.cohort.primary import Primary
 from vasowave.cohort.rank_tests import MOST_EXACT
 from vasowave.cohort.simultaneous import DRAWS
 from vasowave.model.blood import boundary_layer
+from vasowave.report.answer.design import design_text
+from vasowave.report.answer.groups import effect_of
 from vasowave.report.blocks import Paragraph, Section
 from vasowave.report.glossary import symbol
 from vasowave.report.tables.cells import named, span, symbols
@@ -31,7 +35,7 @@ def methods_section(cohort: Cohort, primary: Primary, comparisons: Mapping[str, 
         texts += [_model(cohort), _calibration(cohort), *_posteriors(cohort)]
     texts.append(_analyses())
     if not cohort.single:
-        texts += [*_primary(primary, symbols(cohort)), _statistics(cohort, comparisons)]
+        texts += [*_primary(cohort, primary, symbols(cohort)), _statistics(cohort, comparisons)]
     return Section("methods", "Methods", [Paragraph(text) for text in texts])
 
 
@@ -188,7 +192,7 @@ def _analyses() -> str:
     )
 
 
-def _primary(primary: Primary, written: Mapping[str, str]) -> list[str]:
+def _primary(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list[str]:
     rows = primary.rows
     if not len(rows):
         return []
@@ -198,9 +202,14 @@ def _primary(primary: Primary, written: Mapping[str, str]) -> list[str]:
     of_draws = (
         f"; of {drawn} those of their posteriors, the error of a shared image added to the ratio's" if drawn else ""
     )
+    declared = (
+        "Primary was the one family of quantities that the settings name (vasowave's own where the study file leaves "
+        f"them){law}: {family}.{_declared(cohort)}"
+    )
+    if not cohort.design.plain:
+        return [f"{declared} {_by_design(cohort, primary, of_draws)}{_not_tested(primary, written)}"]
     return [
-        f"Primary was the one family of quantities that the settings name (vasowave's own where the study file leaves "
-        f"them){law}: {family}. Groups were compared by ratios "
+        f"{declared} Groups were compared by ratios "
         "on "
         "logarithms: within each group the animals were pooled by random effects (restricted maximum likelihood; "
         "weights "
@@ -210,6 +219,36 @@ def _primary(primary: Primary, written: Mapping[str, str]) -> list[str]:
         "one reference distribution: a parametric fast double bootstrap of the least p, with each group's own spreads "
         f"and the quantities' correlation within animals ({DRAWS + 1} draws).{_not_tested(primary, written)}"
     ]
+
+
+def _declared(cohort: Cohort) -> str:
+    """Say when the family was declared, and what was changed since."""
+    if not cohort.declared:
+        return ""
+    first, *later = cohort.declared
+    said = f" Groups, family, law and design were declared on {first.time}{_when(first)}."
+    for before, after in pairwise(cohort.declared):
+        said += f" Changed on {after.time}{_when(after)}: {listed(after.changes(before))}."
+    return said if later else f"{said} They were not changed since."
+
+
+def _when(one: Declaration) -> str:
+    return ", when results were there already" if one.seen else ", before there were results"
+
+
+def _by_design(cohort: Cohort, primary: Primary, of_draws: str) -> str:
+    effects = listed([*dict.fromkeys(effect_of(row) for _, row in primary.rows.iterrows())])
+    return (
+        f"The design: {design_text(cohort)} Each quantity's logarithms followed one linear mixed model, with the "
+        f"animals' known errors (standard errors of their estimates{of_draws}), a variance between animals for each "
+        "group or cell of groups and second factor that no animal links with others (one for all where a cell has "
+        "fewer than three recordings), and a variance for each block and for subjects; variances by restricted maximum "
+        "likelihood, standard errors and degrees of freedom after Kenward and Roger. Covariates enter as main effects, "
+        "and cells are compared at their average. "
+        f"p values and 95 % intervals are simultaneous for all quantities and effects ({effects}): the least p was "
+        "compared with that of draws from the joint distribution of the estimates, with the correlation of the "
+        f"quantities within animals ({DRAWS + 1} draws)."
+    )
 
 
 def _quantities(rows: pd.DataFrame, written: Mapping[str, str]) -> str:

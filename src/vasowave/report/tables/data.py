@@ -94,3 +94,17 @@ def characteristic_impedances(cohort: Cohort) -> Table:
         "The nominal stiffness follows from the up-slope; where estimators disagree, reflections or delays are at work."
     )
     return Table.of("Zc", "Characteristic impedance by several estimators, measured", pd.DataFrame(rows), note)
+
+
+def variables(cohort: Cohort) -> list[Table]:
+    """Return what the lab's own columns say of the animals, where there are any."""
+    if not cohort.variables:
+        return []
+    labels = {one.label: one.values for one in cohort.variables.values()}
+    rows = pd.DataFrame(
+        [
+            who(result) | {label: values.get(result.name) for label, values in labels.items()}
+            for result in cohort.results
+        ]
+    )
+    return [Table.of("Animals", "What the table of animals says of each", rows)]

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from vasowave.cohort.primary import Primary, Untested
+from vasowave.report.answer.groups import effect_of
 from vasowave.report.blocks import Table
 from vasowave.report.wording import number, ratio_with_interval
 
@@ -14,7 +15,7 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     rows = primary.rows
     cells = [
         (
-            written.get(row["quantity"], row["quantity"]), _source(row), f"{row['other']} / {row['reference']}",
+            written.get(row["quantity"], row["quantity"]), _source(row), effect_of(row),
             f"{row['n other']}, {row['n reference']}", _effect(row), _p(row),
             number(float(row["smallest p"]), 2), "yes" if row["apart"] else "no", _influence(row),
         )
@@ -22,14 +23,17 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
     ]  # fmt: skip
     header = ("quantity", "source", "groups", "animals", "ratio [95 %, all rows]", "p, all rows", "smallest p by ranks",
               "groups apart", "ratio without one animal")  # fmt: skip
-    note = (
-        "Ratio: of the groups' means on logarithms, each animal weighted by its error and by what the animals of its "
-        "group differ (random effects, restricted maximum likelihood; standard errors after Hartung and Knapp, without "
-        f"known errors Welch's). Interval and p: for all {len(rows)} rows together, from one distribution, "
-        "so that an interval excludes 1 exactly if p < 0.05; logarithms are taken as normal. Smallest p: of any test "
-        "by ranks or relabelings, which asks for no distribution. Apart: no animal of one group lies among the other. "
-        "Without: the one animal that moves the ratio most when it is left out."
-    )
+    designed = "what" in rows
+    if designed:
+        note = (
+            "Ratio: of means on logarithms by one mixed model for each quantity, the animals' known errors in it "
+            "(restricted maximum likelihood, Kenward and Roger's standard errors and degrees of freedom); of an "
+            f"interaction a ratio of ratios. Interval and p: for all {len(rows)} rows together, from one distribution, "
+            "so that an interval excludes 1 exactly if p < 0.05; logarithms are taken as normal. Without: the one "
+            "recording that moves the ratio most when it is left out."
+        )
+    else:
+        note = _note(len(rows))
     if primary.assurance:
         note += (
             f" Of cohorts without any effect, of these sizes, spreads and correlations, "
@@ -46,7 +50,20 @@ def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
             "and the error of an image that several animals have is not averaged away."
         )
     table = Table("Primary", "Primary comparison, of the family that the settings name", header, cells, note, rows)
+    if designed:
+        table = table.hiding("smallest p by ranks", "groups apart")
     return [table, _others(primary, written)] if len(primary.others) else [table]
+
+
+def _note(count: int) -> str:
+    return (
+        "Ratio: of the groups' means on logarithms, each animal weighted by its error and by what the animals of its "
+        "group differ (random effects, restricted maximum likelihood; standard errors after Hartung and Knapp, without "
+        f"known errors Welch's). Interval and p: for all {count} rows together, from one distribution, "
+        "so that an interval excludes 1 exactly if p < 0.05; logarithms are taken as normal. Smallest p: of any test "
+        "by ranks or relabelings, which asks for no distribution. Apart: no animal of one group lies among the other. "
+        "Without: the one animal that moves the ratio most when it is left out."
+    )
 
 
 def _source(row: pd.Series) -> str:
@@ -71,7 +88,7 @@ def _others(primary: Primary, written: Mapping[str, str]) -> Table:
         (
             written.get(row["quantity"], row["quantity"]),
             str(row["source"]),
-            f"{row['other']} / {row['reference']}",
+            effect_of(row),
             _effect(row),
         )
         for _, row in rows.iterrows()

@@ -1,0 +1,365 @@
+"""How a lab laid out its animals: what groups are compared for, what is adjusted for, who belongs together."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from annotated_types import MinLen
+
+from vasowave.cohort.variables import Variable
+from vasowave.errors import InputError, did_you_mean
+from vasowave.settings import Example, settings_class
+
+Column = Annotated[str, MinLen(1)]
+
+
+@settings_class
+class Design:
+    """How the animals were laid out, by columns of the table of animals; all empty: groups of independent animals.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Design(covariates=("sex",), blocks=("litter",)).terms
+    ('sex', 'litter')
+    """
+
+    covariates: tuple[Column, ...] = ()
+    """Columns that groups are adjusted for: categories (sex), numbers (age, weight, hematocrit) or dates."""
+    blocks: tuple[Column, ...] = ()
+    """Columns whose levels are random effects: litter, batch, day, operator."""
+    subject: Column | None = None
+    """Column that says which rows are of one animal: pairs and repeated measures."""
+    occasion: Column | None = None
+    """Column of when a subject was measured (before, after; 0, 3, 6 weeks); compared as a second factor."""
+    factor: Column | None = None
+    """Column of a second factor, crossed with the groups (genotype in `group`, oxygen here)."""
+    interaction: bool = True
+    """Whether the second factor may act differently in each group; that then is a comparison of its own."""
+    dose: Column | None = None
+    """Column of numbers whose trend is compared: a dose, or time."""
+    contrasts: Annotated[dict[str, dict[str, float]], Example({"rescue": {"HPH, drug": 1, "HPH, vehicle": -1}})] = (
+        field(default_factory=dict)
+    )
+    """Comparisons of one's own, in place of the usual ones: of each a name, and the weights of groups (or of "group,
+    level" where there is a second factor or dose); they sum to 0."""
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be together."""
+        named = [name for name in ("occasion", "factor", "dose") if getattr(self, name)]
+        if len(named) > 1:
+            raise InputError(f"{' and '.join(named)}: a design has one of these; make one column of two")
+        twice = [name for name in dict.fromkeys(self.terms) if self.terms.count(name) > 1]
+        if twice:
+            raise InputError(f"'{twice[0]}' stands in two places; keep one")
+        for name, weights in self.contrasts.items():
+            if len(weights) < 2 or abs(sum(weights.values())) > 1e-9 or not any(weights.values()):
+                raise InputError(f"contrast '{name}': its weights must sum to 0, as in {{HPH: 1, CTL: -1}}")
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """The columns that it names."""
+        single = (self.subject, self.second)
+        return (*self.covariates, *self.blocks, *(name for name in single if name))
+
+    @property
+    def second(self) -> str | None:
+        """The column that is crossed with the groups, if there is one."""
+        return self.factor or self.occasion or self.dose
+
+    @property
+    def plain(self) -> bool:
+        """Whether it says nothing: groups of independent animals, each compared with the first."""
+        return not (self.terms or self.contrasts)
+
+
+class Contrast(NamedTuple):
+    """One comparison of the means of cells: `second` minus `first`, on logarithms.
+
+    Attributes
+    ----------
+    other, reference : str
+        What is compared with what.
+    first, second : array, shape (cell,)
+        Weights of the cells.
+    what : {"groups", "factor", "interaction", "trend", "contrast"}
+    change : str
+        Of an interaction, whose sides are ratios: of what.
+    """
+
+    other: str
+    reference: str
+    first: np.ndarray
+    second: np.ndarray
+    what: str
+    change: str = ""
+
+    @property
+    def of_values(self) -> bool:
+        """Whether both sides are means of values, and not themselves ratios."""
+        return bool(np.allclose([self.first.sum(), self.second.sum()], 1))
+
+    @property
+    def of_ratios(self) -> bool:
+        """Whether both sides are themselves ratios."""
+        return bool(np.allclose([self.first.sum(), self.second.sum()], 0) and self.first.any())
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """A design applied to animals: the matrices of its model.
+
+    Attributes
+    ----------
+    animals : tuple of str
+        Those that all columns of the design know.
+    group : tuple of str
+        Of each animal.
+    cells : tuple of str
+        Combinations of group and second factor.
+    cell : array of int, shape (animal,)
+    fixed : array, shape (animal, coefficient)
+        Independent columns.
+    means : array, shape (cell, coefficient)
+        What takes coefficients to the mean of a cell, at the average of the covariates.
+    empty : array of bool, shape (cell,)
+        Cells whose mean nothing tells.
+    random : dict of str to array, shape (animal, animal)
+        Variance components by what they belong to.
+    contrasts : tuple of Contrast
+    left_out : dict of str to str
+        Animals that a column of the design does not know, and which column.
+    subject : tuple of str
+        Of each animal; its own name where the design has no subjects.
+    """
+
+    animals: tuple[str, ...]
+    group: tuple[str, ...]
+    cells: tuple[str, ...]
+    cell: np.ndarray
+    fixed: np.ndarray
+    means: np.ndarray
+    empty: np.ndarray
+    random: Mapping[str, np.ndarray]
+    contrasts: tuple[Contrast, ...]
+    left_out: Mapping[str, str]
+    subject: tuple[str, ...]
+
+    def tells(self, contrast: Contrast) -> bool:
+        """Whether the animals tell the means of all cells of a contrast."""
+        return not self.empty[(contrast.first != 0) | (contrast.second != 0)].any()
+
+
+def laid_out(
+    design: Design, variables: Mapping[str, Variable], members: Mapping[str, str], groups: Sequence[str]
+) -> Layout:
+    """Return the matrices of a design.
+
+    Parameters
+    ----------
+    design : Design
+    variables : mapping of str to Variable
+        By name.
+    members : mapping of str to str
+        The group of every animal.
+    groups : sequence of str
+        In their order, the reference first.
+
+    Raises
+    ------
+    InputError
+        A column is missing or of the wrong type; two things cannot be told apart; too few animals are left.
+    """
+    known = {name: _variable(design, variables, name) for name in design.terms}
+    gaps = {animal: next((name for name, one in known.items() if animal not in one.values), "") for animal in members}
+    animals = tuple(animal for animal, gap in gaps.items() if not gap)
+    group = tuple(members[animal] for animal in animals)
+    second = known[design.second] if design.second else None
+    levels = second.order if second else [""]
+    within = [second.levels[animal] for animal in animals] if second else [""] * len(animals)
+    pairs = [(one, level) for one, level in product(groups, levels)]
+    if design.dose:  # groups of which each has doses of its own
+        pairs = [pair for pair in pairs if pair in set(zip(group, within, strict=True))]
+    cell = np.array([pairs.index(pair) for pair in zip(group, within, strict=True)], dtype=int)
+    cells = tuple(", ".join(filter(None, pair)) for pair in pairs)
+    coefficients = _coefficients(design, groups, levels, pairs)
+    covariates = [column for name in design.covariates for column in _columns(known[name], animals)]
+    whole = np.column_stack([coefficients[cell], *covariates]) if len(animals) else np.zeros((0, 1))
+    if len(animals) <= np.linalg.matrix_rank(whole) + 1:
+        raise InputError(f"{len(animals)} animals are too few for this design; name fewer columns in it")
+    _, sizes, turned = np.linalg.svd(whole, full_matrices=False)
+    basis = turned[sizes > 1e-9 * sizes[0]].T
+    means = np.column_stack([coefficients, np.zeros((len(pairs), len(covariates)))])
+    empty = np.abs(means - means @ basis @ basis.T).max(axis=1) > 1e-7
+    subject = tuple(known[design.subject].levels[one] for one in animals) if design.subject else animals
+    random = _random(design, known, animals, cell, subject, whole @ basis)
+    contrasts = tuple(_contrasts(design, groups, levels, pairs, cells, second))
+    return Layout(
+        animals, group, cells, cell, whole @ basis, means @ basis, empty, random, contrasts,
+        {animal: gap for animal, gap in gaps.items() if gap}, subject,
+    )  # fmt: skip
+
+
+def _variable(design: Design, variables: Mapping[str, Variable], name: str) -> Variable:
+    if name not in variables:
+        known = f"there are: {', '.join(variables)}" if variables else "it has no columns of its own"
+        raise InputError(f"the table of animals has no column '{name}'{did_you_mean(name, variables)}; {known}")
+    one = variables[name]
+    if name == design.dose and one.kind == "category":
+        raise InputError(f"the column '{name}' holds words; a dose needs numbers")
+    if not one.values:
+        raise InputError(f"the column '{name}' is empty; fill its cells or take it out of the design")
+    return one
+
+
+def _coefficients(
+    design: Design, groups: Sequence[str], levels: Sequence[str], pairs: Sequence[tuple[str, str]]
+) -> np.ndarray:
+    """Return what takes coefficients to the means of cells: one for each cell, or the sum of two effects."""
+    if design.interaction or design.dose or len(levels) == 1:
+        return np.eye(len(pairs))
+    return np.array(
+        [[one == group for one in groups] + [one == level for one in levels[1:]] for group, level in pairs], float
+    )
+
+
+def _columns(one: Variable, animals: Sequence[str]) -> list[np.ndarray]:
+    """Return the columns of a covariate, so coded that cells are compared at its average."""
+    if one.kind != "category":
+        values = np.array([one.numbers[animal] for animal in animals])
+        spread = values.std()
+        return [(values - values.mean()) / spread] if spread > 0 else []
+    levels = [one.levels[animal] for animal in animals]
+    return [np.array([(level == here) - (level == one.order[-1]) for level in levels], float)
+            for here in one.order[:-1] if here in levels]  # fmt: skip
+
+
+def _random(
+    design: Design, known: Mapping[str, Variable], animals: Sequence[str], cell: np.ndarray, subject: Sequence[str],
+    fixed: np.ndarray,
+) -> dict[str, np.ndarray]:  # fmt: skip
+    """Return the variance components; cells have each their own where no subject is in two and each tells enough."""
+    blocks = {name: _same([known[name].levels[animal] for animal in animals]) for name in design.blocks}
+    same = _same(subject)
+    strata = _strata(cell, subject)
+    found: dict[str, np.ndarray] = {}
+    for parts in (strata, np.zeros_like(strata)):
+        found = {}
+        for part in np.unique(parts):
+            inside = np.outer(parts == part, parts == part)
+            found[f"animals {part}"] = np.eye(len(animals)) * inside
+            found[f"subjects {part}"] = same * inside
+        found |= blocks
+        found = {name: one for name, one in found.items() if name.startswith("animals") or not _diagonal(one)}
+        if min(np.bincount(parts)[np.unique(parts)]) > 2 and not _confounded(found, fixed):
+            return found
+    if name := _confounded(found, fixed):
+        raise InputError(
+            f"'{name}' cannot be told apart from the groups or from the differences between animals: its levels hold "
+            "one animal each, or a whole group; take it out of the design"
+        )
+    return found
+
+
+def _same(labels: Sequence[str]) -> np.ndarray:
+    names = np.array(labels)
+    return (names[:, np.newaxis] == names).astype(float)
+
+
+def _diagonal(one: np.ndarray) -> bool:
+    return not np.any(one - np.diag(np.diag(one)))
+
+
+def _strata(cell: np.ndarray, subject: Sequence[str]) -> np.ndarray:
+    """Return a number for each animal, the same in cells that a subject links."""
+    strata = cell.copy()
+    for one in set(subject):
+        own = np.array([name == one for name in subject])
+        for number in np.unique(strata[own])[1:]:
+            strata[strata == number] = strata[own].min()
+    return strata
+
+
+def _confounded(random: Mapping[str, np.ndarray], fixed: np.ndarray) -> str:
+    """Return the first variance component that the values cannot tell from others or from the fixed effects."""
+    left = np.eye(len(fixed)) - fixed @ np.linalg.pinv(fixed)
+    seen: list[np.ndarray] = []
+    for name, one in random.items():
+        projected = (left @ one @ left).ravel()
+        rest = projected
+        if seen:
+            rest = projected - np.array(seen).T @ np.linalg.lstsq(np.array(seen).T, projected, rcond=None)[0]
+        if np.linalg.norm(rest) < 1e-6 * max(float(np.linalg.norm(one)), 1.0):
+            return name
+        seen.append(projected)
+    return ""
+
+
+def _contrasts(
+    design: Design,
+    groups: Sequence[str],
+    levels: Sequence[str],
+    pairs: Sequence[tuple[str, str]],
+    cells: Sequence[str],
+    second: Variable | None,
+) -> Iterator[Contrast]:
+    """Return the comparisons: those that the design names, or the usual ones of its kind."""
+    if design.contrasts:
+        for name, weights in design.contrasts.items():
+            for one in weights:
+                if one not in cells:
+                    raise InputError(f"contrast '{name}': no cell '{one}'{did_you_mean(one, cells)}; there are: "
+                                     f"{'; '.join(cells)}")  # fmt: skip
+            each = np.array([weights.get(one, 0.0) for one in cells])
+            yield Contrast(name, "", np.maximum(-each, 0), np.maximum(each, 0), "contrast")
+        return
+    inside = {group: np.array([float(one == group) for one, _ in pairs]) for group in groups}
+    reference, *others = groups
+    if design.dose and second is not None:
+        yield from _trends(groups, pairs, inside, second)
+        return
+    mean = {group: own / max(own.sum(), 1) for group, own in inside.items()}
+    for other in others:
+        yield Contrast(other, reference, mean[reference], mean[other], "groups")
+    if second is None:
+        return
+    of_level = {level: np.array([float(one == level) for _, one in pairs]) for level in levels}
+    at = {(group, level): inside[group] * of_level[level] for group in groups for level in levels}
+    over = {level: np.mean([at[group, level] for group in groups], axis=0) for level in levels}
+    base, *later = levels
+    for level in later:
+        yield Contrast(f"{second.name} {level}", f"{second.name} {base}", over[base], over[level], "factor")
+    if design.interaction:
+        for other, level in product(others, later):
+            change = {one: at[one, level] - at[one, base] for one in (reference, other)}
+            yield Contrast(other, reference, change[reference], change[other], "interaction", f"{level}/{base}")
+
+
+def _trends(
+    groups: Sequence[str], pairs: Sequence[tuple[str, str]], inside: Mapping[str, np.ndarray], dose: Variable
+) -> Iterator[Contrast]:
+    """Return the trend over all cells, or where groups have doses of their own, in each group and between them."""
+    size: dict[str, float] = {dose.levels[animal]: number for animal, number in dose.numbers.items()}
+    doses = np.array([size[level] for _, level in pairs])
+
+    def ends(own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the weights that the line through cells has at the lowest and at the highest dose."""
+        away = np.where(own > 0, doses - doses[own > 0].mean(), 0.0)
+        low, high = (place - doses[own > 0].mean() for place in (doses.min(), doses.max()))
+        return own / own.sum() + away * low / (away @ away), own / own.sum() + away * high / (away @ away)
+
+    lowest, highest = (f"{dose.name} {pairs[int(place)][1]}" for place in (doses.argmin(), doses.argmax()))
+    if len(groups) == 1 or any(inside[group].sum() < 2 for group in groups):
+        yield Contrast(highest, lowest, *ends(np.ones(len(pairs))), "trend")
+        return
+    sides = {group: ends(inside[group]) for group in groups}
+    first, second = (np.mean([sides[group][side] for group in groups], axis=0) for side in (0, 1))
+    yield Contrast(highest, lowest, first, second, "trend")
+    reference, *others = groups
+    for other in others:
+        change = {one: sides[one][1] - sides[one][0] for one in (reference, other)}
+        yield Contrast(other, reference, change[reference], change[other], "interaction", f"{highest}/{lowest}")
+        mean = {one: inside[one] / inside[one].sum() for one in (reference, other)}
+        yield Contrast(other, reference, mean[reference], mean[other], "groups")

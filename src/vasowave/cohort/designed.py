@@ -1,0 +1,172 @@
+"""The primary comparison of a design: a mixed model of the logarithms of each quantity, and its effects."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.animal.result import AnimalResult
+from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.design import Contrast, Layout, laid_out
+from vasowave.cohort.estimates import Estimates
+from vasowave.cohort.joint import Fitted, joint
+from vasowave.cohort.mixed import Effect, MixedFit, Structure, fit_mixed
+from vasowave.errors import InputError
+from vasowave.quantities import question_of
+
+_FEWEST = 3  # rows more than coefficients
+
+
+class Values(NamedTuple):
+    """One quantity of the animals that have it."""
+
+    name: str
+    source: str
+    unit: str
+    results: list[AnimalResult]
+    known: Estimates
+
+
+class Modeled(NamedTuple):
+    """One quantity with its model.
+
+    Attributes
+    ----------
+    values : Values
+        Of the animals that all columns of the design know.
+    layout : Layout
+    structure : Structure
+    fit : MixedFit
+    contrasts : list of Contrast
+        Those that its animals can tell.
+    """
+
+    values: Values
+    layout: Layout
+    structure: Structure
+    fit: MixedFit
+    contrasts: list[Contrast]
+
+    def weights(self, contrast: Contrast) -> np.ndarray:
+        """Return what takes coefficients to the contrast."""
+        return np.asarray((contrast.second - contrast.first) @ self.layout.means)
+
+    def effect(self, contrast: Contrast) -> Effect:
+        """Return the contrast with its error."""
+        return self.fit.effect(self.weights(contrast))
+
+
+def modeled(cohort: Cohort, values: Values) -> Modeled:
+    """Fit the design's model to one quantity.
+
+    Raises
+    ------
+    InputError
+        Its animals are too few for the design, or two of its terms cannot be told apart in them.
+    """
+    members = {result.name: result.group for result in values.results}
+    layout = laid_out(cohort.design, cohort.variables, members, list(cohort.groups))
+    kept = np.array([result.name in layout.animals for result in values.results])
+    own = values._replace(results=[one for one, keep in zip(values.results, kept, strict=True) if keep],
+                          known=values.known.of(kept))  # fmt: skip
+    if not np.all(np.isfinite(own.known.logs)):
+        raise InputError("a value is not positive; a ratio needs positive values")
+    if len(layout.animals) < layout.fixed.shape[1] + _FEWEST:
+        raise InputError(f"{len(layout.animals)} animals have it, too few for the design")
+    same = np.equal.outer(own.known.image, own.known.image)
+    known = np.diag(own.known.errors**2) + np.outer(own.known.shared, own.known.shared) * same
+    structure = Structure(layout.fixed, list(layout.random.values()), known)
+    left = own.known.logs - layout.fixed @ np.linalg.lstsq(layout.fixed, own.known.logs, rcond=None)[0]
+    if np.abs(left).max() < 1e-9:
+        raise InputError("the values hardly vary within a group; there is nothing to test")
+    told = [one for one in layout.contrasts if layout.tells(one)]
+    return Modeled(own, layout, structure, fit_mixed(own.known.logs, structure), told)
+
+
+def rows_of_design(found: Sequence[Modeled]) -> tuple[list[dict[str, object]], float]:
+    """Return a row for every effect of every quantity, and the critical p of one row by itself."""
+    animals = {
+        name: place for place, name in enumerate(dict.fromkeys(name for one in found for name in one.layout.animals))
+    }
+    models = [
+        Fitted(one.fit, np.array([animals[name] for name in one.layout.animals]),
+               np.array([one.weights(contrast) for contrast in one.contrasts]))
+        for one in found
+    ]  # fmt: skip
+    together = joint(models)
+    p = iter(together.p.tolist())
+    rows = [_row(one, contrast, next(p), together.critical) for one in found for contrast in one.contrasts]
+    return rows, together.critical
+
+
+def beside(found: Sequence[Modeled], critical: float) -> Iterator[dict[str, object]]:
+    """Return the effects of further laws, without a test."""
+    for one in found:
+        for contrast in one.contrasts:
+            value, low, high = _ratio(one.effect(contrast), critical)
+            yield {
+                "reference": contrast.reference, "other": contrast.other, "change": contrast.change,
+                "quantity": one.values.name, "source": one.values.source, "ratio": value, "low": low, "high": high,
+            }  # fmt: skip
+
+
+def _ratio(effect: Effect, critical: float) -> tuple[float, float, float]:
+    from scipy.special import stdtrit
+
+    reach = float(stdtrit(effect.freedom, 1 - critical / 2)) * effect.error
+    with np.errstate(over="ignore"):
+        value, low, high = np.exp([effect.value, effect.value - reach, effect.value + reach]).tolist()
+    return value, low, high
+
+
+def _row(one: Modeled, contrast: Contrast, p: float, critical: float) -> dict[str, object]:
+    effect, layout = one.effect(contrast), one.layout
+    value, low, high = _ratio(effect, critical)
+    means = [np.nan, np.nan]
+    if contrast.of_values or contrast.of_ratios:
+        means = [
+            float(np.exp(side @ layout.means @ one.fit.coefficients)) for side in (contrast.first, contrast.second)
+        ]
+    untested = _image_unknown(one, contrast)
+    row = {
+        "reference": contrast.reference, "other": contrast.other, "question": question_of(one.values.name),
+        "quantity": one.values.name, "source": one.values.source, "n reference": _count(layout, contrast.first),
+        "n other": _count(layout, contrast.second), "mean reference": means[0], "mean other": means[1],
+        "unit": one.values.unit if contrast.of_values else "1", "ratio": value, "low": low, "high": high,
+        "p": np.nan if untested else p, "untested": "one image" if untested else "", "smallest p": np.nan,
+        "apart": False, "estimates": one.values.known.origin, "what": contrast.what,
+        "change": contrast.change,
+    }  # fmt: skip
+    return row | _influence(one, contrast, effect)
+
+
+def _count(layout: Layout, side: np.ndarray) -> int:
+    """Return how many subjects stand in the cells that a side is made of."""
+    return len({name for name, cell in zip(layout.subject, layout.cell, strict=True) if side[cell] != 0})
+
+
+def _image_unknown(one: Modeled, contrast: Contrast) -> bool:
+    """Return whether shared images may move the effect by an error that is not known, as `image_unknown`."""
+    known = one.values.known
+    if one.values.source == "measured" or known.origin == "posterior":
+        return False
+    weights = one.weights(contrast) @ one.fit.weights
+    sums = np.bincount(known.image, weights)
+    several = np.bincount(known.image) > 1
+    return bool((sums[several] ** 2).sum() > (weights**2).sum())
+
+
+def _influence(one: Modeled, contrast: Contrast, effect: Effect) -> dict[str, object]:
+    """Return the animal whose absence moves the ratio most, and the ratio then; the variances stay as they are."""
+    root, weights = one.fit.root, one.weights(contrast)
+    inverse = np.linalg.inv(root @ root.T)
+    left = []
+    for out in range(len(root)):
+        kept = np.arange(len(root)) != out
+        # Without a row the inverse is that of the others: the whole one less what the row told of them.
+        rest = inverse[np.ix_(kept, kept)] - np.outer(inverse[kept, out], inverse[out, kept]) / inverse[out, out]
+        seen = one.layout.fixed[kept].T @ rest
+        coefficients = np.linalg.lstsq(seen @ one.layout.fixed[kept], seen @ one.values.known.logs[kept], rcond=None)[0]
+        left.append(float(weights @ coefficients))
+    farthest = int(np.argmax(np.abs(np.array(left) - effect.value)))
+    return {"without": one.layout.animals[farthest], "ratio without": float(np.exp(left[farthest]))}

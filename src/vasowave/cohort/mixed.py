@@ -1,0 +1,214 @@
+"""One linear mixed model with known errors: restricted maximum likelihood, and inference after Kenward and Roger."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+_TURNS, _HALVINGS = 60, 25  # of scoring, and of one of its steps
+_LEAST = 1e-6  # of the residuals' variance: a component that is smaller is none
+_ENOUGH = 1e-7  # change of a component, by the residuals' variance, at which scoring ends
+_FLOOR = 0.5  # of the degrees of freedom without known errors
+
+
+class Structure(NamedTuple):
+    """What is known of some values before they are looked at.
+
+    Attributes
+    ----------
+    fixed : array, shape (row, coefficient)
+        Columns of the fixed effects, independent of each other.
+    random : sequence of array, shape (row, row)
+        For each variance component, the covariance that a variance of 1 gives.
+    known : array, shape (row, row)
+        Covariance of the known errors; rows that share an error are correlated by it.
+    """
+
+    fixed: np.ndarray
+    random: Sequence[np.ndarray]
+    known: np.ndarray
+
+    def of(self, kept: np.ndarray) -> "Structure":
+        """Return the structure of some rows."""
+        both = np.ix_(kept, kept)
+        return Structure(self.fixed[kept], [one[both] for one in self.random], self.known[both])
+
+
+class Effect(NamedTuple):
+    """A contrast of the coefficients, its standard error, and the degrees of freedom of that."""
+
+    value: float
+    error: float
+    freedom: float
+
+    @property
+    def p(self) -> float:
+        """Two-sided p of the contrast by itself."""
+        from scipy.special import stdtr
+
+        return float(2 * stdtr(self.freedom, -abs(self.value) / self.error))
+
+
+class MixedFit(NamedTuple):
+    """A fitted model.
+
+    Attributes
+    ----------
+    coefficients : array, shape (coefficient,)
+    components : array, shape (component,)
+        Variances.
+    adjusted, plain : array, shape (coefficient, coefficient)
+        Covariance of the coefficients, with Kenward and Roger's correction for the components being estimates, and
+        without.
+    slopes : array, shape (component, coefficient, coefficient)
+        Derivative of `plain` with each component.
+    uncertainty : array, shape (component, component)
+        Covariance of the components.
+    root : array, shape (row, row)
+        Lower triangle whose product with itself is the covariance of the rows.
+    weights : array, shape (coefficient, row)
+        What takes values to coefficients.
+    residuals : array, shape (row,)
+        Of the values from the fixed effects, decorrelated and of variance 1.
+    likelihood : float
+        The restricted logarithmic one, up to a constant.
+    ignorant : MixedFit, optional
+        The same without the known errors, where there are any.
+    """
+
+    coefficients: np.ndarray
+    components: np.ndarray
+    adjusted: np.ndarray
+    plain: np.ndarray
+    slopes: np.ndarray
+    uncertainty: np.ndarray
+    root: np.ndarray
+    weights: np.ndarray
+    residuals: np.ndarray
+    likelihood: float
+    ignorant: "MixedFit | None" = None
+
+    def effect(self, contrast: np.ndarray) -> Effect:
+        """Return a contrast of the coefficients; its t squared is Kenward and Roger's F.
+
+        Known errors make a component near 0 count for little, and a few well known rows for much: Satterthwaite's
+        degrees of freedom then fall below 1, as if nothing were known. They are not less than half of those without
+        known errors.
+        """
+        variance, plain = float(contrast @ self.adjusted @ contrast), float(contrast @ self.plain @ contrast)
+        slope = self.slopes @ contrast @ contrast
+        moved = float(slope @ self.uncertainty @ slope)
+        freedom = 2 * plain**2 / moved if moved > 0 else np.inf
+        if self.ignorant is not None:
+            freedom = max(freedom, _FLOOR * self.ignorant.effect(contrast).freedom)
+        return Effect(float(contrast @ self.coefficients), float(np.sqrt(variance)), freedom)
+
+
+def fit_mixed(values: np.ndarray, structure: Structure) -> MixedFit:
+    """Fit ``values = fixed effects + random effects + known errors`` by restricted maximum likelihood.
+
+    The components are those of the highest of the maxima that scoring finds from two starts. The covariance of the
+    coefficients and the degrees of freedom of their contrasts are those of Kenward and Roger (1997). Two groups with a
+    variance each and no known errors give Welch's test.
+
+    Parameters
+    ----------
+    values : array, shape (row,)
+    structure : Structure
+        Of more rows than coefficients, with a component at least that belongs to every row alone.
+    """
+    fixed, known = structure.fixed, structure.known
+    random = np.array(structure.random)
+    left = values - fixed @ np.linalg.lstsq(fixed, values, rcond=None)[0]
+    scale = max(float(left @ left) / (len(values) - fixed.shape[1]), 1e-300)
+    alone = np.array([_is_alone(one) for one in random])
+    least = np.where(alone, _LEAST, 0.0) * scale
+    starts = [np.where(alone, 0.7, 0.3) * scale, np.where(alone, 0.1, 0.02) * scale]
+    found = [_climbed(values, fixed, random, known, start, least, scale) for start in starts]
+    components, state = max(found, key=lambda one: one[1].likelihood)
+    fit = _inferred(values, fixed, random, components, state)
+    if not known.any():
+        return fit
+    return fit._replace(ignorant=fit_mixed(values, structure._replace(known=np.zeros_like(known))))
+
+
+def _is_alone(one: np.ndarray) -> bool:
+    """Whether a component correlates no rows."""
+    return bool(np.all(one == np.diag(np.diag(one))))
+
+
+class _State(NamedTuple):
+    likelihood: float
+    root: np.ndarray
+    inverse: np.ndarray  # of the covariance of the rows
+    plain: np.ndarray  # covariance of the coefficients
+    projection: np.ndarray  # the rows' inverse covariance without what the fixed effects explain
+
+
+def _state(
+    values: np.ndarray, fixed: np.ndarray, random: np.ndarray, known: np.ndarray, components: np.ndarray
+) -> _State:
+    covariance = known + np.tensordot(components, random, axes=1)
+    root = np.linalg.cholesky(covariance)
+    inner = np.linalg.inv(root)
+    inverse = inner.T @ inner
+    seen = inverse @ fixed
+    information = fixed.T @ seen
+    plain = np.linalg.inv(information)
+    projection = inverse - seen @ plain @ seen.T
+    size = 2 * np.log(np.diag(root)).sum() + np.linalg.slogdet(information)[1]
+    return _State(-0.5 * float(size + values @ projection @ values), root, inverse, plain, projection)
+
+
+def _climbed(
+    values: np.ndarray, fixed: np.ndarray, random: np.ndarray, known: np.ndarray, start: np.ndarray, least: np.ndarray,
+    scale: float,
+) -> tuple[np.ndarray, _State]:  # fmt: skip
+    """Return the components at a maximum of the restricted likelihood, by Fisher scoring within their limits."""
+    at, state = start, _state(values, fixed, random, known, start)
+    for _ in range(_TURNS):
+        projected = random @ state.projection  # (component, row, row)
+        explained = state.projection @ values
+        score = 0.5 * (explained @ random @ explained - np.trace(projected, axis1=1, axis2=2))
+        information = 0.5 * np.einsum("kij,lji->kl", projected, projected)
+        free = (at > least) | (score > 0)
+        step = np.zeros_like(at)
+        step[free] = np.linalg.lstsq(information[np.ix_(free, free)], score[free], rcond=None)[0]
+        for halved in range(_HALVINGS):
+            there = np.maximum(at + step * 0.5**halved, least)
+            try:
+                next_state = _state(values, fixed, random, known, there)
+            except np.linalg.LinAlgError:
+                continue
+            if next_state.likelihood >= state.likelihood:
+                break
+        else:
+            break
+        moved, at, state = float(np.abs(there - at).max()), there, next_state
+        if moved < _ENOUGH * scale:
+            break
+    return at, state
+
+
+def _inferred(
+    values: np.ndarray, fixed: np.ndarray, random: np.ndarray, components: np.ndarray, state: _State
+) -> MixedFit:
+    """Return what Kenward and Roger infer at the maximum (their eqs. for covariances linear in the components)."""
+    inverse, plain = state.inverse, state.plain
+    seen = inverse @ fixed
+    once = -np.einsum("ia,kij,jb->kab", seen, random, seen)  # P
+    twice = np.einsum("ia,kij,jm,lmn,nb->klab", seen, random, inverse, random, seen, optimize=True)  # Q
+    traces = np.einsum("kij,lji->kl", random @ inverse, random @ inverse)
+    through = once @ plain
+    information = 0.5 * (
+        traces - 2 * np.einsum("ab,klba->kl", plain, twice) + np.einsum("kab,lba->kl", through, through)
+    )
+    uncertainty = np.linalg.pinv(information, hermitian=True)
+    correction = np.einsum("kl,klab->ab", uncertainty, twice - np.einsum("kab,bc,lcd->klad", once, plain, once))
+    adjusted = plain + 2 * plain @ correction @ plain
+    weights = plain @ seen.T
+    coefficients = weights @ values
+    residuals = np.linalg.solve(state.root, values - fixed @ coefficients)
+    slopes = -plain @ once @ plain
+    return MixedFit(coefficients, components, adjusted, plain, slopes, uncertainty, state.root, weights, residuals,
+                    state.likelihood)  # fmt: skip

@@ -1,0 +1,164 @@
+"""What a lab knows of its animals beside the recordings: columns of their table, each of one type."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import date
+from difflib import get_close_matches
+from typing import Any, Literal
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.findings import Finding, look_kind
+from vasowave.io.columns import split_unit
+
+_FAR = 5.0  # times the median: no weight or age of animals that one compares, but a slip of the decimal point
+_CLOSE = 0.8  # of the letters of two words are the same
+
+CONSTANT = look_kind(
+    "variable.constant", "'{value}' in all animals; {remedy}", "it tells nothing about differences; remove the column"
+)
+MISSPELT = look_kind(
+    "variable.misspelt", "'{rare}' in {animal} alone, '{common}' in {count}: misspelt?", "Correct the cell."
+)
+ALONE = look_kind(
+    "variable.one-animal", "'{value}' in {animal} alone: what it has to itself cannot be told from chance",
+    "Correct the cell if it is a slip.",
+)  # fmt: skip
+FAR_OFF = look_kind(
+    "variable.far-off", "{value:g} in {animal} is {factor:.3g} times the median: a slip of the decimal point?",
+    "Correct the cell if it is one.",
+)  # fmt: skip
+GAPS = look_kind(
+    "variable.gaps", "empty in {count} of {all} animals ({animals}); {remedy}",
+    "a design that names this column leaves them out: fill the cells",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One column that a lab has of its animals: sex, litter, weight [g], day of birth.
+
+    Attributes
+    ----------
+    name, unit : str
+        The unit is empty where the title has none.
+    kind : {"number", "category", "date"}
+    values : dict of str to float or str
+        By animal; a date as YYYY-MM-DD. Animals whose cell is empty are absent.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> vw.Variable.of("weight [g]", {"CTL 1": "24.1", "CTL 2": "22", "HPH 1": ""}).values
+    {'CTL 1': 24.1, 'CTL 2': 22.0}
+    """
+
+    name: str
+    unit: str
+    kind: Literal["number", "category", "date"]
+    values: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, title: str, cells: Mapping[str, str]) -> "Variable":
+        """Return the column of a title and the text of every animal's cell.
+
+        A title with a unit, or most of whose cells are numbers, is one of numbers; likewise of dates (YYYY-MM-DD).
+
+        Raises
+        ------
+        InputError
+            A cell of such a column is neither; it names the animal.
+        """
+        name, unit = split_unit(title)
+        filled = {animal: text.strip() for animal, text in cells.items() if text.strip()}
+        unit = "" if "[" not in title else unit
+        for kind, read in (("number", _number), ("date", _date)):
+            values = {animal: read(text) for animal, text in filled.items()}
+            good = sum(one is not None for one in values.values())
+            if (unit and kind == "number") or 2 * good > len(filled):
+                for animal, value in values.items():
+                    if value is None:
+                        what = "a number" if kind == "number" else "a date (YYYY-MM-DD)"
+                        raise InputError(f"'{filled[animal]}' of {animal} is not {what}, as the others are")
+                return cls(name, unit, kind, values)  # type: ignore[arg-type]
+        return cls(name, unit, "category", filled)
+
+    @property
+    def label(self) -> str:
+        """The title of the column: ``weight [g]``."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """The values as numbers: of dates, days since the first. Empty for categories."""
+        if self.kind == "category":
+            return {}
+        if self.kind == "number":
+            return {animal: float(value) for animal, value in self.values.items()}
+        days = {animal: date.fromisoformat(value).toordinal() for animal, value in self.values.items()}
+        return {animal: float(day - min(days.values())) for animal, day in days.items()}
+
+    @property
+    def levels(self) -> dict[str, str]:
+        """The values as categories, numbers as people write them."""
+        return {animal: f"{value:g}" if self.kind == "number" else str(value) for animal, value in self.values.items()}
+
+    @property
+    def order(self) -> list[str]:
+        """Its different levels: numbers and dates from low to high, categories as they come in the table."""
+        levels = dict.fromkeys(self.levels.values())
+        if self.kind == "number":
+            return sorted(levels, key=float)
+        return sorted(levels) if self.kind == "date" else [*levels]
+
+    def slips(self, animals: Mapping[str, str]) -> list[Finding]:
+        """Return what looks like a slip of the pen; `animals` are those of the table."""
+        empty = [name for name in animals if name not in self.values]
+        gaps = [GAPS(count=len(empty), all=len(animals), animals=", ".join(empty[:4]))] if empty else []
+        found: list[Finding] = gaps if self.values else []
+        counts = Counter(self.levels.values())
+        if len(counts) == 1 and len(self.values) > 1:
+            return [*found, CONSTANT(value=next(iter(counts)))]
+        return found + (self._odd_words(counts) if self.kind == "category" else self._far_off())
+
+    def _odd_words(self, counts: Counter[str]) -> list[Finding]:
+        whose = {value: animal for animal, value in self.values.items()}
+        rare = [value for value, count in counts.items() if count == 1]
+        if 2 * len(rare) > len(counts):  # names of animals, tags
+            return [one for value in rare for one in self._twin(value, counts, whose) if value.casefold() in
+                    {other.casefold() for other in counts if other != value}]  # fmt: skip
+        return [one for value in rare for one in self._twin(value, counts, whose) or
+                [ALONE(value=value, animal=whose[value])]]  # fmt: skip
+
+    def _twin(self, value: str, counts: Counter[str], whose: Mapping[str, str]) -> list[Finding]:
+        folded = {other.casefold(): other for other in counts if other != value and counts[other] > 1}
+        close = get_close_matches(value.casefold(), folded, n=1, cutoff=_CLOSE if len(value) > 2 else 1.0)
+        return [MISSPELT(rare=value, animal=whose[value], common=folded[one], count=counts[folded[one]])
+                for one in close if not (value[-1:].isdigit() and value[:-1] == folded[one][:-1])]  # fmt: skip
+
+    def _far_off(self) -> list[Finding]:
+        values = self.numbers if self.kind == "number" else {}
+        if len(values) < 4 or min(values.values()) <= 0:
+            return []
+        middle = float(np.median([*values.values()]))
+        spread = float(np.median(np.abs(np.log(np.array([*values.values()]) / middle))))
+        return [FAR_OFF(value=value, animal=animal, factor=value / middle) for animal, value in values.items()
+                if abs(math.log(value / middle)) > max(math.log(_FAR), 6 * spread)]  # fmt: skip
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _date(text: str) -> str | None:
+    try:
+        return date.fromisoformat(text).isoformat()
+    except ValueError:
+        return None

@@ -1,0 +1,50 @@
+"""How the animals were laid out, in words: what ratios are adjusted for, who belongs together, what is compared."""
+
+from vasowave.cohort.cohort import Cohort
+from vasowave.figures.style import short
+from vasowave.report.wording import listed, some_of
+
+_LONGEST, _MOST = 40, 6
+
+
+def design_text(cohort: Cohort) -> str:
+    """Return the design of a cohort in a sentence or two; empty for groups of independent animals."""
+    design = cohort.design
+    if design.plain:
+        return ""
+    parts = []
+    if design.covariates:
+        parts.append(f"ratios are adjusted for {listed([*map(_named, design.covariates)])}")
+    if design.blocks:
+        levels = [f"{_named(name)} ({_count(cohort, name)})" for name in design.blocks]
+        parts.append(f"animals of one {listed(levels)} may be alike (random effects)")
+    if design.subject:
+        rows = cohort.variables[design.subject].levels if design.subject in cohort.variables else {}
+        parts.append(
+            f"the {len(cohort.results)} recordings are of {len(set(rows.values()))} animals (column "
+            f"{_named(design.subject)}), whose own level is a random effect"
+        )
+    if design.second and not design.contrasts:
+        parts.append(_second(cohort))
+    if design.contrasts:
+        parts.append(f"the comparisons are those that the study names: {listed([*map(_named, design.contrasts)])}")
+    said = "; ".join(parts)
+    return f"{said[0].upper()}{said[1:]}."
+
+
+def _second(cohort: Cohort) -> str:
+    design, name = cohort.design, str(cohort.design.second)
+    if design.dose:
+        return f"compared is the trend with {_named(name)}, by the line through the means"
+    levels = some_of([*map(_named, cohort.variables[name].order)], _MOST) if name in cohort.variables else ""
+    several = len(cohort.groups) > 1
+    own = "in each group of its own" if design.interaction else "alike in all groups"
+    return f"{_named(name)} ({levels}) is a second factor{f', its effect {own}' if several else ''}"
+
+
+def _named(name: str) -> str:
+    return short(name, _LONGEST)
+
+
+def _count(cohort: Cohort, name: str) -> int:
+    return len(cohort.variables[name].order) if name in cohort.variables else 0

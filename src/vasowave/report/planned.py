@@ -1,0 +1,84 @@
+"""The page of a plan: how many animals, what they show, and what would save some."""
+
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.cohort.planning import Plan
+from vasowave.io.files import write_file
+from vasowave.provenance import provenance
+from vasowave.quantities import QUANTITIES
+from vasowave.report.blocks import Block, Columns, Drawing, Paragraph, Report, Section, Table
+from vasowave.report.glossary import words
+from vasowave.report.html import page
+from vasowave.report.wording import listed, number
+
+
+def write_plan(plan: Plan, path: Path) -> Path:
+    """Write a plan as one page and return it.
+
+    Raises
+    ------
+    InputError
+        It cannot be written.
+    """
+    blocks: list[Block] = [Paragraph(text) for text in plan_texts(plan)]
+    blocks += [Columns([_needed(plan)], [Drawing("Power", _CAPTION, plan.figure())]), _spreads(plan)]
+    section = Section("plan", "How many animals", blocks)
+    title = f"Plan: a ratio of {plan.settings.effect:g} between two groups"
+    document = Report("plan", title, f"Spreads of {plan.source}", "", [section], provenance())
+    return write_file(path, page(document, {}))
+
+
+_CAPTION = "Power of each quantity by the number of animals in each of two groups; grey: what is asked for."
+
+
+def plan_texts(plan: Plan) -> list[str]:
+    """Return what a plan comes to, in sentences."""
+    asked, needed = plan.settings, plan.needed["as it is"]
+    shown = needed[np.isfinite(needed)]
+    each = listed([f"{count:.0f} for {words(str(name), {})} {_symbol(str(name))}" for name, count in shown.items()])
+    most = plan.powers.index[-1]
+    aim = f"a ratio of {asked.effect:g} with a power of {number(asked.power, 2)}"
+    need = f"To show {aim}, each of two groups needs: {each}."
+    none = f"No quantity shows a ratio of {asked.effect:g} with {most} animals in each group."
+    said = [need if len(shown) else none]
+    beyond = [_symbol(str(name)) for name in needed.index[~np.isfinite(needed)]]
+    if beyond and len(shown):
+        said.append(f"More than {plan.powers.index[-1]} for {listed(beyond)}.")
+    said.append(
+        f"Each quantity is judged in the family of all {len(needed)}, with the p of the primary comparison; logarithms "
+        "are taken as normal. A column of the table that needs fewer animals is what that change would save: errors "
+        "halved, as by a better image or more beats; images of one's own in place of shared ones; two recordings of "
+        "each animal. Recordings cannot lessen what animals differ."
+    )
+    if not any(one.error for one in plan.spreads):
+        said.append("Errors of single animals are not known apart from their spread here, so that nothing is saved.")
+    return said
+
+
+def _symbol(name: str) -> str:
+    one = QUANTITIES.get(name)
+    return one.symbol.split(" = ")[0] if one else name
+
+
+def _needed(plan: Plan) -> Table:
+    frame = plan.needed.reset_index(names="quantity")
+    frame["quantity"] = [_symbol(str(name)) for name in frame["quantity"]]
+    cells = [
+        (row[0], *("more" if not np.isfinite(one) else f"{one:.0f}" for one in row[1:]))
+        for row in frame.itertuples(index=False)
+    ]
+    note = f"More: than {plan.powers.index[-1]}."
+    return Table(
+        "Needed", "Animals of each group", tuple(map(str, frame.columns)), cells, note, plan.needed.reset_index()
+    )
+
+
+def _spreads(plan: Plan) -> Table:
+    cells = [
+        (_symbol(one.quantity), *(f"{100 * part:.0f} %" for part in (*one.between, one.error, one.shared)))
+        for one in plan.spreads
+    ]
+    header = ("quantity", "between animals, first group", "second group", "error of one", "shared error of the ratio")
+    return Table("Spreads", "What the plan rests on: SD of logarithms", header, cells)

@@ -1,0 +1,249 @@
+"""Designs of a lab: against Welch, paired t, statsmodels and lme4, and by counts of what is found where nothing is."""
+
+import shutil
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from made_cohort import made_results
+from vasowave.cohort import Design, Variable, gathered, primary_comparison
+from vasowave.cohort.design import laid_out
+from vasowave.cohort.joint import Fitted, joint
+from vasowave.cohort.mixed import Structure, fit_mixed
+from vasowave.errors import InputError
+
+NOTHING = np.zeros((1, 1))
+
+
+def variables(table):
+    """Return the columns of a table, `group` left out, by name."""
+    names = [f"mouse {row}" for row in range(len(table))]
+    return {
+        label: Variable.of(label, dict(zip(names, map(str, table[label]), strict=True)))
+        for label in table
+        if label != "group"
+    }
+
+
+def layout(design, table):
+    names = [f"mouse {row}" for row in range(len(table))]
+    return laid_out(
+        design, variables(table), dict(zip(names, table["group"], strict=True)), [*dict.fromkeys(table["group"])]
+    )
+
+
+def fitted(found, y, errors=None):
+    known = np.diag(np.zeros(len(y)) if errors is None else errors**2)
+    return fit_mixed(y, Structure(found.fixed, list(found.random.values()), known))
+
+
+def effects(found, fit):
+    return {(one.what, one.other): fit.effect((one.second - one.first) @ found.means) for one in found.contrasts}
+
+
+def test_two_groups_of_a_model_without_errors_are_welchs():
+    rng = np.random.default_rng(1)
+    table = pd.DataFrame({"group": ["A"] * 7 + ["B"] * 5})
+    y = np.append(rng.normal(size=7), rng.normal(1, 2.5, 5))
+    found = layout(Design(), table)
+    (effect,) = effects(found, fitted(found, y)).values()
+    welch = stats.ttest_ind(y[7:], y[:7], equal_var=False)
+    assert (effect.p, effect.freedom) == pytest.approx((welch.pvalue, welch.df), rel=1e-6)
+
+
+def test_an_empty_design_is_the_comparison_of_independent_groups_exactly():
+    results = made_results({"CTL": 4, "HPH": 4}, walls=())
+    one = Variable.of("sex", {result.name: "fm"[place % 2] for place, result in enumerate(results)})
+    plain, designed = (
+        primary_comparison(gathered(results, **more)).rows for more in ({}, {"variables": [one], "design": Design()})
+    )
+    pd.testing.assert_frame_equal(plain, designed)
+
+
+def test_pairs_are_the_paired_t_test():
+    rng = np.random.default_rng(2)
+    level = 1.5 * rng.normal(size=9)
+    y = np.append(level + 0.5 * rng.normal(size=9), level + 0.6 + 0.5 * rng.normal(size=9))
+    table = pd.DataFrame({"group": "A", "mouse": [*range(9)] * 2, "time": ["before"] * 9 + ["after"] * 9})
+    found = layout(Design(subject="mouse", occasion="time"), table)
+    (effect,) = effects(found, fitted(found, y)).values()
+    paired = stats.ttest_rel(y[9:], y[:9])
+    assert effect.value == pytest.approx(np.mean(y[9:] - y[:9]))
+    assert (effect.p, effect.freedom) == pytest.approx((paired.pvalue, 8), rel=1e-5)
+
+
+def test_changes_of_two_groups_are_welchs_test_of_the_differences():
+    rng = np.random.default_rng(3)
+    table = pd.DataFrame({"group": (["A"] * 6 + ["B"] * 5) * 2, "mouse": [*range(11)] * 2,
+                          "time": ["before"] * 11 + ["after"] * 11})  # fmt: skip
+    change = np.append(0.4 * rng.normal(size=6), 1 + 0.9 * rng.normal(size=5))
+    first = 3 * rng.normal(size=11)
+    found = layout(Design(subject="mouse", occasion="time"), table)
+    effect = effects(found, fitted(found, np.append(first - change / 2, first + change / 2)))["interaction", "B"]
+    welch = stats.ttest_ind(change[6:], change[:6], equal_var=False)
+    assert (effect.p, effect.freedom) == pytest.approx((welch.pvalue, welch.df), rel=1e-4)
+
+
+def litters():
+    rng = np.random.default_rng(7)
+    table = pd.DataFrame(
+        {"group": ["A", "B"] * 15, "sex": rng.choice(["f", "m"], 30), "litter": [f"L{i % 6}" for i in range(30)]}
+    )
+    y = 0.9 * rng.normal(size=6)[np.arange(30) % 6] + rng.normal(size=30) + 0.5 * (table["group"] == "B")
+    return table, y.to_numpy()
+
+
+def one_spread(found):
+    """Return a layout whose animals all differ alike, as other programs have them."""
+    return replace(found, random={"all": np.eye(len(found.animals)), "litter": found.random["litter"]})
+
+
+def test_litters_and_sex_are_statsmodels_mixed_model():
+    smf = pytest.importorskip("statsmodels.formula.api")
+    table, y = litters()
+    other = smf.mixedlm("y ~ group + C(sex, Sum)", table.assign(y=y), groups="litter").fit(
+        reml=True, method=["powell", "lbfgs"]
+    )
+    found = one_spread(layout(Design(covariates=("sex",), blocks=("litter",)), table))
+    fit = fitted(found, y)
+    contrast = (found.contrasts[0].second - found.contrasts[0].first) @ found.means
+    assert contrast @ fit.coefficients == pytest.approx(other.params["group[T.B]"], abs=1e-4)
+    assert np.sqrt(contrast @ fit.plain @ contrast) == pytest.approx(other.bse["group[T.B]"], abs=1e-4)
+    assert fit.components == pytest.approx([other.scale, float(other.cov_re.iloc[0, 0])], abs=1e-4)
+
+
+@pytest.mark.skipif(shutil.which("Rscript") is None, reason="R with lme4 and pbkrtest is not installed")
+def test_standard_errors_and_degrees_of_freedom_are_kenward_and_rogers_of_pbkrtest(tmp_path):
+    table, y = litters()
+    table.assign(y=y).to_csv(tmp_path / "data.csv", index=False)
+    script = (
+        "suppressMessages({library(lme4); library(pbkrtest)}); d <- read.csv('data.csv'); "
+        "options(contrasts=c('contr.sum','contr.poly')); "
+        "d$group <- factor(d$group); contrasts(d$group) <- contr.treatment(2); "
+        "exact <- lmerControl(optCtrl=list(xtol_rel=1e-12, ftol_abs=1e-14)); "
+        "m <- lmer(y ~ group + sex + (1|litter), d, control=exact); "
+        "L <- c(0, 1, 0); cat(fixef(m)[2], sqrt(L %*% as.matrix(vcovAdj(m)) %*% L), Lb_ddf(L, vcov(m), vcovAdj(m)), "
+        "sigma(m)^2, VarCorr(m)$litter[1], sep='\\n')"
+    )
+    said = subprocess.run(
+        ["Rscript", "-e", script], cwd=tmp_path, capture_output=True, text=True, encoding="utf-8", check=False
+    )
+    if said.returncode:
+        pytest.skip("R has no lme4 or pbkrtest")
+    value, error, freedom, residual, litter = map(float, said.stdout.split())
+    found = one_spread(layout(Design(covariates=("sex",), blocks=("litter",)), table))
+    fit = fitted(found, y)
+    effect = fit.effect((found.contrasts[0].second - found.contrasts[0].first) @ found.means)
+    assert (effect.value, effect.error) == pytest.approx((value, error), abs=1e-4)
+    assert effect.freedom == pytest.approx(freedom, rel=1e-3)
+    assert fit.components == pytest.approx([residual, litter], abs=1e-4)
+
+
+def test_a_trend_with_doses_of_equal_groups_is_the_slope_of_their_means():
+    rng = np.random.default_rng(5)
+    table = pd.DataFrame({"group": np.repeat([*"ABCD"], 5), "dose": np.repeat([0.0, 1, 3, 10], 5)})
+    y = rng.normal(size=20) + 0.1 * table["dose"].to_numpy()
+    found = layout(Design(dose="dose"), table)
+    (effect,) = effects(found, fitted(found, y)).values()
+    means = y.reshape(4, 5).mean(axis=1)
+    assert effect.value == pytest.approx(10 * np.polyfit([0, 1, 3, 10], means, 1)[0])
+    assert found.contrasts[0].other == "dose 10"
+
+
+def test_two_factors_give_main_effects_and_the_difference_of_differences():
+    table = pd.DataFrame({"group": ["WT"] * 8 + ["KO"] * 8, "oxygen": (["air"] * 4 + ["low"] * 4) * 2})
+    y = np.repeat([1.0, 2.0, 3.0, 7.0], 4) + np.tile([0.1, -0.1, 0.2, -0.2], 4)
+    found = layout(Design(factor="oxygen"), table)
+    values = {key: one.value for key, one in effects(found, fitted(found, y)).items()}
+    assert values == pytest.approx({("groups", "KO"): 3.5, ("factor", "oxygen low"): 2.5, ("interaction", "KO"): 3.0})
+    alone = layout(Design(factor="oxygen", interaction=False), table)
+    assert {one.what for one in alone.contrasts} == {"groups", "factor"}
+    own = layout(Design(factor="oxygen", contrasts={"rescue": {"KO, low": 1, "WT, low": -1}}), table)
+    assert effects(own, fitted(own, y))["contrast", "rescue"].value == pytest.approx(5.0)
+
+
+def test_known_errors_are_taken_from_what_animals_differ_and_shared_ones_are_not_averaged_away():
+    rng = np.random.default_rng(6)
+    table = pd.DataFrame({"group": ["A"] * 400 + ["B"] * 400, "sex": ["f", "m"] * 400})
+    errors = np.where(np.arange(800) % 4 < 2, 0.2, 1.0)
+    y = 0.5 * rng.normal(size=800) + errors * rng.normal(size=800)
+    found = layout(Design(covariates=("sex",)), table)
+    fit = fitted(found, y, errors)
+    assert fit.components == pytest.approx(0.25, abs=0.06)  # three standard errors of a variance of 400
+    image = np.diag(errors**2) + 0.3**2 * np.equal.outer(table["group"].to_numpy(), table["group"].to_numpy())
+    shared = fit_mixed(y, Structure(found.fixed, list(found.random.values()), image))
+    contrast = (found.contrasts[0].second - found.contrasts[0].first) @ found.means
+    assert shared.effect(contrast).error == pytest.approx(
+        np.sqrt(2 * 0.3**2 + fit.effect(contrast).error ** 2), rel=0.02
+    )
+
+
+def test_what_no_design_can_tell_is_refused_with_the_reason():
+    table = pd.DataFrame(
+        {"group": ["A"] * 6 + ["B"] * 6, "litter": ["L1"] * 6 + ["L2"] * 6, "sex": [*"fm"] * 6, "note": [""] * 12}
+    )
+    for design, words in (
+        (Design(blocks=("litter",)), "'litter' cannot be told apart"),
+        (Design(covariates=("sx",)), r"no column 'sx' \(did you mean 'sex'\?\)"),
+        (Design(dose="sex"), "a dose needs numbers"),
+        (Design(covariates=("note",)), "column 'note' is empty"),
+        (Design(contrasts={"x": {"A": 1, "C": -1}}), "no cell 'C'"),
+    ):
+        with pytest.raises(InputError, match=words):
+            layout(design, table)
+    for more, words in (
+        ({"factor": "a", "dose": "b"}, "a design has one of these"),
+        ({"blocks": ("a",), "subject": "a"}, "two places"),
+        ({"contrasts": {"x": {"A": 1, "B": 1}}}, "sum to 0"),
+    ):
+        with pytest.raises(InputError, match=words):
+            Design(**more)
+
+
+def test_a_litter_that_an_animal_shares_with_none_and_a_covariate_of_one_group_change_no_estimate_of_others():
+    table = pd.DataFrame({"group": ["A"] * 6 + ["B"] * 6, "cage": [f"C{i}" for i in range(12)]})
+    found = layout(Design(blocks=("cage",)), table)
+    assert all(name.startswith("animals") for name in found.random)  # each cage is one animal: nothing to tell it from
+
+
+def test_without_an_effect_a_design_with_sex_and_litters_finds_one_as_often_as_it_says():
+    rng, false, covered = np.random.default_rng(8), 0, 0
+    table, _ = litters()
+    found = layout(Design(covariates=("sex",), blocks=("litter",)), table)
+    contrasts = np.array([(one.second - one.first) @ found.means for one in found.contrasts])
+    for _ in range(200):
+        models = []
+        for _ in range(2):
+            errors = 0.5 * np.exp(0.4 * rng.normal(size=30))
+            y = 0.65 * rng.normal(size=6)[np.arange(30) % 6] + rng.normal(size=30) + errors * rng.normal(size=30)
+            models.append(Fitted(fitted(found, y, errors), np.arange(30), contrasts))
+        together = joint(models, 399, 0)
+        false += together.p.min() < 0.05
+        outside = [one.p < together.critical for model in models for one in model.effects]
+        assert outside == (together.p < 0.05).tolist()  # an interval excludes 1 exactly if p < 0.05
+        covered += not any(outside)
+    assert false / 200 < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 200)
+
+
+def designed(**design):
+    """Return a primary comparison of 6 + 6 animals of two litters each, measured values only."""
+    results = made_results({"CTL": 6, "HPH": 6}, walls=())
+    of = {result.name: place for place, result in enumerate(results)}
+    columns = [Variable.of("sex", {name: "fmm"[place % 3] for name, place in of.items()}),
+               Variable.of("litter", {name: f"L{place % 4}" for name, place in of.items() if place != 3})]  # fmt: skip
+    return primary_comparison(gathered(results, variables=columns, design=Design(**design)))
+
+
+def test_a_cohort_of_a_design_has_the_rows_of_its_effects_and_names_who_is_left_out():
+    found = designed(covariates=("sex",))
+    assert set(found.rows["what"]) == {"groups"}
+    np.testing.assert_allclose(found.rows["mean other"] / found.rows["mean reference"], found.rows["ratio"])
+    outside = (found.rows["low"] > 1) | (found.rows["high"] < 1)
+    assert outside.tolist() == (found.rows["p"] < 0.05).tolist()
+    row = designed(blocks=("litter",))
+    assert row.left_out["CTL 4"] == "its cell of 'litter' is empty"
+    assert set(row.rows["n reference"]) == {5}

@@ -1,0 +1,59 @@
+"""How many animals a study needs: against theory, and against studies that are drawn and judged as real ones."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import vasowave as vw
+from vasowave.cohort.planning import Planning, Spread, plan_of
+from vasowave.cohort.simultaneous import Row, simultaneous
+from vasowave.errors import InputError
+from vasowave.report.planned import plan_texts, write_plan
+
+ALIKE = 0.6 + 0.4 * np.eye(3)
+SPREADS = [Spread("mPAP", (0.2, 0.3), 0.1), Spread("a", (0.5, 0.5), 0.3), Spread("R_T", (0.3, 0.2))]
+
+
+def test_one_quantity_alone_has_the_power_of_the_t_test():
+    found = plan_of([Spread("mPAP", (0.3, 0.3))], np.eye(1), "theory", Planning(effect=1.5))
+    for size in (5, 10, 20):
+        away = np.log(1.5) / (0.3 * np.sqrt(2 / size))
+        t = stats.t.ppf(0.975, 2 * size - 2)
+        expected = stats.nct.sf(t, 2 * size - 2, away) + stats.nct.cdf(-t, 2 * size - 2, away)
+        # Welch's test has a little less; four standard errors of 4 000 draws are 0.03.
+        assert found.powers.loc[size, "mPAP"] == pytest.approx(expected, abs=0.035)
+
+
+def test_the_promised_power_is_found_again_in_simulated_studies():
+    """As `benchmarks/planning.py`, by fewer studies: the page's p, 8 + 8 animals."""
+    promised = plan_of(SPREADS, ALIKE, "theory", Planning(effect=1.6)).powers.loc[8]
+    rng, root, shown = np.random.default_rng(3), np.linalg.cholesky(ALIKE), np.zeros(3)
+    other = np.arange(16) >= 8
+    for number in range(150):
+        z = rng.standard_normal((16, 3)) @ root.T
+        for moved in range(3):
+            rows = [
+                Row(place, np.arange(16), other,
+                    z[:, place] * np.hypot(np.where(other, one.between[1], one.between[0]), one.error)
+                    + (np.log(1.6) * other if place == moved else 0.0), np.full(16, one.error), 0.0)
+                for place, one in enumerate(SPREADS)
+            ]  # fmt: skip
+            shown[moved] += simultaneous(rows, 199, number).p[moved] < 0.05
+    # Three binomial standard errors of a share in 150 studies.
+    np.testing.assert_allclose(shown / 150, promised, atol=3 * 0.5 / np.sqrt(150))
+
+
+def test_what_lessens_errors_saves_animals_only_where_errors_are_what_costs():
+    needed = plan_of(SPREADS, ALIKE, "theory", Planning(effect=1.6)).needed
+    assert needed.loc["a", "errors halved"] < needed.loc["a", "as it is"]
+    assert needed.loc["R_T", "errors halved"] == pytest.approx(needed.loc["R_T", "as it is"], abs=1)
+    with pytest.raises(InputError, match="no effect"):
+        Planning(effect=1.0)
+
+
+def test_a_plan_is_one_page_that_says_how_many(tmp_path):
+    found = vw.plan(effect=1.5)
+    assert f"{found.needed.loc['mPAP', 'as it is']:.0f} for mean pressure mPAP" in plan_texts(found)[0]
+    text = write_plan(found, tmp_path / "plan.html").read_text(encoding="utf-8")
+    assert "Spreads of the published mice" in text
+    assert "<svg" in text
