@@ -41,7 +41,7 @@ class Shown(SphinxDirective):
         text = "\n".join(part for command in self.content if command for part in self._lines(command, folder))
         if "silent" in self.options:
             return []
-        block = nodes.literal_block(text, text, language="console")
+        block = nodes.literal_block(text, text, language="text")
         return [block]
 
     def _lines(self, command: str, folder: Path) -> list[str]:
