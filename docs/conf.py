@@ -5,6 +5,10 @@ Pages are Markdown, the reference comes from docstrings, and the gallery's scrip
 
 import importlib.metadata
 import re
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))  # shown.py
 
 project = "vasowave"
 author = "The vasowave authors"
@@ -16,13 +20,14 @@ extensions = [
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
+    "shown",
 ]
-exclude_patterns = ["gallery", "figures", "package.md"]
-html_theme = "alabaster"
+exclude_patterns = ["gallery", "figures", "made", "package.md"]
+html_theme = "furo"
+html_title = "vasowave"
 html_theme_options = {
-    "description": "Pulse waves of one animal, calibrated and explained.",
-    "fixed_sidebar": True,
-    "page_width": "1100px",
+    "light_css_variables": {"color-brand-primary": "#0072b2", "color-brand-content": "#0072b2"},
+    "dark_css_variables": {"color-brand-primary": "#56b4e9", "color-brand-content": "#56b4e9"},
 }
 html_static_path: list[str] = []
 

@@ -39,6 +39,20 @@ def demo(
     _run(output)
 
 
+@app.command(epilog="Example: vasowave samples lab")
+def samples(
+    folder: Annotated[Path, typer.Argument(help="Folder to make.")],
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual animals.")] = 3,
+) -> None:
+    """Write six synthetic recordings and two vessel tables to practise on, untidy as a lab's files are."""
+    from vasowave.datasets.lab_files import write_lab_files
+
+    for path in write_lab_files(folder, seed):
+        typer.echo(f"  {path}")
+    typer.echo("SYNTHETIC: vasowave made these files from published parameters; no animal was measured.")
+    typer.echo(f"Next: vasowave new my-study --groups control,hypoxia; vasowave add my-study {_typed(folder)}")
+
+
 @app.command(epilog="Example: vasowave new my-study")
 def new(
     folder: Annotated[Path, typer.Argument(help="Folder to make.")],
