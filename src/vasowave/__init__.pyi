@@ -49,6 +49,7 @@ from vasowave.network.tidying import tidy as tidy
 from vasowave.network.vessel_table import write_network as write_network
 from vasowave.network_formats import read_network as read_network
 from vasowave.recording import Averaging as Averaging
+from vasowave.recording import BeatEdit as BeatEdit
 from vasowave.recording import EnsembleAverage as EnsembleAverage
 from vasowave.recording import Inflow as Inflow
 from vasowave.recording import RawRecording as RawRecording
@@ -56,6 +57,7 @@ from vasowave.recording import Reading as Reading
 from vasowave.recording import Recording as Recording
 from vasowave.recording import average_beats as average_beats
 from vasowave.recording import describe_recording as describe_recording
+from vasowave.recording import read_edits as read_edits
 from vasowave.recording import read_raw_recording as read_raw_recording
 from vasowave.recording import read_recording as read_recording
 from vasowave.report.settings import ReportSettings as ReportSettings

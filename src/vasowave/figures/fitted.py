@@ -1,13 +1,19 @@
 """The panels of one fit, for a notebook: ``fit.plot.residuals()``."""
 
+import io
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vasowave.animal.result import AnimalResult
+from vasowave.errors import InputError, did_you_mean
 from vasowave.figures.fit import plot_autocorrelation, plot_pressure, plot_residuals
 from vasowave.figures.loop import plot_pressure_area
+from vasowave.figures.rendering import svg
 from vasowave.figures.spectra import plot_modulus
-from vasowave.figures.style import shown_figure
+from vasowave.figures.style import new_figure, shown_figure, style
+from vasowave.io.files import check_file, write_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,6 +50,59 @@ class FitPlots:
     def impedance(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the modulus of the measured impedance by harmonic."""
         return plot_modulus(ax or _axes(), self.result.measured.impedance)
+
+    def save(
+        self, path: str | Path, panels: Sequence[str], *, width: float = 170.0, height: float = 60.0, font: float = 8.0
+    ) -> Path:
+        """Write panels side by side as one figure, ``fit.plot.save("fit.pdf", ["pressure", "impedance"])``.
+
+        Parameters
+        ----------
+        path : path
+            It ends in .svg, .pdf or .png.
+        panels : sequence of str
+            Names of the panels here, from left to right.
+        width, height : float
+            mm.
+        font : float
+            Size of the letters, pt.
+
+        Raises
+        ------
+        InputError
+            No such panel, or the file cannot be written.
+        """
+        check_file(Path(path), ".svg", ".pdf", ".png")
+        kind = Path(path).suffix.lower()[1:]
+        return write_file(Path(path), figure_bytes(self.result, panels, kind, width=width, height=height, font=font))
+
+
+PANELS = ("pressure", "residuals", "autocorrelation", "pressure_area", "impedance")
+"""Names of the panels of a fit."""
+
+
+def figure_bytes(
+    result: AnimalResult, panels: Sequence[str], kind: str, *, width: float, height: float, font: float
+) -> bytes:
+    """Return panels of a fit side by side as a file: svg, pdf or png. Sizes as `FitPlots.save`."""
+    import matplotlib
+
+    unknown = next((name for name in panels if name not in PANELS), None)
+    if unknown is not None or not panels:
+        raise InputError(
+            f"there is no panel '{unknown}'{did_you_mean(str(unknown), PANELS)}; there are: {', '.join(PANELS)}"
+        )
+    letters = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize"), font)
+    letters |= dict.fromkeys(("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), font - 1)
+    with style(), matplotlib.rc_context(letters):  # type: ignore[arg-type]
+        figure = new_figure(width / 10, height / 10)
+        for ax, name in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
+            getattr(FitPlots(result), name)(ax)
+        if kind == "svg":
+            return svg(figure).encode()
+        content = io.BytesIO()
+        figure.savefig(content, format=kind, transparent=False)
+    return content.getvalue()
 
 
 def _axes() -> "Axes":

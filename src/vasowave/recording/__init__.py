@@ -5,6 +5,7 @@ from vasowave.recording.beats import Beats, find_beats
 from vasowave.recording.catheter import Catheter, correct_catheter, ringing, suspect_catheter
 from vasowave.recording.cycle import Inflow, Recording, resample, samples_needed
 from vasowave.recording.describe import FileDescription, describe_recording
+from vasowave.recording.edits import BeatEdit, read_edits
 from vasowave.recording.ensemble import Averaging, Beat, EnsembleAverage, average_beats, one_cycle
 from vasowave.recording.harmonics import HarmonicErrors, harmonic_errors
 from vasowave.recording.raw import RawRecording
@@ -15,6 +16,7 @@ __all__ = [
     "Averaging",
     "Baseline",
     "Beat",
+    "BeatEdit",
     "Beats",
     "Catheter",
     "EnsembleAverage",
@@ -31,6 +33,7 @@ __all__ = [
     "find_beats",
     "harmonic_errors",
     "one_cycle",
+    "read_edits",
     "read_raw_recording",
     "read_recording",
     "resample",

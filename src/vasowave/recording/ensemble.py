@@ -1,6 +1,7 @@
 """From the beats of a continuous recording to one averaged cycle, with the scatter of the beats around it."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -14,6 +15,7 @@ from vasowave.recording.baseline import Baseline, baseline_findings
 from vasowave.recording.beats import HEART_RATES, find_beats
 from vasowave.recording.cuts import cut_all, cut_beside, levelled
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
+from vasowave.recording.edits import BeatEdit, judged, moved, told
 from vasowave.recording.plateaus import find_plateaus, plateau_findings
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
 from vasowave.recording.raw import RawRecording
@@ -167,8 +169,9 @@ class Averaging:
 
 
 def average_beats(
-    raw: RawRecording, beats: int | None = None, averaging: Averaging | None = None, **settings: Any
-) -> EnsembleAverage:
+    raw: RawRecording, beats: int | None = None, averaging: Averaging | None = None, *, edits: Sequence[BeatEdit] = (),
+    **settings: Any,
+) -> EnsembleAverage:  # fmt: skip
     """Average consecutive beats of pressure and flow to one cycle, with the ECG as fiducial.
 
     Each beat, from one fiducial to the next, is brought to `samples` samples and thereby to the mean length. The drift
@@ -183,6 +186,8 @@ def average_beats(
         Number of beats to average, 20 unless `averaging` says otherwise.
     averaging : Averaging, optional
         How beats are found, rejected and averaged.
+    edits : sequence of BeatEdit
+        What a person decided of single beats; it counts more than any rule.
     settings
         Those of `Averaging` by name, ``drift="warn"``, in place of what `averaging` says of them.
 
@@ -215,16 +220,19 @@ def average_beats(
         raise InputError(f"zero_time={how.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
     heart_rates = how.heart_rates or HEART_RATES["mouse"]
     heartbeats = find_beats(raw, how.fiducial, heart_rates)
+    times, without = moved(heartbeats.times, edits)
     if len(heartbeats.times) - 1 < beats:
         raise InputError(
             f"{raw.source}: {len(heartbeats.times) - 1} whole beats found, {beats} wanted; record longer or average "
             "fewer"
         )
-    cut = cut_all(raw, heartbeats.times, how.samples)
+    cut = cut_all(raw, times, how.samples)
     limits = (how.length_tolerance, how.least_correlation)
     reasons = misshapen_beats(cut.ends - cut.starts, cut.pressure, cut.flow, *limits)
+    reasons, _ = judged(reasons, cut.starts, cut.ends, [one for one in edits if one.action == "reject"])
     beside = cut_beside(raw, cut, heartbeats.fiducial, heart_rates, *limits)
     cut, baseline = levelled(cut, beside, reasons, how.zero_time, how.drift == "remove", how.reject_ventilation)
+    reasons, lost = judged(reasons, cut.starts, cut.ends, edits)
     used, run = choose_run(reasons, beats, raw.source)
     period = float(np.mean((cut.ends - cut.starts)[used]))
     cycles, notes = _mean_cycles({"pressure": cut.pressure[used], "flow": cut.flow[used]}, how.harmonics)
@@ -238,7 +246,7 @@ def average_beats(
     first, last = float(cut.starts[used[0]]), float(cut.ends[used[-1]])
     summary = summarize(heartbeats.fiducial, reasons, beats, first, last)
     found = [
-        *raw.notes, summary, *notes, *heartbeats.notes,
+        *raw.notes, summary, *told(edits), *without, *lost, *notes, *heartbeats.notes,
         *plateau_findings(find_plateaus(raw), *_beating(baseline, cut.starts, reasons)),
         *baseline_findings(baseline, first, last),
         *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, beats),

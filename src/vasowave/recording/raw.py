@@ -155,6 +155,11 @@ class RawRecording:
         stretch = replace(self._cut(start, end), notes=(*self.notes, STRETCH(start=start, end=end)))
         return replace(stretch, beside=tuple(sorted(beside, key=lambda one: one.origin)))
 
+    def above(self, zero: float) -> "RawRecording":
+        """Return the recording with its pressure counted from what the transducer reads at none, mmHg."""
+        beside = tuple(one.above(zero) for one in self.beside)
+        return replace(self, pressure=self.pressure - zero, beside=beside)
+
     def _cut(self, start: float, end: float) -> "RawRecording":
         """Return a stretch alone."""
         first, last = (round((at - self.origin) * self.sampling_rate) for at in (start, end))

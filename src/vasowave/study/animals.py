@@ -26,14 +26,17 @@ _NUMBERS = {
     "block": "block",
     "start [s]": "start",
     "end [s]": "end",
+    "zero [mmHg]": "zero",
     "sampling rate [1/s]": "sampling_rate",
     "R_T [mmHg s/ml]": "R_T",
     "C_T [ml/mmHg]": "C_T",
     "tau [s]": "tau",
 }
-_RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]")
+_RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]",
+             "beat edits")  # fmt: skip
 _CYCLE_ONLY = ("flow", "period [s]")
 _CLOSE = 0.8  # of the letters of two titles are the same: a slip, and no column of one's own
+_LOWEST = {"start [s]": 0.0, "wedge [mmHg]": 0.0, "zero [mmHg]": -math.inf}
 Say = Callable[[str, Finding], None]
 
 NO_ANIMALS = error_kind(
@@ -218,7 +221,7 @@ def read_row(
     row = AnimalRow(
         cell["animal"], cell["group"], files[0], tuple(files[1:]), line, cast(Literal["", "cycle", "raw"], kind),
         synthetic=cell["synthetic"].lower() == "yes", shared_recording=cell["shared recording"].lower() == "yes",
-        block=None if block is None else int(block), **texts, **numbers,
+        block=None if block is None else int(block), beat_edits=_beside(cell["beat edits"], folder), **texts, **numbers,
     )  # fmt: skip
     return row, wrong
 
@@ -262,13 +265,18 @@ def _files(cell: Mapping[str, str], kind: str, folder: Path, say: Say) -> list[P
     """Return the files of the network and of the recording."""
     titles = ["network", "recording", "flow"] if cell["flow"] and kind == "cycle" else ["network", "recording"]
     files = [folder / cell[title] for title in titles]
-    for title, file in zip(titles, files, strict=True):
+    for title in [*titles, "beat edits"]:
+        file = folder / cell[title]
         try:
             if cell[title] and not file.is_file():
                 say(title, _missing(file, cell[title]))
         except (OSError, ValueError) as error:
             say(title, NO_FILE_NAME(name=cell[title], why=str(error)))
     return files
+
+
+def _beside(name: str, folder: Path) -> Path | None:
+    return folder / name if name else None
 
 
 def _number(text: str, title: str, say: Say) -> float | None:
@@ -279,7 +287,7 @@ def _number(text: str, title: str, say: Say) -> float | None:
     except ValueError:
         say(title, (DECIMAL_COMMA if re.fullmatch(r"-?\d+,\d+", text) else NO_NUMBER)(text=text))
         return None
-    lowest = 0.0 if title in ("start [s]", "wedge [mmHg]") else 5e-324
+    lowest = _LOWEST.get(title, 5e-324)
     if not (math.isfinite(value) and value >= lowest) or (title == "block" and value != int(value)):
         say(title, NOT_POSITIVE(text=text, what="whole number" if title == "block" else "number"))
         return None

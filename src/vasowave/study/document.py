@@ -48,6 +48,11 @@ class Document:
     _keys: dict[Path_, tuple[int, int]] = field(default_factory=dict)
     _values: dict[Path_, tuple[int, int]] = field(default_factory=dict)
 
+    @property
+    def keys(self) -> frozenset[Path_]:
+        """Paths of all keys."""
+        return frozenset(self._keys)
+
     def place(self, path: Sequence[str | int], key: bool = False) -> Place:
         """Return where the value (or its key) at `path` stands, or the nearest thing around it."""
         first, second = (self._keys, self._values) if key else (self._values, self._keys)

@@ -24,6 +24,7 @@ from vasowave.recording import (
     Recording,
     average_beats,
     correct_catheter,
+    read_edits,
     read_raw_recording,
     read_recording,
     ringing,
@@ -47,8 +48,9 @@ _NEAR = 4096  # bytes from the beginning, where it stands
 
 def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
     """Return the SHA-256 of every file of one animal by its role, and the file's name as seen from `folder`."""
-    roles = ("network", "recording", "flow")
-    return {role: f"{look(file).sha256} ({inside(file, folder)})" for role, file in zip(roles, row.files, strict=False)}
+    files = dict(zip(("network", "recording", "flow"), (row.network, *row.recordings), strict=False))
+    files |= {"beat edits": row.beat_edits} if row.beat_edits else {}
+    return {role: f"{look(file).sha256} ({inside(file, folder)})" for role, file in files.items()}
 
 
 def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
@@ -59,7 +61,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     InputError
         One of its files cannot be read.
     """
-    ignored = {"network", "recordings", "line", "shared_recording", "R_T", "C_T", "tau", "own"}
+    ignored = {"network", "recordings", "beat_edits", "line", "shared_recording", "R_T", "C_T", "tau", "own"}
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
     what["settings"], what["image pressure"] = animal_settings(study).as_json(), study.image_pressure
     what["practice"], what["catheter"] = study.practice, study.catheter
@@ -100,11 +102,16 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
     """
     if (row.kind or kind_of(row.recordings)) == "cycle":
         units = row.pressure_unit or None, row.flow_unit or None
-        return (
-            read_recording(*row.recordings, period=row.period, pressure_unit=units[0], flow_unit=units[1]),
-            None,
-            None,
-        )
+        cycle = read_recording(*row.recordings, period=row.period, pressure_unit=units[0], flow_unit=units[1])
+        return replace(cycle, pressure=cycle.pressure - (row.zero or 0.0)), None, None
+    raw = read_stretch(row)
+    edits = read_edits(row.beat_edits) if row.beat_edits else ()
+    beats = average_beats(raw, averaging=averaging_settings(study), edits=edits)
+    return beats.recording, beats, raw
+
+
+def read_stretch(row: AnimalRow) -> RawRecording:
+    """Return the stretch of a continuous recording that is averaged; raises as its reader."""
     raw = read_raw_recording(
         row.recordings[0],
         pressure=row.pressure_channel or None,
@@ -117,8 +124,7 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
         progress=None,
         **_units(row),
     )
-    beats = average_beats(raw, averaging=averaging_settings(study))
-    return beats.recording, beats, raw
+    return raw if row.zero is None else raw.above(row.zero)
 
 
 def _through_catheter(recording: Recording, study: StudyFile) -> Recording:

@@ -23,6 +23,8 @@ COLUMNS = {
     "block": "raw: block of a LabChart file, counted from 1; the longest by default.",
     "start [s]": "raw: start of the stretch to use, since the start of the block.",
     "end [s]": "raw: end of the stretch to use.",
+    "beat edits": "raw: file of what a person decided of single beats: reject, keep, move (action, time [s], to [s]).",
+    "zero [mmHg]": "What the transducer reads at zero pressure, where it is not 0; it is subtracted.",
     "sampling rate [1/s]": "raw: samples per second of a table without a time column.",
     "synthetic": "yes if the recording was made and not measured; the report then says so.",
     "shared recording": "yes if another animal has the same recording on purpose; else that is an error.",
@@ -57,6 +59,8 @@ class AnimalRow:
     block: int | None = None
     start: float | None = None
     end: float | None = None
+    beat_edits: Path | None = None
+    zero: float | None = None
     sampling_rate: float | None = None
     image_pressure: float | None = None
     wedge: float | None = None
@@ -71,4 +75,4 @@ class AnimalRow:
     @property
     def files(self) -> tuple[Path, ...]:
         """Every file that is read for this animal."""
-        return (self.network, *self.recordings)
+        return (self.network, *self.recordings, *([self.beat_edits] if self.beat_edits else []))

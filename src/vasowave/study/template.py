@@ -11,6 +11,7 @@ from vasowave.errors import InputError
 from vasowave.io.files import made_inside, write_file, write_folder
 from vasowave.io.textfile import read_bytes
 from vasowave.settings import Setting, schema_of, settings_of, summary
+from vasowave.study.document import parse_document
 from vasowave.study.problems import refuse
 from vasowave.study.reading import STUDY_FILE, parse_settings
 from vasowave.study.rows import COLUMNS, NEEDED
@@ -65,26 +66,62 @@ def study_text(groups: Sequence[str] = ("CTL", "HPH"), species: str = "mouse") -
 
 
 def with_groups(path: Path, groups: Sequence[str]) -> str:
-    """Return the text of a study file with other groups; everything else stays as it is.
+    """Return the text of a study file with other groups; raises as `with_value`."""
+    return with_value(path, ("groups",), written(list(groups)))
+
+
+def with_value(path: Path, key: Sequence[str], value: str) -> str:
+    """Return the text of a study file with another value of one key; everything else stays as it is.
+
+    Parameters
+    ----------
+    path : Path
+    key : sequence of str
+        Its name, or the section that it stands in and its name.
+    value : str
+        As YAML, on one line.
 
     Raises
     ------
     InputError
-        Its groups do not stand on one line.
+        The value is none that the key may have, or what stands there takes several lines.
     """
     text = read_bytes(path).decode("utf-8-sig")
-    line = f"groups: {written(list(groups))}"
-    changed, count = re.subn(r"^groups:[ \t]*(\[[^\]\n]*\])?[ \t\r]*(#.*)?$", line, text, count=1, flags=re.MULTILINE)
-    if count and changed != text and _groups_of(changed) == list(groups):
-        return changed
-    if not re.search(r"^groups:", text, re.MULTILINE):
-        return f"{text.rstrip()}\n{line}\n"
-    raise InputError(f"{path}: its groups are written over several lines; write there: {line}")
+    before = parse_document(text.encode(), str(path))
+    lines, line = text.splitlines(), f"{'  ' * (len(key) - 1)}{key[-1]}: {value}"
+    known = any(at == tuple(key) for at in before.keys)
+    if known:
+        number = before.place(key, key=True).line - 1
+        remark = re.search(r"\s#.*$", lines[number])
+        indent = lines[number][: len(lines[number]) - len(lines[number].lstrip())]
+        lines[number] = f"{indent}{line.lstrip()}{remark.group() if remark else ''}"
+    elif len(key) > 1 and tuple(key[:-1]) in before.keys:
+        lines.insert(before.place(key[:-1], key=True).line, line)
+    else:
+        lines += [*(f"{name}:" for name in key[:-1]), line]
+    changed = "\n".join([*lines, ""])
+    after, wished = parse_document(changed.encode(), str(path)), parse_document(f"value: {value}".encode(), "")
+    rest_is_same = _without(after.values, key) == _without(before.values, key)
+    if not after.problems and rest_is_same:
+        refuse(parse_settings(changed.encode(), str(path))[1])
+    if after.problems or not rest_is_same or _at(after.values, key) != wished.values.get("value"):
+        raise InputError(f"{path}: '{'.'.join(key)}' is written over several lines; write there: {line.lstrip()}")
+    return changed
 
 
-def _groups_of(text: str) -> list[str]:
-    settings, _ = parse_settings(text.encode())
-    return settings.groups if settings is not None else []
+def _at(values: Any, key: Sequence[str]) -> Any:
+    for name in key:
+        values = values.get(name) if isinstance(values, dict) else None
+    return values
+
+
+def _without(values: dict[str, Any], key: Sequence[str]) -> dict[str, Any]:
+    """Return the values without that of one key; a section that holds nothing else counts as none."""
+    rest = {name: one for name, one in values.items() if name != key[0]}
+    inner = values.get(key[0])
+    if len(key) > 1 and isinstance(inner, dict) and (kept := _without(inner, key[1:])):
+        rest[key[0]] = kept
+    return rest
 
 
 def schema_text() -> str:

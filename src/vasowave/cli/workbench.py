@@ -1,0 +1,55 @@
+"""The command that opens the workbench: open."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vasowave.cli.app import app
+
+_WHAT = typer.Argument(help="A study, the folder of a fit, a recording, or a folder that is to become a study.")
+
+
+@app.command(
+    "open",
+    epilog="Example: vasowave open my-study. Everything that the page does is a file of the study, which all other "
+    "commands understand. Ctrl-C ends it.",
+)
+def open_workbench(
+    place: Annotated[Path, _WHAT] = Path(),
+    browser: Annotated[bool, typer.Option(help="Open the page in a browser; else the address is printed only.")] = True,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; by default one that is free.")] = 0,
+) -> None:
+    """Open the workbench in a browser: look at recordings, choose beats, run, and see what the model does.
+
+    It answers on this machine alone.
+    """
+    import os
+    import sys
+    import webbrowser
+    from importlib.util import find_spec
+
+    from vasowave.errors import InputError
+
+    missing = [name for name in ("starlette", "uvicorn") if find_spec(name) is None]
+    if missing:
+        raise InputError(f"the workbench needs {' and '.join(missing)}; install `vasowave[workbench]`")
+    from vasowave.workbench.opening import opened
+    from vasowave.workbench.server import serve
+
+    folder, desk, said = opened(place)
+    for sentence in said:
+        typer.echo(sentence)
+
+    def tell(address: str) -> None:
+        typer.echo(f"Workbench: {address}{desk}\nCtrl-C ends it. The address carries a key; give it to nobody.")
+        if browser:
+            webbrowser.open(address + desk)
+
+    goes_on = serve(folder, port, tell)
+    typer.echo("Ended." + (f" The run goes on; see vasowave status {folder}" if goes_on else ""))
+    sys.stdout.flush()
+    os._exit(0)  # at once: nobody waits for what is still being read, and files are written whole or not at all
+
+
+__all__ = ["open_workbench"]

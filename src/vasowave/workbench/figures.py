@@ -1,0 +1,52 @@
+"""What the Figure desk makes: chosen panels at a size in mm, and the line of Python that draws the same again."""
+
+from typing import Annotated, Any, Literal
+
+from annotated_types import Ge, Le, MinLen
+
+from vasowave.errors import InputError
+from vasowave.figures.fitted import figure_bytes
+from vasowave.settings import settings_class
+from vasowave.study.results import read_results
+from vasowave.workbench.desk import Desk
+
+_KINDS = {"svg": "image/svg+xml", "pdf": "application/pdf", "png": "image/png"}
+
+
+@settings_class
+class Wish:
+    """A figure that is wished for."""
+
+    animal: Annotated[str, MinLen(1)]
+    panels: Annotated[
+        list[Literal["pressure", "residuals", "autocorrelation", "pressure_area", "impedance"]], MinLen(1)
+    ]
+    width: Annotated[float, Ge(20), Le(400)] = 170.0
+    height: Annotated[float, Ge(20), Le(400)] = 60.0
+    font: Annotated[float, Ge(4), Le(24)] = 8.0
+    format: Literal["svg", "pdf", "png"] = "svg"
+
+
+def figure_file(desk: Desk, message: dict[str, Any]) -> tuple[bytes, str, str]:
+    """Return a figure as a file, its type, and the line of Python that writes the same.
+
+    Raises
+    ------
+    InputError
+        A value that a figure cannot have; there is no such result.
+    """
+    wish = Wish(**{name: value for name, value in message.items() if name != "only"})
+    size = f"width={wish.width:g}, height={wish.height:g}, font={wish.font:g}"
+    line = (
+        f"import vasowave as vw; vw.read_results({str(desk.folder.absolute())!r})[{wish.animal!r}].plot.save("
+        f"'figure.{wish.format}', {wish.panels!r}, {size})"
+    )
+    if message.get("only") == "line":
+        return b"", "", line
+    stored = read_results(desk.folder)
+    if wish.animal not in stored:
+        raise InputError(f"there is no result of '{wish.animal[:80]}'")
+    content = figure_bytes(
+        stored[wish.animal], wish.panels, wish.format, width=wish.width, height=wish.height, font=wish.font
+    )
+    return content, _KINDS[wish.format], line

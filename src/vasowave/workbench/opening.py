@@ -1,0 +1,70 @@
+"""What a person may open: a study, a fit, a folder that becomes one, or a recording alone."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from vasowave.errors import InputError
+from vasowave.io.files import check_writable
+from vasowave.recording.formats import RECORDINGS
+from vasowave.study.adding import add_files
+from vasowave.study.plan import RESULTS
+from vasowave.study.reading import STUDY_FILE
+from vasowave.study.table import read_rows
+from vasowave.study.template import new_study
+
+
+class Opened(NamedTuple):
+    """The folder of the study, which desk is shown first (the address behind its ``#``), and what was decided."""
+
+    folder: Path
+    desk: str
+    said: tuple[str, ...] = ()
+
+
+def opened(place: Path) -> Opened:
+    """Return what is to be opened.
+
+    A recording needs a study, whose table holds what is chosen of it: the one it lies in and is listed in, or a new one
+    beside it, called after it.
+
+    Raises
+    ------
+    InputError
+        It is nothing that can be opened.
+    """
+    if place.is_dir() or not place.suffix:
+        return _folder(place)
+    if place.name == STUDY_FILE:
+        return _folder(place.parent)
+    if not place.is_file():
+        raise InputError(f"{place}: there is no such file")
+    if place.suffix.lower() not in RECORDINGS.suffixes:
+        raise InputError(f"{place}: the workbench opens studies, fits and recordings; for an image, `vasowave extract`")
+    for folder in place.absolute().parents[:3]:
+        if (folder / STUDY_FILE).is_file() and (name := _animal(folder, place)):
+            return Opened(folder, f"#recording/{name}")
+    folder = place.absolute().with_name(f"{place.stem} study")
+    if not (folder / STUDY_FILE).is_file():
+        new_study(folder)
+        add_files(folder, [place.absolute()])
+    return Opened(folder, f"#recording/{_animal(folder, place)}", (f"Its study, which holds what is chosen: {folder}",))
+
+
+def _folder(place: Path) -> Opened:
+    if place.is_dir():
+        known = (place / STUDY_FILE).is_file() or (place / RESULTS).is_dir()
+        if not known and any(not one.name.startswith(".") for one in place.iterdir()):
+            raise InputError(f"{place}: is no study and not empty; name a folder for a new study, or the study itself")
+    check_writable(place)
+    fit = (place / RESULTS).is_dir() and not (place / STUDY_FILE).is_file()
+    return Opened(place, "#explorer" if fit else "")
+
+
+def _animal(folder: Path, recording: Path) -> str:
+    """Return the animal whose recording a file is."""
+    from urllib.parse import quote
+
+    for row in read_rows(folder / "animals.csv").rows:
+        if row.get("recording") and (folder / row["recording"]).resolve() == recording.resolve():
+            return quote(row["animal"])
+    return ""

@@ -1,0 +1,74 @@
+// Questions to the server, all below the address that carries the key.
+
+async function answered(reply) {
+  if (reply.ok) return reply;
+  let text = "";
+  try {
+    const body = await reply.text();
+    text = body.startsWith("{") ? JSON.parse(body).error : body;
+  } catch { /* the sentence below */ }
+  throw new Error(text || `the workbench answers ${reply.status}`);
+}
+
+async function fetched(where, how) {
+  try {
+    return await answered(await fetch(where, how));
+  } catch (error) {
+    if (error instanceof TypeError) throw new Error("The workbench has ended: start `vasowave open` again. What was done is in the files.");
+    throw error;
+  }
+}
+
+const address = (what, given = {}) => `${what}?${new URLSearchParams(given)}`;
+
+/** What is at an address, as a value. */
+export const ask = async (what, given = {}, signal = undefined) => (await fetched(address(what, given), { signal })).json();
+
+/** Numbers of four bytes at an address. */
+export const numbers = async (what, given, signal = undefined) =>
+  new Float32Array(await (await fetched(address(what, given), { signal })).arrayBuffer());
+
+const posted = (what, message, signal) => fetched(what, {
+  method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(message), signal });
+
+/** The answer to a message. */
+export const post = async (what, message, signal = undefined) => (await posted(what, message, signal)).json();
+
+/** The file that a message asks for. */
+export const file = async (what, message) => (await posted(what, message)).blob();
+
+/** Send a file under a name; returns its name in the study. */
+export const upload = async (name, content) =>
+  (await (await fetched(address("upload", { name }), { method: "PUT", body: content })).json()).name;
+
+const said = document.getElementById("said");
+let leaving = 0;
+
+/** Say a sentence; what went wrong stays until the next. */
+export function say(text, wrong = false) {
+  clearTimeout(leaving);
+  said.textContent = text;
+  said.hidden = !text;
+  said.className = wrong ? "wrong" : "";
+  said.setAttribute("role", wrong ? "alert" : "status");
+  if (text && !wrong) leaving = setTimeout(() => say(""), 12000);
+}
+
+const listeners = new Set();
+/** Call a function after every change that this page made. */
+export const afterChange = (done) => { listeners.add(done); };
+
+/** Do something to the study; says what came of it, and returns it, or null if it was refused. */
+export async function act(what, given = {}, quiet = false) {
+  try {
+    const answer = (await post("act", { do: what, ...given })).said;
+    const text = typeof answer === "string" ? answer : (answer.said || []).join("\n");
+    if (!quiet) say(text);
+    await Promise.all([...listeners].map((done) => done()));
+    return answer;
+  } catch (error) {
+    say(error.message, true);
+    await Promise.all([...listeners].map((done) => done()));
+    return null;
+  }
+}

@@ -1,0 +1,264 @@
+"""What the Recording desk shows: signals at the width of a screen, beats and their fate, the average."""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vasowave.errors import InputError, VasowaveError, VasowaveWarning
+from vasowave.findings import NOWHERE, Finding, Severity
+from vasowave.recording import (
+    EnsembleAverage,
+    RawRecording,
+    Recording,
+    average_beats,
+    describe_recording,
+    read_edits,
+)
+from vasowave.recording.describe import kind_of
+from vasowave.study.animals import read_row
+from vasowave.study.loading import read_measured, read_stretch
+from vasowave.study.plan import Study, inspect_study
+from vasowave.study.problems import refuse
+from vasowave.study.rows import COLUMNS, AnimalRow
+from vasowave.study.settings import averaging_settings
+from vasowave.study.table import read_rows
+from vasowave.workbench.desk import Desk
+
+SIGNALS = ("pressure", "flow", "ecg")
+_KEPT = 3  # recordings in memory
+_FIRST, _COARSER = 32, 4  # samples in a pair of the finest level, and pairs of one level in one of the next
+_WIDEST = 4000  # pixels
+_STRETCH = ("start [s]", "end [s]")
+
+
+class Trace:
+    """One signal from the start of its block, as lowest and highest values of ever more samples."""
+
+    def __init__(self, values: np.ndarray, rate: float) -> None:
+        self.values, self.rate = values, rate
+        self.levels: list[tuple[int, np.ndarray]] = []
+        count, low, high = _FIRST, values, values
+        step = _FIRST
+        while len(low) > step:
+            whole = len(low) // step * step
+            with np.errstate(all="ignore"):
+                low = np.fmin.reduce(low[:whole].reshape(-1, step), axis=1)
+                high = np.fmax.reduce(high[:whole].reshape(-1, step), axis=1)
+            self.levels.append((count, np.stack([low, high])))
+            count, step = count * _COARSER, _COARSER
+
+    def between(self, start: float, end: float, width: int) -> np.ndarray:
+        """Return lowest and highest value in each of `width` equal parts of `start` to `end` (s), shape (2, width).
+
+        NaN where there are no samples.
+        """
+        edges = np.linspace(start, end, width + 1) * self.rate
+        size, pairs = 1, np.stack([self.values, self.values])
+        for count, level in self.levels:
+            if count * 2 <= (edges[-1] - edges[0]) / width:
+                size, pairs = count, level
+        first = np.clip(np.floor(edges[:-1] / size).astype(np.int64), 0, pairs.shape[1])
+        last = np.clip(np.maximum(np.ceil(edges[1:] / size).astype(np.int64), first + 1), 0, pairs.shape[1])
+        found = np.full((2, width), np.nan, dtype=np.float32)
+        there = np.flatnonzero((last > first) & (edges[1:] > 0))
+        if len(there):
+            bounds = np.minimum(np.stack([first[there], last[there]], axis=1).ravel(), pairs.shape[1] - 1)
+            for i, reduce in enumerate((np.fmin, np.fmax)):
+                found[i, there] = reduce(reduce.reduceat(pairs[i], bounds)[::2], pairs[i][bounds[::2]])
+        return found
+
+
+class Opened(NamedTuple):
+    """A continuous recording in memory; `duration` in s."""
+
+    traces: dict[str, Trace]
+    rate: float
+    duration: float
+
+
+class Recordings:
+    """Recordings of a study that were looked at last."""
+
+    def __init__(self) -> None:
+        self._opened: OrderedDict[Any, Opened] = OrderedDict()
+        self._averaged: OrderedDict[Any, dict[str, Any]] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def trace(self, desk: Desk, animal: str, signal: str, start: float, end: float, width: int) -> np.ndarray:
+        """Return a part of one signal, see `Trace.between`."""
+        if not (0 < width <= _WIDEST and np.isfinite([start, end]).all() and start < end):
+            raise InputError("a stretch begins before it ends, and a screen has 1 to 4000 pixels")
+        traces = self.opened(row_of(desk, animal)[0]).traces
+        if signal not in traces:
+            raise InputError(f"'{signal}' is no signal of this recording; it has: {', '.join(traces)}")
+        return traces[signal].between(start, end, width)
+
+    def opened(self, row: AnimalRow) -> Opened:
+        """Return a recording from the start of its block, gaps and all, whatever stretch of it is averaged."""
+        about = row.recordings[0].stat()
+        ignored = ("start", "end", "beat_edits", "group", "network", "line")
+        key = (about.st_mtime_ns, about.st_size,
+               tuple(str(value) for name, value in vars(row).items() if name not in ignored))  # fmt: skip
+        with self._lock:
+            if key not in self._opened:
+                self._opened[key] = _opened(row)
+                while len(self._opened) > _KEPT:
+                    self._opened.popitem(last=False)
+            self._opened.move_to_end(key)
+            return self._opened[key]
+
+    def described(self, desk: Desk, animal: str) -> dict[str, Any]:
+        """Return all that the desk shows of an animal beside its signals."""
+        row, study = row_of(desk, animal)
+        cells = next(one for one in read_rows(desk.table).rows if one["animal"] == animal)
+        told: dict[str, Any] = {
+            "animal": animal,
+            "cells": {title: cells.get(title, "") for title in COLUMNS},
+            "drift": study.settings.averaging.drift,
+            "kind": row.kind or kind_of(row.recordings),
+            "edits": [list(one) for one in read_edits(row.beat_edits)] if row.beat_edits else [],
+        }
+        try:
+            if told["kind"] == "raw":
+                told |= _channels(row) | {"error": ""}
+                opened = self.opened(row)
+                told |= {"duration": opened.duration, "rate": opened.rate, "signals": list(opened.traces)}
+                told |= _average(row, study)
+            else:
+                told |= {"error": "", **_cycle(read_measured(row, study.settings)[0])}
+        except VasowaveError as error:
+            told["error"] = str(error)
+        return told
+
+
+def row_of(desk: Desk, animal: str) -> tuple[AnimalRow, Study]:
+    """Return the row of an animal, whose network and group may still be empty, and the study.
+
+    Raises
+    ------
+    InputError
+        The study file is wrong, there is no such animal, or its row is wrong.
+    """
+    study, problems = inspect_study(desk.folder)
+    if study is None:
+        refuse(problems)
+        raise InputError(f"{desk.file}: mend the study file first")
+    found = next((one for one in study.animals if one.animal == animal), None)
+    if found is not None:
+        return found, study
+    cells = next((one for one in read_rows(desk.table).rows if one["animal"] == animal), None)
+    if cells is None:
+        raise InputError(f"there is no animal '{animal}' in {desk.table.name}")
+    filled = cells | {"network": cells.get("recording", ""), "group": study.settings.groups[0]}
+    row, wrong = read_row(filled, study.folder, None, lambda _: NOWHERE)
+    refuse(wrong)
+    assert row is not None
+    return row, study
+
+
+def _opened(row: AnimalRow) -> Opened:
+    from dataclasses import replace
+
+    try:
+        raw = read_stretch(replace(row, start=None, end=None))
+    except InputError:  # a gap: the stretch of the row is whole, and what is beside it
+        raw = read_stretch(row)
+    pieces = (raw, *raw.beside)
+    count = max(round((one.origin + one.duration) * raw.sampling_rate) for one in pieces)
+    traces = {}
+    for name in SIGNALS:
+        if getattr(raw, name) is not None:
+            values = np.full(count, np.nan, dtype=np.float32)
+            for one in pieces:
+                first = round(one.origin * raw.sampling_rate)
+                values[first : first + len(one.pressure)] = getattr(one, name)
+            traces[name] = Trace(values, raw.sampling_rate)
+    return Opened(traces, raw.sampling_rate, count / raw.sampling_rate)
+
+
+def _channels(row: AnimalRow) -> dict[str, Any]:
+    blocks = describe_recording(row.recordings[0]).blocks
+    block = (
+        blocks[row.block - 1] if row.block and row.block <= len(blocks) else max(blocks, key=lambda one: one.samples)
+    )
+    return {"channels": [[one.title, one.unit, one.quantity] for one in block.channels], "blocks": len(blocks)}
+
+
+def _average(row: AnimalRow, study: Study) -> dict[str, Any]:
+    """Return beats and average, or why there is none; the same numbers as `vasowave check` and `run`."""
+    import warnings
+
+    raw, edits = read_stretch(row), read_edits(row.beat_edits) if row.beat_edits else ()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)  # they stand among the findings
+        average = average_beats(raw, averaging=averaging_settings(study.settings), edits=edits)
+    return {"beats": _beats(average), "fiducial": average.fiducial, "origin": raw.origin, **_stretch(raw),
+            "baseline": {"removed": average.baseline.removed, "size": _number(average.baseline.size)},
+            "sd": {"pressure": _rounded(average.pressure_sd), "flow": _rounded(average.flow_sd)},
+            **_cycle(average.recording)}  # fmt: skip
+
+
+def _stretch(raw: RawRecording) -> dict[str, float]:
+    return {"from": raw.origin, "to": raw.origin + raw.duration}
+
+
+def _beats(average: EnsembleAverage) -> dict[str, Any]:
+    """Return where beats begin, which are averaged, and why others may not be."""
+    beats = average.beats
+    return {
+        "starts": [round(one.start, 5) for one in beats],
+        "end": round(beats[-1].end, 5),
+        "averaged": [i for i, one in enumerate(beats) if one.averaged],
+        "rejected": {i: str(one.rejected) for i, one in enumerate(beats) if one.rejected},
+    }
+
+
+def _cycle(cycle: Recording) -> dict[str, Any]:
+    return {
+        "period": cycle.period,
+        "pressure": _rounded(cycle.pressure),
+        "flow": _rounded(cycle.flow),
+        "indices": {name: _number(value) for name, value in cycle.indices().items()},
+        "findings": list(map(as_said, cycle.notes)),
+    }
+
+
+def as_said(finding: Finding) -> dict[str, Any]:
+    """Return a finding as the page shows it, in the words of the terminal."""
+    return {"code": finding.code, "severity": finding.severity, "text": str(finding),
+            "look": finding.severity is not Severity.NOTE}  # fmt: skip
+
+
+def _rounded(values: np.ndarray) -> list[float | None]:
+    return [_number(value) for value in values]
+
+
+def _number(value: float) -> float | None:
+    """Return a number of six digits; None where there is none, which JSON cannot say."""
+    return float(f"{value:.6g}") if np.isfinite(value) else None
+
+
+def stretch_cells(start: float, end: float) -> Mapping[str, str]:
+    """Return the cells of a stretch."""
+    return dict(zip(_STRETCH, (f"{start:.10g}", f"{end:.10g}"), strict=True))
+
+
+def mean_between(traces: Mapping[str, Trace], start: float, end: float) -> float:
+    """Return the mean pressure of a stretch, mmHg."""
+    trace = traces["pressure"]
+    values = trace.values[max(0, round(start * trace.rate)) : max(0, round(end * trace.rate))]
+    if not np.isfinite(values).any():
+        raise InputError("there is no pressure in this stretch")
+    return float(np.nanmean(values, dtype=np.float64))
+
+
+def edits_file(desk: Desk, animal: str) -> Path:
+    """Return where the edits of an animal's beats stand."""
+    from vasowave.study.names import plain_name
+    from vasowave.workbench.desk import EDITS
+
+    return desk.inside(f"{EDITS}/{plain_name(animal)}.csv")

@@ -1,0 +1,225 @@
+"""The workbench's server: one study, on the loopback address, behind a token; thin routes over its desks."""
+
+import json
+import os
+import secrets
+import socket
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, Response
+from starlette.routing import Route
+
+from vasowave.errors import InputError, VasowaveError
+from vasowave.io.files import PART, is_full, not_written
+from vasowave.workbench.access import REPORT_POLICY, App, Guarded, Patient, TooLargeError
+from vasowave.workbench.actions import Workplace, act
+from vasowave.workbench.desk import Desk
+from vasowave.workbench.explorer import Explorer
+from vasowave.workbench.figures import figure_file
+from vasowave.workbench.recordings import Recordings
+from vasowave.workbench.running import Runs
+from vasowave.workbench.studies import checked, shown, state
+from vasowave.workbench.uploads import place_of, sorted_in
+
+_PAGE = Path(__file__).parent / "page"
+_TEMPLATES = Path(__file__).parents[1] / "report" / "templates"
+_OF_REPORT = ("style.css", "turntable.js")
+"""What the pages of the report and the workbench share: colors, and things in space."""
+
+_TYPES = {".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
+_LAST_WORD = 1  # s that answers under way have when the workbench ends
+
+
+class Workbench:
+    """One study that is open, and the application that answers for it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.desk, self.recordings, self.runs, self.explorer = Desk(folder), Recordings(), Runs(), Explorer()
+        self.at = Workplace(self.desk, self.recordings, self.runs)
+
+    def app(self) -> App:
+        """Return the application, without its guard."""
+        desk, of = self.desk, self._answered
+        routes = [
+            Route("/", self._page),
+            Route("/page/{name}", self._page),
+            Route("/state", of(lambda ask: state(desk, self.runs))),
+            Route("/study", of(lambda ask: shown(desk))),
+            Route("/check", of(lambda ask: checked(desk))),
+            Route("/recording", of(lambda ask: self.recordings.described(desk, ask("animal")))),
+            Route("/trace", of(self._trace)),
+            Route("/results", of(lambda ask: self.explorer.animals(desk))),
+            Route("/model", of(lambda ask: self.explorer.described(desk, ask("animal"), ask("law")))),
+            Route("/act", self._posted(lambda message: {"said": act(self.at, message)}), methods=["POST"]),
+            Route("/simulate", self._posted(self._simulated), methods=["POST"]),
+            Route("/figure", self._posted(self._figure), methods=["POST"]),
+            Route("/upload", self._upload, methods=["PUT"]),
+            Route("/report/{name:path}", self._report),
+        ]
+        return Starlette(routes=routes, exception_handlers={
+            VasowaveError: _refused, TooLargeError: _refused, OSError: _unforeseen, Exception: _unforeseen
+        })  # fmt: skip
+
+    def _answered(self, answer: Callable[[Callable[[str], str]], Any]) -> Any:
+        """Return what answers a question in a thread of its own, so that no other waits for it."""
+
+        async def endpoint(request: Request) -> Response:
+            given = await run_in_threadpool(answer, lambda name: request.query_params.get(name, ""))
+            return given if isinstance(given, Response) else _json(given)
+
+        return endpoint
+
+    def _posted(self, answer: Callable[[Any], Any]) -> Any:
+        async def endpoint(request: Request) -> Response:
+            body = await request.body()
+            given = await run_in_threadpool(lambda: answer(_message(body)))
+            return given if isinstance(given, Response) else _json(given)
+
+        return endpoint
+
+    def _trace(self, ask: Callable[[str], str]) -> Response:
+        try:
+            start, end, width = float(ask("start")), float(ask("end")), int(ask("width"))
+        except ValueError:
+            raise InputError("a part of a signal has a start, an end, and a width in pixels") from None
+        found = self.recordings.trace(self.desk, ask("animal"), ask("signal"), start, end, width)
+        return Response(found.astype("<f4").tobytes(), media_type="application/octet-stream")
+
+    def _simulated(self, message: Any) -> Any:
+        values = message.get("values", {})
+        if not isinstance(values, dict) or not all(isinstance(one, int | float) for one in values.values()):
+            raise InputError("values are numbers by the names of parameters")
+        animal, law = (str(message.get(one, "")) for one in ("animal", "law"))
+        return self.explorer.simulated(self.desk, animal, law, {name: float(one) for name, one in values.items()})
+
+    def _figure(self, message: Any) -> Any:
+        content, kind, line = figure_file(self.desk, message)
+        if message.get("only") == "line":
+            return {"line": line}
+        return Response(content, media_type=kind)
+
+    async def _upload(self, request: Request) -> Response:
+        """Put a file into the study, whole or not at all; never over another."""
+        name = request.query_params.get("name", "")
+        place = await run_in_threadpool(place_of, self.desk, name)
+        part = place.with_name(f"{PART}{secrets.token_hex(8)}")
+        try:
+            with part.open("xb") as file:
+                async for chunk in request.stream():
+                    file.write(chunk)
+                file.flush()
+                os.fsync(file.fileno())
+            return _json({"name": await run_in_threadpool(sorted_in, self.desk, part, place)})
+        except OSError as error:
+            raise not_written(place, error) from None
+        finally:
+            part.unlink(missing_ok=True)
+
+    async def _page(self, request: Request) -> Response:
+        name = request.path_params.get("name", "index.html")
+        known = {one.name: one for one in (*_PAGE.iterdir(), *(_TEMPLATES / one for one in _OF_REPORT))}
+        if name not in known or known[name].suffix not in _TYPES:
+            return Response(status_code=404)
+        return Response(known[name].read_bytes(), media_type=_TYPES[known[name].suffix])
+
+    async def _report(self, request: Request) -> Response:
+        try:
+            path = self.desk.inside(f"report/{request.path_params['name']}")
+            there = path.is_file() and path.resolve().is_relative_to((self.desk.folder / "report").resolve())
+        except (InputError, OSError):
+            there = False
+        if not there:
+            return Response("There is no such report.", status_code=404)
+        return FileResponse(path, headers={"content-security-policy": REPORT_POLICY})
+
+
+def serve(folder: Path, port: int, opened: Callable[[str], None]) -> bool:
+    """Serve a study until it is interrupted; return whether a run that was begun here goes on.
+
+    Parameters
+    ----------
+    folder : Path
+    port : int
+        0 for any that is free.
+    opened : callable
+        Called with the address once it can be opened.
+
+    Raises
+    ------
+    InputError
+        The port is taken.
+    """
+    workbench = Workbench(folder)
+    with _door(port) as door, suppress(KeyboardInterrupt):
+        server_of(workbench, door, opened).run(sockets=[door])
+    return workbench.runs.close()
+
+
+def server_of(workbench: Workbench, door: socket.socket, opened: Callable[[str], None]) -> uvicorn.Server:
+    """Return the server of a workbench behind a key of its own, for a socket that is bound."""
+    here, token = door.getsockname()[1], secrets.token_urlsafe(24)
+    config = uvicorn.Config(
+        Guarded(workbench.app(), token, here), http=Patient, ws="none", loop="asyncio", lifespan="off",
+        log_config=None, log_level="critical", access_log=False, server_header=False,
+        timeout_graceful_shutdown=_LAST_WORD,
+    )  # fmt: skip
+    return _Server(config, lambda: opened(f"http://127.0.0.1:{here}/{token}/"))
+
+
+@contextmanager
+def _door(port: int) -> Iterator[socket.socket]:
+    with socket.socket() as door:
+        door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            door.bind(("127.0.0.1", port))
+        except OSError as error:
+            raise InputError(f"port {port}: {(error.strerror or str(error)).lower()}; give another, or none") from None
+        yield door
+
+
+class _Server(uvicorn.Server):
+    """Tells when it answers."""
+
+    def __init__(self, config: uvicorn.Config, opened: Callable[[], None]) -> None:
+        super().__init__(config)
+        self.opened = opened
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen, and tell."""
+        await super().startup(sockets)
+        self.opened()
+
+
+def _message(body: bytes) -> Any:
+    try:
+        message = json.loads(body.decode("utf-8"))
+    except (ValueError, RecursionError):
+        raise InputError("this is no message of the workbench") from None
+    if not isinstance(message, dict):
+        raise InputError("this is no message of the workbench")
+    return message
+
+
+def _json(content: Any) -> Response:
+    return JSONResponse(content)
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    if isinstance(error, TooLargeError):
+        return JSONResponse({"error": "this is too large"}, status_code=413, headers={"connection": "close"})
+    return JSONResponse({"error": str(error)}, status_code=400)
+
+
+async def _unforeseen(request: Request, error: Exception) -> Response:
+    """Say what went wrong; the server lives on."""
+    if is_full(error):
+        return JSONResponse({"error": "no space left on the disk; make room and do it again"}, status_code=507)
+    text = f"the workbench failed here ({type(error).__name__}: {error}); nothing was changed half"
+    return JSONResponse({"error": text}, status_code=500)

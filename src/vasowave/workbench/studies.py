@@ -1,0 +1,137 @@
+"""What the Study desk shows: the table as it stands, what is wrong or odd beside the cell, and how far the run is."""
+
+import threading
+from typing import Any
+
+from vasowave.errors import VasowaveError
+from vasowave.recording.beats import HEART_RATES
+from vasowave.settings import settings_of
+from vasowave.study.checking import check_study
+from vasowave.study.overview import HEADER
+from vasowave.study.plan import inspect_study
+from vasowave.study.problems import Problem
+from vasowave.study.reporting import REPORT_FOLDER
+from vasowave.study.rows import COLUMNS, NEEDED
+from vasowave.study.settings import StudyFile
+from vasowave.study.status import study_status
+from vasowave.study.table import read_rows
+from vasowave.study.template import written
+from vasowave.workbench.desk import Desk
+from vasowave.workbench.running import Runs
+
+_SETTINGS = ("title", "species", "calibration.walls", "calibration.starts", "calibration.beds", "averaging.beats",
+             "averaging.drift", "averaging.fiducial", "averaging.reject_ventilation", "inference")  # fmt: skip
+"""Keys that the desk offers; the others are written in the file."""
+
+_checking = threading.Lock()
+
+
+def state(desk: Desk, runs: Runs) -> dict[str, Any]:
+    """Return what a page asks every second: whether anything changed, and how far a run is."""
+    runner = runs.runner(desk)
+    told: dict[str, Any] = {
+        "mark": desk.mark(),
+        "study": desk.file.is_file(),
+        "report": (desk.folder / REPORT_FOLDER / "report.html").is_file(),
+        "results": (desk.results / "index.json").is_file(),
+        "undo": desk.done[-1].name if desk.done else "",
+        "redo": desk.undone[-1].name if desk.undone else "",
+    }
+    study = inspect_study(desk.folder)[0] if runner and told["study"] else None
+    return told | {"run": runs.progress(desk, study)}
+
+
+def shown(desk: Desk) -> dict[str, Any]:
+    """Return the study as its two files say it, and what is wrong in them; no recording is read."""
+    if not desk.file.is_file():
+        return {"study": False, "folder": str(desk.folder.absolute()), "species": [*HEART_RATES, "other"]}
+    study, problems = inspect_study(desk.folder)
+    settings = study.settings if study is not None else StudyFile()
+    try:
+        table = read_rows(desk.table)
+        titles, rows = table.titles, [dict(row) for row in table.rows]
+    except VasowaveError:  # which stands among the problems
+        titles, rows = (), []
+    statuses = {one.animal: one for one in study_status(study).animals} if study is not None else {}
+    return {
+        "study": True,
+        "folder": str(desk.folder.absolute()),
+        "title": settings.title,
+        "groups": settings.groups,
+        "columns": [[title, meaning, title in NEEDED] for title, meaning in COLUMNS.items()],
+        "titles": list(titles),
+        "rows": rows,
+        "networks": _files(desk, "networks"),
+        "problems": [_problem(one, rows) for one in problems],
+        "settings": [_setting(settings, key) for key in _SETTINGS],
+        "status": {name: {"state": one.state, "text": str(one)} for name, one in statuses.items()},
+        "outdated": _outdated(desk, statuses),
+    }
+
+
+def checked(desk: Desk) -> dict[str, Any]:
+    """Return what `vasowave check` says: everything wrong or odd, and what was read of every animal."""
+    with _checking:
+        found = check_study(desk.folder)
+    rows = [dict(row) for row in read_rows(desk.table).rows] if desk.table.is_file() else []
+    return {
+        "problems": [_problem(one, rows) for one in found.problems],
+        "header": [list(one) for one in HEADER],
+        "read": {one.animal: list(one.row()) for one in found.read},
+    }
+
+
+def _problem(one: Problem, rows: list[dict[str, str]]) -> dict[str, Any]:
+    """Return a problem as the page shows it: beside its cell, with what mends it where one click can."""
+    place = one.place
+    column = next((title for title in COLUMNS if place.part == f"column '{title}'"), "")
+    return {
+        "text": str(one.finding), "place": str(place), "error": one.error, "code": one.finding.code,
+        "animals": [name for name in one.animals if any(row.get("animal") == name for row in rows)],
+        "column": column, "remedies": _remedies(one, column),
+    }  # fmt: skip
+
+
+def _remedies(one: Problem, column: str) -> list[dict[str, Any]]:
+    """Return what mends a problem at a click, as messages to `actions.act`."""
+    code, names = one.finding.code, one.animals
+    if code in ("check.same-recording", "check.same-cycle"):
+        yes = [{"do": "set-cells", "animal": name, "cells": {"shared recording": "yes"}} for name in names]
+        return [{"label": "Both are meant to share it", "acts": yes},
+                {"label": f"Remove {names[0]}", "acts": [{"do": "remove-animal", "animal": names[0]}]}]  # fmt: skip
+    if code == "check.few-starts":
+        default = settings_of(settings_of(StudyFile)["calibration"].kind)["starts"].default
+        return [{"label": f"{default} starts",
+                 "acts": [{"do": "set-setting", "key": "calibration.starts", "value": str(default)}]}]  # fmt: skip
+    if code == "animals.ignored" and column:
+        empty = [{"do": "set-cells", "animal": name, "cells": {column: ""}} for name in names]
+        return [{"label": "Empty the cell", "acts": empty}]
+    if one.finding.room == "recording" and names:
+        return [{"label": "Look at the recording", "open": name} for name in names[:1]]
+    return []
+
+
+def _setting(settings: StudyFile, key: str) -> dict[str, str]:
+    value: Any = settings
+    section: Any = StudyFile
+    for name in key.split("."):
+        one = settings_of(section)[name]
+        value, section = getattr(value, name), one.section
+    return {"key": key, "value": "" if value is None else written(value), "meaning": one.meaning}
+
+
+def _files(desk: Desk, folder: str) -> list[str]:
+    place = desk.folder / folder
+    return [one.relative_to(desk.folder).as_posix() for one in sorted(place.rglob("*"))
+            if one.is_file() and not one.name.startswith(".")]  # fmt: skip
+
+
+def _outdated(desk: Desk, statuses: dict[str, Any]) -> list[str]:
+    """Return the animals whose result is no longer that of their row, files and settings."""
+    from vasowave.study.results import read_results
+
+    try:
+        stored = read_results(desk.folder)
+    except VasowaveError:
+        return []
+    return [name for name, one in statuses.items() if name in stored and one.state != "done"]

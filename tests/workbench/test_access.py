@@ -1,0 +1,297 @@
+"""Whoever is not the page on this machine is refused, and the server lives on."""
+
+import json
+import re
+import socket
+import time
+from pathlib import Path
+
+import pytest
+from served import served
+
+from vasowave.workbench import access, server
+from vasowave.workbench.desk import _LOCK
+
+PAGE = Path(server.__file__).parent / "page"
+
+
+@pytest.fixture(scope="module")
+def door(kept_study):
+    with served(kept_study) as one:
+        yield one
+
+
+def alive(door):
+    return door.get("state")["study"]
+
+
+def test_the_page_answers_whoever_has_the_address(door):
+    status, headers, body = door.raw("GET", door.root)
+    assert (status, headers["content-type"]) == (200, "text/html; charset=utf-8")
+    assert b"main.js" in body
+
+
+@pytest.mark.parametrize("path", ["/", "/wrong/", "/wrong/state", "//state", "/%00/state"])
+def test_without_the_key_there_is_nothing(door, path):
+    status, _, body = door.raw("GET", path)
+    assert status == 404
+    assert b"Open the address" in body
+
+
+def test_a_key_that_is_nearly_right_is_wrong(door):
+    root = door.root.rstrip("/")
+    for path in (root[:-1] + "/state", root + "x/state", root.swapcase() + "/state", root):
+        assert door.raw("GET", path)[0] == 404
+
+
+@pytest.mark.parametrize("host", ["evil.example", "127.0.0.1", "127.0.0.1:1", "evil.example:{port}", "", None])
+def test_another_host_is_refused(door, host):
+    """A page of another site whose name leads here (DNS rebinding) asks under its own name."""
+    given = host.format(port=door.port) if host else host
+    status, _, _ = door.raw("GET", door.root + "state", Host=given)
+    assert status in (400, 421)
+
+
+def test_two_hosts_are_refused(door):
+    assert door.raw("GET", door.root + "state", Host=[f"127.0.0.1:{door.port}", "evil.example"])[0] in (400, 421)
+
+
+@pytest.mark.parametrize(
+    "origin", ["http://evil.example", "null", "http://127.0.0.1:1", "https://127.0.0.1:{port}", None]
+)
+def test_another_origin_changes_nothing(door, origin):
+    given = origin.format(port=door.port) if origin else origin
+    body = json.dumps({"do": "set-groups", "groups": ["A"]}).encode()
+    assert door.raw("POST", door.root + "act", body, Origin=given)[0] == 403
+    assert door.get("study")["groups"] == ["control", "hypoxic"]
+
+
+def test_what_a_browser_marks_as_of_another_site_is_refused(door):
+    assert door.raw("GET", door.root + "state", Sec_Fetch_Site="cross-site")[0] == 403
+
+
+def test_a_websocket_is_no_way_in(door):
+    upgrade = {
+        "Connection": "Upgrade",
+        "Upgrade": "websocket",
+        "Sec_WebSocket_Key": "x" * 22 + "==",
+        "Sec_WebSocket_Version": "13",
+    }
+    assert door.raw("GET", "/wrong/", **upgrade)[0] in (400, 403, 404, 426)
+    assert alive(door)
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["report/../study.yaml", "report/%2e%2e/study.yaml", "report/..%2fstudy.yaml", "report//etc/passwd",
+     "report/%2fetc%2fpasswd", "page/../server.py", "page/%2e%2e%2fserver.py", "page/..", "report/%00",
+     "report/" + "a/" * 3000],
+)  # fmt: skip
+def test_no_path_leads_out_of_the_study_or_the_page(door, path):
+    status, _, body = door.raw("GET", door.root + path)
+    assert status in (400, 404)
+    assert b"groups" not in body
+    assert b"root:" not in body
+    assert b"import" not in body
+
+
+def test_a_link_out_of_the_report_is_not_followed(study):
+    (study / "report").mkdir()
+    (study.parent / "secret.html").write_text("secret", encoding="utf-8")
+    (study / "report" / "report.html").symlink_to(study.parent / "secret.html")
+    (study / "report" / "inner.html").symlink_to(study / "study.yaml")
+    with served(study) as door:
+        assert door.raw("GET", door.root + "report/report.html")[0] == 404
+        assert door.raw("GET", door.root + "report/inner.html")[0] == 404
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["../evil.txt", "/etc/evil.txt", "a/../../evil.txt", "..", "", ".hidden.txt", "a/.git/b.txt", "a\0b.txt",
+     "a\\b.txt", "con:x.txt", "x.exe", "x.html", "study.yaml", " a.txt", "a" * 300 + ".txt",
+     "a/" * 20 + "b.txt", "<img>.txt"],
+)  # fmt: skip
+def test_a_name_that_leads_out_is_hidden_or_is_none_is_not_uploaded(study, name):
+    before = sorted(study.parent.rglob("*"))
+    with served(study) as door:
+        status, answer = door.put(name, b"1 2\n3 4\n")
+        assert status == 400
+        assert answer["error"]
+        assert sorted(study.parent.rglob("*")) == before
+
+
+def test_a_dropped_file_never_replaces_another(asker, study):
+    path = study / "recordings" / "control" / "mouse_c1.txt"
+    before = path.read_bytes()
+    status, answer = asker.put("control/mouse_c1.txt", b"other content\n")
+    assert (status, path.read_bytes()) == (400, before)
+    assert "another file of this name" in answer["error"]
+    assert asker.put("control/mouse_c1.txt", before) == (200, {"name": "recordings/control/mouse_c1.txt"})
+
+
+def test_what_says_it_is_too_large_is_refused_before_it_comes(door):
+    status, _, _ = door.raw("PUT", door.root + "upload?name=big.txt", Content_Length=str(10 << 30))
+    assert status == 413
+    assert alive(door)
+
+
+def test_what_is_too_large_without_saying_so_is_cut_off_and_leaves_nothing(study, monkeypatch):
+    monkeypatch.setattr(access, "LARGEST_FILE", 1 << 16)
+    with served(study) as door:
+        chunk = b"%x\r\n" % 4096 + b"x" * 4096 + b"\r\n"
+        before = sorted(study.rglob("*"))
+        with socket.create_connection(("127.0.0.1", door.port), timeout=20) as one:
+            head = f"PUT {door.root}upload?name=big.txt HTTP/1.1\r\nHost: 127.0.0.1:{door.port}\r\n"
+            one.sendall(
+                head.encode()
+                + f"Origin: {door.origin}\r\n".encode()
+                + b"Transfer-Encoding: chunked\r\n\r\n"
+                + chunk * 20
+                + b"0\r\n\r\n"
+            )
+            assert b" 413 " in one.recv(200)
+        assert sorted(study.rglob("*")) == before
+        assert alive(door)
+
+
+def cells(**given):
+    return {
+        "do": "set-cells",
+        "animal": "mouse_c1",
+        "cells": {name.replace("_", " "): text for name, text in given.items()},
+    }
+
+
+def beats(*edits):
+    return {"do": "edit-beats", "animal": "mouse_c1", "edits": edits}
+
+
+NO_MESSAGES = [b"", b"{", b"[]", b"null", b"1", b'"do"', b"\xff\xfe", b"[" * 100_000]
+MALFORMED = [
+    {"do": 5},
+    {"do": "rm"},
+    {"do": "set-cells"},
+    {"do": "set-cells", "animal": 5, "cells": []},
+    {"do": "set-cells", "animal": "nobody", "cells": {"group": "control"}},
+    cells(group=5),
+    cells(__class__="x"),
+    cells(recording="../../../etc/passwd"),
+    cells(animal="mouse_c2"),
+    cells(animal=""),
+    cells(start="x") | {"cells": {"start [s]": "soon"}},
+    beats(["reject"]),
+    beats(["reject", float("nan"), None]),
+    beats(["reject", -1, None]),
+    beats(["move", 1.0, None]),
+    beats(["burn", 1.0, None]),
+    {"do": "set-stretch", "animal": "mouse_c1", "start": "x"},
+    {"do": "set-zero", "animal": "mouse_c1", "start": 500.0, "end": 600.0},
+    {"do": "set-setting", "key": "../x", "value": "1"},
+    {"do": "set-setting", "key": "calibration.starts", "value": "1\nx: 2"},
+    {"do": "set-setting", "key": "calibration.starts", "value": "many"},
+    {"do": "set-setting", "key": "calibration.nothing", "value": "1"},
+    {"do": "set-groups", "groups": [""]},
+    {"do": "set-groups", "groups": ["$(x)"]},
+    {"do": "add-files", "files": ["../../etc/passwd"]},
+    {"do": "add-files", "files": ["/etc/passwd"]},
+    {"do": "add-files", "files": []},
+    {"do": "remove-animal", "animal": "nobody"},
+    {"do": "undo", "more": 1},
+    {"do": "undo"},
+    {"do": "new-study"},
+]
+BODIES = [*NO_MESSAGES, *(json.dumps(one).encode() for one in MALFORMED)]
+
+
+def content(folder):
+    files = (path for path in folder.rglob("*") if path.is_file() and path.name != _LOCK)
+    return {path: path.read_bytes() for path in files}
+
+
+@pytest.mark.parametrize("body", BODIES, ids=range(len(BODIES)))
+def test_a_malformed_message_is_refused_in_a_sentence_and_changes_no_file(door, kept_study, body):
+    before = content(kept_study)
+    status, _, answer = door.raw("POST", door.root + "act", body)
+    assert status == 400, answer
+    assert 10 < len(json.loads(answer)["error"]) < 600
+    assert content(kept_study) == before
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        "trace?animal=mouse_c1",
+        "trace?animal=x&signal=y&start=a&end=b&width=c",
+        "trace?animal=mouse_c1&signal=flow&start=0&end=nan&width=100",
+        "trace?animal=mouse_c1&signal=flow&start=0&end=9&width=100000000",
+        "recording?animal=no",
+        "model?animal=x&law=y",
+        "results",
+    ],
+)
+def test_a_question_that_makes_no_sense_is_answered_by_a_sentence(door, what):
+    status, _, answer = door.raw("GET", door.root + what)
+    assert status == 400
+    assert json.loads(answer)["error"]
+
+
+def test_a_thousand_sockets_do_not_end_it(door):
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, max(soft, 4096)), hard))
+    sockets = []
+    try:
+        for _ in range(1000):
+            sockets.append(socket.create_connection(("127.0.0.1", door.port), timeout=10))
+    finally:
+        for one in sockets:
+            one.close()
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    end = time.monotonic() + 10
+    while True:  # it takes a moment until all of them are forgotten
+        try:
+            assert alive(door)
+            return
+        except OSError:
+            assert time.monotonic() < end
+            time.sleep(0.05)
+
+
+def test_a_connection_that_asks_nothing_is_closed(kept_study, monkeypatch):
+    monkeypatch.setattr(access, "_PATIENCE", 0.2)
+    with served(kept_study) as door, socket.create_connection(("127.0.0.1", door.port), timeout=10) as one:
+        one.sendall(b"GET / HTTP/1.1\r\nX-Slow: ")
+        assert one.recv(10) == b""
+        assert alive(door)
+
+
+def test_every_answer_forbids_what_the_page_does_not_need(door):
+    for path in ("", "state", "page/main.js", "wrong"):
+        _, headers, _ = door.raw("GET", door.root + path)
+        assert "default-src 'none'" in headers["content-security-policy"]
+        assert "unsafe" not in headers["content-security-policy"]
+        assert headers["referrer-policy"] == "no-referrer"
+        assert headers["x-content-type-options"] == "nosniff"
+
+
+def test_a_report_cannot_ask_the_workbench_anything(study):
+    (study / "report").mkdir()
+    (study / "report" / "report.html").write_text("<script>1</script>", encoding="utf-8")
+    with served(study) as door:
+        _, headers, _ = door.raw("GET", door.root + "report/report.html")
+    policy = headers["content-security-policy"]
+    assert "sandbox" in policy
+    assert "allow-same-origin" not in policy
+    assert "default-src 'none'" in policy
+
+
+def test_the_page_has_no_script_or_style_within_and_names_no_other_address():
+    for path in PAGE.iterdir():
+        text = path.read_text(encoding="utf-8").replace("http://www.w3.org/2000/svg", "")
+        assert (
+            re.findall(r"https?://|innerHTML|outerHTML|insertAdjacentHTML|document\.write|eval\(|new Function", text)
+            == []
+        )
+        if path.suffix == ".html":
+            assert re.findall(r"<script(?![^>]*src)|<style|\sstyle=|\son\w+=", text) == []

@@ -1,0 +1,447 @@
+"""What the page does is in the files, can be undone, and never writes over what another hand wrote."""
+
+import json
+import os
+import shutil
+import threading
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    invariant,
+    precondition,
+    rule,
+    run_state_machine_as_test,
+)
+
+import vasowave as vw
+from lab_files import SMALL
+from vasowave.errors import InputError
+from vasowave.network.vessel_table import write_network
+from vasowave.study.checking import check_study
+from vasowave.study.loading import load_animal
+from vasowave.study.plan import inspect_study, read_study
+from vasowave.study.reading import read_settings
+from vasowave.study.table import read_rows
+from vasowave.workbench.actions import Workplace, act
+from vasowave.workbench.desk import Desk
+from vasowave.workbench.recordings import Recordings, Trace
+from vasowave.workbench.running import Runs
+from vasowave.workbench.studies import checked, shown
+
+
+def place(folder):
+    return Workplace(Desk(folder), Recordings(), Runs())
+
+
+def rows(folder):
+    return {row["animal"]: row for row in read_rows(folder / "animals.csv").rows}
+
+
+def texts(folder):
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*")
+            if path.is_file() and path.suffix in (".csv", ".yaml") and "recordings" not in path.parts}  # fmt: skip
+
+
+def do(at, what, **given):
+    return act(at, {"do": what, **given})
+
+
+def test_dropped_files_become_the_same_study_as_on_the_command_line(asker, lab, tmp_path, study):
+    """Names, bytes and the table: `vasowave new`, `vasowave add` on one side, dropping a folder on the other."""
+    from vasowave.study.adding import add_files
+    from vasowave.study.template import new_study
+
+    by_hand, dropped = tmp_path / "by hand", tmp_path / "dropped"
+    new_study(by_hand)
+    shutil.copytree(lab, by_hand / "recordings" / "lab")
+    (by_hand / "recordings" / "lab" / "lung.csv").rename(by_hand / "networks" / "lung.csv")
+    add_files(by_hand, [by_hand / "recordings", by_hand / "networks"])
+    from served import served
+
+    with served(dropped) as door:
+        assert door.get("study")["study"] is False
+        names = []
+        for path in sorted(lab.rglob("*.*")):
+            status, answer = door.put(f"lab/{path.relative_to(lab).as_posix()}", path.read_bytes())
+            assert status == 200, answer
+            names.append(answer["name"])
+        assert len(door.act("add-files", files=names)["animals"]) == 6
+    assert texts(dropped) == texts(by_hand)
+
+
+def test_the_desk_says_what_check_says(study):
+    (study / "animals.csv").write_text(
+        (study / "animals.csv").read_text(encoding="utf-8").replace(",hypoxic,", ",hypoxc,", 1), encoding="utf-8"
+    )
+    found, said = check_study(study), checked(Desk(study))
+    assert [one["text"] for one in said["problems"]] == [str(one.finding) for one in found.problems]
+    assert {name: tuple(row) for name, row in said["read"].items()} == {one.animal: one.row() for one in found.read}
+    at = next(one for one in said["problems"] if one["error"])
+    assert (at["column"], at["animals"]) == ("group", ["mouse_h1"])
+
+
+def test_two_who_share_a_recording_are_mended_by_a_click(study):
+    at = place(study)
+    do(at, "set-cells", animal="mouse_c2", cells={"recording": rows(study)["mouse_c1"]["recording"]})
+    (problem,) = (one for one in checked(at.desk)["problems"] if one["error"])
+    for one in problem["remedies"][0]["acts"]:
+        act(at, one)
+    assert [one for one in checked(at.desk)["problems"] if one["error"]] == []
+
+
+def test_what_is_set_reads_the_same_for_every_other_command(study):
+    at = place(study)
+    do(at, "set-cells", animal="mouse_c1", cells={"wedge [mmHg]": "4", "animal": "Maus Ä"})
+    do(at, "set-stretch", animal="Maus Ä", start=1.25, end=7.5)
+    do(at, "set-setting", key="averaging.drift", value="warn")
+    do(at, "set-setting", key="calibration.starts", value="3")
+    known = read_study(study)
+    (row,) = (one for one in known.animals if one.animal == "Maus Ä")
+    assert (row.wedge, row.start, row.end) == (4.0, 1.25, 7.5)
+    assert (known.settings.averaging.drift, known.settings.calibration.starts) == ("warn", 3)
+
+
+def test_comments_and_everything_else_in_study_yaml_stay(study):
+    at, path = place(study), study / "study.yaml"
+    path.write_text(
+        path.read_text(encoding="utf-8").replace("  starts: 1\n", "  starts: 1 # of a colleague\n"), encoding="utf-8"
+    )
+    before = path.read_text(encoding="utf-8").splitlines()
+    do(at, "set-setting", key="calibration.starts", value="7")
+    after = path.read_text(encoding="utf-8").splitlines()
+    changed = [pair for pair in zip(before, after, strict=True) if pair[0] != pair[1]]
+    assert changed == [("  starts: 1 # of a colleague", "  starts: 7 # of a colleague")]
+
+
+@pytest.mark.parametrize(("text", "said"), [("groups: [A]\n", "  starts: 5"), ("groups: [A]\ncalibration:\n  walls: [linear]\n", "  starts: 5"),
+                                            ("calibration: {walls: [linear]}\ngroups: [A]\n", None)])  # fmt: skip
+def test_a_key_that_is_not_there_is_written_where_it_belongs_or_refused(tmp_path, text, said):
+    (tmp_path / "study.yaml").write_text(text, encoding="utf-8")
+    at = place(tmp_path)
+    if said is None:
+        with pytest.raises(InputError, match="several lines"):
+            do(at, "set-setting", key="calibration.starts", value="5")
+        assert (tmp_path / "study.yaml").read_text(encoding="utf-8") == text
+    else:
+        do(at, "set-setting", key="calibration.starts", value="5")
+        assert said in (tmp_path / "study.yaml").read_text(encoding="utf-8").splitlines()
+        assert read_settings(tmp_path / "study.yaml")[0].calibration.starts == 5
+
+
+def test_a_beat_that_is_rejected_is_so_for_a_run_too(study):
+    at = place(study)
+    before = at.recordings.described(at.desk, "mouse_c1")
+    k = before["beats"]["averaged"][3]
+    middle = 0.5 * (before["beats"]["starts"][k] + before["beats"]["starts"][k + 1])
+    do(at, "edit-beats", animal="mouse_c1", edits=[["reject", middle, None]])
+    after = at.recordings.described(at.desk, "mouse_c1")
+    assert after["beats"]["rejected"][k] == "rejected by hand"
+    known = read_study(study)
+    animal = load_animal(known.animals[0], known.settings, study)
+    assert after["pressure"] == pytest.approx(animal.recording.pressure, rel=1e-5)
+    assert after["indices"]["mPAP"] == pytest.approx(animal.recording.mean_pressure, rel=1e-5)
+    assert after["pressure"] != before["pressure"]
+    do(at, "edit-beats", animal="mouse_c1", forget=[middle])
+    assert at.recordings.described(at.desk, "mouse_c1")["pressure"] == before["pressure"]
+
+
+def test_the_zero_is_the_mean_of_the_stretch_and_counts_from_the_transducer_again(study):
+    at = place(study)
+    raw = vw.read_raw_recording(study / rows(study)["mouse_c1"]["recording"])
+    mean = raw.pressure[(raw.time >= 2.0) & (raw.time < 3.0)].mean()
+    for _ in range(2):  # a second time changes nothing, although the signals are shown above the zero by then
+        do(at, "set-zero", animal="mouse_c1", start=2.0, end=3.0)
+        assert float(rows(study)["mouse_c1"]["zero [mmHg]"]) == pytest.approx(mean, rel=1e-3)
+    do(at, "set-zero", animal="mouse_c1")
+    assert rows(study)["mouse_c1"]["zero [mmHg]"] == ""
+
+
+def test_what_was_written_by_another_hand_meanwhile_is_not_written_over(study):
+    at = place(study)
+    seen = rows(study)["mouse_c1"]["group"]
+    path = study / "animals.csv"
+    path.write_text(path.read_text(encoding="utf-8").replace("mouse_c1,control", "mouse_c1,hypoxic"), encoding="utf-8")
+    with pytest.raises(InputError, match="changed elsewhere"):
+        do(at, "set-cells", animal="mouse_c1", cells={"group": "control"}, was={"group": seen})
+    do(at, "set-cells", animal="mouse_c1", cells={"wedge [mmHg]": "3"}, was={"wedge [mmHg]": ""})
+    assert (rows(study)["mouse_c1"]["group"], rows(study)["mouse_c1"]["wedge [mmHg]"]) == ("hypoxic", "3")
+
+
+def test_undo_puts_back_the_bytes_and_refuses_where_another_hand_wrote(study):
+    at, path = place(study), study / "animals.csv"
+    before = texts(study)
+    do(at, "edit-beats", animal="mouse_c1", edits=[["reject", 3.0, None]])
+    do(at, "remove-animal", animal="mouse_c2")
+    do(at, "undo")
+    do(at, "undo")
+    assert texts(study) == before
+    do(at, "redo")
+    path.write_bytes(path.read_bytes() + b"# a remark\n")
+    now = texts(study)
+    with pytest.raises(InputError, match="changed elsewhere"):
+        do(at, "undo")
+    assert texts(study) == now
+
+
+def test_a_full_disk_changes_nothing(study, monkeypatch):
+    from vasowave.workbench import actions
+
+    at, before = place(study), texts(study)
+    calls = []
+
+    def full(path, content):
+        calls.append(path)
+        if len(calls) == 2:
+            raise InputError("no space left")
+        return write_file(path, content)
+
+    write_file = actions.write_file
+    monkeypatch.setattr(actions, "write_file", full)
+    with pytest.raises(InputError, match="no space"):
+        do(at, "edit-beats", animal="mouse_c1", edits=[["reject", 3.0, None]])
+    assert len(calls) == 2
+    assert texts(study) == before
+
+
+def test_two_workbenches_of_one_study_lose_nothing_of_each_other(study):
+    """Two users write into other cells of the same table, twenty times each at once."""
+    places = [place(study), place(study)]
+
+    def write(at, title):
+        for k in range(20):
+            do(at, "set-cells", animal="mouse_c1", cells={title: str(k)})
+
+    threads = [
+        threading.Thread(target=write, args=one) for one in zip(places, ["wedge [mmHg]", "zero [mmHg]"], strict=True)
+    ]
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join()
+    row = rows(study)["mouse_c1"]
+    assert (row["wedge [mmHg]"], row["zero [mmHg]"]) == ("19", "19")
+
+
+@pytest.mark.parametrize("text", ["groups: [A\n", "a: &x 1\n", "\xff", "groups: 5\nanimals: ../../etc/passwd\n"])
+def test_a_study_that_another_hand_broke_is_shown_with_what_is_wrong(study, text):
+    (study / "study.yaml").write_text(text, encoding="latin-1")
+    told = shown(Desk(study))
+    assert any(one["error"] for one in told["problems"])
+    json.dumps(told, allow_nan=False)
+
+
+# One signal at the width of a screen
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data())
+def test_every_pixel_shows_the_lowest_and_highest_sample_in_it(data):
+    """Against all samples, one by one; what is beside a pixel may be taken in up to the size of the pairs."""
+    count = data.draw(st.integers(300, 40_000))
+    values = np.random.default_rng(count).normal(size=count).astype(np.float32)
+    gap = data.draw(st.integers(0, count - 1))
+    values[gap : gap + data.draw(st.integers(0, 200))] = np.nan
+    start = data.draw(st.floats(-2, count / 1000 - 0.01))
+    end = start + data.draw(st.floats(0.005, count / 1000 + 2))
+    width = data.draw(st.integers(1, 1500))
+    low, high = Trace(values, 1000.0).between(start, end, width)
+    edges = np.linspace(start, end, width + 1) * 1000.0
+    each = (edges[1] - edges[0]) / 2
+    for k in {0, width // 2, width - 1, data.draw(st.integers(0, width - 1))}:
+        inside = values[max(0, int(np.ceil(edges[k]))) : max(0, int(np.ceil(edges[k + 1])))]
+        near = values[max(0, int(np.floor(edges[k] - each - 2))) : max(0, int(np.ceil(edges[k + 1] + each + 2)))]
+        if np.isfinite(inside).any():
+            assert low[k] <= np.nanmin(inside)
+            assert high[k] >= np.nanmax(inside)
+        if np.isfinite(low[k]):
+            assert low[k] >= np.nanmin(near)
+            assert high[k] <= np.nanmax(near)
+
+
+# Any sequence of actions
+
+
+class AnySequence(RuleBasedStateMachine):
+    """Actions in any order beside a model of the study that is a few dictionaries; undo restores it."""
+
+    folder = None  # of the study that every sequence begins with
+
+    @initialize()
+    def begin(self):
+        shutil.rmtree(self.folder.parent / "run", ignore_errors=True)
+        self.study = shutil.copytree(self.folder, self.folder.parent / "run", copy_function=os.link)
+        for name in ("animals.csv", "study.yaml"):  # what changes is this sequence's own
+            (self.study / name).unlink()
+            shutil.copy(self.folder / name, self.study / name)
+        self.at = place(self.study)
+        self.table = {name: dict(row) for name, row in rows(self.study).items()}
+        self.edits = {name: {} for name in self.table}
+        self.starts, self.groups, self.past, self.future = 1, ["control", "hypoxic"], [], []
+
+    def kept(self):
+        return ({name: dict(row) for name, row in self.table.items()}, {name: dict(one) for name, one in self.edits.items()},
+                self.starts, list(self.groups))  # fmt: skip
+
+    def step(self, before):
+        if self.kept() != before:
+            self.past.append(before)
+            self.future = []
+
+    def names(self):
+        return sorted(self.table)
+
+    @precondition(lambda self: self.table)
+    @rule(
+        data=st.data(),
+        title=st.sampled_from(["wedge [mmHg]", "zero [mmHg]", "group", "start [s]"]),
+        value=st.integers(0, 3),
+    )
+    def cell(self, data, title, value):
+        name, before = data.draw(st.sampled_from(self.names())), self.kept()
+        text = (
+            ["", "1", "2.5", "3"][value]
+            if title != "group"
+            else ["", *self.groups, "control"][value % (len(self.groups) + 2)]
+        )
+        do(self.at, "set-cells", animal=name, cells={title: text}, was={title: self.table[name].get(title, "")})
+        self.table[name][title] = text
+        self.step(before)
+
+    @precondition(lambda self: self.table)
+    @rule(data=st.data(), other=st.sampled_from(["mouse_c1", "Maus Ä", "<b>", "x,y", "=1+1"]))
+    def rename(self, data, other):
+        name, before = data.draw(st.sampled_from(self.names())), self.kept()
+        if "<" in other or "=" in other or other.casefold() in {one.casefold() for one in self.table if one != name}:
+            with pytest.raises(InputError):
+                do(self.at, "set-cells", animal=name, cells={"animal": other})
+            return
+        do(self.at, "set-cells", animal=name, cells={"animal": other})
+        self.table = {(other if one == name else one): row for one, row in self.table.items()}
+        self.edits = {(other if one == name else one): row for one, row in self.edits.items()}
+        self.table[other]["animal"] = other
+        self.step(before)
+
+    @precondition(lambda self: self.table)
+    @rule(data=st.data(), time=st.integers(1, 4), action=st.sampled_from(["reject", "keep", "move"]))
+    def beat(self, data, time, action):
+        name, before = data.draw(st.sampled_from(self.names())), self.kept()
+        own = self.at.desk.folder / self.table[name]["beat edits"] if self.table[name].get("beat edits") else None
+        do(self.at, "edit-beats", animal=name, edits=[[action, float(time), time + 0.01 if action == "move" else None]])
+        self.edits[name][float(time)] = action
+        self.table[name]["beat edits"] = rows(self.study)[name]["beat edits"]
+        assert own is None or (self.study / self.table[name]["beat edits"]) == own
+        self.step(before)
+
+    @precondition(lambda self: self.table)
+    @rule(data=st.data())
+    def forget(self, data):
+        name, before = data.draw(st.sampled_from(self.names())), self.kept()
+        if not self.edits[name]:
+            return
+        time = data.draw(st.sampled_from(sorted(self.edits[name])))
+        do(self.at, "edit-beats", animal=name, forget=[time])
+        del self.edits[name][time]
+        self.step(before)
+
+    @precondition(lambda self: len(self.table) > 2)
+    @rule(data=st.data())
+    def remove(self, data):
+        name, before = data.draw(st.sampled_from(self.names())), self.kept()
+        do(self.at, "remove-animal", animal=name)
+        del self.table[name], self.edits[name]
+        self.step(before)
+
+    @rule(count=st.integers(-1, 30))
+    def setting(self, count):
+        before = self.kept()
+        if count < 1:
+            with pytest.raises(InputError):
+                do(self.at, "set-setting", key="calibration.starts", value=str(count))
+            return
+        do(self.at, "set-setting", key="calibration.starts", value=str(count))
+        self.starts = count
+        self.step(before)
+
+    @rule(extra=st.sampled_from([[], ["sham"], ["sham", "sham"]]))
+    def label(self, extra):
+        before, wished = self.kept(), ["control", "hypoxic", *extra]
+        if len(set(wished)) < len(wished):
+            with pytest.raises(InputError):
+                do(self.at, "set-groups", groups=wished)
+            return
+        do(self.at, "set-groups", groups=wished)
+        self.groups = wished
+        self.step(before)
+
+    @rule()
+    def undo(self):
+        if not self.past:
+            with pytest.raises(InputError, match="nothing to undo"):
+                do(self.at, "undo")
+            return
+        do(self.at, "undo")
+        self.future.append(self.kept())
+        self.table, self.edits, self.starts, self.groups = self.past.pop()
+
+    @rule()
+    def redo(self):
+        if not self.future:
+            with pytest.raises(InputError, match="nothing to do again"):
+                do(self.at, "redo")
+            return
+        do(self.at, "redo")
+        self.past.append(self.kept())
+        self.table, self.edits, self.starts, self.groups = self.future.pop()
+
+    @invariant()
+    def the_files_hold_what_the_model_says(self):
+        if not hasattr(self, "study"):
+            return
+        found = rows(self.study)
+        assert list(found) == list(self.table)
+        for name, row in self.table.items():
+            assert {title: text for title, text in found[name].items() if text} == {
+                title: text for title, text in row.items() if text
+            }
+            file = row.get("beat edits")
+            there = {one.time: one.action for one in vw.read_edits(self.study / file)} if file else {}
+            assert there == self.edits[name]
+        known = inspect_study(self.study)[0].settings
+        assert (known.calibration.starts, known.groups) == (self.starts, self.groups)
+        assert not [one for one in self.study.rglob(".vasowave-part-*")]
+
+
+def sequences(folder, count, length):
+    machine = type("Sequences", (AnySequence,), {"folder": folder})
+    run_state_machine_as_test(machine, settings=settings(max_examples=count, stateful_step_count=length, deadline=None))
+
+
+@pytest.fixture
+def tiny(tmp_path):
+    """A study whose recordings are never read: its table is what matters."""
+    folder = tmp_path / "tiny"
+    (folder / "recordings").mkdir(parents=True)
+    write_network(SMALL, folder / "lung.csv")
+    lines = ["animal,group,network,recording,kind"]
+    for name, group in (("mouse_c1", "control"), ("mouse_c2", "control"), ("mouse_h1", "hypoxic")):
+        (folder / "recordings" / f"{name}.txt").write_text(
+            "time [s]\tpressure [mmHg]\tflow [ml/s]\n0\t1\t1\n", encoding="utf-8"
+        )
+        lines.append(f"{name},{group},lung.csv,recordings/{name}.txt,raw")
+    (folder / "animals.csv").write_text("\n".join([*lines, ""]), encoding="utf-8")
+    (folder / "study.yaml").write_text("groups: [control, hypoxic]\ncalibration:\n  starts: 1\n", encoding="utf-8")
+    return folder
+
+
+def test_any_sequence_of_actions_leaves_the_files_as_the_model_says(tiny):
+    sequences(tiny, 6, 15)
+
+
+@pytest.mark.validation
+def test_five_hundred_sequences_of_thirty_actions_leave_the_files_as_the_model_says(tiny):
+    sequences(tiny, 500, 30)
