@@ -1,4 +1,4 @@
-"""The directive ``shown``: commands that are run while the site is built, in the folder of their page, and what they print.
+"""The directive ``shown``: commands run while the site is built, in the folder of their page, and what they print.
 
 The folder ``made/PAGE`` is empty when a page begins, so that no page relies on what another one left.
 
@@ -48,8 +48,9 @@ class Shown(SphinxDirective):
         path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
         environment = os.environ | {"COLUMNS": str(WIDTH), "PATH": path, "NO_COLOR": "1", "TERM": "dumb"}
         done = subprocess.run(
-            command, shell=True, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-        )
+            command, shell=True, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            text=True, check=False,
+        )  # fmt: skip
         if done.returncode != self.options.get("status", 0):
             raise ExtensionError(f"{self.env.docname}: '{command}' ended with {done.returncode}:\n{done.stdout}")
         output = done.stdout.replace(f"{folder}{os.sep}", "").rstrip()

@@ -1,4 +1,4 @@
-"""Write a synthetic micro-CT of five vessels and a cannula: python make_scan.py scan.nrrd"""
+"""Write a synthetic micro-CT of five vessels and a cannula: `python make_scan.py scan.nrrd`."""
 
 import sys
 from pathlib import Path
@@ -7,7 +7,6 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
 from phantom import embed, render
-
 from vasowave.imaging import write_volume
 from vasowave.network.network import Network
 

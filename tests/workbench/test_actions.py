@@ -118,8 +118,14 @@ def test_comments_and_everything_else_in_study_yaml_stay(study):
     assert changed == [("  starts: 1 # of a colleague", "  starts: 7 # of a colleague")]
 
 
-@pytest.mark.parametrize(("text", "said"), [("groups: [A]\n", "  starts: 5"), ("groups: [A]\ncalibration:\n  walls: [linear]\n", "  starts: 5"),
-                                            ("calibration: {walls: [linear]}\ngroups: [A]\n", None)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("groups: [A]\n", "  starts: 5"),
+        ("groups: [A]\ncalibration:\n  walls: [linear]\n", "  starts: 5"),
+        ("calibration: {walls: [linear]}\ngroups: [A]\n", None),
+    ],
+)
 def test_a_key_that_is_not_there_is_written_where_it_belongs_or_refused(tmp_path, text, said):
     (tmp_path / "study.yaml").write_text(text, encoding="utf-8")
     at = place(tmp_path)
@@ -284,8 +290,8 @@ class AnySequence(RuleBasedStateMachine):
         self.starts, self.groups, self.past, self.future = 1, ["control", "hypoxic"], [], []
 
     def kept(self):
-        return ({name: dict(row) for name, row in self.table.items()}, {name: dict(one) for name, one in self.edits.items()},
-                self.starts, list(self.groups))  # fmt: skip
+        table = {name: dict(row) for name, row in self.table.items()}
+        return table, {name: dict(one) for name, one in self.edits.items()}, self.starts, list(self.groups)
 
     def step(self, before):
         if self.kept() != before:
@@ -413,7 +419,7 @@ class AnySequence(RuleBasedStateMachine):
             assert there == self.edits[name]
         known = inspect_study(self.study)[0].settings
         assert (known.calibration.starts, known.groups) == (self.starts, self.groups)
-        assert not [one for one in self.study.rglob(".vasowave-part-*")]
+        assert not list(self.study.rglob(".vasowave-part-*"))
 
 
 def sequences(folder, count, length):
