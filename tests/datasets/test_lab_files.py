@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from vasowave import average_beats, read_raw_recording
 from vasowave.datasets.lab_files import write_lab_files
 from vasowave.errors import InputError
-from vasowave import average_beats, read_raw_recording
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def test_the_hypoxic_group_has_the_higher_mean_pressure(lab):
 
 
 def test_the_same_seed_writes_the_same_bytes(lab, tmp_path):
-    folder, files = lab
+    _, files = lab
     again = write_lab_files(tmp_path / "lab")
     assert [file.read_bytes() for file in again] == [file.read_bytes() for file in files]
 
