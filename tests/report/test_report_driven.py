@@ -40,7 +40,8 @@ addEventListener("load", () => {
   tools.find(one => one.textContent === "HPH").click();
   const layers = {names: tools.map(one => one.textContent), before, without, again: points(),
     saved: saved.map(one => one.slice(0, 2)), text: decodeURIComponent(saved[0][2])};
-  const result = {layers, curves, scale: document.querySelector("#figure-Measured [data-scale]").dataset.scale, dot, outside,
+  const result = {layers, curves,
+    scale: document.querySelector("#figure-Measured [data-scale]").dataset.scale, dot, outside,
     picked, others, names, after: count(), errors: window.failed,
     loaded: performance.getEntriesByType("resource").map(one => one.name)};
   const shown = document.createElement("pre");

@@ -94,8 +94,6 @@
     const whole = seen(drawing).cloneNode(true), [, , width, height] = whole.getAttribute("viewBox").split(" ");
     all("[data-off]", whole).forEach(part => part.remove());
     whole.removeAttribute("style");
-    whole.setAttribute("xmlns", "http://www.w3.org/2000/svg");
-    whole.setAttribute("xmlns:xlink", "http://www.w3.org/1999/xlink");
     whole.setAttribute("width", width + "pt");
     whole.setAttribute("height", height + "pt");
     const text = new XMLSerializer().serializeToString(whole);
