@@ -207,8 +207,8 @@ def _draw(
         mark(drawn, dot.tip, dot.animal, dot.group)
     _point(ax, y, row.point, DATA, "D", 6, 1.6, limits)
     for place, point in enumerate(row.beside, start=1):
-        look = sources[point.source].marker
-        _point(ax, y - _CLEARANCE - place, point, "0.45", look, 3.5, 0.9, limits, _called(point.source))
+        marker, layer = sources[point.source].marker, _called(point.source)
+        _point(ax, y - _CLEARANCE - place, point, "0.45", marker, 3.5, 0.9, limits, layer)
 
 
 def _point(
