@@ -22,11 +22,15 @@ HEAD = "| module | {} | value | meaning |\n|---|---|---|---|\n"
 ABOUT = """\
 # Numbers that were chosen
 
-Every constant of the program, by the module that uses it: thresholds, tolerances, sizes, colors. Reasons for those
-that decide about an answer stand in [Decisions](decisions.md) and with the measurements in [Images](imaging.md). Units
-are cm, s, ml and mmHg where nothing else is said. `tools/constants.py` makes this page; a test compares it with the
-program.
+Every constant that decides about an answer, by the module that uses it: thresholds, tolerances, sizes. Reasons stand in
+[Decisions](decisions.md) and with the measurements in [Images](imaging.md). Units are cm, s, ml and mmHg where nothing
+else is said. `tools/constants.py` makes this page; a test compares it with the program.
 """
+ROOMS = (
+    "analysis", "animal", "calibration", "cohort", "imaging", "inference", "model", "network", "noise", "recording",
+    "selection", "solver",
+)  # fmt: skip
+"""Packages whose numbers decide about an answer; those of the others decide how it is shown, read or kept."""
 
 
 class Constant(NamedTuple):
@@ -39,9 +43,9 @@ class Constant(NamedTuple):
 
 
 def modules() -> Iterator[Any]:
-    """Import and yield every module of the package."""
+    """Import and yield every module of the rooms."""
     for found in pkgutil.walk_packages(vasowave.__path__, "vasowave."):
-        if not found.name.endswith("__main__"):
+        if found.name.split(".")[1] in ROOMS:
             yield importlib.import_module(found.name)
 
 
