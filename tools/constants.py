@@ -43,15 +43,20 @@ class Constant(NamedTuple):
 
 
 def modules() -> Iterator[Any]:
-    """Import and yield every module of the rooms."""
+    """Import and yield every module of the package."""
     for found in pkgutil.walk_packages(vasowave.__path__, "vasowave."):
-        if found.name.split(".")[1] in ROOMS:
+        if not found.name.endswith("__main__"):
             yield importlib.import_module(found.name)
+
+
+def _deciding() -> Iterator[Any]:
+    rooms = tuple(f"vasowave.{room}." for room in ROOMS)
+    return (module for module in modules() if f"{module.__name__}.".startswith(rooms))
 
 
 def constants() -> Iterator[Constant]:
     """Yield every constant that holds numbers, in the order of the source."""
-    for module in modules():
+    for module in _deciding():
         text = Path(module.__file__ or "").read_text(encoding="utf-8")
         body = ast.parse(text).body
         for statement, after in zip(body, [*body[1:], None], strict=True):
@@ -64,7 +69,7 @@ def constants() -> Iterator[Constant]:
 
 def defaults() -> Iterator[Constant]:
     """Yield the numbers and answers to yes or no that stand where an argument or a field of a value is not given."""
-    for module in modules():
+    for module in _deciding():
         for name, taking in _taking(module):
             for argument in inspect.signature(taking).parameters.values():
                 default = argument.default
