@@ -19,6 +19,7 @@ from vasowave.recording import (
     read_edits,
 )
 from vasowave.recording.describe import kind_of
+from vasowave.recording.rejection import cause
 from vasowave.study.animals import read_row
 from vasowave.study.loading import read_measured, read_stretch
 from vasowave.study.plan import Study, inspect_study
@@ -215,6 +216,7 @@ def _beats(average: EnsembleAverage) -> dict[str, Any]:
         "end": round(beats[-1].end, 5),
         "averaged": [i for i, one in enumerate(beats) if one.averaged],
         "rejected": {i: str(one.rejected) for i, one in enumerate(beats) if one.rejected},
+        "causes": {i: cause(one.rejected) for i, one in enumerate(beats) if one.rejected},
     }
 
 
