@@ -271,13 +271,12 @@ def _statistics(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> str:
     tests = "; ".join(f"{source}: {count} tests" for source, count in counts.items() if count)
     if not tests:
         return "Groups are described by mean, SD, median and quartiles; nothing was compared."
-    several = " More than two groups were compared by a permutation Kruskal-Wallis test first."
     return (
         "Secondary: as in the paper, groups were also compared by two-sided Mann-Whitney tests (exact up to "
         f"{MOST_EXACT} animals, beyond that by the normal distribution), p values adjusted by "
         "Holm's method within each "
         f"source ({tests}), ratios of geometric means with Welch intervals, and Hedges' g with intervals from the "
         f"noncentral t distribution; the importance index η (eq. 20) is relative to {cohort.reference}."
-        f"{several if len(cohort.groups) > 2 else ''} Every ratio was computed again without each animal in turn where "
+        " Every ratio was computed again without each animal in turn where "
         "groups had three animals or more."
     )
