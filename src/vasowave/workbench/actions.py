@@ -14,6 +14,7 @@ from vasowave.io.files import made_inside, write_file
 from vasowave.recording import read_edits
 from vasowave.recording.edits import BeatEdit, edits_text
 from vasowave.settings import settings_class
+from vasowave.species import SpeciesName
 from vasowave.study.adding import add_files
 from vasowave.study.animals import read_row
 from vasowave.study.names import checked_name
@@ -41,7 +42,7 @@ class NewStudy:
     """Make a study in the folder that is open."""
 
     groups: list[Name] = field(default_factory=lambda: ["CTL", "HPH"])
-    species: Literal["mouse", "rat", "other"] = "mouse"
+    species: SpeciesName = "mouse"
 
     def do(self, at: Workplace) -> str:
         """Do it."""
