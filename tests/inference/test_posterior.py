@@ -14,7 +14,7 @@ from vasowave.datasets.virtual import TRUTH
 from vasowave.errors import InputError
 from vasowave.inference import Priors, posterior
 from vasowave.inference.mode import climb
-from vasowave.inference.posterior import Sampling, _problem
+from vasowave.inference.posterior import Sampling, problem_of
 from vasowave.inference.rounds import log_prior
 from vasowave.inference.unknowns import Unknown
 from vasowave.inference.wording import meanings, zero_unseen
@@ -22,7 +22,7 @@ from vasowave.recording import read_recording
 from vasowave.recording.cycle import resample
 from vasowave.solver.simulate import Numerics
 
-SHAPE_ONLY = Priors(radius_scale=0, length_scale=0, stiffening=0)
+SHAPE_ONLY = Priors(radius_scale_sd=0, length_scale_sd=0, k_sd=0)
 """Parameters alone are drawn; the vessels' own errors are part of the likelihood."""
 
 
@@ -138,7 +138,7 @@ def test_the_posterior_of_mouse_c6_is_that_of_a_direct_search(shared):
     mouse = read_recording(folder / "pC6_1024.dat", folder / "qC6_1024.dat", period=0.11)
     found = posterior(control_network(), mouse, priors=SHAPE_ONLY)
     assert found.diagnostics.trusted
-    problem = _problem(control_network(), mouse, "linear", Sampling(priors=SHAPE_ONLY))
+    problem = problem_of(control_network(), mouse, "linear", Sampling(priors=SHAPE_ONLY))
     climbed = climb(problem.simulate, problem.measured, problem.discrepancy(), np.zeros(4))
     noise = problem.discrepancy(problem.vessels(climbed.middle))
 

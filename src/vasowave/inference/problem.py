@@ -15,7 +15,7 @@ from vasowave.inference.unknowns import Unknowns
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.noise.spectrum import fourier, harmonics
-from vasowave.recording import Recording, resample
+from vasowave.recording import Inflow, Recording, resample
 from vasowave.runtime.kept import digest_of
 from vasowave.solver.result import Run
 from vasowave.solver.simulate import Numerics, simulate_runs
@@ -64,8 +64,12 @@ class Problem:
         """Variance of each coefficient by scatter of the beats (or rounding), grid, and zero, mmHg²."""
         k = harmonics(self.samples)
         beats = self.compared.error_power()[k] * np.where(k == 0, 1.0, 0.5) * self.samples
-        zero = np.where(k == 0, self.samples * self.unknowns.priors.zero**2, 0.0)
-        return beats + _SOLVER**2 + zero
+        return beats + _SOLVER**2 + np.where(k == 0, self.zero_variance, 0.0)
+
+    @property
+    def zero_variance(self) -> float:
+        """Variance of the mean's coefficient by the zero of the pressure, mmHg²."""
+        return self.samples * self.unknowns.priors.sd("zero") ** 2
 
     def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
         """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""
@@ -80,10 +84,10 @@ class Problem:
         NumericalError
             A model with one vessel wider, longer or narrowing more by one SD cannot be simulated.
         """
-        models = [self.unknowns.model(point)]
+        models, inflow = [self.unknowns.model(point)], self._inflow(point)
         for kind, errors in zip(("radii", "lengths", "falls"), self.unknowns.own_errors, strict=True):
             models += [self.unknowns.model(point, **{kind: one}) for one in np.diag(errors) if one.any()]
-        outputs = self._simulated(models)
+        outputs = self._simulated([(model, inflow) for model in models])
         if not np.isfinite(outputs).all():
             raise NumericalError(
                 "a model with one vessel wider or longer by its assumed error cannot be simulated; give smaller errors "
@@ -124,30 +128,32 @@ class Problem:
 
     def simulate(self, points: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
         """Return the coefficients at points, shape (point, coefficient); NaN where a point cannot be simulated."""
-        return self._simulated([self._model(point) for point in points])
+        return self._simulated([self._posed(point) for point in points])
 
     def linear(self, points: np.ndarray) -> np.ndarray:
         """Return the coefficients at points as the network in the frequency domain has them; NaN where it has none."""
         pressures = np.full((len(points), self.samples), np.nan)
-        for i, model in enumerate(map(self._model, points)):
-            if model is not None:
+        for i, posed in enumerate(map(self._posed, points)):
+            if posed is not None:
+                model, inflow = posed
                 with np.errstate(all="ignore"):  # what is infinite is no start
-                    solved = linear_solution(model, self.recording.inflow, self.samples // 2)
+                    solved = linear_solution(model, inflow, self.samples // 2)
                     pressure = solved.over_cycle(solved.pressure[:, model.network.root], self.samples)
                 pressures[i] = fourier(pressure)
         return pressures
 
-    def _simulated(self, models: Sequence[Model | None]) -> np.ndarray:
-        """Return the coefficients of models.
+    def _simulated(self, posed: Sequence[tuple[Model, Inflow] | None]) -> np.ndarray:
+        """Return the coefficients of models with their inflows.
 
         Every simulation starts from its linear solution, which takes fewer cycles than from a neighbor as far away as
         draws are from each other; and what a point gives does not depend on the points before it.
         """
-        whole = [model for model in models if model is not None]
-        pressures = np.full((len(models), self.samples), np.nan)
-        runs = iter(simulate_runs(whole, self.recording.inflow, self._numerics, workers=self.workers) if whole else [])
-        for i, model in enumerate(models):
-            run = next(runs) if model is not None else None
+        whole = [one for one in posed if one is not None]
+        pressures = np.full((len(posed), self.samples), np.nan)
+        models, inflows = zip(*whole, strict=True) if whole else ((), ())
+        runs = iter(simulate_runs(models, inflows, self._numerics, workers=self.workers) if whole else [])
+        for i, one in enumerate(posed):
+            run = next(runs) if one is not None else None
             if isinstance(run, Run):
                 pressures[i] = fourier(run.inlet_pressure(self.samples))
         return pressures
@@ -171,9 +177,12 @@ class Problem:
             *(self.recording.flow, self.recording.period, self._numerics, self.samples, version("vasowave")),
         )
 
-    def _model(self, point: np.ndarray) -> Model | None:
-        """Return the model at a point, or nothing where some number of it overflows or its law raises an error."""
+    def _inflow(self, point: np.ndarray) -> Inflow:
+        return self.unknowns.without_errors(point).recording.inflow
+
+    def _posed(self, point: np.ndarray) -> tuple[Model, Inflow] | None:
+        """Return model and inflow at a point, or nothing where a number of it overflows or its law raises an error."""
         try:
-            return self.unknowns.model(point)
+            return self.unknowns.model(point), self._inflow(point)
         except (VasowaveError, ArithmeticError, ValueError):
             return None

@@ -49,7 +49,7 @@ def reported(
     summary = _summary(values, before, units).join(_shares(problem, noise, explored, rows))
     scores = pd.Series(np.median(explored.points[rows], axis=0), index=list(problem.unknowns.all))
     meaning = meanings(summary, scores, problem.unknowns.all)
-    found = (*trust(diagnostics), *found, *meaning, *zero_unseen(problem.recording, problem.unknowns.priors.zero))
+    found = (*trust(diagnostics), *found, *meaning, *zero_unseen(problem.recording, problem.unknowns.priors.sd("zero")))
     wall = problem.unknowns.space.law.law().name
     tree = _tree(problem, explored, rows, values, before, units)
     blocks = left_out(noise, explored.residuals, explored.weights.log_weight)
@@ -105,7 +105,9 @@ def _shares(problem: Problem, noise: Discrepancy, explored: Explored, rows: np.n
         slopes[name] = (scale(ends) - scale(down[name])) / (2 * _STEP)
     sources = [one.source for one in problem.unknowns.all.values()]
     frame = pd.DataFrame.from_dict(slopes, orient="index")
-    return variance_shares(frame, sources, explored.emulator.jacobian(middle), noise, explored.residuals[rows])
+    return variance_shares(
+        frame, sources, explored.emulator.jacobian(middle), noise, explored.residuals[rows], problem.zero_variance
+    )
 
 
 def _tree(
