@@ -12,7 +12,15 @@ from vasowave.animal.animal import Analysis, Calibration, Settings
 from vasowave.calibration.calibrate import NUMERICS
 from vasowave.cohort.design import Design
 from vasowave.errors import InputError
-from vasowave.model.blood import FRICTIONS, Blood, BoundaryLayer, Fluid, FrictionName, PowerLaw
+from vasowave.model.blood import (
+    FRICTIONS,
+    Blood,
+    BoundaryLayer,
+    Fluid,
+    FrictionName,
+    PowerLaw,
+    relative_to_usual,
+)
 from vasowave.network.network import HIGHEST
 from vasowave.recording import Averaging
 from vasowave.report.settings import ReportSettings
@@ -22,6 +30,7 @@ from vasowave.solver.numerics import Resolution
 from vasowave.solver.practice import PAPER
 from vasowave.species import SpeciesName, heart_rates_of
 from vasowave.study.names import checked_name
+from vasowave.study.rows import AnimalRow
 
 Text = Annotated[str, MinLen(1)]
 
@@ -124,14 +133,22 @@ def averaging_settings(study: StudyFile) -> Averaging:
     return replace(study.averaging, heart_rates=rates)
 
 
-def animal_settings(study: StudyFile) -> Settings:
-    """Return what the study file says about the analysis of an animal."""
+def animal_settings(study: StudyFile, row: AnimalRow | None = None) -> Settings:
+    """Return what the study file says about the analysis of an animal, and of one its row in the table of animals."""
     said = {name: getattr(study, name) for name in settings_of(Analysis)}
     said |= {name: getattr(study.calibration, name) for name in settings_of(Calibration)}
     numerics = {name: getattr(study.numerics, name) for name in settings_of(Resolution)}
     settings = Settings(**said, blood=study.blood.blood(), numerics=Numerics(**numerics))
-    if study.practice != "paper":
+    if study.practice == "paper":
+        settings = _as_paper(settings)
+    if row is None:
         return settings
+    blood = replace(settings.blood, viscosity=settings.blood.viscosity * relative_to_usual(row.hematocrit))
+    errors: dict[str, Any] = {**row.errors}
+    return replace(settings, blood=blood, **errors)
+
+
+def _as_paper(settings: Settings) -> Settings:
     return replace(
         settings, paper_bounds=True, pressure_harmonics="all", waves_at="paper", blood=PAPER.blood,
         numerics=PAPER.numerics,
