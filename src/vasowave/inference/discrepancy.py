@@ -114,12 +114,18 @@ class Discrepancy:
         turn, precision, _ = self._nodes
         scores, again = np.empty(len(residuals)), np.empty_like(residuals)
         for row, (shape, size) in enumerate(zip(*np.divmod(node, precision.shape[2]), strict=True)):
-            seen, known = zero @ turn[shape], precision[shape, :, size]
-            expected = (seen * known) @ (residuals[row] @ turn[shape])
-            left = max(1.0 - float((seen**2) @ known), 0.0)
-            scores[row] = expected + np.sqrt(left) * rng.standard_normal()
+            axes, known, beyond = turn[shape], precision[shape, :, size], self._beyond[shape, size]
+            seen, of_mean = zero @ axes, axes[0] * known
+            gain = beyond / (1 - beyond * float(axes[0] @ of_mean))
+            weighed = seen * known + gain * (seen @ of_mean) * of_mean
+            left = max(1.0 - float(weighed @ seen), 0.0)
+            scores[row] = weighed @ (residuals[row] @ axes) + np.sqrt(left) * rng.standard_normal()
             white = rng.standard_normal(len(known)) / np.sqrt(known)
-            again[row] = self._shapes[0][shape] * (turn[shape] @ white)  # inverse of the turn, transposed
+            again[row] = self._shapes[0][shape] * (axes @ white)  # inverse of the turn, transposed
+            if beyond > 0:  # what of this draw is beyond the limit of the mean is drawn, and taken away
+                part = np.sqrt(beyond) * (of_mean @ (again[row] @ axes))
+                part += np.sqrt(max(1 - beyond * float(axes[0] @ of_mean), 0.0)) * rng.standard_normal()
+                again[row, 0] -= np.sqrt(beyond) * part
         return Drawn(self._amplitudes[0][node % precision.shape[2]], scores, again)
 
     def _by_node(self, rows: np.ndarray) -> np.ndarray:

@@ -125,11 +125,12 @@ class Problem:
         """What the mean pressure falls along the vessels of the image with nominal walls, mmHg; infinite if unknown."""
         space = self.unknowns.space
         with np.errstate(all="ignore"):  # what is not finite bounds nothing
-            model = self._model(np.zeros(len(self.unknowns.all)))
-            if model is None:
+            posed = self._posed(np.zeros(len(self.unknowns.all)))
+            if posed is None:
                 return np.inf
-            inlet = linear_solution(model, self.recording.inflow, 1).pressure[0, model.network.root].real
-        behind = float(self.recording.inflow.flow.mean()) * model.outlets.total_resistance() + space.outlet_pressure
+            model, inflow = posed
+            inlet = linear_solution(model, inflow, 1).pressure[0, model.network.root].real
+        behind = float(inflow.flow.mean()) * model.outlets.total_resistance() + space.outlet_pressure
         return max(float(inlet) - behind, 0.0) if np.isfinite(inlet) else np.inf
 
     def vessels(self, point: np.ndarray) -> np.ndarray:
