@@ -84,6 +84,24 @@ def test_a_flow_that_never_stops_is_fitted_and_its_wall_and_resistance_are_found
     assert "nominal.flow-never-stops" in {one.code for one in fit.findings}
 
 
+def test_a_pressure_out_of_step_is_told_and_starts_from_the_higher_harmonics(inflow):
+    pressure = 12.0 + 20.0 * np.roll(inflow.flow, 128)
+    nominal = estimate_nominal(control_network(), Recording(pressure, inflow.flow, inflow.period))
+    assert nominal.characteristic_impedance == pytest.approx(20.0, rel=1e-6)  # |P/Q| at every harmonic
+    assert nominal.beta > 0
+    assert "nominal.no-upstroke" in {one.code for one in oddities(nominal, inflow.flow)}
+
+
+def test_a_pressure_that_falls_below_the_wedge_is_told_and_starts_from_the_volume_of_a_pulse(inflow):
+    pressure = 12.0 + 20.0 * inflow.flow
+    recording = Recording(pressure, inflow.flow, inflow.period, wedge_pressure=12.5)
+    nominal = estimate_nominal(control_network(), recording)
+    volume = np.maximum(inflow.flow - inflow.flow.mean(), 0).mean() * inflow.period
+    tau = (pressure.mean() - 12.5) / inflow.flow.mean() * volume / np.ptp(pressure)
+    assert nominal.time_constant == pytest.approx(tau, rel=1e-6)
+    assert "nominal.no-decay" in {one.code for one in oddities(nominal, inflow.flow)}
+
+
 def test_a_flow_that_stops_has_no_such_note(inflow):
     recording = Recording(12.0 + 31.0 * inflow.flow * np.exp(-np.arange(256) / 256), inflow.flow, inflow.period)
     assert "nominal.flow-never-stops" not in {
