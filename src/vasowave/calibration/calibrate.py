@@ -151,7 +151,7 @@ def calibrate(
     Raises
     ------
     InputError
-        Wrong wall, bounds or parameter names; a recording without nominal parameters.
+        Wrong wall, bounds or parameter names; a recording that hardly changes.
     NumericalError
         No start could be simulated, or no optimum a second time.
 
