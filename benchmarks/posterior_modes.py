@@ -96,7 +96,7 @@ def best_draw(found, problem):
             for i in range(len(next(iter(draws.values()))))
         ]
     )
-    missed = found.data["observed_data"]["pressure"] - found.data["posterior_predictive"]["pressure"]
+    missed = found.data["observed_data"]["pressure"] - found.data["posterior_predictive"]["simulated"]
     residuals = np.array(
         [fourier(one) for one in missed.transpose("chain", "draw", "time").to_numpy().reshape(len(points), -1)]
     )

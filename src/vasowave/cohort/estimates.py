@@ -10,6 +10,7 @@ from vasowave.animal.law_result import PosteriorResult
 from vasowave.animal.result import AnimalResult
 from vasowave.descriptions import NORMAL
 from vasowave.inference.known_errors import SHARED
+from vasowave.quantities import INDICES
 
 
 class Estimates(NamedTuple):
@@ -118,8 +119,12 @@ def image_unknown(one: Estimates, other: np.ndarray, source: str) -> bool:
 
 
 def _posterior(result: AnimalResult, source: str, name: str) -> PosteriorResult | None:
-    """Return the posterior that knows a positive quantity, if there is one that can be trusted."""
-    one = result.laws[source].posterior if source in result.laws else None
+    """Return the posterior that knows a positive quantity, if there is one that can be trusted.
+
+    What was measured has the error that the posterior of the first law gives its index, whichever law that is.
+    """
+    law = next(iter(result.laws), "") if source == "measured" and name in INDICES else source
+    one = result.laws[law].posterior if law in result.laws else None
     if one is None or not one.trusted or name not in one.table["quantity"].values:
         return None
     return one if np.all(one.draws(name) > 0) else None

@@ -8,6 +8,7 @@ covariances are diagonalized beside it once, so that each σ costs a sum.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,24 @@ model away; it shall be seen as a poor evidence instead.
 """
 _AMPLITUDES = tuple(np.linspace(-2.5, 2.5, 21))  # likewise over log σ, whose likelihood is narrower than the prior
 _MATTERS = 1e-3  # of the largest term of a sum
+
+
+class Drawn(NamedTuple):
+    """What may lie behind residuals.
+
+    Attributes
+    ----------
+    deviation : array, shape (draw,)
+        Standard deviation σ of the discrepancy, mmHg.
+    zero : array, shape (draw,)
+        Error of the zero of the pressure, in its SD.
+    noise : array, shape (draw, coefficient)
+        Another residual of the same kind, mmHg: discrepancy and all errors.
+    """
+
+    deviation: np.ndarray
+    zero: np.ndarray
+    noise: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,13 +93,29 @@ class Discrepancy:
         share = (weight / weight.sum(axis=(0, 2), keepdims=True)).mean(axis=1)
         return np.einsum("sa,a,sk->k", share, self._amplitudes[0] ** 2, self._shapes[0])
 
-    def draw_deviation(self, residuals: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return a draw of the standard deviation σ, mmHg, given each residual, shape (draw, coefficient)."""
-        log = self._by_node(residuals)
-        weight = np.exp(log - log.max(axis=(0, 2), keepdims=True)).sum(axis=0)
-        share = np.cumsum(weight, axis=1) / weight.sum(axis=1, keepdims=True)
-        node = (share < rng.random((len(residuals), 1))).sum(axis=1)
-        return self._amplitudes[0][node]
+    def drawn(self, residuals: np.ndarray, zero: np.ndarray, rng: np.random.Generator) -> Drawn:
+        """Return a draw of what lies behind each residual, shape (draw, coefficient).
+
+        Parameters
+        ----------
+        residuals : array, shape (draw, coefficient)
+        zero : array, shape (coefficient,)
+            What one SD of the zero of the pressure changes; part of the errors of measurement.
+        rng : numpy.random.Generator
+        """
+        log = self._by_node(residuals).transpose(1, 0, 2).reshape(len(residuals), -1)
+        share = np.cumsum(np.exp(log - log.max(axis=1, keepdims=True)), axis=1)
+        node = (share < share[:, -1:] * rng.random((len(residuals), 1))).sum(axis=1)
+        turn, precision, _ = self._nodes
+        scores, again = np.empty(len(residuals)), np.empty_like(residuals)
+        for row, (shape, size) in enumerate(zip(*np.divmod(node, precision.shape[2]), strict=True)):
+            seen, known = zero @ turn[shape], precision[shape, :, size]
+            expected = (seen * known) @ (residuals[row] @ turn[shape])
+            left = max(1.0 - float((seen**2) @ known), 0.0)
+            scores[row] = expected + np.sqrt(left) * rng.standard_normal()
+            white = rng.standard_normal(len(known)) / np.sqrt(known)
+            again[row] = self._shapes[0][shape] * (turn[shape] @ white)  # inverse of the turn, transposed
+        return Drawn(self._amplitudes[0][node % precision.shape[2]], scores, again)
 
     def _by_node(self, rows: np.ndarray) -> np.ndarray:
         """Return log prior plus log density, shape (shape, draw, amplitude)."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vasowave.analysis import operating_point, wave_intensity
 from vasowave.calibration.compared import Compared
 from vasowave.errors import NumericalError, VasowaveError
 from vasowave.inference.discrepancy import Discrepancy
@@ -15,6 +16,7 @@ from vasowave.inference.unknowns import Unknowns
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.noise.spectrum import fourier, harmonics
+from vasowave.quantities import OF_PARAMETERS, derived
 from vasowave.recording import Inflow, Recording, resample
 from vasowave.runtime.kept import digest_of
 from vasowave.solver.result import Run
@@ -23,6 +25,7 @@ from vasowave.solver.simulate import Numerics, simulate_runs
 _SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions.md
 _LEAST = 1e-12  # of a strain or compliance whose logarithm is taken
 _SAMPLES = 64  # the solver chooses its step in multiples of this
+_WAVES = 256  # samples of a cycle whose waves are separated
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +73,45 @@ class Problem:
     def zero_variance(self) -> float:
         """Variance of the mean's coefficient by the zero of the pressure, mmHg²."""
         return self.samples * self.unknowns.priors.sd("zero") ** 2
+
+    @property
+    def zero(self) -> np.ndarray:
+        """What one SD of the zero of the pressure changes in the coefficients, mmHg, shape (coefficient,)."""
+        return np.sqrt(self.zero_variance) * np.eye(self.samples)[0]
+
+    @cached_property
+    def _diastole(self) -> np.ndarray:
+        """Diastolic pressure of the vessels, mmHg, shape (vessel,): measured, and by how much they differ."""
+        model, inflow = self.unknowns.model(np.zeros(len(self.unknowns.all))), self.recording.inflow
+        with np.errstate(all="ignore"):
+            solved = linear_solution(model, inflow, self.samples // 2)
+            lowest = solved.over_cycle(solved.pressure, _WAVES).min(axis=0)
+        apart = lowest - lowest[model.network.root]
+        return self.recording.diastolic_pressure + np.where(np.isfinite(apart), apart, 0.0)
+
+    def quantities(self, point: np.ndarray, output: np.ndarray, zero: float) -> dict[str, float]:
+        """Return what follows from a point, its simulated coefficients, and a zero that is wrong by `zero` SD.
+
+        Of the indices those that an error moves; I_R from the harmonics that are compared.
+        """
+        unknowns, model, seen = self.unknowns, self.unknowns.model(point), self.unknowns.without_errors(point)
+        mean = self.recording.mean_pressure - zero * unknowns.priors.sd("zero")
+        found = derived(model, mean, self._diastole)
+        found = {name: found[name] for name in (*OF_PARAMETERS, "tau") if name in found}
+        flow = resample(resample(seen.recording.flow, self.samples), _WAVES)
+        place = operating_point(model, mean)
+        if np.isfinite([*output, *place]).all():
+            pressure = resample(self.in_time(output), _WAVES)
+            waves = wave_intensity(pressure, flow, seen.recording.period, *place, model.blood.inertia)
+            found["I_R"] = float(waves.reflection_coefficient)
+        else:
+            found["I_R"] = np.nan
+        moved = {"mPAP": unknowns.priors.sd("zero") > 0, "CO": "flow_gain" in unknowns.all}
+        behind = float(unknowns.values(point)["wedge"])
+        CO = seen.recording.cardiac_output
+        indices = {"mPAP": mean, "CO": CO, "PVR": (mean - behind) / CO}
+        moved["PVR"] = any(moved.values()) or "wedge" in unknowns.all
+        return found | {name: value for name, value in indices.items() if moved[name]}
 
     def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
         """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""

@@ -9,7 +9,7 @@ from vasowave.inference.known_errors import SOURCES
 
 def variance_shares(
     slopes: pd.DataFrame, sources: list[str], jacobian: np.ndarray, noise: Discrepancy, residuals: np.ndarray,
-    zero: float,
+    zero: np.ndarray | None = None,
 ) -> pd.DataFrame:  # fmt: skip
     """Return each source's share of the variance of each quantity, adding up to 1.
 
@@ -26,14 +26,16 @@ def variance_shares(
     jacobian : array, shape (output, score)
     noise : Discrepancy
     residuals : array, shape (draw, output)
-    zero : float
-        Variance of the first output, the mean, by the zero of the pressure; part of the noise's errors of measurement.
+    zero : array, shape (output,), optional
+        What one SD of the zero of the pressure changes, where `slopes` have a last column for it: it then is an unknown
+        beside the scores, and no longer one of the noise's errors of measurement.
     """
-    calibration = np.zeros_like(noise.measured)
-    calibration[0, 0] = zero
+    measured = noise.measured
+    if zero is not None:
+        measured, jacobian = measured - np.outer(zero, zero), np.column_stack([jacobian, zero])
+        sources = [*sources, "calibration"]
     parts = {
-        "recording": noise.measured - calibration,
-        "calibration": calibration,
+        "recording": measured,
         "image": noise.vessels @ noise.vessels.T,
         "model": np.diag(noise.variance(residuals)),
     }
