@@ -23,12 +23,12 @@ from vasowave.model.blood import (
 )
 from vasowave.network.network import HIGHEST
 from vasowave.recording import Averaging
-from vasowave.recording.beats import HEART_RATES
 from vasowave.report.settings import ReportSettings
 from vasowave.settings import Check, Positive, settings_class, settings_of
 from vasowave.solver import Numerics
 from vasowave.solver.numerics import Resolution
 from vasowave.solver.practice import PAPER
+from vasowave.species import SpeciesName, heart_rates_of
 from vasowave.study.names import checked_name
 from vasowave.study.rows import AnimalRow
 
@@ -84,9 +84,9 @@ class Inputs:
     """Title of the report."""
     animals: Text = "animals.csv"
     """The table of animals, beside this file."""
-    species: Literal["mouse", "rat", "other"] = "mouse"
-    """Whose physiology `check` compares with, and whose heart rates are looked for: mouse, rat or other (no
-    comparison)."""
+    species: SpeciesName = "mouse"
+    """Whose physiology `check` compares with, and whose heart rates are looked for: mouse, rat, rabbit, dog, pig,
+    human, or other (no comparison)."""
     groups: Annotated[list[Annotated[Text, Check(checked_name)]], MinLen(1), Check(_distinct)] = field(
         default_factory=lambda: ["CTL", "HPH"]
     )
@@ -129,7 +129,7 @@ def _default(name: str) -> Any:
 
 def averaging_settings(study: StudyFile) -> Averaging:
     """Return how beats are averaged; heart rates that the study file leaves open are those of its species."""
-    rates = study.averaging.heart_rates or HEART_RATES.get(study.species, HEART_RATES["mouse"])
+    rates = study.averaging.heart_rates or heart_rates_of(study.species)
     return replace(study.averaging, heart_rates=rates)
 
 
