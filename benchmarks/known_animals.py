@@ -91,7 +91,7 @@ def image_of(row):
 
 def priors_of(row):
     """Return what is assumed of an animal before it is analyzed."""
-    return Priors(zero=1.0) if row == "drift told" else Priors()
+    return Priors(zero_sd=1.0) if row == "drift told" else Priors()
 
 
 def truth_of(law, wrong, rng):

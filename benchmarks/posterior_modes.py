@@ -25,7 +25,7 @@ from vasowave.findings import Kind
 from vasowave.inference import Posterior
 from vasowave.inference import findings as against
 from vasowave.inference.mode import climb
-from vasowave.inference.posterior import Sampling, _problem, posterior
+from vasowave.inference.posterior import Sampling, posterior, problem_of
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.walls import TangentWall
@@ -96,7 +96,7 @@ def best_draw(found, problem):
             for i in range(len(next(iter(draws.values()))))
         ]
     )
-    missed = found.data["observed_data"]["pressure"] - found.data["posterior_predictive"]["pressure"]
+    missed = found.data["observed_data"]["pressure"] - found.data["posterior_predictive"]["simulated"]
     residuals = np.array(
         [fourier(one) for one in missed.transpose("chain", "draw", "time").to_numpy().reshape(len(points), -1)]
     )
@@ -123,7 +123,7 @@ def line(kind, number, draws):
     begun = time.process_time()
     found = posterior(network, recording, "tangent", draws=draws, workers=1)
     cpu, table, said = time.process_time() - begun, found.summary.loc["wave_speed"], found.diagnostics
-    problem = _problem(network, recording, "tangent", Sampling(workers=1))
+    problem = problem_of(network, recording, "tangent", Sampling(workers=1))
     starts = scores_of(model, problem.unknowns), best_draw(found, problem)
     tops = [climb(problem.simulate, problem.measured, problem.discrepancy(), one) for one in starts]
     if abs(tops[0].height - tops[1].height) > NATS / 2:

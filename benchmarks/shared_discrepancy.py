@@ -22,7 +22,7 @@ from vasowave.inference import Priors
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.mixture import explore
 from vasowave.inference.mode import climb
-from vasowave.inference.posterior import Sampling, _problem
+from vasowave.inference.posterior import Sampling, problem_of
 from vasowave.inference.reweighting import UNTRUSTED, smoothed
 from vasowave.inference.rounds import Target
 from vasowave.noise.spectrum import harmonics
@@ -105,7 +105,7 @@ def drawn(kind, number):
     """Return what is kept of the posterior of one animal."""
     size = NOISE * np.exp(kind.spread * np.random.default_rng([7, number]).standard_normal())
     recording, model, wall = animal(kind.row, number, size)
-    problem = _problem(image_of(kind.row), recording, wall, Sampling(workers=1))
+    problem = problem_of(image_of(kind.row), recording, wall, Sampling(workers=1))
     climbed = climb(problem.simulate, problem.measured, problem.discrepancy(), np.zeros(len(problem.unknowns.all)))
     noise = problem.discrepancy(problem.vessels(climbed.middle))
     found = explore(

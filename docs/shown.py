@@ -22,7 +22,7 @@ from sphinx.errors import ExtensionError
 from sphinx.util.docutils import SphinxDirective
 
 MADE = Path(__file__).parent / "made"
-WIDTH = 88  # columns of the terminal that is shown
+WIDTH = 80  # columns of the terminal that is shown
 
 
 class Shown(SphinxDirective):

@@ -57,20 +57,22 @@ class Page:
         return done["result"].get("value")
 
     def until(self, text, seconds=30.0):
-        """Wait until an expression is true, and return its value."""
+        """Wait until an expression is true."""
         end = time.monotonic() + seconds
         while True:
             try:
-                value = self.js(text)
-            except NotDoneError:
-                value = None
-            if value:
-                return value
+                if self.js(f"Boolean({text})"):
+                    return
+            except NotDoneError:  # the page is being loaded
+                pass
             if time.monotonic() > end:
-                raise NotDoneError(
-                    f"not within {seconds:g} s: {text}\n{self.js('document.body.innerText.slice(0, 3000)')}"
-                )
+                shown = self.js("document.body.innerText.slice(0, 3000)")
+                raise NotDoneError(f"not within {seconds:g} s: {text}\n{shown}")
             time.sleep(0.05)
+
+    def front(self):
+        """Be the tab that is looked at."""
+        self.ask("Page.bringToFront")
 
     def wide(self, width, height=900, dark=False):
         self.ask("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)

@@ -22,11 +22,15 @@ HEAD = "| module | {} | value | meaning |\n|---|---|---|---|\n"
 ABOUT = """\
 # Numbers that were chosen
 
-Every constant of the program, by the module that uses it: thresholds, tolerances, sizes, colors. Reasons for those
-that decide about an answer stand in [Decisions](decisions.md) and with the measurements in [Images](imaging.md). Units
-are cm, s, ml and mmHg where nothing else is said. `tools/constants.py` makes this page; a test compares it with the
-program.
+Every constant that decides about an answer, by the module that uses it: thresholds, tolerances, sizes. Reasons stand in
+[Decisions](decisions.md) and with the measurements in [Images](imaging.md). Units are cm, s, ml and mmHg where nothing
+else is said. `tools/constants.py` makes this page; a test compares it with the program.
 """
+ROOMS = (
+    "analysis", "animal", "calibration", "cohort", "imaging", "inference", "model", "network", "noise", "recording",
+    "selection", "solver",
+)  # fmt: skip
+"""Packages whose numbers decide about an answer; those of the others decide how it is shown, read or kept."""
 
 
 class Constant(NamedTuple):
@@ -45,9 +49,14 @@ def modules() -> Iterator[Any]:
             yield importlib.import_module(found.name)
 
 
+def _deciding() -> Iterator[Any]:
+    rooms = tuple(f"vasowave.{room}." for room in ROOMS)
+    return (module for module in modules() if f"{module.__name__}.".startswith(rooms))
+
+
 def constants() -> Iterator[Constant]:
     """Yield every constant that holds numbers, in the order of the source."""
-    for module in modules():
+    for module in _deciding():
         text = Path(module.__file__ or "").read_text(encoding="utf-8")
         body = ast.parse(text).body
         for statement, after in zip(body, [*body[1:], None], strict=True):
@@ -60,7 +69,7 @@ def constants() -> Iterator[Constant]:
 
 def defaults() -> Iterator[Constant]:
     """Yield the numbers and answers to yes or no that stand where an argument or a field of a value is not given."""
-    for module in modules():
+    for module in _deciding():
         for name, taking in _taking(module):
             for argument in inspect.signature(taking).parameters.values():
                 default = argument.default

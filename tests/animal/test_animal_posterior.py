@@ -8,10 +8,10 @@ from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import from_bytes, to_bytes
 from vasowave.animal.fitting import posteriors_of
 from vasowave.animal.pipeline import analyze
-from vasowave.animal.posterior import SHARES
 from vasowave.animal.result import AnimalResult
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.findings import from_json, texts
+from vasowave.inference.known_errors import SOURCES
 from vasowave.report.write import write_report
 from vasowave.study.journal import Journal
 from vasowave.study.settings import StudyFile, animal_settings
@@ -30,7 +30,7 @@ def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_k
     assert np.all(table["median"] <= table["interval_high"])
     beta = table.sel(quantity="beta")
     assert float(beta["interval_low"]) < float(fitted["value"].sel(parameter="beta")) < float(beta["interval_high"])
-    shares = sum(table[f"share_{name}"] for name in SHARES)
+    shares = sum(table[f"share_{name}"] for name in SOURCES)
     known = table["quantity"] != "discrepancy"  # which is no parameter
     np.testing.assert_allclose(shares[known], 1.0, atol=0.02)
     assert result.laws["linear"].posterior.draws("beta").ndim == 2
@@ -46,7 +46,7 @@ def test_the_posterior_of_an_animal_stands_beside_its_fit_and_goes_on_from_its_k
 
 def test_the_zero_of_a_study_is_that_of_its_posteriors(monkeypatch):
     asked = []
-    monkeypatch.setattr("vasowave.animal.fitting.posterior", lambda *_, priors, **__: asked.append(priors.zero))
+    monkeypatch.setattr("vasowave.animal.fitting.posterior", lambda *_, priors, **__: asked.append(priors.sd("zero")))
     mouse = Animal("mouse 6", "CTL", control_network(), virtual_mouse(), synthetic=True)
     study = StudyFile(inference="posterior", zero_sd=1.5)
     posteriors_of(mouse, [made_fit("linear")], animal_settings(study), None, [])

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from vasowave.cohort import contrasts, describe, leave_one_out, pairwise_contrasts, permutation, several_groups
+from vasowave.cohort import contrasts, describe, leave_one_out, pairwise_contrasts, permutation
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.comparison import compare
 from vasowave.cohort.effects import hedges_g
@@ -122,22 +122,6 @@ def three_groups():
     return table
 
 
-def test_kruskal_wallis_has_the_statistic_of_scipy_and_the_p_of_all_relabelings():
-    table = pd.DataFrame({"group": list("aabbcc"), "x": [1.0, 2.0, 2.0, 4.0, 5.0, 6.0]})
-    samples = [table.loc[table.group == g, "x"] for g in "abc"]
-    exact = stats.permutation_test(
-        samples,
-        lambda *s: stats.kruskal(*s).statistic,
-        permutation_type="independent",
-        alternative="greater",
-        n_resamples=720,
-    )
-    found = several_groups(table, ["x"]).iloc[0]
-    assert found["H"] == pytest.approx(stats.kruskal(*samples).statistic)
-    # Standard error of a share p of 20000 relabelings: √(p/20000); four of them.
-    assert found["p"] == pytest.approx(exact.pvalue, abs=4 * np.sqrt(exact.pvalue / 20_000))
-
-
 def test_three_groups_are_compared_two_by_two_with_holm_over_all():
     found = pairwise_contrasts(three_groups(), [BETA, S])
     assert (
@@ -145,9 +129,6 @@ def test_three_groups_are_compared_two_by_two_with_holm_over_all():
         == [("sham", "early")] * 2 + [("sham", "late")] * 2 + [("early", "late")] * 2
     )
     np.testing.assert_allclose(found["p Holm"], holm(found["p"].to_numpy()))
-    assert several_groups(three_groups(), [BETA])["groups"][0] == 3
-    with pytest.raises(InputError, match="two labels"):
-        several_groups(three_groups().assign(group="one"), [BETA])
 
 
 def test_many_relabelings_are_drawn_and_the_labels_as_they_are_are_one_of_them(monkeypatch):

@@ -23,8 +23,8 @@ def test_the_spread_of_the_draws_is_the_error_of_an_animal(results):
     one = estimates_of([with_posterior(result) for result in results], "linear", "stiffness")
     assert one.origin == "posterior"
     np.testing.assert_allclose(np.exp(one.logs), [float(r.laws["linear"].quantities["stiffness"]) for r in results])
-    np.testing.assert_allclose(np.hypot(one.errors, one.shared), SD)
-    np.testing.assert_allclose(one.shared, SD * np.sqrt(SHARE))  # one image a group, of four and of three animals
+    np.testing.assert_allclose(np.hypot(one.errors, one.shared[0]), SD)
+    np.testing.assert_allclose(one.shared[0], SD * np.sqrt(SHARE))  # one image a group, of four and of three animals
 
 
 def test_the_error_of_an_image_that_a_group_shares_is_not_averaged_away(results):
@@ -68,7 +68,7 @@ def test_an_image_that_both_groups_share_alike_cancels(results):
     one = estimates_of([with_posterior(result) for result in results], "linear", "stiffness")
     other = np.array([result.group == "HPH" for result in results])
     assert shared_error(one, other) == pytest.approx(np.sqrt(2 * SHARE) * SD)
-    same = one._replace(image=np.zeros(7, dtype=int))
+    same = one._replace(label=np.zeros((3, 7), dtype=int))
     assert shared_error(same, other) == 0.0
 
 
@@ -76,7 +76,7 @@ def test_an_animal_with_an_image_of_its_own_keeps_the_whole_error(results):
     network = results[0].network
     results[0] = replace(results[0], network=replace(network, length=1.01 * network.length))
     one = estimates_of([with_posterior(result) for result in results], "linear", "stiffness")
-    assert one.shared[0] == 0.0
+    assert one.shared[0, 0] == 0.0
     assert one.errors[0] == pytest.approx(SD)
     assert one.errors[1] == pytest.approx(SD * np.sqrt(1 - SHARE))
 
@@ -100,3 +100,32 @@ def test_what_is_shared_adds_to_the_variance_of_a_ratio():
     alone, shared = pooled_ratio(*groups), pooled_ratio(*groups, shared=0.4)
     assert shared.error**2 == pytest.approx(alone.error**2 + 0.16)
     assert shared.value == alone.value
+
+
+def test_a_probe_that_animals_share_moves_groups_by_the_animals_that_it_measured(results):
+    drawn = [with_posterior(result) for result in results]
+    for result in drawn:
+        table = result.laws["linear"].posterior.table
+        table["share_probe"], table["share_image"] = table["share_image"], 0.0 * table["share_image"]
+    other = np.array([result.group == "HPH" for result in drawn])
+    names = [result.name for result in drawn]
+    alone = estimates_of(drawn, "linear", "stiffness")
+    assert shared_error(alone, other) == 0.0
+    np.testing.assert_allclose(alone.errors, SD)
+    # Probe A measured three of the four controls; all others, and three hypoxic mice, had probe B.
+    one = estimates_of(drawn, "linear", "stiffness", {"probe": dict(zip(names, "AAABBBB", strict=True))})
+    assert shared_error(one, other) == pytest.approx(np.hypot(3 / 4, 3 / 4) * np.sqrt(SHARE) * SD)
+    np.testing.assert_allclose(np.diag(one.covariance), SD**2)
+    assert one.covariance[0, 1] == pytest.approx(SHARE * SD**2)
+    assert one.covariance[0, 3] == 0.0
+    both = estimates_of(drawn, "linear", "stiffness", {"probe": dict.fromkeys(names, "A")})
+    assert shared_error(both, other) == 0.0
+
+
+def test_fits_whose_image_error_is_said_have_a_p_and_share_it(results):
+    for result in results:
+        for one in result.laws["linear"].quantities.data_vars.values():
+            one.attrs |= {"share_image": 0.75, "share_probe": 0.0, "share_calibration": 0.0}
+    rows = primary_comparison(gathered(results), FAMILY).rows
+    assert rows["p"].notna().all()
+    assert (rows["untested"] == "").all()

@@ -44,8 +44,26 @@ def test_the_deviation_is_drawn_from_its_posterior(noise):
     residual = np.random.default_rng(3).normal(0, 0.5, SAMPLES)
     likely = [(w * multivariate_normal(cov=S).pdf(residual), sigma) for S, w, sigma in dense(noise)]
     expected = sum(p * sigma for p, sigma in likely) / sum(p for p, _ in likely)
-    drawn = noise.draw_deviation(np.tile(residual, (4000, 1)), np.random.default_rng(4))
+    drawn = noise.drawn(np.tile(residual, (4000, 1)), np.zeros(SAMPLES), np.random.default_rng(4)).deviation
     assert drawn.mean() == pytest.approx(expected, abs=4 * drawn.std() / np.sqrt(4000))
+
+
+def test_the_zero_and_another_residual_are_drawn_from_their_own_distributions(noise):
+    zero = np.eye(SAMPLES)[0] * np.sqrt(0.4 * noise.measured[0, 0])
+    residual = np.random.default_rng(3).normal(0, 0.5, SAMPLES)
+    likely = [(w * multivariate_normal(cov=S).pdf(residual), S) for S, w, _ in dense(noise)]
+    whole = sum(p for p, _ in likely)
+    expected = sum(p * zero @ np.linalg.solve(S, residual) for p, S in likely) / whole
+    left = sum(p * (1 - zero @ np.linalg.solve(S, zero)) for p, S in likely) / whole
+    count = 20_000
+    drawn = noise.drawn(np.tile(residual, (count, 1)), zero, np.random.default_rng(4))
+    assert drawn.zero.mean() == pytest.approx(expected, abs=4 / np.sqrt(count))
+    assert drawn.zero.var() == pytest.approx(left, rel=0.05, abs=0.02)
+    covariance = sum(p * S for p, S in likely) / whole
+    scale = np.sqrt(np.diag(covariance))
+    np.testing.assert_allclose(
+        np.cov(drawn.noise.T) / np.outer(scale, scale), covariance / np.outer(scale, scale), atol=0.06
+    )  # six standard errors of a correlation, with the tails of a mixture
 
 
 def test_the_deviation_is_that_of_the_cycle():

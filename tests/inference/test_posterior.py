@@ -13,8 +13,9 @@ from vasowave.datasets import control_network, virtual_mouse
 from vasowave.datasets.virtual import TRUTH
 from vasowave.errors import InputError
 from vasowave.inference import Priors, posterior
+from vasowave.inference.known_errors import SOURCES
 from vasowave.inference.mode import climb
-from vasowave.inference.posterior import Sampling, _problem
+from vasowave.inference.posterior import Sampling, problem_of
 from vasowave.inference.rounds import log_prior
 from vasowave.inference.unknowns import Unknown
 from vasowave.inference.wording import meanings, zero_unseen
@@ -22,7 +23,7 @@ from vasowave.recording import read_recording
 from vasowave.recording.cycle import resample
 from vasowave.solver.simulate import Numerics
 
-SHAPE_ONLY = Priors(radius_scale=0, length_scale=0, stiffening=0)
+SHAPE_ONLY = Priors(radius_scale_sd=0, length_scale_sd=0, k_sd=0)
 """Parameters alone are drawn; the vessels' own errors are part of the likelihood."""
 
 
@@ -51,18 +52,47 @@ def test_a_scale_of_all_lengths_that_the_data_do_not_see_keeps_its_prior(found):
 
 
 def test_shares_add_up_for_every_quantity(found):
-    shares = found.summary[["recording", "image", "model", "prior"]].dropna()
+    shares = found.summary[[*SOURCES]].dropna()
     assert shares.sum(axis=1).to_numpy() == pytest.approx(1.0)
     assert list(found.summary.index.difference(shares.index)) == ["discrepancy"]
 
 
 def test_predictions_go_through_the_measured_pressure(found):
-    predicted, measured = found.data["posterior_predictive"]["pressure"], found.data["observed_data"]["pressure"]
+    predicted, measured = found.data["posterior_predictive"]["simulated"], found.data["observed_data"]["pressure"]
     assert predicted.dims == ("chain", "draw", "time")
     distance = (predicted.mean(("chain", "draw")) - measured).to_numpy()
     assert np.sqrt(np.mean(distance**2)) < 0.5  # noise of 0.15 mmHg, and a free mean
     beyond = resample(virtual_mouse(noise=0.0).pressure, len(distance)) - measured.to_numpy()
     assert np.corrcoef(distance, beyond)[0, 1] > 0.5  # what the model leaves is the noise, not its mirror image
+
+
+def test_predicted_recordings_scatter_by_more_than_the_simulations_and_hold_the_measured_one(found):
+    predicted = found.data["posterior_predictive"]
+    again, simulated = (predicted[name].to_numpy()[0] for name in ("pressure", "simulated"))
+    assert np.all(again.std(axis=0) > simulated.std(axis=0))
+    low, high = np.quantile(again, (0.005, 0.995), axis=0)
+    measured = found.data["observed_data"]["pressure"].to_numpy()
+    assert np.mean((low < measured) & (measured < high)) > 0.95
+
+
+def test_the_measured_mean_has_the_error_of_its_zero_and_the_model_its_waves(found):
+    mouse, table = virtual_mouse(), found.summary
+    low, middle, high = table.loc["mPAP", ["interval_low", "median", "interval_high"]]
+    assert (high - low) / 2 == pytest.approx(1.96 * 0.5, rel=0.25)  # of a hundred draws
+    assert middle == pytest.approx(mouse.mean_pressure, abs=0.2)
+    assert table.loc["mPAP", "calibration"] > 0.95  # nothing else tells of it, but the priors of the beds, hardly
+    assert "CO" not in table.index  # nobody said that its probe was wrong
+    np.testing.assert_allclose(found.draws("PVR"), found.draws("mPAP") / mouse.cardiac_output)
+    assert 0 < table.loc["I_R", "interval_low"] < table.loc["I_R", "interval_high"] < 1
+    # τ is R_T C_T, of which the beds have most
+    assert np.corrcoef(found.draws("tau"), found.draws("R_T") * found.draws("C_p"))[0, 1] > 0.5
+
+
+def test_independent_draws_are_one_chain_with_the_likelihood_of_each(found):
+    assert dict(found.data["posterior"].sizes)["chain"] == 1
+    likelihood = found.data["log_likelihood"]["pressure"].to_numpy()
+    assert likelihood.shape == (1, len(found.draws("beta")))
+    assert np.isfinite(likelihood).all()
 
 
 def test_the_file_holds_the_groups_that_arviz_reads(found, tmp_path):
@@ -138,7 +168,7 @@ def test_the_posterior_of_mouse_c6_is_that_of_a_direct_search(shared):
     mouse = read_recording(folder / "pC6_1024.dat", folder / "qC6_1024.dat", period=0.11)
     found = posterior(control_network(), mouse, priors=SHAPE_ONLY)
     assert found.diagnostics.trusted
-    problem = _problem(control_network(), mouse, "linear", Sampling(priors=SHAPE_ONLY))
+    problem = problem_of(control_network(), mouse, "linear", Sampling(priors=SHAPE_ONLY))
     climbed = climb(problem.simulate, problem.measured, problem.discrepancy(), np.zeros(4))
     noise = problem.discrepancy(problem.vessels(climbed.middle))
 
@@ -165,7 +195,7 @@ def test_posterior_and_prior_are_the_same_only_where_middle_and_width_agree():
     rows = {"alike": (0.05, 0.1), "shifted": (0.05, 1.4), "wider": (-0.5, 0.0), "narrowed": (0.8, 1.0)}
     summary = pd.DataFrame(
         {"interval_low": 0.9, "interval_high": 1.1, "prior_low": 0.9, "contraction": [one for one, _ in rows.values()]}
-        | dict.fromkeys(("recording", "image", "model"), 0.3),
+        | dict.fromkeys(SOURCES, 0.3),
         index=list(rows),
     )
     scores = pd.Series({name: score for name, (_, score) in rows.items()})

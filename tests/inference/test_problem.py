@@ -25,7 +25,7 @@ def problem(priors=None, wall="linear", fixed=None, network=None):
     network, mouse = network or control_network(), virtual_mouse()
     nominal = estimate_nominal(network, mouse)
     space = parameter_space(wall, network, nominal, Blood(), {}, fixed or {}, False)
-    return Problem(Unknowns(space, nominal, priors or Priors()), compared_part(mouse), Numerics(), 1)
+    return Problem(Unknowns(space, nominal, priors or Priors(), mouse), compared_part(mouse), Numerics(), 1)
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +100,7 @@ def test_what_one_vessel_changes_is_what_a_network_with_that_vessel_changes(whol
 
 
 def test_the_errors_of_measurement_are_zero_grid_and_beats(whole):
-    wide = problem(Priors(zero=2.0))
+    wide = problem(Priors(zero_sd=2.0))
     assert wide.measurement_error[0] - whole.measurement_error[0] == pytest.approx(whole.samples * (2.0**2 - 0.5**2))
     assert np.array_equal(wide.measurement_error[1:], whole.measurement_error[1:])
     assert whole.measurement_error.min() >= 0.02**2
@@ -109,7 +109,7 @@ def test_the_errors_of_measurement_are_zero_grid_and_beats(whole):
 def test_known_radii_replace_the_assumed_error(whole):
     measured = replace(control_network(), radius_sd=np.array([0.001, *[np.nan] * 20]))
     space = replace(whole.unknowns.space, network=measured)
-    radii, lengths, falls = Unknowns(space, whole.unknowns.nominal, Priors(radius=0.08)).own_errors
+    radii, lengths, falls = Unknowns(space, whole.unknowns.nominal, Priors(radius=0.08), virtual_mouse()).own_errors
     assert radii[0] == pytest.approx(0.001 / control_network().radius[0])
     assert np.all(radii[1:] == 0.08)
     assert np.all(lengths == 0.05)
@@ -175,7 +175,7 @@ def test_a_prior_without_width_takes_vessels_for_straight():
 
 def test_the_pressure_of_the_image_is_unknown_and_anchors_the_wall(whole):
     space = replace(whole.unknowns.space, network=replace(control_network(), pressure=6.3))
-    unknowns = Unknowns(space, whole.unknowns.nominal, Priors())
+    unknowns = Unknowns(space, whole.unknowns.nominal, Priors(), virtual_mouse())
     found = unknowns.all["image_pressure"]
     assert (found.center, found.unit, found.source) == (6.3, "mmHg", "image")
     model = unknowns.model(unknowns.scores({"image_pressure": 8.0, "beta": 50.0}))
@@ -186,7 +186,7 @@ def test_the_pressure_of_the_image_is_unknown_and_anchors_the_wall(whole):
 
 
 def test_what_has_no_width_is_not_unknown():
-    fixed = problem(Priors(radius_scale=0, length_scale=0, stiffening=0), fixed={"c1": 1.0})
+    fixed = problem(Priors(radius_scale_sd=0, length_scale_sd=0, k_sd=0), fixed={"c1": 1.0})
     assert list(fixed.unknowns.all) == ["beta", "r1", "r2"]
 
 
@@ -202,7 +202,7 @@ def test_a_point_whose_numbers_overflow_is_a_row_of_nan(whole):
 
 
 def test_everything_that_enters_a_simulation_enters_its_key(whole):
-    keys = {whole.key, problem(wall="tangent").key, problem(Priors(stiffening=0.1)).key, problem(fixed={"c1": 2.0}).key}
+    keys = {whole.key, problem(wall="tangent").key, problem(Priors(k_sd=0.1)).key, problem(fixed={"c1": 2.0}).key}
     keys.add(replace(whole, numerics=Numerics(cell_size=0.05)).key)
     keys.add(narrowing(np.full(21, 0.2)).key)
     assert len(keys) == 6

@@ -90,7 +90,7 @@ def test_an_uncertain_pressure_behind_the_beds_widens_what_depends_on_it(before_
     recording, model = before_the_atrium
     widths = {}
     for sd in (0.0, 2.0):
-        priors = vw.Priors(wedge=sd, radius=0.0, length=0.0, radius_scale=0.0, length_scale=0.0, stiffening=0.0)
+        priors = vw.Priors(wedge=sd, radius=0.0, length=0.0, radius_scale_sd=0.0, length_scale_sd=0.0, k_sd=0.0)
         found = vw.posterior(model.network, recording, "linear", priors=priors, draws=100)
         low, high = found.summary.loc["R_T", ["interval_low", "interval_high"]]
         assert low < model.outlets.total_resistance() < high

@@ -3,6 +3,7 @@
 import html
 import json
 import re
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -28,7 +29,19 @@ addEventListener("load", () => {
   const picked = count(), others = [...document.querySelectorAll("a[data-other]")].map(one => one.hash);
   const names = [...document.querySelectorAll("svg .picked")].map(one => one.dataset.animal);
   document.querySelector('[data-pick="CTL 2"]').click();
-  const result = {curves, scale: document.querySelector("#figure-Measured [data-scale]").dataset.scale, dot, outside,
+  const tools = [...document.querySelectorAll("#figure-Forest .tools button")], saved = [];
+  HTMLAnchorElement.prototype.click = function () { saved.push([this.download, this.href.slice(0, 60), this.href]); };
+  const points = () => [...document.querySelectorAll("#figure-Forest svg.wide g[data-animal]")]
+    .filter(one => one.getClientRects().length).length;
+  const before = points();
+  tools.find(one => one.textContent === "HPH").click();
+  const without = points();
+  tools.find(one => one.textContent === "SVG").click();
+  tools.find(one => one.textContent === "HPH").click();
+  const layers = {names: tools.map(one => one.textContent), before, without, again: points(),
+    saved: saved.map(one => one.slice(0, 2)), text: decodeURIComponent(saved[0][2])};
+  const result = {layers, curves,
+    scale: document.querySelector("#figure-Measured [data-scale]").dataset.scale, dot, outside,
     picked, others, names, after: count(), errors: window.failed,
     loaded: performance.getEntriesByType("resource").map(one => one.name)};
   const shown = document.createElement("pre");
@@ -81,6 +94,18 @@ def test_an_animal_that_is_picked_is_marked_everywhere_and_let_go_again(found):
     assert result["picked"] >= 2 + 5  # its pressure, its flow, and a point in most rows
     assert result["others"] == ["#pick=CTL%202"]
     assert result["after"] == 0
+
+
+def test_groups_and_laws_of_the_forest_are_taken_out_and_the_drawing_is_saved_as_it_is_seen(found, cohort_results):
+    layers = found[0]["layers"]
+    assert layers["names"][:2] == ["CTL", "HPH"]
+    assert layers["names"][-2:] == ["SVG", "PNG"]
+    assert layers["again"] == layers["before"] > layers["without"] > 0
+    ((name, kind),) = layers["saved"]
+    assert (name, kind.partition(",")[0]) == ("Forest.svg", "data:image/svg+xml;charset=utf-8")
+    drawing = ElementTree.fromstring(layers["text"].partition(",")[2])
+    animals = [one.get("data-animal") for one in drawing.iter() if one.get("data-animal")]
+    assert {result.name for result in cohort_results if result.group == "CTL"} == set(animals)
 
 
 def test_the_supplement_marks_the_animal_that_was_picked_before(cohort_page, tmp_path):

@@ -137,7 +137,7 @@ def test_fields_named_as_other_numbers_of_a_model_are_not_confused_with_them(tmp
     fixed = {"clashing.r1": 20.0, "r1": 1.25}
     space = parameter_space(law, network, nominal, vw.Blood(), {}, fixed, False)
     assert space.free_names == ("clashing.c1", "r2", "c1")
-    unknowns = Unknowns(space, nominal, vw.Priors(parameters={"clashing.c1": (3.0, 0.2), "c1": (0.5, 0.1)}))
+    unknowns = Unknowns(space, nominal, vw.Priors(parameters={"clashing.c1": (3.0, 0.2), "c1": (0.5, 0.1)}), mice[0])
     for model in (space.model(space.nominal), unknowns.model(np.zeros(len(unknowns.all)))):
         assert model.wall.r1[0] == 20.0
         assert model.outlets.R1[0] == pytest.approx(1.25 * nominal.outlets.R1[0])

@@ -2,6 +2,7 @@ import os
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -17,11 +18,12 @@ from vasowave.datasets import control_network, hypertensive_network, virtual_mou
 from vasowave.network.network import Network
 from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
+from vasowave.species import SPECIES, SpeciesName
 from vasowave.study.animals import read_animals
 from vasowave.study.checking import check_study
 from vasowave.study.loading import load_animal
 from vasowave.study.overview import AnimalRead, read_of
-from vasowave.study.physiology import NORMAL, physiology_findings
+from vasowave.study.physiology import physiology_findings
 from vasowave.study.plan import read_study
 from vasowave.study.reading import parse_settings
 from vasowave.study.rows import COLUMNS
@@ -195,8 +197,8 @@ def test_the_mean_mice_of_the_paper_are_plausible():
     from vasowave.datasets.published import published_table
 
     paper = published_table("hemodynamics").set_index("quantity")
-    for name in paper.index.intersection(list(NORMAL["mouse"])):
-        low, high, unit = NORMAL["mouse"][name]
+    for name, unit in {"HR": "beats/min", "mPAP": "mmHg", "pPAP": "mmHg", "CO": "ml/s"}.items():
+        low, high = getattr(SPECIES["mouse"], name)
         assert unit == paper.loc[name, "unit"]
         for group in ("CTL", "HPH"):
             mean, sd = paper.loc[name, f"{group} mean"], paper.loc[name, f"{group} SD"]
@@ -204,16 +206,43 @@ def test_the_mean_mice_of_the_paper_are_plausible():
             assert mean + 2 * sd <= high
 
 
-RATS = {"HR": (310, 420), "mPAP": (16, 19, 42, 60), "pPAP": (10, 60), "CO": (0.8, 2.2), "root radius": (0.09, 0.2)}
-"""Textbook values of healthy and of pulmonary hypertensive rats at rest."""
+KNOWN = {
+    "rat": {"HR": (310, 420), "mPAP": (16, 19, 42, 60), "pPAP": (10, 60), "CO": (0.8, 2.2), "root_radius": (0.09, 0.2)},
+    "rabbit": {"HR": (180, 300), "mPAP": (12, 18), "pPAP": (6, 20), "CO": (4, 12), "root_radius": (0.25, 0.4)},
+    "dog": {"HR": (70, 160), "mPAP": (14, 20, 45), "pPAP": (10, 30), "CO": (25, 70), "root_radius": (0.6, 1.1)},
+    "pig": {"HR": (80, 130), "mPAP": (15, 25, 45), "pPAP": (10, 30), "CO": (40, 120), "root_radius": (0.8, 1.4)},
+    "human": {"HR": (60, 100), "mPAP": (14, 25, 80), "pPAP": (10, 70), "CO": (60, 130), "root_radius": (1.2, 2.0)},
+}
+"""Textbook values at rest, of healthy animals and of those with pulmonary hypertension."""
 
 
-@pytest.mark.parametrize("name", RATS)
-def test_rats_as_published_are_plausible_and_those_of_mice_and_men_are_not(name):
-    low, high, _ = NORMAL["rat"][name]
-    assert all(low < value < high for value in RATS[name])
-    of_others = {"HR": (70, 600), "mPAP": (0.5,), "pPAP": (0.5,), "CO": (0.2, 90.0), "root radius": (0.03, 1.4)}
+@pytest.mark.parametrize("species", KNOWN)
+def test_values_as_published_are_plausible_and_those_in_another_unit_are_not(species):
+    for name, values in KNOWN[species].items():
+        low, high = getattr(SPECIES[species], name)
+        assert all(low < value < high for value in values), name
+    low, high = SPECIES[species].CO
+    assert all(not low <= 60 * value <= high for value in KNOWN[species]["CO"])  # ml/min
+    low, high = SPECIES[species].mPAP
+    assert all(not low <= 0.133 * value <= high for value in KNOWN[species]["mPAP"] if value < 50)  # kPa
+    low, high = SPECIES[species].root_radius
+    assert all(not low <= 10 * value <= high for value in KNOWN[species]["root_radius"])  # mm
+
+
+@pytest.mark.parametrize("name", KNOWN["rat"])
+def test_values_of_mice_and_men_are_none_of_a_rat(name):
+    low, high = getattr(SPECIES["rat"], name)
+    of_others = {"HR": (70, 600), "mPAP": (0.5,), "pPAP": (0.5,), "CO": (0.2, 90.0), "root_radius": (0.03, 1.4)}
     assert all(not low <= value <= high for value in of_others[name])
+
+
+def test_every_species_that_can_be_named_has_its_ranges_and_every_range_is_one():
+    assert set(get_args(SpeciesName)) == {*SPECIES, "other"}
+    for one in SPECIES.values():
+        ranges = [value for value in vars(one).values() if isinstance(value, tuple)]
+        assert len(ranges) == 7
+        assert all(0 < low < high for low, high in ranges)
+        assert one.heart_rates[0] < one.HR[0] < one.HR[1] < one.heart_rates[1]
 
 
 @pytest.mark.parametrize(("pressure", "right"), [(-0.01, False), (0.0, True), (100.0, True), (100.01, False)])
@@ -229,9 +258,8 @@ def test_the_pressure_of_the_images_lies_between_0_and_100_mmhg(pressure, right)
 
 @pytest.mark.parametrize("network", [control_network(), hypertensive_network()])
 def test_the_radius_of_a_published_root_is_plausible_its_diameter_is_not(network):
-    low, high, unit = NORMAL["mouse"]["root radius"]
+    low, high = SPECIES["mouse"].root_radius
     radius = network.radius[network.root]
-    assert unit == "cm"
     assert 2 * low <= radius <= 0.75 * high
     assert 2 * radius > high
 
@@ -346,14 +374,24 @@ def test_recordings_of_other_units_are_converted(make_study, mice):
     assert animal.recording.cardiac_output == pytest.approx(mouse.cardiac_output, rel=1e-12)
 
 
+def middle(species):
+    names = ("HR", "mPAP", "pPAP", "CO", "root radius")
+    return {name: 0.5 * sum(getattr(SPECIES[species], name.replace(" ", "_"))) for name in names}
+
+
+def test_an_animal_that_fits_several_species_is_told_all_of_them():
+    found = [str(one) for one in physiology_findings(middle("dog"), 0.4, "mouse")]
+    assert all("All of them fit a dog or a pig or a human: write species: dog" in one for one in found)
+    assert not physiology_findings(middle("dog"), 0.4, "other")
+
+
 def test_a_rat_among_mice_is_told_its_species_and_a_slip_is_not():
-    rat = {name: 0.5 * (low + high) for name, (low, high, _) in NORMAL["rat"].items()}
+    rat = middle("rat")
     found = [str(one) for one in physiology_findings(rat, 0.2, "mouse")]
     assert len(found) >= 2
     assert all("All of them fit a rat: write species: rat (vasowave fit: --species rat)" in one for one in found)
     assert not physiology_findings(rat, 0.2, "rat")
-    mouse = {name: 0.5 * (low + high) for name, (low, high, _) in NORMAL["mouse"].items()}
-    (slip,) = physiology_findings(mouse | {"CO": 10.0}, 0.2, "mouse")
+    (slip,) = physiology_findings(middle("mouse") | {"CO": 10.0}, 0.2, "mouse")
     assert "species:" not in str(slip).partition("?")[2]
 
 

@@ -1,5 +1,7 @@
 """From a row of the table to an animal."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_study import make_study_in
@@ -10,6 +12,8 @@ from vasowave.datasets.virtual import virtual_mouse
 from vasowave.datasets.virtual_files import labchart_text
 from vasowave.errors import NumericalError
 from vasowave.recording import Recording
+from vasowave.recording.beats import find_beats
+from vasowave.species import heart_rates_of
 from vasowave.study.loading import animal_key, load_animal
 from vasowave.study.plan import read_study
 
@@ -74,6 +78,35 @@ def test_the_heart_rates_looked_for_are_those_of_the_species_unless_they_are_giv
         for refused in ("", "species: rat\naveraging: {heart_rates: [260, 900]}"):
             with pytest.raises(NumericalError, match="--species rat or --heart-rates 200,600"):
                 heart_rate(refused)
+
+
+@pytest.mark.parametrize("ecg", [True, False])
+@pytest.mark.parametrize(
+    ("species", "rate"),
+    [
+        ("human", 48.0),
+        ("human", 110.0),
+        ("pig", 95.0),
+        ("dog", 150.0),
+        ("rabbit", 240.0),
+        ("other", 70.0),
+        ("other", 530.0),
+    ],
+)
+def test_beats_of_larger_animals_are_found_with_their_slower_waves(species, rate, ecg):
+    """A mouse's recording played slower: waves, breaths and the complexes of the ECG all take as much longer."""
+    mouse = virtual_mouse()
+    slower = 60.0 / rate / mouse.period
+    # 500 samples/s once it is slow
+    fast = synthetic_raw_recording(
+        mouse, np.random.default_rng(2), duration=12.0, sampling_rate=500.0 * slower, ecg=ecg
+    ).raw
+    slow = replace(fast, sampling_rate=fast.sampling_rate / slower)
+    beats = find_beats(slow, heart_rates=heart_rates_of(species))
+    expected = find_beats(fast)
+    assert beats.heart_rate == pytest.approx(rate, rel=0.03)
+    assert beats.fiducial == ("ecg" if ecg else "pressure")
+    assert abs(len(beats.times) - len(expected.times)) <= 2
 
 
 def test_a_range_of_heart_rates_is_given_as_an_option():

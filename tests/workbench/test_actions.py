@@ -315,7 +315,7 @@ class AnySequence(RuleBasedStateMachine):
             else ["", *self.groups, "control"][value % (len(self.groups) + 2)]
         )
         do(self.at, "set-cells", animal=name, cells={title: text}, was={title: self.table[name].get(title, "")})
-        self.table[name][title] = text
+        self.table[name] = {key: one for key, one in (self.table[name] | {title: text}).items() if one}
         self.step(before)
 
     @precondition(lambda self: self.table)

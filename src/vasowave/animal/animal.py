@@ -14,6 +14,7 @@ from vasowave.calibration import Search
 from vasowave.calibration.calibrate import NUMERICS
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.errors import InputError, did_you_mean
+from vasowave.inference.known_errors import KnownErrors
 from vasowave.inference.priors import Priors
 from vasowave.model.blood import Blood
 from vasowave.model.law_files import is_unread, named
@@ -126,8 +127,8 @@ class Calibration(Search, Laws):
 
 
 @settings_class
-class Analysis:
-    """What is computed of an animal beside its fits."""
+class Analysis(KnownErrors):
+    """What is computed of an animal beside its fits, and the errors that are known."""
 
     model_selection: bool = True
     """Whether the wall laws are compared by AICc and BIC."""
@@ -140,9 +141,6 @@ class Analysis:
     inference: Literal["intervals", "posterior"] = "intervals"
     """What is said of the parameters beside their best values: the intervals of a fit, or its posterior too, with
     geometry and the model's own error unknown (about half a minute for each wall law)."""
-    zero_sd: Annotated[float, Ge(0)] = Priors.zero
-    """SD of the pressure's zero, mmHg, which posteriors allow for: 0.5 for a transducer that was zeroed before it
-    recorded, more for averaged cycles whose drift nobody saw."""
 
 
 @settings_class
@@ -185,10 +183,15 @@ class Settings(Analysis, Calibration):
         mine = {name: {one: given[name][one] for one in given[name] if one in own} for name in ("bounds", "fixed")}
         return Search(**given | mine)
 
+    @property
+    def priors(self) -> Priors:
+        """What posteriors assume: the errors that are known, and what is usual."""
+        return Priors(**{name: getattr(self, name) for name in settings_of(KnownErrors)})
+
     def as_json(self) -> str:
         """Return all settings as text that does not depend on the order in which they were given."""
         friction = {"law": type(self.blood.friction).__name__, **asdict(self.blood.friction)}  # type: ignore[call-overload]
-        plain = asdict(self)
+        plain = {key: value for key, value in asdict(self).items() if value is not None}
         plain["blood"] = {"density": self.blood.density, "viscosity": self.blood.viscosity, "friction": friction}
         return json.dumps(plain, sort_keys=True)
 

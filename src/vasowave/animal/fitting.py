@@ -8,7 +8,7 @@ from typing import Protocol
 from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.failure import Failure, Stage, attempted
 from vasowave.calibration import Ends, Fit, calibrate
-from vasowave.inference import Posterior, Priors, posterior
+from vasowave.inference import Posterior, posterior
 from vasowave.model.laws import find_law
 
 Progress = Callable[[str, int, int, float], None]
@@ -86,7 +86,7 @@ def posteriors_of(
             animal.network, animal.recording, type(fit.model.wall), bed=type(fit.model.outlets), fit=fit,
             blood=settings.blood,
             search=settings.search(type(fit.model.wall)), numerics=settings.numerics, seed=settings.seed,
-            priors=Priors(zero=settings.zero_sd),
+            priors=settings.priors,
             path=kept.simulations(fit.wall) if kept is not None else None,
         )  # fmt: skip
 

@@ -14,9 +14,10 @@ from vasowave.animal.beats import beats_dataset, recording_with_scatter
 from vasowave.animal.datasets import calibration_dataset, nominal_dataset
 from vasowave.animal.failure import Failure, Stage, attempted
 from vasowave.animal.fitting import Kept, Progress, fits_of, posteriors_of, teller
+from vasowave.animal.known_errors import effects_on_measured
 from vasowave.animal.law_result import LawResult, Measured
 from vasowave.animal.posterior import posterior_result
-from vasowave.animal.quantities import measured_quantities, model_quantities
+from vasowave.animal.quantities import measured_quantities, measured_values, model_quantities
 from vasowave.animal.result import AnimalResult
 from vasowave.animal.signals import (
     flow_noise,
@@ -30,6 +31,7 @@ from vasowave.calibration import Fit
 from vasowave.errors import VasowaveWarning
 from vasowave.findings import Finding, finding_of
 from vasowave.inference import Posterior, compare_laws
+from vasowave.inference.known_errors import Seen
 from vasowave.model.laws import find_bed, identity
 from vasowave.model.nominal import estimate_nominal
 from vasowave.provenance import provenance
@@ -137,7 +139,14 @@ def _measured(animal: Animal, settings: Settings) -> dict[str, Any]:
     station = measured_station(recording, network, nominal, blood.inertia, settings.waves_at)
     waves = waves_dataset(station, blood.inertia)
     spectrum = impedance_dataset(station, settings.harmonics, flow_noise(recording, animal.beats))
-    quantities = measured_quantities(recording, nominal, station, waves)
+
+    def values(seen: Seen) -> dict[str, float]:
+        found = estimate_nominal(seen.network, seen.recording, seen.blood, find_bed(settings.beds))
+        place = measured_station(seen.recording, seen.network, found, seen.blood.inertia, settings.waves_at)
+        return measured_values(seen.recording, found, place, waves_dataset(place, seen.blood.inertia))
+
+    effects = effects_on_measured(Seen(network, recording, blood), settings, values)
+    quantities = measured_quantities(measured_values(recording, nominal, station, waves), station, effects)
     return {
         "recording": recording_with_scatter(recording, animal.beats),
         "nominal": nominal_dataset(nominal, network),
@@ -178,7 +187,7 @@ def _modeled(animal: Animal, fit: Fit, settings: Settings) -> LawResult:
         waves=waves,
         impedance=spectrum,
         vessels=vessels,
-        quantities=model_quantities(fit, station, waves, spectrum, vessels),
+        quantities=model_quantities(fit, station, waves, spectrum, vessels, settings),
         stiffening=stiffening(fit),
     )
 

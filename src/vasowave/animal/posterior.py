@@ -7,20 +7,18 @@ from vasowave.animal.datasets import table_dataset
 from vasowave.animal.law_result import PosteriorResult
 from vasowave.findings import as_json
 from vasowave.inference import Posterior
-
-SHARES = ("recording", "image", "model", "prior")
-"""Where the variance of a quantity comes from."""
+from vasowave.inference.known_errors import SOURCES
 
 
 def posterior_result(drawn: Posterior) -> PosteriorResult:
     """Return a posterior as it is stored.
 
     The table has, by ``quantity``, ``median, interval_low, interval_high, prior_low, prior_high, contraction`` and the
-    shares of the variance, ``share_recording, share_image, share_model, share_prior``, how well each ``block`` of
-    harmonics is foretold by the others (``left_out``, ``left_out_k_hat``), and the diagnostics. Its attributes say
-    whether it is ``trusted``, and the ``findings`` with their numbers (JSON).
+    shares of the variance, ``share_recording, share_probe, share_calibration, share_image, share_model, share_prior``,
+    how well each ``block`` of harmonics is foretold by the others (``left_out``, ``left_out_k_hat``), and the
+    diagnostics. Its attributes say whether it is ``trusted``, and the ``findings`` with their numbers (JSON).
     """
-    summary = drawn.summary.rename(columns={name: f"share_{name}" for name in SHARES})
+    summary = drawn.summary.rename(columns={name: f"share_{name}" for name in SOURCES})
     table = table_dataset(summary.rename_axis("quantity").reset_index(), "quantity")
     blocks = drawn.left_out
     table = table.assign_coords(block=blocks.index.to_numpy(object))

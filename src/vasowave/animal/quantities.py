@@ -5,11 +5,15 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
+from vasowave.animal.animal import Settings
+from vasowave.animal.known_errors import effects_on_fit
 from vasowave.animal.signals import Station
 from vasowave.calibration import Fit
 from vasowave.descriptions import LEVEL, NORMAL, Quantity
+from vasowave.inference.known_errors import SHARED, kinds
 from vasowave.model.laws import bed_factors, full_name, parameter_names
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
@@ -32,10 +36,10 @@ def quantities_of(law: Any, bed: Any) -> dict[str, Quantity]:
     return ordered | own
 
 
-def measured_quantities(recording: Recording, nominal: Nominal, station: Station, waves: xr.Dataset) -> xr.Dataset:
+def measured_values(recording: Recording, nominal: Nominal, station: Station, waves: xr.Dataset) -> dict[str, float]:
     """Return what the recording alone says; compliance and stiffness are the nominal ones (eqs. 8 to 12)."""
     R_T, tau = nominal.total_resistance, nominal.time_constant
-    values = recording.indices() | {
+    return recording.indices() | {
         "Z_c": nominal.characteristic_impedance,
         "Z_0": recording.input_resistance,
         "I_R": float(waves["I_R"]),
@@ -46,7 +50,12 @@ def measured_quantities(recording: Recording, nominal: Nominal, station: Station
         "C_T": tau / R_T,
         "tau": tau,
     }
-    dataset = quantities_dataset(values, QUANTITIES)
+
+
+def measured_quantities(values: Mapping[str, float], station: Station, effects: pd.DataFrame) -> xr.Dataset:
+    """Return `measured_values` as labelled data, with the errors that `effects_on_measured` tells."""
+    none = dict.fromkeys(effects.index, (0.0, 0.0))
+    dataset = quantities_dataset(values, QUANTITIES, none, effects)
     dataset["wave_speed"].attrs["long_name"] = f"wave speed at {station.taken}, A Z_c/ρ"
     dataset["tau"].attrs |= {"symbol": "τ", "long_name": "time constant of the diastolic decay"}
     dataset["beta"].attrs["long_name"] = "nominal wall stiffness"
@@ -54,10 +63,18 @@ def measured_quantities(recording: Recording, nominal: Nominal, station: Station
 
 
 def model_quantities(
-    fit: Fit, station: Station, waves: xr.Dataset, impedance: xr.Dataset, vessels: xr.Dataset
+    fit: Fit, station: Station, waves: xr.Dataset, impedance: xr.Dataset, vessels: xr.Dataset, settings: Settings
 ) -> xr.Dataset:
-    """Return what the calibrated model says; what follows from the parameters alone carries its 95 % interval."""
-    derive = partial(derived_of, fit, diastolic=vessels["diastolic_pressure"].to_numpy())
+    """Return what the calibrated model says; what follows from the parameters alone carries its 95 % interval.
+
+    The interval allows for the errors that the settings say.
+    """
+    diastolic = vessels["diastolic_pressure"].to_numpy()
+    derive = partial(derived_of, fit, diastolic=diastolic)
+
+    def of_model(values: Mapping[str, float], model: Model, mean: float) -> dict[str, float]:
+        return _with_ratio(type(model.wall), values) | derived(model, mean, diastolic)
+
     estimator = {str(name): float(value) for name, value in zip(impedance["estimator"].values, impedance["Z_c"].values)}
     values = station.recording.indices() | {
         **derive(_values(fit)),
@@ -69,8 +86,9 @@ def model_quantities(
         "RMSE": fit.rmse,
     }
     dataset = quantities_dataset(
-        values, quantities_of(type(fit.model.wall), type(fit.model.outlets)), errors_of(fit, derive)
-    )
+        values, quantities_of(type(fit.model.wall), type(fit.model.outlets)), errors_of(fit, derive),
+        effects_on_fit(fit, settings, of_model),
+    )  # fmt: skip
     bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
     bounds |= dict.fromkeys(SHARES, (0.0, 1.0))
     # passive vessels take pressure: what is left for the beds is no more than all of it
@@ -85,10 +103,14 @@ def model_quantities(
 
 def derived_of(fit: Fit, values: Mapping[str, float], diastolic: np.ndarray) -> dict[str, float]:
     """Return the parameters `values` of a fit's model, and what follows from them without a simulation."""
-    law, model = type(fit.model.wall), model_of(fit, values)
+    derived_values = derived(model_of(fit, values), fit.recording.mean_pressure, diastolic)
+    return _with_ratio(type(fit.model.wall), values) | derived_values
+
+
+def _with_ratio(law: Any, values: Mapping[str, float]) -> dict[str, float]:
+    """Return parameters, and the ratio of those of the wall that its law names."""
     ratio, wall = law.law().ratio, [values[name] for name in parameter_names(law)]
-    share = {full_name(law, ratio[0]): wall[0] / wall[1]} if ratio else {}
-    return {**values, **share, **derived(model, fit.recording.mean_pressure, diastolic)}
+    return {**values, **({full_name(law, ratio[0]): wall[0] / wall[1]} if ratio else {})}
 
 
 def model_of(fit: Fit, values: Mapping[str, float]) -> Model:
@@ -127,9 +149,15 @@ def quantities_dataset(
     values: Mapping[str, float],
     quantities: Mapping[str, Quantity],
     errors: Mapping[str, tuple[float, float]] | None = None,
+    effects: pd.DataFrame | None = None,
 ) -> xr.Dataset:
-    """Return the values as labelled scalars, in the order of `quantities`; `errors` as from `errors_of`."""
+    """Return the values as labelled scalars, in the order of `quantities`.
+
+    `errors` are as from `errors_of`; `effects`, by quantity and unknown, are what one SD of each known error moves in
+    its logarithm. Of these come the shares of the variance that animals may share.
+    """
     variables = {}
+    known = pd.DataFrame() if effects is None else effects.dropna()
     for name, what in quantities.items():
         if name not in values:
             continue
@@ -138,7 +166,14 @@ def quantities_dataset(
         if what.equation:
             attrs["equation"] = what.equation
         error, reach = (errors or {}).get(name, (np.nan, np.nan))
-        if np.isfinite(error) and np.isfinite(reach):
+        if name in known.index:
+            squares = pd.Series(known.loc[name].to_numpy(float) ** 2, known.columns)
+            more = float(squares.to_numpy().sum())
+            error, reach = float(np.sqrt(error**2 + more)), float(np.sqrt(reach**2 + NORMAL**2 * more))
+            sources = np.array([kinds()[str(one)].source for one in squares.index])
+            shared = {source: float(squares[sources == source].to_numpy().sum()) for source in SHARED}
+            attrs |= {f"share_{source}": one / error**2 for source, one in shared.items() if error > 0}
+        if np.isfinite(error) and np.isfinite(reach) and error > 0:
             factor = float(np.exp(min(reach, _FARTHEST)))
             attrs |= {"standard_error": value * error, "interval_low": value / factor, "interval_high": value * factor}
             attrs["interval_level"] = LEVEL

@@ -20,7 +20,7 @@ FEWEST = 8
 """Harmonics that are compared at least: with fewer, the parameters of a fit leave no residual to judge it by."""
 
 _OWN_LEVEL = "the rounding and the own high-frequency level of the averaged cycle"
-_COMPARED = "Compared are harmonics 0 to {harmonics} of the pressure ({samples} samples)"
+_COMPARED = "harmonics 0 to {harmonics} of the pressure are compared ({samples} samples)"
 _ENDS = "signal stands out of {level} up to harmonic {signal}"
 SIGNAL_OF_BEATS = note_kind("fit.harmonics-with-signal", f"{_COMPARED}: above them no signal stands out of {{level}}.")
 SIGNAL_OF_CYCLE = note_kind(

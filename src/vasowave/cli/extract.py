@@ -65,7 +65,7 @@ def centerlines(
     min_radius: Annotated[float | None, typer.Option(help="Keep the vessels above this radius, cm.")] = None,
     pressure: Annotated[float, typer.Option(help="Pressure at which the vessels were imaged, mmHg; 0: unknown.")] = 0.0,
     species: Annotated[
-        str, typer.Option(help="Whose root the unit is checked by: mouse, rat, human, other.")
+        str, typer.Option(help="Whose root the unit is checked by: mouse, rat, rabbit, dog, pig, human, other.")
     ] = "mouse",
 ) -> None:
     """Turn the centerlines of another program into a vessel network, for ParaView and the authors' tables too."""
@@ -74,16 +74,17 @@ def centerlines(
     from vasowave.imaging.measure.measurement import filled_at
     from vasowave.imaging.options import check_wishes
     from vasowave.imaging.revise.parts import wanted_part
-    from vasowave.network.remarks import ROOT_RADIUS, unlike_the_species
+    from vasowave.network.remarks import unlike_the_species
     from vasowave.report.centerlines import check_centerlines_folder, write_centerline_network
+    from vasowave.species import SPECIES
 
     check_wishes(generations, vessels, min_radius)
     if cut not in ("axes", "tube", "identical"):
         raise InputError(f"cut '{cut}'; vessels meet where 'axes' do, or part at a 'tube' or where 'identical'")
     if ends not in ("auto", "ball", "wall"):
         raise InputError(f"ends '{ends}'; lines end a 'ball' before the wall or at the 'wall', or 'auto'")
-    if species not in (*ROOT_RADIUS, "other"):
-        raise InputError(f"species '{species}'; there are {', '.join(ROOT_RADIUS)}, and 'other', which is not checked")
+    if species not in (*SPECIES, "other"):
+        raise InputError(f"species '{species}'; there are {', '.join(SPECIES)}, and 'other', which is not checked")
     if surface is not None and cut != "axes":
         raise InputError(f"a surface says where axes meet; leave it out with --cut {cut}")
     check_centerlines_folder(output)

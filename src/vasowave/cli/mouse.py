@@ -84,7 +84,6 @@ def posterior(
 ) -> None:
     """Say which parameters are compatible with one animal's recording when image and model are uncertain, too."""
     from vasowave.cli.progress import alive
-    from vasowave.inference import Priors
     from vasowave.inference import posterior as posterior_of
     from vasowave.io.files import check_file
 
@@ -98,7 +97,7 @@ def posterior(
 
     with alive(lambda: f"posterior, {name} wall: {made[0]} simulations"):
         found = posterior_of(
-            vessels, cycle, law, bed=settings.beds, priors=Priors(zero=settings.zero_sd), blood=settings.blood,
+            vessels, cycle, law, bed=settings.beds, priors=settings.priors, blood=settings.blood,
             search=settings.search(law), numerics=settings.numerics, draws=draws, seed=settings.seed, progress=count,
         )  # fmt: skip
     found.to_netcdf(output)

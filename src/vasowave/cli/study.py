@@ -42,7 +42,7 @@ def demo(
 @app.command(epilog="Example: vasowave samples lab")
 def samples(
     folder: Annotated[Path, typer.Argument(help="Folder to make.")],
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual animals.")] = 3,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the virtual animals.")] = 10,
 ) -> None:
     """Write six synthetic recordings and two vessel tables to practise on, untidy as a lab's files are."""
     from vasowave.datasets.lab_files import write_lab_files

@@ -8,7 +8,6 @@ from vasowave.cohort.design import Design
 from vasowave.cohort.permutation import family_p
 from vasowave.cohort.pooling import pooled_mean, pooled_ratio
 from vasowave.cohort.primary import Family, Primary, primary_comparison
-from vasowave.cohort.rank_tests import several_groups
 from vasowave.cohort.table import cohort_table
 from vasowave.cohort.variables import Variable
 
@@ -31,5 +30,4 @@ __all__ = [
     "pooled_mean",
     "pooled_ratio",
     "primary_comparison",
-    "several_groups",
 ]

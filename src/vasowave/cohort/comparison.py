@@ -11,7 +11,7 @@ import pandas as pd
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.contrasts import leave_one_out, pairwise_contrasts
 from vasowave.cohort.effects import importance_index
-from vasowave.cohort.rank_tests import holm, several_groups
+from vasowave.cohort.rank_tests import holm
 from vasowave.cohort.table import column, columns, rows_of
 from vasowave.errors import InputError
 from vasowave.quantities import INDICES
@@ -30,15 +30,12 @@ class Comparison:
         From `pairwise_contrasts`: one row per pair of groups and quantity.
     without_one : DataFrame
         From `leave_one_out` with the names of animals; empty where groups are too small.
-    all_groups : DataFrame
-        From `several_groups`; empty for two groups.
     left_out : dict of str to str
         Quantities and groups that could not be compared, and why.
     """
 
     contrasts: pd.DataFrame
     without_one: pd.DataFrame
-    all_groups: pd.DataFrame
     left_out: dict[str, str]
 
 
@@ -62,8 +59,7 @@ def compare(cohort: Cohort, source: str) -> Comparison:
     if not parts:
         return _nothing(left_out)
     usable = list(parts)
-    everyone = several_groups(rows, usable) if rows["group"].nunique() > 2 else pd.DataFrame()
-    return Comparison(_together(list(parts.values())), _without_one(rows, usable), everyone, left_out)
+    return Comparison(_together(list(parts.values())), _without_one(rows, usable), left_out)
 
 
 def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFrame:
@@ -88,7 +84,7 @@ def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFr
 
 
 def _nothing(left_out: dict[str, str]) -> Comparison:
-    return Comparison(pd.DataFrame(), pd.DataFrame(), pd.DataFrame(), left_out)
+    return Comparison(pd.DataFrame(), pd.DataFrame(), left_out)
 
 
 def _tested(test: Callable[..., pd.DataFrame], *arguments: object) -> pd.DataFrame | str:

@@ -73,9 +73,7 @@ def modeled(cohort: Cohort, values: Values) -> Modeled:
         raise InputError("a value is not positive; a ratio needs positive values")
     if len(layout.animals) < layout.fixed.shape[1] + _FEWEST:
         raise InputError(f"{len(layout.animals)} animals have it, too few for the design")
-    same = np.equal.outer(own.known.image, own.known.image)
-    known = np.diag(own.known.errors**2) + np.outer(own.known.shared, own.known.shared) * same
-    structure = Structure(layout.fixed, list(layout.random.values()), known)
+    structure = Structure(layout.fixed, list(layout.random.values()), own.known.covariance)
     left = own.known.logs - layout.fixed @ np.linalg.lstsq(layout.fixed, own.known.logs, rcond=None)[0]
     if np.abs(left).max() < 1e-9:
         raise InputError("the values hardly vary within a group; there is nothing to test")
@@ -148,11 +146,11 @@ def _count(layout: Layout, side: np.ndarray) -> int:
 def _image_unknown(one: Modeled, contrast: Contrast) -> bool:
     """Return whether shared images may move the effect by an error that is not known, as `image_unknown`."""
     known = one.values.known
-    if one.values.source == "measured" or known.origin == "posterior":
+    if one.values.source == "measured" or known.told:
         return False
     weights = one.weights(contrast) @ one.fit.weights
-    sums = np.bincount(known.image, weights)
-    several = np.bincount(known.image) > 1
+    sums = np.bincount(known.label[0], weights)
+    several = np.bincount(known.label[0]) > 1
     return bool((sums[several] ** 2).sum() > (weights**2).sum())
 
 

@@ -1,6 +1,6 @@
 """What is known of one quantity in every animal: from the posteriors where all animals have one, else from the fits."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,8 @@ import xarray as xr
 from vasowave.animal.law_result import PosteriorResult
 from vasowave.animal.result import AnimalResult
 from vasowave.descriptions import NORMAL
+from vasowave.inference.known_errors import SHARED
+from vasowave.quantities import INDICES
 
 
 class Estimates(NamedTuple):
@@ -20,91 +22,129 @@ class Estimates(NamedTuple):
         NaN where a value is not positive.
     errors : array, shape (animal,)
         Standard errors that belong to one animal alone; 0 in all where they are not known of all.
-    shared : array, shape (animal,)
-        Standard errors from an image that several of the animals share: they have the same sign in all of them, and no
-        number of animals averages them away.
-    image : array of int, shape (animal,)
-        Number of the network of each animal; animals of one image have the same.
+    shared : array, shape (source, animal)
+        Standard errors from an image, a probe or a calibration (`SHARED`) that several of the animals share: they have
+        the same sign in all of them, and no number of animals averages them away.
+    label : array of int, shape (source, animal)
+        Numbers of what each animal shares; animals of one image have the same in the first row.
     origin : str
         ``posterior``, ``fit``, or ``plain`` without errors.
+    told : bool
+        Whether the error of the image is part of the errors.
     """
 
     logs: np.ndarray
     errors: np.ndarray
     shared: np.ndarray
-    image: np.ndarray
+    label: np.ndarray
     origin: str
+    told: bool
 
     def of(self, kept: np.ndarray | slice) -> "Estimates":
         """Return the estimates of some animals."""
-        return Estimates(self.logs[kept], self.errors[kept], self.shared[kept], self.image[kept], self.origin)
+        shared, label = self.shared[:, kept], self.label[:, kept]
+        return self._replace(logs=self.logs[kept], errors=self.errors[kept], shared=shared, label=label)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Of the errors of all animals, shape (animal, animal)."""
+        common = sum(np.outer(one, one) * np.equal.outer(label, label)
+                     for one, label in zip(self.shared, self.label, strict=True))  # fmt: skip
+        return np.asarray(np.diag(self.errors**2) + common)
 
 
-def estimates_of(results: Sequence[AnimalResult], source: str, name: str) -> Estimates:
-    """Return what is known of a quantity of a source, a wall law or ``measured``, in animals that have it."""
-    image = _images(results)
+def estimates_of(
+    results: Sequence[AnimalResult], source: str, name: str, shares: Mapping[str, Mapping[str, str]] | None = None
+) -> Estimates:
+    """Return what is known of a quantity of a source, a wall law or ``measured``, in animals that have it.
+
+    `shares` says by column of `SHARED` and animal what it shares with others of the same word.
+    """
+    label = np.array([_labels(results, column, (shares or {}).get(column, {})) for column in SHARED])
     drawn = [one for result in results if (one := _posterior(result, source, name)) is not None]
     if results and len(drawn) == len(results):
-        middle, spread, share = np.transpose([_drawn(one, name) for one in drawn])
-        several = np.bincount(image)[image] > 1
-        shared = np.where(several, spread * np.sqrt(share), 0.0)
-        return Estimates(middle, np.sqrt(spread**2 - shared**2), shared, image, "posterior")
+        middle, spread, share = (np.array(part) for part in zip(*(_drawn(one, name) for one in drawn), strict=True))
+        return _estimates(middle, spread, share.T, label, "posterior", told=True)
     values = [result.sources[source].quantities[name] for result in results]
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(np.array([float(value) for value in values]))
     errors = np.array([_log_error(value) for value in values])
-    known = bool(np.all(np.isfinite(errors)))
-    nothing = np.zeros(len(results))
-    return Estimates(logs, errors if known else nothing, nothing, image, "fit" if known else "plain")
+    if not np.all(np.isfinite(errors)):
+        return _estimates(logs, np.zeros(len(logs)), np.zeros(label.shape), label, "plain", told=False)
+    share = np.array([[float(value.attrs.get(f"share_{column}", 0.0)) for value in values] for column in SHARED])
+    told = all("share_image" in value.attrs for value in values) and bool(np.all(share[0] > 0))
+    return _estimates(logs, errors, share, label, "fit", told)
+
+
+def _estimates(
+    logs: np.ndarray, spread: np.ndarray, share: np.ndarray, label: np.ndarray, origin: str, told: bool
+) -> Estimates:
+    """Return estimates whose errors are split into those that several animals share and each animal's own."""
+    several = np.array([np.bincount(row)[row] > 1 for row in label])
+    shared = np.where(several, spread * np.sqrt(share), 0.0)
+    own = np.sqrt(np.maximum(spread**2 - (shared**2).sum(axis=0), 0.0))
+    return Estimates(logs, own, shared, label, origin, told)
 
 
 def shared_error(one: Estimates, other: np.ndarray) -> float:
-    """Return the standard error of the difference of two groups, `other` minus the rest, from images that they share.
+    """Return the standard error of the difference of two groups, `other` minus the rest, from what animals share.
 
-    An image moves a group by the share of its animals that have it; one that both groups have alike cancels.
+    An image, a probe or a calibration moves a group by the share of its animals that have it; one that both groups have
+    alike cancels.
     """
     variance = 0.0
-    for number in np.unique(one.image):
-        own = one.image == number
-        weight = float(np.mean(own[other]) - np.mean(own[~other]))
-        variance += weight**2 * float(np.mean(one.shared[own] ** 2))
+    for shared, label in zip(one.shared, one.label, strict=True):
+        for number in np.unique(label):
+            own = label == number
+            weight = float(np.mean(own[other]) - np.mean(own[~other]))
+            variance += weight**2 * float(np.mean(shared[own] ** 2))
     return float(np.sqrt(variance))
 
 
 def image_unknown(one: Estimates, other: np.ndarray, source: str) -> bool:
     """Return whether images that animals share may move the difference of two groups by an error that is not known.
 
-    A fit takes the image as exact. Images that animals have each for themselves are part of their scatter; shared ones
-    are asked for here if they move the difference by more than as many images as there are animals would.
+    A fit takes the image as exact unless its error is said. Images that animals have each for themselves are part of
+    their scatter; shared ones are asked for here if they move the difference by more than as many images as there are
+    animals would.
     """
-    if source == "measured" or one.origin == "posterior":
+    if source == "measured" or one.told:
         return False
     shared = 0.0
-    for number in np.unique(one.image):
-        own = one.image == number
+    for number in np.unique(one.label[0]):
+        own = one.label[0] == number
         if own.sum() > 1:
             shared += float(np.mean(own[other]) - np.mean(own[~other])) ** 2
     return shared > 1 / other.sum() + 1 / (~other).sum()
 
 
 def _posterior(result: AnimalResult, source: str, name: str) -> PosteriorResult | None:
-    """Return the posterior that knows a positive quantity, if there is one that can be trusted."""
-    one = result.laws[source].posterior if source in result.laws else None
+    """Return the posterior that knows a positive quantity, if there is one that can be trusted.
+
+    What was measured has the error that the posterior of the first law gives its index, whichever law that is.
+    """
+    law = next(iter(result.laws), "") if source == "measured" and name in INDICES else source
+    one = result.laws[law].posterior if law in result.laws else None
     if one is None or not one.trusted or name not in one.table["quantity"].values:
         return None
     return one if np.all(one.draws(name) > 0) else None
 
 
-def _drawn(posterior: PosteriorResult, name: str) -> tuple[float, float, float]:
-    """Return mean and SD of the logarithm of a quantity's draws, and the image's share of their variance."""
-    logs = np.log(posterior.draws(name))
-    share = float(posterior.table["share_image"].sel(quantity=name))
-    return float(logs.mean()), float(logs.std(ddof=1)), share
+def _drawn(posterior: PosteriorResult, name: str) -> tuple[float, float, list[float]]:
+    """Return mean and SD of the logarithm of a quantity's draws, and the shares of their variance by `SHARED`."""
+    logs, one = np.log(posterior.draws(name)), posterior.table.sel(quantity=name)
+    return float(logs.mean()), float(logs.std(ddof=1)), [float(one.get(f"share_{column}", 0.0)) for column in SHARED]
 
 
-def _images(results: Sequence[AnimalResult]) -> np.ndarray:
-    """Return a number for each network, the same for equal lengths and radii."""
-    keys = [result.network.length.tobytes() + result.network.radius.tobytes() for result in results]
+def _labels(results: Sequence[AnimalResult], column: str, words: Mapping[str, str]) -> np.ndarray:
+    """Return a number for what each animal has of a column, the same for equal words.
+
+    Without a word an image is that of equal networks, and anything else the animal's own.
+    """
+    keys: list[object] = []
+    for result in results:
+        own = result.network.length.tobytes() + result.network.radius.tobytes() if column == "image" else (result.name,)
+        keys.append(words.get(result.name) or own)
     return np.array([keys.index(key) for key in keys], dtype=int)
 
 

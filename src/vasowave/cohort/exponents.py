@@ -88,7 +88,7 @@ def _of_posteriors(drawn: Estimates) -> Pooled:
     mean = pooled_mean(drawn.logs, drawn.errors)
     of_images = sum(
         float(np.mean(own) ** 2 * np.mean(drawn.shared[own] ** 2))
-        for own in (drawn.image == number for number in np.unique(drawn.image))
+        for own in (drawn.label[0] == number for number in np.unique(drawn.label[0]))
     )
     reach = float(stdtrit(mean.freedom, TAILS[-1])) * float(np.sqrt(mean.error**2 + of_images))
     return Pooled(mean.value, mean.value - reach, mean.value + reach)

@@ -19,6 +19,7 @@ from vasowave.cohort.simultaneous import Row, Simultaneous, simultaneous
 from vasowave.cohort.table import column, rows_of
 from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError, did_you_mean
+from vasowave.inference.known_errors import SHARED
 from vasowave.io.columns import split_unit
 from vasowave.quantities import INDICES, question_of
 from vasowave.settings import settings_class
@@ -62,7 +63,7 @@ class Compared(NamedTuple):
 
     @property
     def shared(self) -> float:
-        """Standard error of the difference of the groups from images that they share."""
+        """Standard error of the difference of the groups from what animals share."""
         return shared_error(self.known, self.other)
 
     def ratio(self, kept: np.ndarray | slice = slice(None), level: float = LEVEL) -> Ratio:
@@ -310,7 +311,8 @@ def _values(cohort: Cohort, source: str, name: str, groups: Sequence[str]) -> Va
         and (source == "measured" or source in result.laws)
         and np.isfinite(values[result.name])
     ]
-    return Values(name, source, split_unit(label)[1], results, estimates_of(results, source, name))
+    shares = {one: cohort.variables[one].levels for one in SHARED if one in cohort.variables}
+    return Values(name, source, split_unit(label)[1], results, estimates_of(results, source, name, shares))
 
 
 def _refusal(one: Compared) -> str:

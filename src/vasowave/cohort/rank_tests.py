@@ -1,12 +1,8 @@
-"""Tests that ask for the order of the animals only: Mann-Whitney, Kruskal-Wallis; Holm's adjustment of many."""
+"""Tests that ask for the order of the animals only: Mann-Whitney; Holm's adjustment of many."""
 
 from math import comb
 
 import numpy as np
-import pandas as pd
-
-from vasowave.cohort.table import values_of
-from vasowave.errors import InputError
 
 MOST_EXACT = 200
 """Animals of two groups together up to which a Mann-Whitney test is exact; its work grows with their fourth power."""
@@ -56,51 +52,3 @@ def holm(p: np.ndarray) -> np.ndarray:
     adjusted = np.empty(len(p))
     adjusted[order] = np.minimum(stepped, 1.0)
     return adjusted
-
-
-def several_groups(
-    table: pd.DataFrame, quantities: list[str], rng: np.random.Generator | None = None, permutations: int = 20_000
-) -> pd.DataFrame:
-    """Kruskal-Wallis test over all groups, its p from random relabelings of the animals, Holm over the quantities.
-
-    With these group sizes the χ² approximation is poor, and all relabelings are too many: the p value counts those
-    with at least the observed H, the observed one included, so it is never below 1/(permutations + 1).
-
-    Raises
-    ------
-    InputError
-        As `describe`; fewer than two groups.
-    """
-    rng = rng or np.random.default_rng(0)
-    labels = table["group"].unique().tolist() if "group" in table.columns else []
-    if len(labels) < 2:
-        raise InputError("a comparison needs a column 'group' with at least two labels")
-    rows = []
-    for quantity in quantities:
-        samples = [values_of(table, quantity, label) for label in labels]
-        sizes = [len(x) for x in samples]
-        H, drawn = _kruskal(samples, rng, permutations)
-        p = (1 + np.sum(drawn >= H - 1e-9)) / (permutations + 1)
-        rows.append((quantity, len(labels), sum(sizes), H, float(p)))
-    result = pd.DataFrame(rows, columns=["quantity", "groups", "n", "H", "p"])
-    result["p Holm"] = holm(result["p"].to_numpy())
-    return result
-
-
-def _kruskal(samples: list[np.ndarray], rng: np.random.Generator, permutations: int) -> tuple[float, np.ndarray]:
-    """Return H of the samples, corrected for ties, and H of random relabelings."""
-    from scipy.stats import rankdata
-
-    ranks = rankdata(np.concatenate(samples))
-    sizes = np.array([len(x) for x in samples])
-    spread = ((ranks - ranks.mean()) ** 2).sum() / (len(ranks) - 1)
-    if spread == 0:
-        return 0.0, np.zeros(permutations)
-    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
-
-    def statistic(rows: np.ndarray) -> np.ndarray:
-        means = np.add.reduceat(rows, starts, axis=-1) / sizes
-        return (sizes * (means - ranks.mean()) ** 2).sum(-1) / spread
-
-    shuffled = rng.permuted(np.tile(ranks, (permutations, 1)), axis=1)
-    return float(statistic(ranks)), statistic(shuffled)

@@ -16,7 +16,7 @@ _GAP = ("control", 2, slice(7000, 7400))  # samples whose pressure is missing
 _DRIFT = ("hypoxia", 2, 9.0)  # mmHg/min
 
 
-def write_lab_files(folder: Path, seed: int = 3) -> list[Path]:
+def write_lab_files(folder: Path, seed: int = 10) -> list[Path]:
     """Write six LabChart exports in the folders ``control`` and ``hypoxia`` and one vessel table for each of them.
 
     The pressure of ``control/mouse 2`` has a gap, the transducer of ``hypoxia/mouse 2`` drifts by 9 mmHg/min.

@@ -7,7 +7,7 @@ import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.groups import plot_groups, plot_importance, plot_ratios
-from vasowave.figures.style import group_looks, new_figure, source_looks
+from vasowave.figures.style import WIDEST, group_looks, new_figure, source_looks
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,7 +28,7 @@ def boxes_figure(cohort: Cohort, quantities: dict[str, str], sources: Sequence[s
     columns = min(len(quantities), 4)
     rows = -(-len(quantities) // columns)
     width = max(4.3, 1.6 + 0.75 * len(cohort.groups) * len(sources))
-    figure = new_figure(max(8.0, width * columns), 5.2 * rows)
+    figure = new_figure(min(WIDEST, max(8.0, width * columns)), 5.2 * rows)
     axes = figure.subplots(rows, columns, squeeze=False)
     looks = group_looks(cohort.groups), source_looks(cohort.sources)
     for ax, (quantity, label) in zip(axes.flat, quantities.items(), strict=False):
@@ -41,7 +41,9 @@ def boxes_figure(cohort: Cohort, quantities: dict[str, str], sources: Sequence[s
 def importance_figure(cohort: Cohort, measured: pd.DataFrame, modeled: pd.DataFrame) -> "Figure":
     """Importance index of the data's indices and of the models' parameters ("ParAll_change")."""
     parts = [part for part in (measured, modeled) if len(part)]
-    figure = new_figure(9.0 * len(parts), max(5.0, 2.6 + 0.85 * max(part["quantity"].nunique() for part in parts)))
+    figure = new_figure(
+        WIDEST / 2 * len(parts), max(5.0, 2.6 + 0.85 * max(part["quantity"].nunique() for part in parts))
+    )
     for ax, part in zip(figure.subplots(1, len(parts), squeeze=False)[0], parts, strict=True):
         plot_importance(ax, part, group_looks(cohort.groups), source_looks(cohort.sources))
     return figure

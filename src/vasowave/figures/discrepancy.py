@@ -47,4 +47,4 @@ def _draw(ax: "Axes", cohort: Cohort, wall: str, table: "pd.DataFrame") -> None:
     ax.set_yscale("log")
     plain_log(ax.yaxis)
     ax.locator_params(axis="x", integer=True)
-    label_axes(ax, "harmonic", "modulus [mmHg]")
+    label_axes(ax, "harmonic [1]", "modulus [mmHg]")

@@ -204,23 +204,38 @@ def _draw(
     for dot, lane in zip(row.dots, lanes.dots, strict=True):
         look = groups[dot.group]
         (drawn,) = ax.plot([dot.value], [y - _CLEARANCE - lane], look.marker, color=look.color, ms=_DOT, mec="none")
-        mark(drawn, dot.tip, dot.animal)
+        mark(drawn, dot.tip, dot.animal, dot.group)
     _point(ax, y, row.point, DATA, "D", 6, 1.6, limits)
     for place, point in enumerate(row.beside, start=1):
-        _point(ax, y - _CLEARANCE - place, point, "0.45", sources[point.source].marker, 3.5, 0.9, limits)
+        marker, layer = sources[point.source].marker, _called(point.source)
+        _point(ax, y - _CLEARANCE - place, point, "0.45", marker, 3.5, 0.9, limits, layer)
 
 
 def _point(
-    ax: "Axes", y: float, point: Point, color: str, marker: str, size: float, width: float, limits: tuple[float, float]
+    ax: "Axes",
+    y: float,
+    point: Point,
+    color: str,
+    marker: str,
+    size: float,
+    width: float,
+    limits: tuple[float, float],
+    layer: str = "",
 ) -> None:
     """Draw a point with its interval; an arrow stands where the interval goes on beyond the axis."""
-    ax.plot([point.low, point.high], [y, y], color=color, lw=width, solid_capstyle="butt", zorder=3)
+    (line,) = ax.plot([point.low, point.high], [y, y], color=color, lw=width, solid_capstyle="butt", zorder=3)
+    mark(line, layer=layer)
     face = color if marker == "D" else "none"
     (drawn,) = ax.plot([point.value], [y], marker, color=color, mfc=face, ms=size, zorder=4)
-    mark(drawn, point.tip)
+    mark(drawn, point.tip, layer=layer)
     for end, arrow, beyond in zip(limits, "<>", (point.low < limits[0], point.high > limits[1]), strict=True):
         if beyond:
-            ax.plot([end], [y], arrow, color=color, ms=size, mec="none", clip_on=False, zorder=4)
+            (tip,) = ax.plot([end], [y], arrow, color=color, ms=size, mec="none", clip_on=False, zorder=4)
+            mark(tip, layer=layer)
+
+
+def _called(source: str) -> str:
+    return source if source == "data" else f"{source} wall"
 
 
 def _limits(rows: Sequence[Row]) -> tuple[float, float]:
@@ -253,7 +268,6 @@ def _legend(
         entries.append(Line2D([], [], color=look.color, marker=look.marker, ls="", ms=_DOT, label=short(group)))
     for source in dict.fromkeys(point.source for row in rows for point in row.beside):
         marker = sources[source].marker
-        name = source if source == "data" else f"{source} wall"
-        entries.append(Line2D([], [], color="0.45", marker=marker, mfc="none", ms=3.5, lw=0.9, label=name))
+        entries.append(Line2D([], [], color="0.45", marker=marker, mfc="none", ms=3.5, lw=0.9, label=_called(source)))
     if entries:
         figure.legend(handles=entries, loc="outside upper center", ncols=4)

@@ -18,9 +18,9 @@ _FOUND = re.compile(rf"""<g id=(["']){_MARK}(.*?)\1>""")
 _LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
-def mark(artist: "Artist", tip: str = "", animal: str = "") -> None:
-    """Give a part of a drawing words and the animal that it is of."""
-    _note(artist, {"tip": tip, "animal": animal})
+def mark(artist: "Artist", tip: str = "", animal: str = "", layer: str = "") -> None:
+    """Give a part of a drawing words, the animal that it is of, and the layer that a page shows or hides as one."""
+    _note(artist, {"tip": tip, "animal": animal, "layer": layer})
 
 
 def readable(ax: "Axes") -> None:

@@ -16,6 +16,7 @@ from vasowave.figures.style import (
     CTL,
     DATA,
     FAINT,
+    WIDEST,
     group_looks,
     label_axes,
     new_figure,
@@ -53,7 +54,7 @@ def vessels_figure(result: AnimalResult, color: str = CTL) -> "Figure":
     """Pressure and flow at the middle of the vessels that carry most flow: one column each, one scale a row."""
     whole = result.network
     vessels = main_vessels(whole)
-    figure = new_figure(max(8.0, 1.5 + 3.4 * len(vessels)), 11.5)
+    figure = new_figure(min(WIDEST, max(8.0, 1.5 + 3.4 * len(vessels))), 11.5)
     axes = figure.subplots(2, len(vessels), sharex=True, sharey="row", squeeze=False)
     for column, vessel in enumerate(vessels):
         for row, quantity in enumerate(("pressure", "flow")):
@@ -61,7 +62,7 @@ def vessels_figure(result: AnimalResult, color: str = CTL) -> "Figure":
             ax.label_outer()
             ax.locator_params(axis="x", nbins=3)
         share = 100 * whole.flow_fraction[whole.row(vessel)]
-        axes[0, column].set_title(f"{short(vessel, _TITLE)}\n{share:.0f} % of the flow", fontsize="medium")
+        axes[0, column].set_title(f"{short(vessel, _TITLE)}\n{share:.0f} % of flow", fontsize="medium")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return figure
 
@@ -163,7 +164,7 @@ def plot_waterfall(ax: "Axes", calibration: "xr.Dataset", **line: Any) -> "Axes"
     look: dict[str, Any] = {"marker": "o", "markersize": 3, "linewidth": 0.9} | line
     ax.plot(np.arange(1, len(S) + 1), S / S[0], **look)
     ax.locator_params(axis="x", integer=True)
-    return label_axes(ax, "start, in order of S", "S / best S [1]")
+    return label_axes(ax, "start, in order of S [1]", "S / best S [1]")
 
 
 def plot_wave_intensity(ax: "Axes", waves: "xr.Dataset", color: str = DATA) -> "Axes":

@@ -76,7 +76,7 @@ def tree_figure(cohort: Cohort, wall: str) -> "Figure":
         plot_network(ax, whole, scale.colors(means[group]), _tips(result, wall, whole, means[group]), size=6.5)
         if not cohort.single:
             ax.set_title(short(cohort.name(group), 40))
-    scale.draw(figure, list(axes), f"mean pressure [mmHg], {wall} wall")
+    scale.draw(figure, list(axes), f"mean pressure, {wall} wall [mmHg]")
     return figure
 
 

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
+WIDEST = 17.4
+"""Width of two columns of a journal, cm."""
+
 SCALE = "cividis"
 """Colors of a quantity; their lightness rises evenly: readable in grey and by the color-blind."""
 

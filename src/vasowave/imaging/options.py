@@ -9,6 +9,7 @@ from vasowave.errors import InputError
 from vasowave.imaging.places import Place, Places, Region
 from vasowave.network.network import HIGHEST
 from vasowave.settings import settings_class
+from vasowave.species import SpeciesName
 
 
 @settings_class
@@ -37,7 +38,7 @@ class Options:
     """Voxel size, cm, in place of the file's."""
     cannula: Annotated[float, Ge(0), Lt(2)] = 0.086
     """Known inner diameter of the cannula, cm (PE-90: 0.086); 0 where there is none."""
-    species: Literal["mouse", "rat", "human", "other"] = "mouse"
+    species: SpeciesName = "mouse"
     """Whose main pulmonary artery the voxel size is checked by where there is no cannula; other: not checked."""
     pressure: Annotated[float, Ge(0), Le(HIGHEST)] = 0.0
     """Transmural pressure at which the vessels were filled for the image, mmHg; 0 where it is not known."""

@@ -8,6 +8,7 @@ covariances are diagonalized beside it once, so that each σ costs a sum.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,24 @@ model away; it shall be seen as a poor evidence instead.
 """
 _AMPLITUDES = tuple(np.linspace(-2.5, 2.5, 21))  # likewise over log σ, whose likelihood is narrower than the prior
 _MATTERS = 1e-3  # of the largest term of a sum
+
+
+class Drawn(NamedTuple):
+    """What may lie behind residuals.
+
+    Attributes
+    ----------
+    deviation : array, shape (draw,)
+        Standard deviation σ of the discrepancy, mmHg.
+    zero : array, shape (draw,)
+        Error of the zero of the pressure, in its SD.
+    noise : array, shape (draw, coefficient)
+        Another residual of the same kind, mmHg: discrepancy and all errors.
+    """
+
+    deviation: np.ndarray
+    zero: np.ndarray
+    noise: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,23 +98,52 @@ class Discrepancy:
         variance[0] -= np.sum(share * self._beyond)
         return variance
 
-    def draw_deviation(self, residuals: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return a draw of the standard deviation σ, mmHg, given each residual, shape (draw, coefficient)."""
-        log = self._by_node(residuals)
-        weight = np.exp(log - log.max(axis=(0, 2), keepdims=True)).sum(axis=0)
-        share = np.cumsum(weight, axis=1) / weight.sum(axis=1, keepdims=True)
-        node = (share < rng.random((len(residuals), 1))).sum(axis=1)
-        return self._amplitudes[0][node]
+    def drawn(self, residuals: np.ndarray, zero: np.ndarray, rng: np.random.Generator) -> Drawn:
+        """Return a draw of what lies behind each residual, shape (draw, coefficient).
+
+        Parameters
+        ----------
+        residuals : array, shape (draw, coefficient)
+        zero : array, shape (coefficient,)
+            What one SD of the zero of the pressure changes; part of the errors of measurement.
+        rng : numpy.random.Generator
+        """
+        log = self._by_node(residuals).transpose(1, 0, 2).reshape(len(residuals), -1)
+        share = np.cumsum(np.exp(log - log.max(axis=1, keepdims=True)), axis=1)
+        node = (share < share[:, -1:] * rng.random((len(residuals), 1))).sum(axis=1)
+        turn, precision, _ = self._nodes
+        scores, again = np.empty(len(residuals)), np.empty_like(residuals)
+        for row, (shape, size) in enumerate(zip(*np.divmod(node, precision.shape[2]), strict=True)):
+            seen, known = zero @ turn[shape], precision[shape, :, size]
+            of_mean = turn[shape, 0] * known
+            whole = seen + self._gain[shape, size] * (of_mean @ seen) * turn[shape, 0]
+            expected = (whole * known) @ (residuals[row] @ turn[shape])
+            left = max(1.0 - float((seen * known) @ whole), 0.0)
+            scores[row] = expected + np.sqrt(left) * rng.standard_normal()
+            white = rng.standard_normal(len(known)) / np.sqrt(known)
+            again[row] = self._shapes[0][shape] * (turn[shape] @ white)  # inverse of the turn, transposed
+            again[row, 0] -= self._taken[shape, size] * (of_mean @ white)
+        return Drawn(self._amplitudes[0][node % precision.shape[2]], scores, again)
 
     def _by_node(self, rows: np.ndarray) -> np.ndarray:
         """Return log prior plus log density, shape (shape, draw, amplitude)."""
         turn, precision, constant = self._nodes
         turned = rows[:, self._counted] @ turn
         log = constant[:, np.newaxis] - 0.5 * (turned**2 @ precision)
-        if self._beyond.any():  # V - δ e eᵀ in place of V, e being the mean's row (Sherman and Morrison)
-            gain = self._beyond / (1 - self._beyond * self._precision_of_mean)
-            log -= 0.5 * gain[:, np.newaxis] * ((turned * turn[:, :1]) @ precision) ** 2
+        if self._beyond.any():
+            log -= 0.5 * self._gain[:, np.newaxis] * ((turned * turn[:, :1]) @ precision) ** 2
         return log
+
+    @cached_property
+    def _gain(self) -> np.ndarray:
+        """What V⁻¹e (eᵀV⁻¹) is multiplied by in the inverse of V - δ e eᵀ, e being the mean's row and δ `_beyond`."""
+        return self._beyond / (1 - self._beyond * self._precision_of_mean)
+
+    @cached_property
+    def _taken(self) -> np.ndarray:
+        """How much of eᵀV⁻¹x is taken from the mean of a draw x of V, to make it one of V - δ e eᵀ."""
+        precision = self._precision_of_mean
+        return (1 - np.sqrt(1 - self._beyond * precision)) / precision
 
     @cached_property
     def _beyond(self) -> np.ndarray:
@@ -104,11 +152,12 @@ class Discrepancy:
         of_mean = self._shapes[0][:, :1] * self._amplitudes[0] ** 2
         return np.maximum(of_mean - self.samples * self.of_mean**2, 0.0) * counted
 
-    @property
+    @cached_property
     def _precision_of_mean(self) -> np.ndarray:
         """Diagonal term of the mean in the inverse of the covariance without limit, shape (shape, amplitude)."""
-        turn, precision, _ = self._nodes
-        return np.einsum("sk,ska->sa", turn[:, 0] ** 2, precision)
+        turn, values, _ = self._diagonal
+        total = values[:, :, np.newaxis] + self._amplitudes[0] ** 2
+        return np.einsum("sk,ska->sa", turn[:, 0] ** 2, 1 / total)
 
     @cached_property
     def _nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -117,9 +166,8 @@ class Discrepancy:
         sigma, log_prior = self._amplitudes
         total = values[:, :, np.newaxis] + sigma**2
         constant = -0.5 * (np.log(2 * np.pi * total).sum(axis=1) + logdet[:, np.newaxis])
-        precision = 1 / total
-        less = np.log1p(-self._beyond * np.einsum("sk,ska->sa", turn[:, 0] ** 2, precision))
-        return turn, precision, constant - 0.5 * less + log_prior + self._shapes[1][:, np.newaxis]
+        constant -= 0.5 * np.log1p(-self._beyond * self._precision_of_mean)
+        return turn, 1 / total, constant + log_prior + self._shapes[1][:, np.newaxis]
 
     @cached_property
     def _shapes(self) -> tuple[np.ndarray, np.ndarray]:

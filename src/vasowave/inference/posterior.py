@@ -95,7 +95,7 @@ def posterior(
     progress : callable, optional
         Called with the number of simulations so far.
     settings
-        Those of `Sampling` by name: ``draws=200, priors=vw.Priors(radius_scale=0.1)``.
+        Those of `Sampling` by name: ``draws=200, priors=vw.Priors(radius_scale_sd=0.1)``.
 
     Raises
     ------
@@ -110,13 +110,13 @@ def posterior(
     >>> import vasowave as vw
     >>> network = vw.Network(("1",), [-1], [0.4], [0.05])  # a quick one: one vessel, and one unknown
     >>> search = vw.Search(fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0})
-    >>> priors = vw.Priors(radius=0, length=0, radius_scale=0, length_scale=0, stiffening=0)
+    >>> priors = vw.Priors(radius=0, length=0, radius_scale_sd=0, length_scale_sd=0, k_sd=0)
     >>> vw.posterior(network, vw.virtual_mouse(), priors=priors, search=search, draws=40)
     Posterior(linear wall: beta ... [..., ...], stiffness ...; Pareto k ...)
     """
     how = given_values(Sampling, None, settings)
     draws, seed = how.draws, how.seed
-    problem = _problem(a_network(network), one_cycle(recording), wall, how)
+    problem = problem_of(a_network(network), one_cycle(recording), wall, how)
     given = [] if fit is None else [np.clip(_scores(problem.unknowns, fit), -_OPEN, _OPEN)]
     place = None if path is None else Path(path)
     simulations = Simulations(problem.simulate, place, problem.key, progress)
@@ -129,10 +129,11 @@ def posterior(
     return reported(problem, noise, explored, simulations.asked, np.random.default_rng([seed, 1]), optimum)
 
 
-def _problem(network: Network, recording: Recording, wall: str | type, how: Sampling) -> Problem:
+def problem_of(network: Network, recording: Recording, wall: str | type, how: Sampling) -> Problem:
+    """Return an animal as a problem of inference; raises as `posterior`."""
     nominal = estimate_nominal(network, recording, how.blood, find_bed(how.bed))
     space = parameter_space(wall, network, nominal, how.blood, {}, how.search.fixed, False)
-    unknowns = Unknowns(space, nominal, how.priors)
+    unknowns = Unknowns(space, nominal, how.priors, recording)
     return Problem(
         unknowns, compared_part(recording, how.search.pressure_harmonics), how.numerics, how.workers or threads()
     )

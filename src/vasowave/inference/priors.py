@@ -6,31 +6,29 @@ from typing import Annotated
 
 from annotated_types import Ge, Le
 
+from vasowave.inference.known_errors import KnownErrors
 from vasowave.settings import Positive, settings_class
 
 Spread = Annotated[float, Ge(0), Le(2)]
 
 
 @settings_class
-class Priors:
-    """Priors of one animal. All of them are normal, of logarithms where a number is positive; an SD of 0 fixes it.
+class Priors(KnownErrors):
+    """Priors of one animal, with the errors that are known. All are normal, of logarithms where a number is positive;
+    an SD of 0 fixes it.
 
     Examples
     --------
     >>> import vasowave as vw
-    >>> vw.Priors(radius_scale=0.1, parameters={"c1": (1.0, 0.3)}).radius_scale
+    >>> vw.Priors(radius_scale_sd=0.1, parameters={"c1": (1.0, 0.3)}).radius_scale_sd
     0.1
     """
 
     parameters: Mapping[str, tuple[Positive, Spread]] = field(default_factory=dict)
     """Median (in the unit of the parameter) and SD of the logarithm of single parameters of the model, in place of the
     nominal value and the parameter's own (`descriptions.Parameter.spread`)."""
-    radius_scale: Spread = 0.05
-    """SD of the logarithm of a factor common to all radii: threshold and voxel size of the image."""
     radius: Spread = 0.05
     """SD of the logarithm of each vessel's own error, where the network has no ``radius_sd`` (cm)."""
-    length_scale: Spread = 0.05
-    """As `radius_scale`, of lengths."""
     length: Spread = 0.05
     """As `radius`, of lengths."""
     taper: Spread = 0.3
@@ -38,13 +36,6 @@ class Priors:
     measured; only where the network has one."""
     taper_scale: Spread = 0.1
     """SD of a factor common to all measured tapers, around 1: blur, and contrast that fades along a vessel."""
-    stiffening: Spread = 0.5
-    """SD of the exponent k of a wall stiffness that varies with the radius, β ∝ (r/r_root)^-k, around 0: in pulmonary
-    arteries distensibility is nearly uniform (k = 0), down the systemic ones k near 0.7 is usual."""
-    image_pressure: Spread = 0.3
-    """SD of the logarithm of the pressure at which the image was taken, where the network has one."""
-    zero: Annotated[float, Ge(0)] = 0.5
-    """SD of the zero of the pressure, mmHg: of the catheter."""
     wedge: Annotated[float, Ge(0)] = 0.0
     """SD of the pressure behind the vascular beds around the recording's wedge pressure, mmHg."""
     discrepancy: tuple[Positive, Spread] = (0.3, 0.7)

@@ -8,15 +8,17 @@ from typing import Any
 
 import numpy as np
 
+from vasowave.analysis import operating_point, wave_intensity
 from vasowave.calibration.compared import Compared
 from vasowave.errors import NumericalError, VasowaveError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.unknowns import Unknowns
-from vasowave.model.linear import linear_solution
+from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
 from vasowave.model.outlets import OF_DROP
 from vasowave.noise.spectrum import fourier, harmonics
-from vasowave.recording import Recording, resample
+from vasowave.quantities import OF_PARAMETERS, derived
+from vasowave.recording import Inflow, Recording, resample
 from vasowave.runtime.kept import digest_of
 from vasowave.solver.result import Run
 from vasowave.solver.simulate import Numerics, simulate_runs
@@ -24,6 +26,7 @@ from vasowave.solver.simulate import Numerics, simulate_runs
 _SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions.md
 _LEAST = 1e-12  # of a strain or compliance whose logarithm is taken
 _SAMPLES = 64  # the solver chooses its step in multiples of this
+_WAVES = 256  # samples of a cycle whose waves are separated
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +68,57 @@ class Problem:
         """Variance of each coefficient by scatter of the beats (or rounding), grid, and zero, mmHg²."""
         k = harmonics(self.samples)
         beats = self.compared.error_power()[k] * np.where(k == 0, 1.0, 0.5) * self.samples
-        zero = np.where(k == 0, self.samples * self.unknowns.priors.zero**2, 0.0)
-        return beats + _SOLVER**2 + zero
+        return beats + _SOLVER**2 + np.where(k == 0, self.zero_variance, 0.0)
+
+    @property
+    def zero_variance(self) -> float:
+        """Variance of the mean's coefficient by the zero of the pressure, mmHg²."""
+        return self.samples * self.unknowns.priors.sd("zero") ** 2
+
+    @property
+    def zero(self) -> np.ndarray:
+        """What one SD of the zero of the pressure changes in the coefficients, mmHg, shape (coefficient,)."""
+        return np.sqrt(self.zero_variance) * np.eye(self.samples)[0]
+
+    @cached_property
+    def _middle(self) -> tuple[Model, LinearSolution]:
+        """The model at the medians, and what it does in the frequency domain; not finite where it has no mean state."""
+        model = self.unknowns.model(np.zeros(len(self.unknowns.all)))
+        with np.errstate(all="ignore"):
+            return model, linear_solution(model, self.recording.inflow, self.samples // 2)
+
+    @cached_property
+    def _diastole(self) -> np.ndarray:
+        """Diastolic pressure of the vessels, mmHg, shape (vessel,): measured, and by how much they differ."""
+        model, solved = self._middle
+        with np.errstate(all="ignore"):
+            lowest = solved.over_cycle(solved.pressure, _WAVES).min(axis=0)
+        apart = lowest - lowest[model.network.root]
+        return self.recording.diastolic_pressure + np.where(np.isfinite(apart), apart, 0.0)
+
+    def quantities(self, point: np.ndarray, output: np.ndarray, zero: float) -> dict[str, float]:
+        """Return what follows from a point, its simulated coefficients, and a zero that is wrong by `zero` SD.
+
+        Of the indices those that an error moves; I_R from the harmonics that are compared.
+        """
+        unknowns, model, seen = self.unknowns, self.unknowns.model(point), self.unknowns.without_errors(point)
+        mean = self.recording.mean_pressure - zero * unknowns.priors.sd("zero")
+        found = derived(model, mean, self._diastole)
+        found = {name: found[name] for name in (*OF_PARAMETERS, "tau") if name in found}
+        flow = resample(resample(seen.recording.flow, self.samples), _WAVES)
+        place = operating_point(model, mean)
+        if np.isfinite([*output, *place]).all():
+            pressure = resample(self.in_time(output), _WAVES)
+            waves = wave_intensity(pressure, flow, seen.recording.period, *place, model.blood.inertia)
+            found["I_R"] = float(waves.reflection_coefficient)
+        else:
+            found["I_R"] = np.nan
+        moved = {"mPAP": unknowns.priors.sd("zero") > 0, "CO": "flow_gain" in unknowns.all}
+        behind = float(unknowns.values(point)["wedge"])
+        CO = seen.recording.cardiac_output
+        indices = {"mPAP": mean, "CO": CO, "PVR": (mean - behind) / CO}
+        moved["PVR"] = any(moved.values()) or "wedge" in unknowns.all
+        return found | {name: value for name, value in indices.items() if moved[name]}
 
     def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
         """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""
@@ -77,14 +129,10 @@ class Problem:
     @cached_property
     def mean_drop(self) -> float:
         """What the mean pressure falls along the vessels of the image with nominal walls, mmHg; infinite if unknown."""
-        space = self.unknowns.space
-        with np.errstate(all="ignore"):  # what is not finite bounds nothing
-            model = self._model(np.zeros(len(self.unknowns.all)))
-            if model is None:
-                return np.inf
-            inlet = linear_solution(model, self.recording.inflow, 1).pressure[0, model.network.root].real
-        behind = float(self.recording.inflow.flow.mean()) * model.outlets.total_resistance() + space.outlet_pressure
-        return max(float(inlet) - behind, 0.0) if np.isfinite(inlet) else np.inf
+        model, solved = self._middle
+        beds = self.recording.cardiac_output * model.outlets.total_resistance() + self.unknowns.space.outlet_pressure
+        fall = float(solved.pressure[0, model.network.root].real) - beds
+        return max(fall, 0.0) if np.isfinite(fall) else np.inf
 
     def vessels(self, point: np.ndarray) -> np.ndarray:
         """Return what one SD of each vessel's own radius, length and taper changes, shape (coefficient, error), mmHg.
@@ -94,10 +142,10 @@ class Problem:
         NumericalError
             A model with one vessel wider, longer or narrowing more by one SD cannot be simulated.
         """
-        models = [self.unknowns.model(point)]
+        models, inflow = [self.unknowns.model(point)], self._inflow(point)
         for kind, errors in zip(("radii", "lengths", "falls"), self.unknowns.own_errors, strict=True):
             models += [self.unknowns.model(point, **{kind: one}) for one in np.diag(errors) if one.any()]
-        outputs = self._simulated(models)
+        outputs = self._simulated([(model, inflow) for model in models])
         if not np.isfinite(outputs).all():
             raise NumericalError(
                 "a model with one vessel wider or longer by its assumed error cannot be simulated; give smaller errors "
@@ -138,30 +186,32 @@ class Problem:
 
     def simulate(self, points: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
         """Return the coefficients at points, shape (point, coefficient); NaN where a point cannot be simulated."""
-        return self._simulated([self._model(point) for point in points])
+        return self._simulated([self._posed(point) for point in points])
 
     def linear(self, points: np.ndarray) -> np.ndarray:
         """Return the coefficients at points as the network in the frequency domain has them; NaN where it has none."""
         pressures = np.full((len(points), self.samples), np.nan)
-        for i, model in enumerate(map(self._model, points)):
-            if model is not None:
+        for i, posed in enumerate(map(self._posed, points)):
+            if posed is not None:
+                model, inflow = posed
                 with np.errstate(all="ignore"):  # what is infinite is no start
-                    solved = linear_solution(model, self.recording.inflow, self.samples // 2)
+                    solved = linear_solution(model, inflow, self.samples // 2)
                     pressure = solved.over_cycle(solved.pressure[:, model.network.root], self.samples)
                 pressures[i] = fourier(pressure)
         return pressures
 
-    def _simulated(self, models: Sequence[Model | None]) -> np.ndarray:
-        """Return the coefficients of models.
+    def _simulated(self, posed: Sequence[tuple[Model, Inflow] | None]) -> np.ndarray:
+        """Return the coefficients of models with their inflows.
 
         Every simulation starts from its linear solution, which takes fewer cycles than from a neighbor as far away as
         draws are from each other; and what a point gives does not depend on the points before it.
         """
-        whole = [model for model in models if model is not None]
-        pressures = np.full((len(models), self.samples), np.nan)
-        runs = iter(simulate_runs(whole, self.recording.inflow, self._numerics, workers=self.workers) if whole else [])
-        for i, model in enumerate(models):
-            run = next(runs) if model is not None else None
+        whole = [one for one in posed if one is not None]
+        pressures = np.full((len(posed), self.samples), np.nan)
+        models, inflows = zip(*whole, strict=True) if whole else ((), ())
+        runs = iter(simulate_runs(models, inflows, self._numerics, workers=self.workers) if whole else [])
+        for i, one in enumerate(posed):
+            run = next(runs) if one is not None else None
             if isinstance(run, Run):
                 pressures[i] = fourier(run.inlet_pressure(self.samples))
         return pressures
@@ -185,9 +235,12 @@ class Problem:
             *(self.recording.flow, self.recording.period, self._numerics, self.samples, version("vasowave")),
         )
 
-    def _model(self, point: np.ndarray) -> Model | None:
-        """Return the model at a point, or nothing where some number of it overflows or its law raises an error."""
+    def _inflow(self, point: np.ndarray) -> Inflow:
+        return self.unknowns.without_errors(point).recording.inflow
+
+    def _posed(self, point: np.ndarray) -> tuple[Model, Inflow] | None:
+        """Return model and inflow at a point, or nothing where a number of it overflows or its law raises an error."""
         try:
-            return self.unknowns.model(point)
+            return self.unknowns.model(point), self._inflow(point)
         except (VasowaveError, ArithmeticError, ValueError):
             return None

@@ -5,7 +5,7 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.descriptions import TAILS
-from vasowave.inference.discrepancy import Discrepancy
+from vasowave.inference.discrepancy import Discrepancy, Drawn
 from vasowave.inference.findings import Optimum, findings
 from vasowave.inference.left_out import left_out
 from vasowave.inference.mixture import Explored
@@ -13,11 +13,11 @@ from vasowave.inference.problem import Problem
 from vasowave.inference.result import Diagnostics, Posterior
 from vasowave.inference.shares import variance_shares
 from vasowave.inference.wording import meanings, trust, zero_unseen
-from vasowave.quantities import OF_PARAMETERS, QUANTITIES, derived
+from vasowave.quantities import OF_PARAMETERS, QUANTITIES
 
-CHAINS = 4  # into which independent draws are divided, for programs that compare chains
 _PRIOR_DRAWS = 400  # enough to draw the prior beside the posterior
 _HELD = 1e-24  # variance before of a quantity that held parameters leave no freedom: rounding
+_FURTHER = ("tau", "I_R", "mPAP", "CO", "PVR")  # quantities of a posterior beside those of the parameters alone
 _STEP = 1e-3  # of the central differences, in SD of the prior
 
 
@@ -31,9 +31,12 @@ def reported(
 ) -> Posterior:
     """Return the posterior that explored points are; `optimum` is that of a fit, if there is one."""
     rows = _resampled(explored.weights.log_weight, rng)
-    values = _values(problem, explored.points[rows])
-    values["discrepancy"] = noise.draw_deviation(explored.residuals[rows], rng)
-    before = _values(problem, rng.standard_normal((_PRIOR_DRAWS, len(problem.unknowns.all))))
+    points, residuals = explored.points[rows], explored.residuals[rows]
+    behind = noise.drawn(residuals, problem.zero, rng)
+    values = _values(problem, points, problem.measured - residuals, behind.zero)
+    values["discrepancy"] = behind.deviation
+    first = rng.standard_normal((_PRIOR_DRAWS, len(problem.unknowns.all)))
+    before = _values(problem, first, problem.linear(first), rng.standard_normal(_PRIOR_DRAWS))
     median, spread = noise.amplitude
     before["discrepancy"] = median * np.exp(spread * rng.standard_normal(_PRIOR_DRAWS))
     diagnostics = Diagnostics(
@@ -49,33 +52,33 @@ def reported(
     summary = _summary(values, before, units).join(_shares(problem, noise, explored, rows))
     scores = pd.Series(np.median(explored.points[rows], axis=0), index=list(problem.unknowns.all))
     meaning = meanings(summary, scores, problem.unknowns.all)
-    found = (*trust(diagnostics), *found, *meaning, *zero_unseen(problem.recording, problem.unknowns.priors.zero))
+    found = (*trust(diagnostics), *found, *meaning, *zero_unseen(problem.recording, problem.unknowns.priors.sd("zero")))
     wall = problem.unknowns.space.law.law().name
-    tree = _tree(problem, explored, rows, values, before, units)
+    tree = _tree(problem, noise, explored, rows, behind, values, before, units)
     blocks = left_out(noise, explored.residuals, explored.weights.log_weight)
     return Posterior(wall, tree, summary, diagnostics, blocks, found)
 
 
 def _resampled(log_weight: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return rows of equally weighted draws, in random order: each is taken as often as its weight says."""
-    count = len(log_weight) // CHAINS * CHAINS
+    count = len(log_weight)
     places = (np.arange(count) + rng.random()) / count
     rows = np.searchsorted(np.cumsum(np.exp(log_weight)), places * (1 - 1e-12))
     return rng.permutation(np.minimum(rows, len(log_weight) - 1))
 
 
-def _values(problem: Problem, points: np.ndarray) -> dict[str, np.ndarray]:
-    """Return unknowns and derived quantities at points, shape (point,) each."""
-    unknowns, mean = problem.unknowns, problem.recording.mean_pressure
+def _values(problem: Problem, points: np.ndarray, outputs: np.ndarray, zeros: np.ndarray) -> dict[str, np.ndarray]:
+    """Return unknowns and derived quantities at points with their outputs and zeros, shape (point,) each."""
+    unknowns = problem.unknowns
     known = {name: value for name, value in unknowns.values(points).items() if name in unknowns.all}
-    rows = [derived(unknowns.model(point), mean) for point in points]
+    rows = [problem.quantities(*one) for one in zip(points, outputs, zeros.tolist(), strict=True)]
     return known | {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 def _units(problem: Problem) -> dict[str, tuple[str, str]]:
     """Return unit and meaning of every variable."""
     units = {name: (one.unit, one.meaning) for name, one in problem.unknowns.all.items()}
-    units |= {name: (QUANTITIES[name].unit, QUANTITIES[name].meaning) for name in OF_PARAMETERS}
+    units |= {name: (QUANTITIES[name].unit, QUANTITIES[name].meaning) for name in (*OF_PARAMETERS, *_FURTHER)}
     return units | {"discrepancy": ("mmHg", "standard deviation of what no parameters of the model explain")}
 
 
@@ -85,9 +88,10 @@ def _summary(
     rows = {}
     for name, draws in values.items():
         low, middle, high = np.quantile(draws, TAILS)
-        first, _, last = np.quantile(before[name], TAILS)
-        scale = np.log if draws.min() > 0 and before[name].min() > 0 else np.asarray
-        known = np.var(scale(before[name]))
+        prior = before[name][np.isfinite(before[name])]
+        first, _, last = np.quantile(prior, TAILS)
+        scale = np.log if draws.min() > 0 and prior.min() > 0 else np.asarray
+        known = np.var(scale(prior))
         contraction = 1 - np.var(scale(draws)) / known if known > _HELD else np.nan
         rows[name] = (units[name][0], middle, low, high, first, last, contraction)
     columns = ["unit", "median", "interval_low", "interval_high", "prior_low", "prior_high", "contraction"]
@@ -98,34 +102,47 @@ def _shares(problem: Problem, noise: Discrepancy, explored: Explored, rows: np.n
     """Return the sources of the variance of every quantity, to first order at the middle of the posterior."""
     middle = explored.points[rows].mean(axis=0)
     steps = _STEP * np.eye(len(middle))
-    up, down = _values(problem, middle + steps), _values(problem, middle - steps)
+    beside = np.vstack([steps, np.zeros_like(middle)])  # the last moves the zero
+    zeros = np.append(np.zeros(len(middle)), _STEP)
+    up, down = (
+        _values(problem, points, explored.emulator(points), side * zeros)
+        for points, side in ((middle + beside, 1), (middle - beside, -1))
+    )
     slopes = {}
     for name, ends in up.items():
         scale = np.log if min(ends.min(), down[name].min()) > 0 else np.asarray
         slopes[name] = (scale(ends) - scale(down[name])) / (2 * _STEP)
     sources = [one.source for one in problem.unknowns.all.values()]
     frame = pd.DataFrame.from_dict(slopes, orient="index")
-    return variance_shares(frame, sources, explored.emulator.jacobian(middle), noise, explored.residuals[rows])
+    return variance_shares(
+        frame, sources, explored.emulator.jacobian(middle), noise, explored.residuals[rows], problem.zero
+    )
 
 
 def _tree(
     problem: Problem,
+    noise: Discrepancy,
     explored: Explored,
     rows: np.ndarray,
+    behind: Drawn,
     values: dict[str, np.ndarray],
     before: dict[str, np.ndarray],
     units: dict[str, tuple[str, str]],
 ) -> xr.DataTree:
     time = np.arange(problem.samples) * (problem.recording.period / problem.samples)
-    simulated = problem.in_time(problem.measured - explored.residuals[rows]).reshape(CHAINS, -1, problem.samples)
+    outputs = problem.measured - explored.residuals[rows]
+    simulated, again = (problem.in_time(one)[np.newaxis] for one in (outputs, outputs + behind.noise))
     mmhg, seconds = {"units": "mmHg"}, {"units": "s"}
     axis = {"time": ("time", time, seconds)}
-    predicted = xr.Dataset({"pressure": (("chain", "draw", "time"), simulated, mmhg)}, coords=axis)
+    dims = ("chain", "draw", "time")
+    predicted = xr.Dataset({"pressure": (dims, again, mmhg), "simulated": (dims, simulated, mmhg)}, coords=axis)
+    likelihood = noise.log_likelihood(explored.residuals[rows])[np.newaxis]
     observed = xr.Dataset({"pressure": ("time", problem.in_time(problem.measured), mmhg)}, coords=axis)
     weights = {"log_weight": (("chain", "draw"), explored.weights.log_weight[np.newaxis])}
     groups = {
-        "posterior": _labelled(values, units, CHAINS),
-        "prior": _labelled(before, units, 1),
+        "posterior": _labelled(values, units),
+        "prior": _labelled(before, units),
+        "log_likelihood": xr.Dataset({"pressure": (("chain", "draw"), likelihood)}),
         "sample_stats": xr.Dataset(weights, attrs={"note": "importance draws before resampling"}),
         "posterior_predictive": predicted,
         "observed_data": observed,
@@ -133,10 +150,10 @@ def _tree(
     return xr.DataTree.from_dict(groups)
 
 
-def _labelled(values: dict[str, np.ndarray], units: dict[str, tuple[str, str]], chains: int) -> xr.Dataset:
+def _labelled(values: dict[str, np.ndarray], units: dict[str, tuple[str, str]]) -> xr.Dataset:
     variables = {
-        name: (("chain", "draw"), draws.reshape(chains, -1), {"units": units[name][0], "long_name": units[name][1]})
+        name: (("chain", "draw"), draws[np.newaxis], {"units": units[name][0], "long_name": units[name][1]})
         for name, draws in values.items()
     }
-    count = len(next(iter(values.values()))) // chains
-    return xr.Dataset(variables, coords={"chain": np.arange(chains), "draw": np.arange(count)})
+    count = len(next(iter(values.values())))
+    return xr.Dataset(variables, coords={"chain": [0], "draw": np.arange(count)})

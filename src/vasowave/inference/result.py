@@ -78,9 +78,11 @@ class Posterior:
     ----------
     wall : str
     data : DataTree
-        As ArviZ reads it: groups ``posterior`` (every unknown and derived quantity, dims chain, draw, equally
-        weighted), ``sample_stats`` (the importance draws before resampling: log_weight), ``posterior_predictive`` and
-        ``observed_data`` (pressure at the inlet, mmHg, by time), ``prior`` (draws of the same quantities).
+        As ArviZ reads it: groups ``posterior`` (every unknown and derived quantity, dims chain, draw, equally weighted;
+        draws are independent, so there is one chain), ``sample_stats`` (the importance draws before resampling:
+        log_weight), ``log_likelihood`` (of all harmonics together, which are not independent), ``posterior_predictive``
+        (by time, mmHg: ``pressure`` with discrepancy and errors, ``simulated`` without) and ``observed_data`` (pressure
+        at the inlet), ``prior`` (draws of the same quantities).
     summary : DataFrame
         One row per unknown and derived quantity: ``unit, median, interval_low, interval_high`` (95 %), ``prior_low,
         prior_high`` (95 %), ``contraction`` (1 - variance over prior variance, of the logarithm where it is positive)
@@ -97,7 +99,7 @@ class Posterior:
     --------
     >>> import vasowave as vw
     >>> network, search = vw.Network(("1",), [-1], [0.4], [0.05]), vw.Search(fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0})
-    >>> priors = vw.Priors(radius=0, length=0, radius_scale=0, length_scale=0, stiffening=0)
+    >>> priors = vw.Priors(radius=0, length=0, radius_scale_sd=0, length_scale_sd=0, k_sd=0)
     >>> drawn = vw.posterior(network, vw.virtual_mouse(), priors=priors, search=search, draws=40)
     >>> drawn.summary.loc["wave_speed", ["interval_low", "median", "interval_high"]].is_monotonic_increasing
     True

@@ -4,14 +4,13 @@ import numpy as np
 import pandas as pd
 
 from vasowave.inference.discrepancy import Discrepancy
-
-SOURCES = ("recording", "image", "model", "prior")
-"""Errors of measurement; geometry; discrepancy and structure; parameters that the data leave where they were."""
+from vasowave.inference.known_errors import SOURCES
 
 
 def variance_shares(
-    slopes: pd.DataFrame, sources: list[str], jacobian: np.ndarray, noise: Discrepancy, residuals: np.ndarray
-) -> pd.DataFrame:
+    slopes: pd.DataFrame, sources: list[str], jacobian: np.ndarray, noise: Discrepancy, residuals: np.ndarray,
+    zero: np.ndarray | None = None,
+) -> pd.DataFrame:  # fmt: skip
     """Return each source's share of the variance of each quantity, adding up to 1.
 
     Around the posterior's middle, where outputs are linear in the scores x with prior N(0, 1), the estimate is
@@ -23,13 +22,20 @@ def variance_shares(
     slopes : DataFrame
         Derivative of each quantity (index) by each score (column).
     sources : list of str
-        Of each score: ``recording`` (a parameter, known before only by its prior), ``image``, ``model``.
+        Of each score: ``recording`` (a parameter, known before only by its prior), ``image``, ``probe``, ``model``.
     jacobian : array, shape (output, score)
     noise : Discrepancy
     residuals : array, shape (draw, output)
+    zero : array, shape (output,), optional
+        What one SD of the zero of the pressure changes, where `slopes` have a last column for it: it then is an unknown
+        beside the scores, and no longer one of the noise's errors of measurement.
     """
+    measured = noise.measured
+    if zero is not None:
+        measured, jacobian = measured - np.outer(zero, zero), np.column_stack([jacobian, zero])
+        sources = [*sources, "calibration"]
     parts = {
-        "recording": noise.measured,
+        "recording": measured,
         "image": noise.vessels @ noise.vessels.T,
         "model": np.diag(noise.variance(residuals)),
     }

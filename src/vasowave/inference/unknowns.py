@@ -9,12 +9,14 @@ import numpy as np
 
 from vasowave.calibration.parameters import Space
 from vasowave.errors import InputError, did_you_mean
+from vasowave.inference.known_errors import Seen, kinds
 from vasowave.inference.priors import Priors
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
 from vasowave.model.outlets import Site
 from vasowave.model.shape import Shape
 from vasowave.network.network import MEASURED, Network, measured_falls
+from vasowave.recording import Recording
 
 
 class Unknown(NamedTuple):
@@ -29,7 +31,8 @@ class Unknown(NamedTuple):
         SD of the logarithm, or of the number itself.
     positive : bool
     source : str
-        Where ignorance of it comes from: ``recording`` (what it is measured by), ``image`` or ``model``.
+        Where ignorance of it comes from: ``recording`` (what it is measured by), ``image``, ``probe``, ``calibration``
+        or ``model``.
     """
 
     unit: str
@@ -59,11 +62,13 @@ class Unknowns:
         The law, the parameters, and what is held.
     nominal : Nominal
     priors : Priors
+    recording : Recording
     """
 
     space: Space
     nominal: Nominal
     priors: Priors
+    recording: Recording
 
     def __post_init__(self) -> None:
         """Check that priors speak of parameters that there are."""
@@ -94,15 +99,11 @@ class Unknowns:
         return parameters
 
     def _structure(self) -> dict[str, Unknown]:
-        priors, image = self.priors, self.network.pressure
-        structure = {
-            "radius_scale": Unknown("1", "factor of all radii", 1.0, priors.radius_scale, True, "image"),
-            "length_scale": Unknown("1", "factor of all lengths", 1.0, priors.length_scale, True, "image"),
-            "k": Unknown("1", "exponent of a stiffness ∝ radius^-k", 0.0, priors.stiffening, False, "model"),
-        }
-        if image:
-            meaning = "pressure at which the image was taken"
-            structure["image_pressure"] = Unknown("mmHg", meaning, float(image), priors.image_pressure, True, "image")
+        priors, structure = self.priors, dict[str, Unknown]()
+        for name, one in kinds().items():
+            center = float(one.center(self._seen))
+            if name != "zero" and not (one.positive and center == 0):  # the zero moves the mean alone: a covariance
+                structure[name] = Unknown(one.unit, one.meaning, center, priors.sd(name), one.positive, one.source)
         behind = self.space.outlet_pressure
         structure["wedge"] = Unknown(
             "mmHg", "pressure behind the vascular beds", behind, priors.wedge, False, "recording"
@@ -131,6 +132,19 @@ class Unknowns:
                 scores[i] = change / one.spread
         return scores
 
+    @property
+    def _seen(self) -> Seen:
+        unmeasured: dict[str, Any] = dict.fromkeys(MEASURED)
+        return Seen(replace(self.network, **unmeasured), self.recording, self.space.blood)
+
+    def without_errors(self, scores: np.ndarray) -> Seen:
+        """Return what would have been measured without the errors at scores of shape (unknown,)."""
+        value, seen = self.values(scores), self._seen
+        for name, one in kinds().items():
+            if name in self.all:
+                seen = one.without(seen, float(value[name]))
+        return seen
+
     def model(
         self,
         scores: np.ndarray,
@@ -143,18 +157,16 @@ class Unknowns:
         They are those of the logarithms of radius and length, and of what the radius falls along the vessel. Nominal
         vascular beds share the flow by Poiseuille's law in the changed network, as in the one of the image.
         """
-        value = self.values(scores)
+        value, seen = self.values(scores), self.without_errors(scores)
         changed: dict[str, Any] = dict.fromkeys(MEASURED) | {
-            "radius": self.network.radius * value["radius_scale"] * np.exp(0.0 if radii is None else radii),
-            "length": self.network.length * value["length_scale"] * np.exp(0.0 if lengths is None else lengths),
+            "radius": seen.network.radius * np.exp(0.0 if radii is None else radii),
+            "length": seen.network.length * np.exp(0.0 if lengths is None else lengths),
         }
-        if "image_pressure" in value:
-            changed["pressure"] = float(value["image_pressure"])
-        network = replace(self.network, **changed)
+        network = replace(seen.network, **changed)
         stiffer = (network.radius / network.radius[network.root]) ** -value["k"]
         law = self.space.law
         wall = law(*(value[name] * self.space.parameters[name].scale(stiffer) for name in self.space.wall_names))
-        nominal, blood = self.nominal, self.space.blood
+        nominal, blood = self.nominal, seen.blood
         site = Site(nominal.total_resistance, nominal.time_constant, nominal.beta, blood)
         beds = type(self.space.outlets).of(network, site)
         factors = (float(value[name]) for name in self.space.names[len(law._fields) :])

@@ -60,6 +60,8 @@ MOSTLY = {
         "image": "a better image would narrow it, more beats would not",
         "model": "it is what the model leaves out, and neither a better image nor more beats would narrow it",
         "recording": "a better recording would narrow it",
+        "probe": "a flow probe with a better known gain would narrow it",
+        "calibration": "a better known zero of the pressure would narrow it",
     }.items()
 }
 """By the source that most of the variance comes from."""

@@ -31,6 +31,24 @@ def boundary_layer(viscosity: float, period: float) -> float:
     return math.sqrt(viscosity * period / (2 * math.pi))
 
 
+def relative_to_usual(hematocrit: float | None) -> float:
+    """Viscosity of blood in wide vessels over that at a hematocrit of 0.45 (Pries et al. 1994, Circ. Res. 75).
+
+    Raises
+    ------
+    InputError
+        It is none of blood, as a number in percent.
+    """
+    if hematocrit is None:
+        return 1.0
+    if not _HEMATOCRITS[0] <= hematocrit <= _HEMATOCRITS[1]:
+        raise InputError(f"hematocrit {hematocrit:g} is none of blood; give the share of cells, as 0.45")
+    return float((1 + 2.2 * ((1 - hematocrit) ** -0.8 - 1) / (0.55**-0.8 - 1)) / 3.2)
+
+
+_HEMATOCRITS = 0.2, 0.8
+
+
 @settings_class
 class BoundaryLayer:
     """Flat profile with a linear boundary layer: friction 2πνr/δ · q/A (eq. 2).

@@ -5,12 +5,7 @@ import numpy as np
 from vasowave import units
 from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.network.network import Network
-
-ROOT_RADIUS = {"mouse": (0.02, 0.08), "rat": (0.05, 0.25), "human": (0.3, 2.5)}
-"""Between which the radius of the main pulmonary artery lies, cm; what lies outside is taken for a slip of the unit.
-Mouse: the paper's Table 1 has 0.047 and 0.051. Rat: some three times the mouse's. Human: a diameter of 2.7 ± 0.3 cm
-(CT, Edwards, Bull and Coulden 1998), wider in hypertension; down to lobar arteries, where trees begin, too."""
-
+from vasowave.species import SPECIES
 
 _UNIT = "Correct the unit in the header of the network."
 SLENDER = look_kind(
@@ -51,7 +46,7 @@ def unlike_the_species(network: Network, species: str, unit: float | None = None
     ----------
     network : Network
     species : str
-        See `ROOT_RADIUS`; any other word is not checked.
+        See `SPECIES`; any other word is not checked.
     unit : float, optional
         What a number of the file was taken for, cm; without it lengths come from a voxel size.
 
@@ -60,9 +55,9 @@ def unlike_the_species(network: Network, species: str, unit: float | None = None
     str
         Empty where nothing is wrong.
     """
-    if species not in ROOT_RADIUS:
+    if species not in SPECIES:
         return ""
-    radius, (low, high) = float(network.radius[network.root]), ROOT_RADIUS[species]
+    radius, (low, high) = float(network.radius[network.root]), SPECIES[species].root_radius
     if low <= radius <= high:
         return ""
     said = (
@@ -80,9 +75,9 @@ def unlike_the_species(network: Network, species: str, unit: float | None = None
             if fitting
             else f": the numbers are probably voxels; give the size of one in cm as the unit ({right} would fit)"
         )
-    others = [name for name, (least, most) in ROOT_RADIUS.items() if least <= radius <= most]
+    others = [name for name, one in SPECIES.items() if one.root_radius[0] <= radius <= one.root_radius[1]]
     fits = f"; it would fit a {' or a '.join(others)}" if others else ""
-    return f"{said}. If the animal is another{fits}: say its species ({', '.join((*ROOT_RADIUS, 'other'))})"
+    return f"{said}. If the animal is another{fits}: say its species ({', '.join((*SPECIES, 'other'))})"
 
 
 def unknown_pressure(network: Network) -> list[Finding]:

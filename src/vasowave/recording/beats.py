@@ -1,4 +1,4 @@
-"""Find the beats of a rodent: R waves of the ECG, or feet of the pressure where there is none.
+"""Find the beats: R waves of the ECG, or feet of the pressure where there is none.
 
 Detectors made for people take 0.1 to 0.2 s for one QRS complex or one refractory time; a mouse's beat lasts 0.11 s.
 Here no such time is fixed: the beat length is first read from the signal's own repetition, and everything else is
@@ -12,15 +12,19 @@ import numpy as np
 from vasowave.errors import InputError, NumericalError
 from vasowave.findings import Finding, look_kind
 from vasowave.recording.raw import RawRecording
-
-HEART_RATES = {"mouse": (250.0, 900.0), "rat": (150.0, 650.0)}
-"""Heart rates searched by default, beats/min: a little more than a species has; of others those of a mouse."""
+from vasowave.species import SPECIES
 
 _REPEATS = 0.75
 """The first lag whose autocorrelation reaches this fraction of the best one is the beat; later ones are multiples."""
 
 _REFRACTORY = 0.55
 """Two beats are at least this fraction of the beat length apart."""
+
+_RODENT = 650.0
+"""Fastest heart rate, beats/min, from which a QRS complex is as short as a rodent's, 0.01 s; else it is longer."""
+
+_LARGE = 200.0
+"""Heart rate, beats/min, below which no rodent is."""
 
 _MISSED = 1.6
 """An interval longer than this many beat lengths is searched again with a lower threshold."""
@@ -58,7 +62,7 @@ class Beats:
 
 
 def find_beats(
-    raw: RawRecording, fiducial: str | None = None, heart_rates: tuple[float, float] = HEART_RATES["mouse"]
+    raw: RawRecording, fiducial: str | None = None, heart_rates: tuple[float, float] = SPECIES["mouse"].heart_rates
 ) -> Beats:
     """Return the time of every beat, to a fraction of a sample.
 
@@ -81,17 +85,28 @@ def find_beats(
     slowest, fastest = heart_rates
     if not 0 < slowest < fastest:
         raise InputError(f"heart_rates={heart_rates}: give the slowest and the fastest, for example (250, 900)")
-    if raw.duration < 180.0 / slowest:
-        raise InputError(f"{raw.source}: {raw.duration:.3g} s hold fewer than three beats at {slowest:g} beats/min")
+    slowest = max(slowest, 180.0 / raw.duration)
+    if slowest >= fastest:
+        raise InputError(f"{raw.source}: {raw.duration:.3g} s hold fewer than three beats at {fastest:g} beats/min")
+    heart_rates = slowest, fastest
     if fiducial not in (None, "ecg", "pressure"):
         raise InputError(f"fiducial '{fiducial}' is neither 'ecg' nor 'pressure'")
     if fiducial is None and raw.ecg is not None:
-        try:
-            return _find_by(raw, "ecg", heart_rates)
-        except NumericalError:
-            beats = _find_by(raw, "pressure", heart_rates)
-            return replace(beats, notes=(SILENT_ECG(),))
+        for rates in _of_one_size(heart_rates):
+            try:
+                return _find_by(raw, "ecg", rates)
+            except NumericalError:
+                continue
+        return replace(_find_by(raw, "pressure", heart_rates), notes=(SILENT_ECG(),))
     return _find_by(raw, fiducial or "pressure", heart_rates)
+
+
+def _of_one_size(heart_rates: tuple[float, float]) -> list[tuple[float, float]]:
+    """Return a range of heart rates, apart for rodents and for larger animals if it holds both."""
+    slowest, fastest = heart_rates
+    if slowest < _LARGE and fastest >= _RODENT:
+        return [(_LARGE, fastest), (slowest, _LARGE)]
+    return [heart_rates]
 
 
 def _find_by(raw: RawRecording, fiducial: str, heart_rates: tuple[float, float]) -> Beats:
@@ -100,9 +115,10 @@ def _find_by(raw: RawRecording, fiducial: str, heart_rates: tuple[float, float])
     if fiducial == "ecg":
         if raw.ecg is None:
             raise InputError(f"{raw.source}: no ECG; use fiducial='pressure'")
-        shape = _band(raw.ecg, raw.sampling_rate, 30.0, 300.0)
-        strength = _smooth(np.gradient(shape) ** 2, 0.004 * raw.sampling_rate) ** 0.5
-        reach = 0.006
+        slower = min(1.0, heart_rates[1] / _RODENT)
+        shape = _band(raw.ecg, raw.sampling_rate, 30.0 * slower, 300.0 * slower)
+        strength = _smooth(np.gradient(shape) ** 2, 0.004 / slower * raw.sampling_rate) ** 0.5
+        reach = 0.006 / slower
     else:
         shape = np.gradient(_band(raw.pressure, raw.sampling_rate, slowest / 120.0, 60.0))
         strength = np.maximum(shape, 0.0)

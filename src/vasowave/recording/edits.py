@@ -56,6 +56,14 @@ def read_edits(path: Path) -> tuple[BeatEdit, ...]:
     ------
     InputError
         The file, line and column of what is wrong.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import vasowave as vw
+    >>> _ = Path("mouse.edits.csv").write_text("action,time [s],to [s]\\nreject,1.25,\\n", encoding="utf-8")
+    >>> vw.read_edits(Path("mouse.edits.csv"))
+    (BeatEdit(action='reject', time=1.25, to=None),)
     """
     try:
         table = read_columns(path)

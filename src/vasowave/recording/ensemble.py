@@ -12,7 +12,7 @@ from vasowave.errors import InputError
 from vasowave.findings import Finding, Severity, note_kind, warn
 from vasowave.notebook import upstairs
 from vasowave.recording.baseline import Baseline, baseline_findings
-from vasowave.recording.beats import HEART_RATES, find_beats
+from vasowave.recording.beats import find_beats
 from vasowave.recording.cuts import cut_all, cut_beside, levelled
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
 from vasowave.recording.edits import BeatEdit, judged, moved, told
@@ -28,6 +28,7 @@ from vasowave.recording.rejection import (
 )
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
 from vasowave.settings import Range, given_values, settings_class
+from vasowave.species import SPECIES
 
 ADVANCED = note_kind("recording.flow-advanced", "the flow was advanced by the estimated p-q delay of {delay:.2f} ms")
 LOW_PASSED = note_kind("recording.low-passed", "harmonics above {harmonics} of the cycle were left out")
@@ -218,7 +219,7 @@ def average_beats(
     lasts = max(one.origin + one.duration for one in (raw, *raw.beside))
     if how.zero_time > lasts:
         raise InputError(f"zero_time={how.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
-    heart_rates = how.heart_rates or HEART_RATES["mouse"]
+    heart_rates = how.heart_rates or SPECIES["mouse"].heart_rates
     heartbeats = find_beats(raw, how.fiducial, heart_rates)
     times, without = moved(heartbeats.times, edits)
     if len(heartbeats.times) - 1 < beats:

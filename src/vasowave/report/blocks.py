@@ -151,12 +151,19 @@ class Space:
 
 @dataclass(frozen=True)
 class Fold:
-    """Blocks that a page shows when asked for; paper shows them always, or never if not `printed`."""
+    """Blocks that a page shows when asked for, and paper always."""
 
     title: str
     blocks: Sequence["Block"]
-    printed: bool = True
     kind: str = "fold"
+
+
+@dataclass(frozen=True)
+class OnScreen:
+    """Blocks that a page shows and paper leaves out; they are the page's alone, or files hold the same."""
+
+    blocks: Sequence["Block"]
+    kind: str = "screen"
 
 
 @dataclass(frozen=True)
@@ -173,7 +180,7 @@ class Columns:
         return [*self.left, *self.right]
 
 
-Block = Paragraph | Heading | Bullets | Answers | Notice | Remarks | Table | Drawing | Space | Fold | Columns
+Block = Paragraph | Heading | Bullets | Answers | Notice | Remarks | Table | Drawing | Space | Fold | OnScreen | Columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,5 +243,5 @@ class Report:
 def _unfolded(blocks: Sequence[Block]) -> Iterator[Block]:
     for block in blocks:
         yield block
-        if isinstance(block, Fold | Columns):
+        if isinstance(block, Fold | OnScreen | Columns):
             yield from _unfolded(block.blocks)

@@ -15,6 +15,7 @@ from vasowave.report.blocks import (
     Fold,
     Heading,
     Notice,
+    OnScreen,
     Paragraph,
     Remarks,
     Report,
@@ -45,6 +46,7 @@ _STYLE = """
 _LEAST_SCALE = 0.7
 """To which a figure shrinks at most to stand under its words; one that is still too tall stands on the next page."""
 _KEPT_WHOLE = 24  # rows of a table that is not broken over pages
+_LONGEST = 36  # rows of a table that paper holds, about a page
 _WIDE, _VERY_WIDE = 8, 12  # columns from which a table gets smaller letters
 
 NO_PDF = look_kind(
@@ -137,11 +139,9 @@ def _block(block: Block) -> str:
         case Drawing():
             image = f"image({quoted(block.name + '.svg')}, width: {_size(block)[0]:.3f}in)"
             return f"#block(breakable: false)[#{image}\n#text(7.5pt, {quoted(block.caption)})]"
-        case Space():
+        case Space() | OnScreen():
             return ""
         case Fold():
-            if not block.printed:
-                return ""
             return "\n\n".join([f"=== #{quoted(block.title)}", *map(_block, block.blocks)])
 
 
@@ -174,6 +174,9 @@ def _bullets(items: object) -> str:
 
 
 def _table(table: Table) -> str:
+    if table.name and len(table.rows) > _LONGEST:
+        where = f"{len(table.rows)} rows: tables/{table.name}.csv, and the supplement's page."
+        return f"#block[*#{quoted(table.caption)}.* #{quoted(where)}]"
     count = len(table.header)
     size = 7.5 if count < _WIDE else 6.2 if count < _VERY_WIDE else 5.2
     header = ", ".join(f"[*#{quoted(cell)}*]" for cell in table.header)

@@ -94,16 +94,20 @@ def simulate_run(model: Model, inflow: Inflow, numerics: Numerics, start: Run | 
 
 def simulate_runs(
     models: Sequence[Model],
-    inflow: Inflow,
+    inflow: Inflow | Sequence[Inflow],
     numerics: Numerics,
     start: Run | None = None,
     *,
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> list[Run | VasowaveError]:
-    """Simulate many models in threads (the kernels release the interpreter); a member that fails returns its error."""
+    """Simulate many models in threads (the kernels release the interpreter); a member that fails returns its error.
 
-    def one(model: Model) -> Run | VasowaveError:
+    They have one inflow, or each its own.
+    """
+    inflows = [inflow] * len(models) if isinstance(inflow, Inflow) else inflow
+
+    def one(model: Model, inflow: Inflow) -> Run | VasowaveError:
         try:
             return simulate_run(model, inflow, numerics, start)
         except VasowaveError as error:
@@ -113,7 +117,7 @@ def simulate_runs(
 
     outcomes: list[Run | VasowaveError] = []
     with ThreadPoolExecutor(min(len(models), workers or threads())) as pool:
-        for done, outcome in enumerate(pool.map(one, models), 1):
+        for done, outcome in enumerate(pool.map(one, models, inflows), 1):
             outcomes.append(outcome)
             if progress is not None:
                 progress(done)

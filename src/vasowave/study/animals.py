@@ -14,10 +14,12 @@ from vasowave.animal.result import TIDY
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import Finding, Place, error_kind, look_kind
+from vasowave.inference.known_errors import SHARED, KnownErrors
 from vasowave.io.columns import Columns, NoRowsError, read_columns, split_unit
+from vasowave.model.blood import relative_to_usual
 from vasowave.study.names import checked_name
 from vasowave.study.problems import UNREADABLE, Problem, unreadable
-from vasowave.study.rows import COLUMNS, NEEDED, AnimalRow
+from vasowave.study.rows import COLUMNS, ERRORS, NEEDED, AnimalRow
 
 _NUMBERS = {
     "image pressure [mmHg]": "image_pressure",
@@ -31,12 +33,16 @@ _NUMBERS = {
     "R_T [mmHg s/ml]": "R_T",
     "C_T [ml/mmHg]": "C_T",
     "tau [s]": "tau",
+    "hematocrit [1]": "hematocrit",
+    "zero after [mmHg]": "zero_after",
+    **ERRORS,
 }
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]",
              "beat edits")  # fmt: skip
 _CYCLE_ONLY = ("flow", "period [s]")
 _CLOSE = 0.8  # of the letters of two titles are the same: a slip, and no column of one's own
-_LOWEST = {"start [s]": 0.0, "wedge [mmHg]": 0.0, "zero [mmHg]": -math.inf}
+_LOWEST = {"start [s]": 0.0, "wedge [mmHg]": 0.0, "zero [mmHg]": -math.inf, "zero after [mmHg]": -math.inf,
+           **dict.fromkeys(ERRORS, 0.0)}  # fmt: skip
 Say = Callable[[str, Finding], None]
 
 NO_ANIMALS = error_kind(
@@ -134,6 +140,8 @@ def _slips(path: Path, rows: Sequence[AnimalRow]) -> list[Problem]:
     """Return what is wrong or looks like a slip in the columns that are the lab's own."""
     problems, groups = [], {row.animal: row.group for row in rows}
     for title in dict.fromkeys(title for row in rows for title in row.own):
+        if title in SHARED:  # animals that share nothing are no slip
+            continue
         try:
             one = Variable.of(title, {row.animal: row.own.get(title, "") for row in rows})
             found = one.slips(groups)
@@ -181,7 +189,8 @@ def _row(
         return Place(table.source, line, f"column '{title}'")
 
     row, wrong = read_row(cell, Path(table.source).parent, groups, place, line)
-    further = {title: unicodedata.normalize("NFC", table.cells[number][i].strip()) for title, i in own.items()}
+    carried = own | {title: where[title] for title in (*SHARED, "hematocrit [1]") if title in where}
+    further = {title: unicodedata.normalize("NFC", table.cells[number][i].strip()) for title, i in carried.items()}
     return row and replace(row, own=further), wrong
 
 
@@ -217,11 +226,23 @@ def read_row(
     if any(problem.error for problem in wrong):
         return None, wrong
     texts: dict[str, Any] = {t.replace(" ", "_"): cell[t] for t in COLUMNS if t.endswith((" unit", " channel"))}
-    block = numbers.pop("block")
+    block, after = numbers.pop("block"), numbers.pop("zero_after")
+    said = {name: value for name in ERRORS.values() if (value := numbers.pop(name)) is not None}
+    if after is not None:
+        drift = after - (numbers["zero"] or 0.0)
+        numbers["zero"] = (numbers["zero"] or 0.0) + drift / 2
+        said.setdefault("zero_sd", abs(drift) / math.sqrt(12))
+    try:
+        KnownErrors(**said)
+        relative_to_usual(numbers["hematocrit"])
+    except InputError as error:
+        say("animal", UNREADABLE(text=str(error)))
+        return None, wrong
     row = AnimalRow(
         cell["animal"], cell["group"], files[0], tuple(files[1:]), line, cast(Literal["", "cycle", "raw"], kind),
         synthetic=cell["synthetic"].lower() == "yes", shared_recording=cell["shared recording"].lower() == "yes",
-        block=None if block is None else int(block), beat_edits=_beside(cell["beat edits"], folder), **texts, **numbers,
+        block=None if block is None else int(block), beat_edits=_beside(cell["beat edits"], folder), errors=said,
+        **texts, **numbers,
     )  # fmt: skip
     return row, wrong
 

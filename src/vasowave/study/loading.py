@@ -62,9 +62,21 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
     InputError
         One of its files cannot be read.
     """
-    ignored = {"network", "recordings", "beat_edits", "line", "shared_recording", "R_T", "C_T", "tau", "own"}
+    ignored = {
+        "network",
+        "recordings",
+        "beat_edits",
+        "line",
+        "shared_recording",
+        "R_T",
+        "C_T",
+        "tau",
+        "own",
+        "errors",
+        "hematocrit",
+    }
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
-    what["settings"], what["image pressure"] = animal_settings(study).as_json(), study.image_pressure
+    what["settings"], what["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure
     what["practice"], what["catheter"] = study.practice, study.catheter
     what["kind"] = row.kind or kind_of(row.recordings)
     if what["kind"] == "raw":

@@ -4,29 +4,9 @@ from collections.abc import Mapping
 
 from vasowave.animal.result import AnimalResult
 from vasowave.findings import Finding, Severity, from_json, look_kind
-from vasowave.network.remarks import ROOT_RADIUS
+from vasowave.species import SPECIES, Species
 
-NORMAL = {
-    "mouse": {
-        "HR": (300.0, 800.0, "beats/min"),
-        "mPAP": (7.0, 45.0, "mmHg"),
-        "pPAP": (4.0, 50.0, "mmHg"),
-        "CO": (0.05, 0.45, "ml/s"),
-        "root radius": (*ROOT_RADIUS["mouse"], "cm"),
-    },
-    "rat": {
-        "HR": (200.0, 550.0, "beats/min"),
-        "mPAP": (8.0, 70.0, "mmHg"),
-        "pPAP": (5.0, 80.0, "mmHg"),
-        "CO": (0.4, 4.0, "ml/s"),
-        "root radius": (*ROOT_RADIUS["rat"], "cm"),
-    },
-}
-"""Values outside are taken for slips until somebody has looked. For mice: well beyond three SD from the means
-of the paper's Table 1; its two main pulmonary arteries have radii of 0.047 and 0.051 cm, so that a diameter in place
-of the radius is noticed."""
-
-_TAU = (0.02, 0.6)  # s, between which the time constant of a mouse or a rat is not odd
+_UNITS = {"HR": "beats/min", "mPAP": "mmHg", "pPAP": "mmHg", "CO": "ml/s", "root radius": "cm"}
 
 _IMPLAUSIBLE = (
     "{{name}} {{value:.4g}} {{unit}} is implausible for a {{species}} ({{low:g}} to {{high:g}}); is the unit right, "
@@ -56,28 +36,38 @@ def physiology_findings(values: Mapping[str, float], tau: float, species: str) -
     If all of them are plausible for another species, its name is said.
     """
     found = []
-    other = next((name for name in NORMAL if _plausible(values, name)), "")
-    fits = f" All of them fit a {other}: write species: {other} (vasowave fit: --species {other})" if other else ""
-    for name, (low, high, unit) in NORMAL.get(species, {}).items():
+    if species not in SPECIES:
+        return []
+    others = [name for name, one in SPECIES.items() if _plausible(values, one)]
+    fits = ""
+    if others:
+        which = " or a ".join(others)
+        fits = f" All of them fit a {which}: write species: {others[0]} (vasowave fit: --species {others[0]})"
+    for name, unit in _UNITS.items():
+        low, high = _range(SPECIES[species], name)
         value = float(values[name])
         if not low <= value <= high:
-            which = IMPLAUSIBLE_RADIUS if name == "root radius" else IMPLAUSIBLE
-            found.append(which(name=name, value=value, unit=unit, species=species, low=low, high=high, fits=fits))
-    low, high = _TAU
-    if species != "other" and not low <= tau <= high:
+            kind = IMPLAUSIBLE_RADIUS if name == "root radius" else IMPLAUSIBLE
+            found.append(kind(name=name, value=value, unit=unit, species=species, low=low, high=high, fits=fits))
+    low, high = SPECIES[species].tau
+    if not low <= tau <= high:
         found.append(ODD_DECAY(tau=float(tau), low=low, high=high))
     return found
 
 
-def _plausible(values: Mapping[str, float], species: str) -> bool:
-    return all(low <= float(values[name]) <= high for name, (low, high, _) in NORMAL[species].items())
+def _range(species: Species, name: str) -> tuple[float, float]:
+    return getattr(species, name.replace(" ", "_"))
+
+
+def _plausible(values: Mapping[str, float], species: Species) -> bool:
+    return all(low <= float(values[name]) <= high for name in _UNITS for low, high in [_range(species, name)])
 
 
 def looks_of(result: AnimalResult, species: str) -> tuple[Finding, ...]:
     """Return what asks for a look at an animal: at its recording, and what is implausible for its species."""
     noticed = from_json(result.recording.attrs["findings"])
     measured, network = result.measured.quantities, result.network
-    values = {name: float(measured[name]) for name in NORMAL["mouse"] if name in measured}
+    values = {name: float(measured[name]) for name in _UNITS if name in measured}
     values["root radius"] = float(network.radius[network.root])
     odd = physiology_findings(values, float(measured["tau"]), species)
     return *(one for one in noticed if one.severity is Severity.LOOK), *odd

@@ -5,6 +5,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from vasowave.inference.known_errors import SHARED, columns
+
+ERRORS = {title: name for name, (title, _) in columns().items()}
+"""Columns of errors that the lab knows, and the settings that they stand for."""
+
 COLUMNS = {
     "animal": "Name of the animal, each once.",
     "group": "One of the groups of study.yaml.",
@@ -25,12 +30,17 @@ COLUMNS = {
     "end [s]": "raw: end of the stretch to use.",
     "beat edits": "raw: file of what a person decided of single beats: reject, keep, move (action, time [s], to [s]).",
     "zero [mmHg]": "What the transducer reads at zero pressure, where it is not 0; it is subtracted.",
+    "zero after [mmHg]": "What it reads at zero pressure after the recording: the mean of both is subtracted, and the "
+    "zero's SD is that of a drift between them, where no other is said.",
+    "hematocrit [1]": "Share of cells in the blood, 0.2 to 0.8: the viscosity of study.yaml is that at 0.45.",
     "sampling rate [1/s]": "raw: samples per second of a table without a time column.",
     "synthetic": "yes if the recording was made and not measured; the report then says so.",
     "shared recording": "yes if another animal has the same recording on purpose; else that is an error.",
     "R_T [mmHg s/ml]": "Total resistance known from elsewhere (a published table): `check` compares, `run` ignores it.",
     "C_T [ml/mmHg]": "Total compliance known from elsewhere, likewise.",
     "tau [s]": "Time constant known from elsewhere, likewise.",
+    **dict(columns().values()),
+    **SHARED,
 }
 """Columns of animals.csv and what they hold; the first four are needed."""
 
@@ -69,8 +79,11 @@ class AnimalRow:
     R_T: float | None = None
     C_T: float | None = None
     tau: float | None = None
+    hematocrit: float | None = None
+    errors: Mapping[str, float] = field(default_factory=dict)
+    """Settings of `KnownErrors` that are said of this animal."""
     own: Mapping[str, str] = field(default_factory=dict)
-    """Cells of the columns that are the lab's own, by title."""
+    """Cells of the columns that are the lab's own, by title, and of those that say what animals share."""
 
     @property
     def files(self) -> tuple[Path, ...]:

@@ -239,7 +239,7 @@ def _plan(study: Study, store: Store, pressures: dict[str, float]) -> tuple[dict
     pieces: dict[str, Path] = {}
     jobs: list[Job] = []
     why: dict[str, str] = {}
-    settings, journals = animal_settings(study.settings), made_inside(study.results, FOLDER)
+    journals = made_inside(study.results, FOLDER)
     for row in study.animals:
         try:
             key = animal_key(row, study.settings, study.folder)
@@ -253,6 +253,7 @@ def _plan(study: Study, store: Store, pressures: dict[str, float]) -> tuple[dict
 
         def load(row: Any = row, key: str = key) -> tuple[Any, ...]:
             animal, hashes = load_animal(row, study.settings, study.folder), file_hashes(row, study.folder)
+            settings = animal_settings(study.settings, row)
             if animal_key(row, study.settings, study.folder) != key:
                 raise InputError("its files changed while they were being read; run again")
             pressures[row.animal] = animal.recording.mean_pressure

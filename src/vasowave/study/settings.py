@@ -12,16 +12,25 @@ from vasowave.animal.animal import Analysis, Calibration, Settings
 from vasowave.calibration.calibrate import NUMERICS
 from vasowave.cohort.design import Design
 from vasowave.errors import InputError
-from vasowave.model.blood import FRICTIONS, Blood, BoundaryLayer, Fluid, FrictionName, PowerLaw
+from vasowave.model.blood import (
+    FRICTIONS,
+    Blood,
+    BoundaryLayer,
+    Fluid,
+    FrictionName,
+    PowerLaw,
+    relative_to_usual,
+)
 from vasowave.network.network import HIGHEST
 from vasowave.recording import Averaging
-from vasowave.recording.beats import HEART_RATES
 from vasowave.report.settings import ReportSettings
 from vasowave.settings import Check, Positive, settings_class, settings_of
 from vasowave.solver import Numerics
 from vasowave.solver.numerics import Resolution
 from vasowave.solver.practice import PAPER
+from vasowave.species import SpeciesName, heart_rates_of
 from vasowave.study.names import checked_name
+from vasowave.study.rows import AnimalRow
 
 Text = Annotated[str, MinLen(1)]
 
@@ -75,9 +84,9 @@ class Inputs:
     """Title of the report."""
     animals: Text = "animals.csv"
     """The table of animals, beside this file."""
-    species: Literal["mouse", "rat", "other"] = "mouse"
-    """Whose physiology `check` compares with, and whose heart rates are looked for: mouse, rat or other (no
-    comparison)."""
+    species: SpeciesName = "mouse"
+    """Whose physiology `check` compares with, and whose heart rates are looked for: mouse, rat, rabbit, dog, pig,
+    human, or other (no comparison)."""
     groups: Annotated[list[Annotated[Text, Check(checked_name)]], MinLen(1), Check(_distinct)] = field(
         default_factory=lambda: ["CTL", "HPH"]
     )
@@ -120,18 +129,26 @@ def _default(name: str) -> Any:
 
 def averaging_settings(study: StudyFile) -> Averaging:
     """Return how beats are averaged; heart rates that the study file leaves open are those of its species."""
-    rates = study.averaging.heart_rates or HEART_RATES.get(study.species, HEART_RATES["mouse"])
+    rates = study.averaging.heart_rates or heart_rates_of(study.species)
     return replace(study.averaging, heart_rates=rates)
 
 
-def animal_settings(study: StudyFile) -> Settings:
-    """Return what the study file says about the analysis of an animal."""
+def animal_settings(study: StudyFile, row: AnimalRow | None = None) -> Settings:
+    """Return what the study file says about the analysis of an animal, and of one its row in the table of animals."""
     said = {name: getattr(study, name) for name in settings_of(Analysis)}
     said |= {name: getattr(study.calibration, name) for name in settings_of(Calibration)}
     numerics = {name: getattr(study.numerics, name) for name in settings_of(Resolution)}
     settings = Settings(**said, blood=study.blood.blood(), numerics=Numerics(**numerics))
-    if study.practice != "paper":
+    if study.practice == "paper":
+        settings = _as_paper(settings)
+    if row is None:
         return settings
+    blood = replace(settings.blood, viscosity=settings.blood.viscosity * relative_to_usual(row.hematocrit))
+    errors: dict[str, Any] = {**row.errors}
+    return replace(settings, blood=blood, **errors)
+
+
+def _as_paper(settings: Settings) -> Settings:
     return replace(
         settings, paper_bounds=True, pressure_harmonics="all", waves_at="paper", blood=PAPER.blood,
         numerics=PAPER.numerics,

@@ -1,5 +1,6 @@
 """Everything that the page can change, each as one typed action over the functions that the command line calls."""
 
+import os
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import field, replace
@@ -13,11 +14,12 @@ from vasowave.io.files import made_inside, write_file
 from vasowave.recording import read_edits
 from vasowave.recording.edits import BeatEdit, edits_text
 from vasowave.settings import settings_class
+from vasowave.species import SpeciesName
 from vasowave.study.adding import add_files
 from vasowave.study.animals import read_row
 from vasowave.study.names import checked_name
 from vasowave.study.rows import COLUMNS
-from vasowave.study.table import read_rows, seen_from, written_rows
+from vasowave.study.table import read_rows, written_rows
 from vasowave.study.template import new_study, with_groups, with_value
 from vasowave.workbench.desk import Desk, unchanged
 from vasowave.workbench.recordings import Recordings, edits_file, mean_between, row_of
@@ -40,7 +42,7 @@ class NewStudy:
     """Make a study in the folder that is open."""
 
     groups: list[Name] = field(default_factory=lambda: ["CTL", "HPH"])
-    species: Literal["mouse", "rat", "other"] = "mouse"
+    species: SpeciesName = "mouse"
 
     def do(self, at: Workplace) -> str:
         """Do it."""
@@ -140,9 +142,8 @@ class EditBeats:
         """Do it."""
         desk = at.desk
         row, _ = row_of(desk, self.animal)
-        path = row.beat_edits or edits_file(desk, self.animal)
-        desk.inside(seen_from(desk.folder, path.parent) + "/" + path.name)
-        cell = seen_from(desk.folder, path.parent) + "/" + path.name
+        cell = os.path.relpath(row.beat_edits or edits_file(desk, self.animal), desk.folder).replace(os.sep, "/")
+        path = desk.inside(cell)
         given = [BeatEdit(*one) for one in self.edits]
         if any((one.action == "move") != (one.to is not None) for one in given):
             raise InputError("a beat is moved to a time, and rejected or kept without one")

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from vasowave.analysis import fourier_series, operating_point, wave_intensity
 from vasowave.animal.files import read_result
@@ -16,12 +17,13 @@ from vasowave.figures.space import axes_in_space
 from vasowave.figures.style import color_stops, group_looks
 from vasowave.findings import texts
 from vasowave.model import walls
-from vasowave.model.laws import parameter_names
+from vasowave.model.laws import bed_factors, parameter_names
 from vasowave.model.model import Model
 from vasowave.model.outlets import Bed
 from vasowave.recording import Recording
 from vasowave.solver import Numerics
-from vasowave.solver.simulate import simulate_run
+from vasowave.solver.result import Run
+from vasowave.solver.simulate import simulate_run, simulate_runs
 from vasowave.solver.sweep import changed_model
 from vasowave.study.results import Results, read_results
 from vasowave.workbench.desk import Desk
@@ -31,6 +33,8 @@ _HARMONICS = 10
 _AROUND = 3.0  # a slider reaches so many times down and up from the fit
 _KEPT = 8  # models in memory
 _FRAMES = 32  # instants of the tree
+_DRAWS = 40  # models that the band is made of
+_BANDS = ("pressure", "forward", "backward", "modulus")
 
 
 class _Fitted(NamedTuple):
@@ -106,6 +110,21 @@ class Explorer:
             "findings": texts(result.laws[name].findings),
         }  # fmt: skip
 
+    def band(self, desk: Desk, animal: str, law: str) -> dict[str, Any]:
+        """Return within which pressure, waves and impedance lie in 95 % of models that the data allow about the fit.
+
+        Models are drawn from the correlated errors of the fit, in logarithms of its parameters and within their
+        bounds; there is no band where the data determine none.
+        """
+        result, model, recording = self.fitted(desk, animal, law)
+        models = _around(model, result.laws[stored_law(result, law)[0]].calibration)
+        runs = simulate_runs(models, recording.inflow, Numerics()) if models else []
+        good = [_waves(run, one, recording)[0] for one, run in zip(models, runs, strict=True) if isinstance(run, Run)]
+        if len(good) <= _DRAWS // 2:
+            return {}
+        stacked = {name: np.array([one[name] for one in good], dtype=float) for name in _BANDS}
+        return {name: np.percentile(values, (2.5, 97.5), axis=0).tolist() for name, values in stacked.items()}
+
     def simulated(self, desk: Desk, animal: str, law: str, values: Mapping[str, float]) -> dict[str, Any]:
         """Return what the model does with other values of its parameters; the same as `vasowave simulate --set`.
 
@@ -117,24 +136,13 @@ class Explorer:
         _, fitted, recording = self.fitted(desk, animal, law)
         model = changed_model(fitted, values)
         run = simulate_run(model, recording.inflow, Numerics())
-        root, period = model.network.root, recording.period
-        pressure, flow = run.pressure, run.stations[1]
-        inlet, into, inertia = pressure[:, 0, root], flow[:, 0, root], model.blood.inertia
-        point = operating_point(model, recording.mean_pressure)
-        waves = wave_intensity(inlet, into, period, *point, inertia)
-        speed = np.asarray(walls.wave_speed(model.wall, pressure[:, 1].mean(axis=0), inertia))
-        middle, through = pressure[:, 1], flow[:, 1]
+        shown, indices = _waves(run, model, recording)
+        middle, through = run.pressure[:, 1], run.stations[1][:, 1]
+        speed = np.asarray(walls.wave_speed(model.wall, middle.mean(axis=0), model.blood.inertia))
         every = max(1, len(middle) // _FRAMES)
-        simulated = Recording(inlet, into, period, wedge_pressure=recording.wedge_pressure)
-        return {
-            "period": period,
-            "pressure": _curve(inlet),
-            "flow": _curve(into),
-            "forward": _curve(waves.forward_pressure),
-            "backward": _curve(waves.backward_pressure),
-            "modulus": _modulus(simulated),
-            "indices": {name: _number(value) for name, value in simulated.indices().items()}
-            | {"I_R": _number(float(waves.reflection_coefficient)), "S": _number(_misfit(inlet, recording))},
+        return shown | {
+            "period": recording.period,
+            "indices": {name: _number(value) for name, value in indices.items()},
             "vessels": {
                 "mean pressure [mmHg]": [_number(one) for one in middle.mean(axis=0)],
                 "pulse pressure [mmHg]": [_number(one) for one in np.ptp(middle, axis=0)],
@@ -147,6 +155,53 @@ class Explorer:
             },
             "notes": [str(note) for note in run.notes],
         }
+
+
+def _waves(run: Run, model: Model, recording: Recording) -> tuple[dict[str, list[float | None]], dict[str, float]]:
+    """Return the curves of a simulation at the inlet, and its indices."""
+    root, period = model.network.root, recording.period
+    inlet, into = run.pressure[:, 0, root], run.stations[1][:, 0, root]
+    point = operating_point(model, recording.mean_pressure)
+    waves = wave_intensity(inlet, into, period, *point, model.blood.inertia)
+    simulated = Recording(inlet, into, period, wedge_pressure=recording.wedge_pressure)
+    curves = {"pressure": _curve(inlet), "flow": _curve(into), "forward": _curve(waves.forward_pressure),
+              "backward": _curve(waves.backward_pressure), "modulus": _modulus(simulated)}  # fmt: skip
+    more = {"I_R": float(waves.reflection_coefficient), "RMSE": _misfit(inlet, recording)}
+    return curves, simulated.indices() | more
+
+
+def _around(model: Model, fit: xr.Dataset) -> list[Model]:
+    """Return models drawn from the errors of a fit about it; parameters at a bound stay at it."""
+    if "correlation" not in fit or not isinstance(model.outlets, Bed):
+        return []
+    free = fit.sel(parameter=fit["free_parameter"].values)
+    value, low, high = (free[name].values for name in ("value", "lower", "upper"))
+    scale = free["standard_error_correlated"].values / value
+    loose, held = ~free["at_bound"].values.astype(bool), free["at_bound"].values.astype(bool)
+    covariance = fit["correlation"].values * np.outer(scale, scale)
+    between = covariance[np.ix_(loose, held)]
+    known = between @ np.linalg.pinv(covariance[np.ix_(held, held)]) @ between.T
+    conditional = covariance[np.ix_(loose, loose)] - known
+    if not np.isfinite(conditional).all() or not loose.any():
+        return []
+    sizes, axes = np.linalg.eigh(conditional)
+    normal = np.random.default_rng(0).standard_normal((_DRAWS, len(sizes)))
+    moved = np.zeros((_DRAWS, len(value)))
+    moved[:, loose] = normal * np.sqrt(np.maximum(sizes, 0.0)) @ axes.T
+    drawn = np.clip(value * np.exp(moved), low, high) / value
+    names = [str(one) for one in free["parameter"].values]
+    return [_scaled(model, dict(zip(names, one, strict=True))) for one in drawn]
+
+
+def _scaled(model: Model, factors: Mapping[str, float]) -> Model:
+    """Return a model whose fitted parameters are multiplied by factors."""
+    fields = zip(parameter_names(type(model.wall)), model.wall._fields, strict=True)
+    wall = model.wall._replace(**{field: np.asarray(getattr(model.wall, field)) * factors[name]
+                                  for name, field in fields if name in factors})  # fmt: skip
+    beds = model.outlets
+    if isinstance(beds, Bed):
+        beds = beds.scaled(*(factors.get(name, 1.0) for name in bed_factors(type(beds))))
+    return model.changed(wall=wall, outlets=beds)
 
 
 def _numbers_of(result: AnimalResult) -> dict[str, Any]:

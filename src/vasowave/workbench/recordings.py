@@ -19,6 +19,7 @@ from vasowave.recording import (
     read_edits,
 )
 from vasowave.recording.describe import kind_of
+from vasowave.recording.rejection import cause
 from vasowave.study.animals import read_row
 from vasowave.study.loading import read_measured, read_stretch
 from vasowave.study.plan import Study, inspect_study
@@ -44,10 +45,8 @@ class Trace:
         count, low, high = _FIRST, values, values
         step = _FIRST
         while len(low) > step:
-            whole = len(low) // step * step
-            with np.errstate(all="ignore"):
-                low = np.fmin.reduce(low[:whole].reshape(-1, step), axis=1)
-                high = np.fmax.reduce(high[:whole].reshape(-1, step), axis=1)
+            first = np.arange(0, len(low), step)
+            low, high = np.fmin.reduceat(low, first), np.fmax.reduceat(high, first)
             self.levels.append((count, np.stack([low, high])))
             count, step = count * _COARSER, _COARSER
 
@@ -57,18 +56,21 @@ class Trace:
         NaN where there are no samples.
         """
         edges = np.linspace(start, end, width + 1) * self.rate
-        size, pairs = 1, np.stack([self.values, self.values])
+        size, pairs = 1, self.values[None]
         for count, level in self.levels:
             if count * 2 <= (edges[-1] - edges[0]) / width:
                 size, pairs = count, level
-        first = np.clip(np.floor(edges[:-1] / size).astype(np.int64), 0, pairs.shape[1])
-        last = np.clip(np.maximum(np.ceil(edges[1:] / size).astype(np.int64), first + 1), 0, pairs.shape[1])
+        most = pairs.shape[1]
+        first = np.clip(np.floor(edges[:-1] / size).astype(np.int64), 0, most)
+        last = np.clip(np.maximum(np.ceil(edges[1:] / size).astype(np.int64), first + 1), 0, most)
         found = np.full((2, width), np.nan, dtype=np.float32)
         there = np.flatnonzero((last > first) & (edges[1:] > 0))
         if len(there):
-            bounds = np.minimum(np.stack([first[there], last[there]], axis=1).ravel(), pairs.shape[1] - 1)
-            for i, reduce in enumerate((np.fmin, np.fmax)):
-                found[i, there] = reduce(reduce.reduceat(pairs[i], bounds)[::2], pairs[i][bounds[::2]])
+            begin = first[there[0]]
+            bounds = np.stack([first[there], last[there]], axis=1).ravel() - begin
+            near = np.pad(pairs[:, begin : last[there[-1]]], ((0, 0), (0, 1)), constant_values=np.nan)
+            found[0, there] = np.fmin.reduceat(near[0], bounds)[::2]
+            found[1, there] = np.fmax.reduceat(near[-1], bounds)[::2]
         return found
 
 
@@ -214,6 +216,7 @@ def _beats(average: EnsembleAverage) -> dict[str, Any]:
         "end": round(beats[-1].end, 5),
         "averaged": [i for i, one in enumerate(beats) if one.averaged],
         "rejected": {i: str(one.rejected) for i, one in enumerate(beats) if one.rejected},
+        "causes": {i: cause(one.rejected) for i, one in enumerate(beats) if one.rejected},
     }
 
 

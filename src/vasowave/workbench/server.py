@@ -57,6 +57,7 @@ class Workbench:
             Route("/trace", of(self._trace)),
             Route("/results", of(lambda ask: self.explorer.animals(desk))),
             Route("/model", of(lambda ask: self.explorer.described(desk, ask("animal"), ask("law")))),
+            Route("/band", of(lambda ask: self.explorer.band(desk, ask("animal"), ask("law")))),
             Route("/act", self._posted(lambda message: {"said": act(self.at, message)}), methods=["POST"]),
             Route("/simulate", self._posted(self._simulated), methods=["POST"]),
             Route("/figure", self._posted(self._figure), methods=["POST"]),

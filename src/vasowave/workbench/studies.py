@@ -4,8 +4,8 @@ import threading
 from typing import Any
 
 from vasowave.errors import VasowaveError
-from vasowave.recording.beats import HEART_RATES
 from vasowave.settings import settings_of
+from vasowave.species import SPECIES
 from vasowave.study.checking import check_study
 from vasowave.study.overview import HEADER
 from vasowave.study.plan import inspect_study
@@ -44,7 +44,7 @@ def state(desk: Desk, runs: Runs) -> dict[str, Any]:
 def shown(desk: Desk) -> dict[str, Any]:
     """Return the study as its two files say it, and what is wrong in them; no recording is read."""
     if not desk.file.is_file():
-        return {"study": False, "folder": str(desk.folder.absolute()), "species": [*HEART_RATES, "other"]}
+        return {"study": False, "folder": str(desk.folder.absolute()), "species": [*SPECIES, "other"]}
     study, problems = inspect_study(desk.folder)
     settings = study.settings if study is not None else StudyFile()
     try:

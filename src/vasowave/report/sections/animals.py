@@ -12,24 +12,26 @@ from vasowave.figures.modeled import fit_figure
 from vasowave.figures.sheet import ON_A_SHEET, sheet_figure, sheets
 from vasowave.figures.style import group_looks
 from vasowave.findings import texts
-from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Heading, Paragraph, Remarks, Section
+from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Heading, OnScreen, Paragraph, Remarks, Section
 from vasowave.report.sections.fits import fit_sentences
 from vasowave.report.tables import animal as tables
 from vasowave.report.tables.models import laws_by_posterior
 
 
 def animals_section(cohort: Cohort, written: dict[str, str]) -> Section:
-    """All animals, each folded; more than a sheet holds are drawn small, on sheets."""
-    if len(cohort.results) > ON_A_SHEET:
-        return Section(
-            "animals", "Every animal", [*_sheets(cohort), *(_folded(one, [], [], written) for one in cohort.results)]
-        )
+    """All animals small, on sheets; each by itself folded, which paper leaves out; a few are drawn large there."""
+    large = len(cohort.results) <= ON_A_SHEET
     colors = {group: look.color for group, look in group_looks(cohort.groups).items()}
-    folds = [
-        _folded(result, _fit(result, place, colors[result.group]), _beats(result, place), written)
-        for place, result in enumerate(cohort.results, start=1)
-    ]
-    return Section("animals", "Every animal", folds)
+    folds = []
+    for place, result in enumerate(cohort.results, start=1):
+        drawings = (_fit(result, place, colors[result.group]), _beats(result, place)) if large else ([], [])
+        folds.append(_folded(result, *drawings, written))
+    looks = [f"{result.name}: {text}" for result in cohort.results for text in texts(result.looks)]
+    return Section(
+        "animals",
+        "Every animal",
+        [*_sheets(cohort), *([Remarks("Recordings to look at", looks)] if looks else []), OnScreen(folds)],
+    )
 
 
 def animal_sections(cohort: Cohort, written: dict[str, str]) -> tuple[Section, Section]:
@@ -71,7 +73,7 @@ def _sentences(result: AnimalResult, written: dict[str, str]) -> list[Block]:
 def _folded(result: AnimalResult, fit: Sequence[Block], beats: Sequence[Block], written: dict[str, str]) -> Fold:
     details = _sentences(result, written) + _search(result, written)
     blocks = [*_remarks(result), *fit, *_values(result, written), *beats]
-    blocks += [Fold("The fits in words; search, correlations, numerics", details, printed=False)] if details else []
+    blocks += [Fold("The fits in words; search, correlations, numerics", details)] if details else []
     return Fold(_title(result), blocks)
 
 
@@ -85,8 +87,8 @@ def _sheets(cohort: Cohort) -> list[Block]:
         Drawing(f"fits-{place}", f"{caption} (sheet {place} of {len(parts)}).", sheet_figure(part, list(cohort.groups)))
         for place, part in enumerate(parts, start=1)
     ]
-    large = "One animal with its fit and beats drawn large: vasowave report STUDY --animal NAME."
-    return [Paragraph(large), *figures]
+    where = "Beats, values and notes of each are on the page; one alone: vasowave report STUDY --animal NAME."
+    return [Paragraph(where), *figures]
 
 
 def _fit(result: AnimalResult, place: int, color: str) -> list[Block]:

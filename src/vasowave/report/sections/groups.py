@@ -84,8 +84,6 @@ def _compared(comparison: Comparison, source: str, written: dict[str, str]) -> l
             drawn = ratios_figure(contrasts.assign(quantity=[written.get(name, name) for name in names]))
             caption = "Ratio of geometric means with its 95 % interval (Welch, on logarithms)."
             blocks.append(Drawing(f"Ratios-{source}", caption, drawn))
-    if len(comparison.all_groups):
-        blocks.append(tables.all_groups(comparison, source))
     if len(comparison.without_one):
         blocks.append(Fold("One animal left out", [tables.without_one(comparison, source, written)]))
     if comparison.left_out:

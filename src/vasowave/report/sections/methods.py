@@ -13,6 +13,7 @@ from vasowave.cohort.declared import Declaration
 from vasowave.cohort.primary import Primary
 from vasowave.cohort.rank_tests import MOST_EXACT
 from vasowave.cohort.simultaneous import DRAWS
+from vasowave.inference.known_errors import kinds
 from vasowave.model.blood import boundary_layer
 from vasowave.report.answer.design import design_text
 from vasowave.report.answer.groups import effect_of
@@ -164,12 +165,14 @@ def _posteriors(cohort: Cohort) -> list[str]:
     if not drawn:
         return []
     trusted = sum(one.trusted for one in drawn)
+    differ = "zero_sd" in cohort.differing_settings
+    zero = "" if differ else f" (SD {cohort.settings.get('zero_sd', kinds()['zero'].usual):g} mmHg)"
     counts = [float(one.table["simulations"]) for one in drawn if "simulations" in one.table]
     cost = f", with {span(np.array(counts), 4)} simulations each" if counts else ""
     return [
         f"Posteriors, {len(drawn)} of an animal and a wall law each, took as unknown the parameters, all radii and "
-        "lengths, how stiffness changes with the radius, the zero of the pressure "
-        f"(SD {cohort.settings.get('zero_sd', '–')} mmHg) and the model's own error. Modes were searched from several "
+        "lengths, how stiffness changes with the radius, the zero of the pressure"
+        f"{zero} and the model's own error. Modes were searched from several "
         f"starts, drawn from through an emulator and reweighted by the model itself{cost}; {trusted} passed the checks "
         "of the reweighting and of two independent halves. An evidence is the probability density of the measured "
         "harmonics, all that is unknown integrated out."
@@ -271,13 +274,12 @@ def _statistics(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> str:
     tests = "; ".join(f"{source}: {count} tests" for source, count in counts.items() if count)
     if not tests:
         return "Groups are described by mean, SD, median and quartiles; nothing was compared."
-    several = " More than two groups were compared by a permutation Kruskal-Wallis test first."
     return (
         "Secondary: as in the paper, groups were also compared by two-sided Mann-Whitney tests (exact up to "
         f"{MOST_EXACT} animals, beyond that by the normal distribution), p values adjusted by "
         "Holm's method within each "
         f"source ({tests}), ratios of geometric means with Welch intervals, and Hedges' g with intervals from the "
         f"noncentral t distribution; the importance index η (eq. 20) is relative to {cohort.reference}."
-        f"{several if len(cohort.groups) > 2 else ''} Every ratio was computed again without each animal in turn where "
+        " Every ratio was computed again without each animal in turn where "
         "groups had three animals or more."
     )

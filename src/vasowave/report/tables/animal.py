@@ -6,6 +6,7 @@ import xarray as xr
 
 from vasowave.animal.law_result import PosteriorResult
 from vasowave.animal.result import AnimalResult
+from vasowave.inference.known_errors import SOURCES
 from vasowave.report.blocks import Table
 from vasowave.report.tables.cells import with_unit
 from vasowave.report.tables.models import MARKS, mark
@@ -58,16 +59,13 @@ def posterior(wall: str, said: PosteriorResult, written: dict[str, str]) -> Tabl
         "quantity",
         "median [95 %]",
         "assumed before [95 %]",
-        "from recording",
-        "from image",
-        "from model",
-        "assumed",
+        *(f"from {source}" if source != "prior" else "assumed" for source in SOURCES),
     )
     rows: list[Row] = []
     for name in data["quantity"].values:
         one = data.sel(quantity=name)
         value, before = (_range(one, *ends) for ends in ((*_MIDDLE, "median"), ("prior_low", "prior_high")))
-        shares = [float(one[f"share_{source}"]) for source in ("recording", "image", "model", "prior")]
+        shares = [float(one.get(f"share_{source}", np.nan)) for source in SOURCES]
         cells = ["" if np.isnan(share) else f"{100 * share:.0f} %" for share in shares]
         rows.append((with_unit(f"{name} [{one['unit'].item()}]", written), value, before, *cells))
     trusted = "may be believed" if said.trusted else "must not be believed"

@@ -69,11 +69,3 @@ def without_one(comparison: Comparison, source: str, written: dict[str, str]) ->
     header = ("groups", "quantity", "ratio", "moved most without", "by a factor of")
     note = "Smallest and largest ratio over all ways of leaving one animal out, and the animal that moves it most."
     return Table(f"LeaveOneOut-{source}", f"{source_title(source)}, one animal left out", header, cells, note, data)
-
-
-def all_groups(comparison: Comparison, source: str) -> Table:
-    """Kruskal-Wallis tests of more than two groups at once."""
-    note = "Kruskal-Wallis H; p from random relabelings of the animals, Holm over the quantities."
-    return Table.of(
-        f"AllGroups-{source}", f"{source_title(source)}: all groups at once", comparison.all_groups, note, 2
-    )

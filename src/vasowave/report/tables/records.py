@@ -7,13 +7,17 @@ import pandas as pd
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
+from vasowave.inference.known_errors import SOURCES
 from vasowave.recording.cycle import resample
 from vasowave.report.tables.animal import estimates_frame, starts_frame
 from vasowave.report.tables.cells import who
 
 
 def records(cohort: Cohort) -> dict[str, pd.DataFrame]:
-    """Return the tables by name; one row for each parameter, pair of parameters, start, outlet or time."""
+    """Return the tables by name; one row for each parameter, pair of parameters, start, outlet or time.
+
+    Where there are posteriors, of each quantity, of each source of its variance, and of each law too.
+    """
     tables = {"Waveforms": pd.concat([_waveforms(result) for result in cohort.results], ignore_index=True)}
     if cohort.walls:
         tables |= {
@@ -22,12 +26,16 @@ def records(cohort: Cohort) -> dict[str, pd.DataFrame]:
             "EveryStart": _by_law(cohort, starts_frame),
             "Outlets": _by_law(cohort, _outlets),
         }
-    return tables
+    drawn = {
+        "Posterior": _by_law(cohort, _posterior), "Shares": _by_law(cohort, _shares), "Laws": _by_law(cohort, _law),
+    }  # fmt: skip
+    return tables | {name: table for name, table in drawn.items() if len(table)}
 
 
 def _by_law(cohort: Cohort, table: Callable[[AnimalResult, str], pd.DataFrame]) -> pd.DataFrame:
     parts = [_labelled(table(result, wall), result, wall=wall) for result in cohort.results for wall in result.laws]
-    return pd.concat(parts, ignore_index=True)
+    parts = [part for part in parts if len(part)]
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
 
 def _labelled(table: pd.DataFrame, result: AnimalResult, **labels: str) -> pd.DataFrame:
@@ -38,6 +46,41 @@ def _labelled(table: pd.DataFrame, result: AnimalResult, **labels: str) -> pd.Da
 def _correlations(result: AnimalResult, wall: str) -> pd.DataFrame:
     pairs = result.laws[wall].calibration["correlation"].to_dataframe().reset_index()
     return pairs.set_axis(["parameter", "other", "correlation [1]"], axis=1)
+
+
+def _posterior(result: AnimalResult, wall: str) -> pd.DataFrame:
+    """Return what the posterior says of every quantity."""
+    said = result.laws[wall].posterior
+    if said is None:
+        return pd.DataFrame()
+    names = ["unit", "median", "interval_low", "interval_high", "prior_low", "prior_high", "contraction"]
+    table = pd.DataFrame({name: said.table[name].values for name in names if name in said.table.variables})
+    table.insert(0, "quantity", said.table["quantity"].values)
+    return table.assign(trusted=said.trusted)
+
+
+def _shares(result: AnimalResult, wall: str) -> pd.DataFrame:
+    """Return where the variance of every quantity comes from."""
+    said = result.laws[wall].posterior
+    if said is None:
+        return pd.DataFrame()
+    shares = {source: f"share_{source}" for source in SOURCES if f"share_{source}" in said.table}
+    table = pd.DataFrame({source: said.table[name].values for source, name in shares.items()})
+    return table.assign(quantity=said.table["quantity"].values).melt(
+        "quantity", var_name="from", value_name="share of the variance [1]"
+    )
+
+
+def _law(result: AnimalResult, wall: str) -> pd.DataFrame:
+    """Return the evidence for a law, its probability among the animal's, and how far its draws may be trusted."""
+    said = result.laws[wall].posterior
+    if said is None:
+        return pd.DataFrame()
+    names = ("log_evidence", "log_evidence_error", "k_hat", "effective", "halves_apart", "simulations")
+    row: dict[str, float | bool] = {name: float(said.table[name]) for name in names if name in said.table}
+    if result.evidence is not None and wall in result.evidence["wall"].values:
+        row["probability"] = float(result.evidence["weight"].sel(wall=wall))
+    return pd.DataFrame([row | {"trusted": said.trusted}])
 
 
 def _outlets(result: AnimalResult, wall: str) -> pd.DataFrame:

@@ -74,4 +74,58 @@
     return say(tip ? tip.querySelector("title").textContent : "", event);
   };
   document.addEventListener("pointermove", read);
+
+  // Below each figure: its layers on and off, and the drawing as a file, as it is seen.
+  const button = (label, act) => {
+    const made = document.createElement("button");
+    made.type = "button";
+    made.textContent = label;
+    made.addEventListener("click", () => act(made));
+    return made;
+  };
+  const seen = drawing => all("svg", drawing).find(svg => svg.getClientRects().length);
+  const save = (link, name) => {
+    const made = document.createElement("a");
+    made.href = link;
+    made.download = name;
+    made.click();
+  };
+  const written = drawing => {
+    const whole = seen(drawing).cloneNode(true), [, , width, height] = whole.getAttribute("viewBox").split(" ");
+    all("[data-off]", whole).forEach(part => part.remove());
+    whole.removeAttribute("style");
+    whole.setAttribute("width", width + "pt");
+    whole.setAttribute("height", height + "pt");
+    const text = new XMLSerializer().serializeToString(whole);
+    return { link: "data:image/svg+xml;charset=utf-8," + encodeURIComponent(text), width: +width, height: +height };
+  };
+  const painted = (drawing, name) => {
+    const { link, width, height } = written(drawing), picture = new Image(), scale = 300 / 72;  // dots per point
+    picture.onload = () => {
+      const canvas = document.createElement("canvas");
+      [canvas.width, canvas.height] = [width * scale, height * scale].map(Math.ceil);
+      const paper = canvas.getContext("2d");
+      paper.fillStyle = "white";
+      paper.fillRect(0, 0, canvas.width, canvas.height);
+      paper.drawImage(picture, 0, 0, canvas.width, canvas.height);
+      save(canvas.toDataURL("image/png"), name + ".png");
+    };
+    picture.src = link;
+  };
+  all("figure > .drawing").forEach(drawing => {
+    const name = drawing.parentElement.id.replace("figure-", "");
+    const row = document.createElement("p");
+    row.className = "tools";
+    for (const layer of new Set(all("[data-layer]", drawing).map(part => part.dataset.layer))) {
+      const made = button(layer, () => {
+        const off = made.getAttribute("aria-pressed") === "true";
+        made.setAttribute("aria-pressed", String(!off));
+        all("[data-layer]", drawing).filter(part => part.dataset.layer === layer).forEach(part => part.toggleAttribute("data-off", off));
+      });
+      made.setAttribute("aria-pressed", "true");
+      row.append(made);
+    }
+    row.append(button("SVG", () => save(written(drawing).link, name + ".svg")), button("PNG", () => painted(drawing, name)));
+    drawing.after(row);
+  });
 })();

@@ -3,7 +3,7 @@ document.querySelectorAll("figure.space").forEach((figure) => {
   "use strict";
   const data = JSON.parse(figure.querySelector("script").textContent);
   const part = (name) => figure.querySelector(`[data-part="${name}"]`);
-  const [which, colored, said, plot] = ["network", "quantity", "said", "waveforms"].map(part);
+  const [which, colored, said, plot] = ["network", "quantity", "said", "waveforms"].map(part), moment = part("moment");
   figure.hidden = false;
   let shown = null, view = null, range = [0, 1], chosen = 0;
 
@@ -12,7 +12,10 @@ document.querySelectorAll("figure.space").forEach((figure) => {
     const at = Math.min(0.9999, Math.max(0, share)) * (data.stops.length - 1), k = Math.floor(at);
     return `rgb(${[0, 1, 2].map((i) => Math.round(data.stops[k][i] + (at - k) * (data.stops[k + 1][i] - data.stops[k][i])))})`;
   };
-  const values = () => shown.quantities[colored.selectedIndex].values;
+  const WAVES = [["pressure over the cycle [mmHg]", "pressure"], ["flow over the cycle [ml/s]", "flow"]];
+  const wave = () => WAVES[colored.selectedIndex - shown.quantities.length];
+  const sample = () => Math.round(moment.value * (shown.pressure[0].length - 1));
+  const values = () => (wave() ? shown[wave()[1]].map((row) => row[sample()]) : shown.quantities[colored.selectedIndex].values);
   const color = (row) => (values()[row] === null ? "#9e9e9e" : mix((values()[row] - range[0]) / (range[1] - range[0] || 1)));
 
   function draw(view) {
@@ -60,7 +63,9 @@ document.querySelectorAll("figure.space").forEach((figure) => {
   }
 
   function repaint() {
-    const known = values().filter((value) => value !== null);
+    const known = (wave() ? shown[wave()[1]].flat() : values()).filter((value) => value !== null);
+    moment.parentElement.hidden = !wave();
+    part("when").textContent = `${digits(shown.period * sample() / shown.pressure[0].length)} s`;
     range = [Math.min(...known), Math.max(...known)];
     part("bar").style.background = `linear-gradient(to right, ${data.stops.map((stop) => `rgb(${stop})`).join(", ")})`;
     [part("low").textContent, part("high").textContent] = range.map(digits);
@@ -78,7 +83,7 @@ document.querySelectorAll("figure.space").forEach((figure) => {
     shown = data.networks[which.selectedIndex];
     chosen = 0;
     const before = colored.selectedIndex;
-    colored.replaceChildren(...shown.quantities.map((one) => new Option(one.label)));
+    colored.replaceChildren(...[...shown.quantities.map((one) => one.label), ...WAVES.map(([label]) => label)].map((label) => new Option(label)));
     colored.selectedIndex = Math.max(0, before);
     const fresh = part("canvas").cloneNode();  // without the listeners of the network before
     part("canvas").replaceWith(fresh);
@@ -92,5 +97,6 @@ document.querySelectorAll("figure.space").forEach((figure) => {
   which.parentElement.hidden = data.networks.length < 2;
   which.addEventListener("change", show);
   colored.addEventListener("change", repaint);
+  moment.addEventListener("input", repaint);
   show();
 });

@@ -39,7 +39,7 @@ export function choice(options, value, said, given = {}) {
 export function fill(place, ...children) {
   const at = document.activeElement, key = place.contains(at) ? at?.dataset?.key : null;
   const scrolled = [...place.querySelectorAll("[data-scrolls]")].map((one) => one.scrollLeft);
-  place.replaceChildren(...children.flat(9).filter(Boolean));
+  place.replaceChildren(...children.flat(9).filter((one) => one !== null && one !== undefined && one !== false));
   [...place.querySelectorAll("[data-scrolls]")].forEach((one, k) => { one.scrollLeft = scrolled[k] || 0; });
   if (key) [...place.querySelectorAll("[data-key]")].find((one) => one.dataset.key === key)?.focus({ preventScroll: true });
 }

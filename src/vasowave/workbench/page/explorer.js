@@ -3,18 +3,19 @@ import { ask, post, say } from "./ask.js";
 import { choice, fill, h, shown, symbol } from "./dom.js";
 import { plot, sheet, style, watched } from "./plot.js";
 
+const INDICES = { HR: "1/min", CO: "ml/s", mPAP: "mmHg", sPAP: "mmHg", dPAP: "mmHg", pPAP: "mmHg", PVR: "mmHg s/ml", RMSE: "mmHg" };
 const DATA = "--ink", MODEL = "#00a7c4", BACK = "#d6259b";
-let all = null, told = null, now = null, fit = null, values = {}, parts = null, busy = false, wanted = false, view = null, frame = 0, colored = "mean pressure [mmHg]";
+let all = null, told = null, now = null, fit = null, band = {}, values = {}, parts = null, busy = false, wanted = false, view = null, frame = 0, colored = "mean pressure [mmHg]";
 let beside = [], measure = "", law = "", log = false, hidden = new Set();
 
 export async function show(place, rest) {
   all = await ask("results");
   const names = all.animals.map((one) => one.name), animal = names.includes(rest[0]) ? rest[0] : names[0];
   told = await ask("model", { animal, law: rest[1] || "" });
-  values = {}; beside = []; now = fit = null; frame = 0;
+  values = {}; beside = []; now = fit = null; band = {}; frame = 0;
   const go = (name, wall) => { location.hash = `explorer/${encodeURIComponent(name)}/${encodeURIComponent(wall)}`; };
   const panel = (name, text) => { const canvas = h("canvas", { class: "panel", role: "img", "aria-label": text, data: { panel: name } }); return [canvas, h("figure", {}, canvas, h("figcaption", {}, text))]; };
-  const list = { pressure: "pressure [mmHg] at the inlet by time [ms]: measured, model, fit", flow: "flow [ml/s] at the inlet by time [ms]", loop: "pressure [mmHg] by flow [ml/s]", waves: "forward and backward pressure wave [mmHg]", modulus: "impedance modulus [mmHg s/ml] by harmonic" };
+  const list = { pressure: "pressure [mmHg] at the inlet by time [ms]", flow: "flow [ml/s] at the inlet by time [ms]", loop: "pressure [mmHg] by flow [ml/s]", waves: "forward and backward pressure wave [mmHg]", modulus: "impedance modulus [mmHg s/ml] by harmonic" };
   const made = Object.fromEntries(Object.entries(list).map(([name, text]) => [name, panel(name, text)]));
   const space = h("canvas", { class: "space", tabindex: 0, role: "img", "aria-label": "the tree; drag or arrow keys turn it" });
   const points = h("canvas", { class: "panel", role: "img", "aria-label": "all animals by group" });
@@ -25,7 +26,8 @@ export async function show(place, rest) {
       choice(told.laws.map((one) => [one, `${one} wall`]), told.law, (wall) => go(animal, wall), { "aria-label": "wall law", data: { key: "law" } }),
       h("button", { type: "button", onclick: back }, "Back to the fit"),
       h("label", {}, "beside it", choice(["", ...names.filter((one) => one !== animal)], "", compare, { "aria-label": "another animal beside it" }))),
-    h("p", { class: "note" }, told.formula), parts.notes,
+    h("p", { class: "note" }, told.formula, " ", key("--ink", "measured"), key(MODEL, "model, and backward wave dotted"), key(MODEL, "the fit, where the model was moved from it", "dotted"),
+      key(BACK, "beside it", "dashed"), "shade: where 95 % of the models lie that the data allow about the fit"), parts.notes,
     h("div", { class: "two" },
       h("section", { class: "panels", "aria-label": "waveforms" }, Object.values(made).map(([, figure]) => figure),
         h("figure", {}, space, tree(), parts.scale)),
@@ -39,6 +41,14 @@ export async function show(place, rest) {
   fit = now;
   begin();
   draw();
+  const mine = told;
+  ask("band", { animal, law: told.law }).then((found) => { if (mine === told) { band = found; draw(); } }, () => {});
+}
+
+function key(color, text, look = "solid") {
+  const one = h("span", { class: "key" });
+  one.style.borderTop = `3px ${look} ${color.startsWith("--") ? `var(${color})` : color}`;
+  return h("span", { class: "legend" }, one, text, " ");
 }
 
 function back() {
@@ -100,16 +110,21 @@ async function simulate() {
 
 function draw() {
   if (!now || !parts.pressure.isConnected) return;
-  const ink = style(DATA), period = told.measured.period, close = (list) => [...list, list[0]];
-  const over = (list, more) => ({ x: close(list).map((_, k) => k / list.length * period * 1000), y: close(list), ...more });
-  const also = (name) => [...(fit && fit !== now ? [over(fit[name], { color: MODEL, width: 1, dash: [2, 3] })] : []), ...beside.map((one) => over(one[name], { color: BACK, width: 1.4, dash: [7, 3] }))];
-  for (const name of ["pressure", "flow"]) plot(parts[name], { series: [over(told.measured[name], { color: ink, width: 1.4, dash: name === "flow" ? [] : [] }), over(now[name], { color: MODEL, width: 2 }), ...also(name)], x: "" });
-  const loop = (one, more) => ({ x: close(one.flow), y: close(one.pressure), ...more });
-  plot(parts.loop, { series: [loop(told.measured, { color: ink, width: 1.4 }), loop(now, { color: MODEL, width: 2 }), ...beside.map((one) => loop(one, { color: BACK, dash: [7, 3] }))], x: "" });
-  plot(parts.waves, { series: [over(now.forward, { color: MODEL, width: 1.8 }), over(now.backward, { color: BACK, width: 1.8, dash: [2, 2] })], x: "" });
+  const ink = style(DATA), period = told.measured.period, moved = fit && fit !== now;
+  const close = (list) => [...list, list[0]], times = (list) => close(list).map((_, k) => k / list.length * period * 1000);
+  const over = (list, more) => ({ x: times(list), y: close(list), ...more });
   const harmonics = (list, more) => ({ x: list.map((_, k) => k), y: list, ...more });
-  plot(parts.modulus, { series: [harmonics(told.measured.modulus, { color: ink, points: true }), harmonics(now.modulus, { color: MODEL, width: 2 }), ...beside.map((one) => harmonics(one.modulus, { color: BACK, dash: [7, 3] }))], x: "", log: true });
-  fill(parts.numbers, Object.entries(now.indices).map(([name, value]) => h("div", {}, h("span", {}, name === "S" ? "RMS error [mmHg]" : symbol(name)), h("b", { data: { index: name } }, shown(value)))));
+  const loop = (one, more) => ({ x: close(one.flow), y: close(one.pressure), ...more });
+  const shade = (name, how, color = MODEL) => (band[name] ? [{ ...how(band[name][0], { color, width: 0 }), band: { low: how(band[name][0]).y, high: how(band[name][1]).y } }] : []);
+  const draws = (name, how, measured, model = { color: MODEL, width: 2 }) => [
+    ...shade(name, how), ...(measured ? [how(measured, { color: ink, width: 1.4, points: name === "modulus" })] : []), how(now[name], model),
+    ...(moved ? [how(fit[name], { color: MODEL, width: 1, dash: [2, 3] })] : []), ...beside.map((one) => how(one[name], { color: BACK, width: 1.4, dash: [7, 3] }))];
+  for (const name of ["pressure", "flow"]) plot(parts[name], { series: draws(name, over, told.measured[name]), x: "" });
+  plot(parts.loop, { series: [loop(told.measured, { color: ink, width: 1.4 }), loop(now, { color: MODEL, width: 2 }),
+    ...(moved ? [loop(fit, { color: MODEL, width: 1, dash: [2, 3] })] : []), ...beside.map((one) => loop(one, { color: BACK, dash: [7, 3] }))], x: "" });
+  plot(parts.waves, { series: [...draws("forward", over, null), ...draws("backward", over, null, { color: MODEL, width: 1.8, dash: [2, 2] })], x: "" });
+  plot(parts.modulus, { series: draws("modulus", harmonics, told.measured.modulus), x: "", log: true });
+  fill(parts.numbers, Object.entries(now.indices).map(([name, value]) => h("div", {}, h("span", {}, symbol(name), " ", h("small", {}, INDICES[name] || "")), h("b", { data: { index: name } }, shown(value)))));
   view?.redraw();
   parts.pressure.dataset.drawn = String(Number(parts.pressure.dataset.drawn || 0) + 1);
 }
@@ -179,7 +194,7 @@ function drawGroups() {
   const spans = shownAnimals.filter((one) => one.laws[law][measure][1] !== null).map((one) => ({ x: [at.get(one.name), at.get(one.name)], y: one.laws[law][measure].slice(1), color: all.groups[one.group], width: 1.5 }));
   const values = shownAnimals.map((one) => one.laws[law][measure][0]);
   const range = log ? undefined : spread(values, spans.flatMap((one) => one.y));
-  const scale = plot(parts.points, { series: [...spans, ...points], y: `${symbol} [${unit}]`, across: [0.3, shownAnimals.length + 0.7], log: log && Math.min(...values) > 0, range, x: "" });
+  const scale = plot(parts.points, { series: [...spans, ...points], y: `${symbol} [${unit}]`, across: [0.3, shownAnimals.length + 0.7], log: log && Math.min(...values) > 0, range });
   if (!scale) return;
   const pen = parts.points.getContext("2d"), height = parts.points.clientHeight, room = (scale.right - scale.left) / (shownAnimals.length + 1);
   pen.fillStyle = style(DATA); pen.textAlign = room < 70 ? "right" : "center"; pen.textBaseline = "top";

@@ -85,6 +85,7 @@ export function plot(canvas, { series, x, y, range, across, log = false }) {
     }
     pen.strokeStyle = pen.fillStyle = one.color || ink;
     pen.lineWidth = one.width || 1.6;
+    if (one.width === 0) continue;
     pen.setLineDash(one.dash || []);
     pen.beginPath();
     let up = true;

@@ -27,6 +27,7 @@ export async function show(place, rest) {
     parts.error,
     h("div", { class: "two" },
       h("section", { "aria-label": "signals" }, canvas, strip, parts.tools,
+        h("p", { class: "keys" }, key("#00a7c4", "averaged"), key("", "good, not needed"), key("var(--alarm-edge)", "rejected"), key("var(--shade)", "outside the stretch")),
         h("p", { class: "keys" }, "Drag: a stretch. Click: a beat. Wheel: zoom, with Shift: scroll. Keys: ", ["←", "→", "+", "−", "n", "p", "x", "[", "]", "b", "e"].flatMap((key) => [h("kbd", {}, key), " "]),
           "scroll, zoom, next and previous beat, reject or restore, earlier and later by 1 ms, begin and end of a stretch at the middle.")),
       h("section", { "aria-label": "average" }, parts.numbers, average, flow, parts.found)),
@@ -46,6 +47,7 @@ export async function renew(place, rest) {
   if (told.duration) { await overview(); draw(); }
 }
 
+const key = (color, text) => { const one = h("i", { class: "beat" }); one.style.background = color; return [one, ` ${text} `]; };
 const whole_ = () => {
   const [from, to] = [told.from ?? 0, told.to ?? told.duration];
   return [Math.max(0, from - 0.02 * (to - from)), Math.min(told.duration, to + 0.02 * (to - from))];
@@ -85,7 +87,7 @@ function later() {
 }
 
 export function draw() {
-  if (!told?.duration || !view) return;
+  if (!told?.duration || !view || parts.canvas.clientWidth < 80) return;
   later();
   fetchNear();
 }
@@ -301,7 +303,8 @@ function tools() {
       button("Average this stretch", () => done("set-stretch", both)), button("This is zero pressure", () => done("set-zero", both)),
       told.beats ? [button("Reject its beats", () => judge("reject")), button("Keep its beats", () => judge("keep"))] : null,
       button("Zoom in", () => look(...chosen))) : null,
-    beat >= 0 && told.beats ? h("div", { class: "row" }, h("span", {}, `Beat ${beat + 1} of ${told.beats.starts.length}, ${span(beat)[0].toFixed(3)} s: `,
+    reasons(),
+    beat >= 0 && told.beats ? h("div", { class: "row", data: { beat } }, h("span", {}, `Beat ${beat + 1} of ${told.beats.starts.length}, ${span(beat)[0].toFixed(3)} s: `,
       told.beats.rejected[beat] ? `rejected, ${told.beats.rejected[beat]}` : told.beats.averaged.includes(beat) ? "averaged" : "good"),
       button(edited(beat) ? "As the rules say" : told.beats.rejected[beat] ? "Keep it" : "Reject it", toggle, "judge"),
       button("1 ms earlier", () => move(-0.001)), button("1 ms later", () => move(0.001))) : null,
@@ -309,11 +312,21 @@ function tools() {
       button("Forget all edits", () => done("edit-beats", { forget: told.edits.map(([, at]) => at) }))) : null);
 }
 
+/** Rejected beats by reason; the next of them at a click. */
+function reasons() {
+  const found = new Map();
+  for (const [k, why] of Object.entries(told.beats?.causes || {})) found.set(why, [...(found.get(why) || []), Number(k)]);
+  if (!found.size) return null;
+  const next = (list) => { pick(list.find((k) => k > beat) ?? list[0]); parts.canvas.focus({ preventScroll: true }); };
+  return h("div", { class: "row" }, h("span", { class: "note" }, "rejected, to the next:"),
+    [...found].map(([why, list]) => button(`${list.length} × ${why}`, () => next(list), `why ${why}`)));
+}
+
 function findings() {
   const list = told.indices || {}, used = told.beats ? `${told.beats.averaged.length} of ${told.beats.starts.length}` : null;
   fill(parts.numbers, Object.entries(INDICES).filter(([name]) => name in list).map(([name, unit]) =>
     h("div", {}, h("span", {}, `${name} [${unit}]`), h("b", { data: { index: name } }, shown(list[name])))),
-    used ? h("div", {}, h("span", {}, "beats averaged"), h("b", {}, used)) : null);
+    used ? h("div", {}, h("span", {}, "beats averaged"), h("b", { data: { index: "beats" } }, used)) : null);
   fill(parts.found, (told.findings || []).filter((one) => one.look).map((one) => h("div", { class: "finding" }, one.text)),
     told.findings?.length ? h("details", {}, h("summary", {}, "What was noted"), told.findings.filter((one) => !one.look).map((one) => h("div", { class: "finding plain" }, one.text))) : null);
 }

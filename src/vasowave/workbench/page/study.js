@@ -4,7 +4,7 @@ import { choice, fill, h } from "./dom.js";
 
 const ALWAYS = ["animal", "group", "network", "recording"];
 const FILES = ["network", "recording", "flow", "beat edits"];
-let known = null, checked = null, asked = 0, state = null, more = false;
+let known = null, checked = null, fresh = false, asked = 0, state = null, more = false;
 
 export async function show(place, rest, now) {
   checked = null;
@@ -14,6 +14,7 @@ export async function show(place, rest, now) {
 export async function renew(place, rest, now) {
   state = now;
   known = await ask("study");
+  fresh = false;
   draw(place);
   if (known.study) check(place);
 }
@@ -21,7 +22,9 @@ export async function renew(place, rest, now) {
 export function progress(place, now) {
   state = now;
   const part = place.querySelector("[data-part=run]");
-  if (part && known?.study) fill(part, run());
+  if (!part || !known?.study) return;
+  fill(part, run());
+  for (const row of place.querySelectorAll("tr[data-animal]")) fill(row.querySelector(".state"), status(row.dataset.animal));
 }
 
 /** Read all recordings, without keeping the page waiting. */
@@ -30,7 +33,7 @@ async function check(place) {
   try {
     const found = await ask("check");
     if (mine !== asked || document.body.dataset.ready !== "study" && location.hash.replace("#study", "")) return;
-    checked = found;
+    [checked, fresh] = [found, true];
     draw(place);
   } catch (error) {
     if (mine === asked) say(error.message, true);
@@ -93,6 +96,7 @@ async function walked(entry, before) {
 }
 
 async function take(files) {
+  files.sort(([one], [other]) => (one < other ? -1 : 1));
   const names = [], lost = [];
   for (const [name, file] of files) {
     if (name.split("/").some((part) => part.startsWith("."))) continue;
@@ -107,7 +111,12 @@ async function take(files) {
 
 // The table.
 
-const problems = () => checked?.problems || known.problems;
+/** What is wrong or odd; while the recordings are read again, what was odd of them before stays. */
+function problems() {
+  if (fresh) return checked.problems;
+  const now = new Set(known.problems.map((one) => one.text));
+  return [...known.problems, ...(checked?.problems || []).filter((one) => one.animals.length && !one.error && !now.has(one.text))];
+}
 
 function groups() {
   const line = h("input", { type: "text", value: known.groups.join(", "), data: { key: "groups" },
@@ -119,29 +128,29 @@ function table() {
   if (!known.rows.length) return h("p", {}, "No animals yet: drop their files above.");
   const used = known.columns.map(([title]) => title).filter((title) =>
     ALWAYS.includes(title) || more || known.rows.some((row) => row[title]));
-  const read = checked ? [...checked.header.keys()].slice(2) : [];
+  const read = checked ? [...checked.header.keys()].slice(2).filter((k) => checked.header[k][0] !== "kind") : [];
   const rows = known.rows.map((row) => {
     const mine = problems().filter((one) => one.animals.includes(row.animal));
     const numbers = checked?.read[row.animal];
     return [
       h("tr", { data: { animal: row.animal } },
         used.map((title) => cell(row, title, mine)),
-        read.map((k) => h("td", { class: "words" }, numbers ? numbers[k] : "")),
-        h("td", { class: "words" }, status(row.animal)),
-        h("td", {}, h("a", { href: `#recording/${encodeURIComponent(row.animal)}` }, "look"), " ",
+        h("td", { class: "words state" }, status(row.animal)),
+        h("td", {}, h("a", { href: `#recording/${encodeURIComponent(row.animal)}`, "aria-label": `Look at ${row.animal}` }, "look"), " ",
           h("button", { type: "button", title: `Take ${row.animal} out of the table`, "aria-label": `Remove ${row.animal}`,
-            onclick: () => act("remove-animal", { animal: row.animal }) }, "×"))),
+            onclick: () => act("remove-animal", { animal: row.animal }) }, "×")),
+        read.map((k) => h("td", { class: "words" }, numbers ? numbers[k] : ""))),
       mine.length ? h("tr", { class: "found" }, h("td", { colspan: used.length + read.length + 2 }, h("div", {}, mine.map(finding)))) : null,
     ];
   });
   return [
     h("div", { class: "table", data: { scrolls: 1 } }, h("table", { class: "animals" },
       h("thead", {}, h("tr", {}, used.map((title) => h("th", { title: known.columns.find(([one]) => one === title)[1] }, title)),
-        read.map((k) => h("th", {}, checked.header[k][0], checked.header[k][1] ? ` [${checked.header[k][1]}]` : "")), h("th", {}, "state"), h("th", {}))),
+        h("th", {}, "state"), h("th", {}), read.map((k) => h("th", {}, checked.header[k][0], checked.header[k][1] ? ` [${checked.header[k][1]}]` : "")))),
       h("tbody", {}, rows))),
     h("label", { class: "note" }, h("input", { type: "checkbox", checked: more, data: { key: "more" },
       onchange: (event) => { more = event.target.checked; draw(document.getElementById("desk")); } }), " all columns"),
-    checked ? null : h("p", { class: "note" }, "Reading the recordings …"),
+    h("p", { class: "note", role: "status", id: "reading" }, fresh ? "" : "Reading the recordings …"),
   ];
 }
 
@@ -163,14 +172,14 @@ const finding = (one) => h("div", { class: one.error ? "finding bad" : "finding"
 
 function general() {
   const rest = problems().filter((one) => !one.animals.length);
-  return rest.map((one) => h("div", { class: "row" }, h("span", { class: "note" }, one.place), finding(one)));
+  return rest.map((one) => h("div", { class: "row" }, h("span", { class: "note" }, one.place.replace(`${known.folder}/`, "")), finding(one)));
 }
 
 function status(animal) {
   const now = state?.run.runner ? state.run.animals[animal] : known.status[animal];
   if (!now) return "";
   return known.outdated.includes(animal) && now.state !== "done"
-    ? [h("span", { class: "old" }, "outdated"), " changed since it was run"] : now.text;
+    ? h("span", { class: "old", title: "its row, its files, the settings or the program changed since it was run" }, "outdated") : now.text;
 }
 
 // The run.

@@ -1,0 +1,84 @@
+"""Draw the figures of the explanation: `python draw.py waves|taper|intervals`, as SVG in the working folder."""
+
+import sys
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import vasowave as vw
+
+STYLE = {"font.size": 9, "svg.fonttype": "none", "axes.spines.top": False, "axes.spines.right": False}
+
+
+def fitted():
+    """Return a synthetic mouse, its network and the fit of the linear wall."""
+    network, mouse = vw.control_network(), vw.virtual_mouse()
+    return network, mouse, vw.calibrate(network, mouse, "linear", starts=1)
+
+
+def waves():
+    """One pulse on its way: pressure and flow at the middle of the vessels from the root to an end."""
+    _, mouse, fit = fitted()
+    simulated = vw.simulate(fit.model, mouse)
+    path = ["1", "3", "6", "14", "18", "20"]
+    figure, axes = plt.subplots(1, 2, figsize=(7.2, 2.8), layout="constrained")
+    for name, shade in zip(path, np.linspace(0.0, 0.7, len(path)), strict=True):
+        one = simulated.sel(vessel=name, station="middle")
+        axes[0].plot(1e3 * one.time, one.pressure, color=str(shade), label=f"vessel {name}")
+        axes[1].plot(1e3 * one.time, one.flow, color=str(shade))
+    axes[0].set(xlabel="time [ms]", ylabel="pressure [mmHg]")
+    axes[1].set(xlabel="time [ms]", ylabel="flow [ml/s]")
+    axes[0].legend(frameon=False, fontsize=7)
+    return figure
+
+
+def taper():
+    """The same tree straight and tapering, with the pressure that nothing but the taper changes."""
+    network, mouse, fit = fitted()
+    figure, ax = plt.subplots(figsize=(4.6, 2.8), layout="constrained")
+    for percent, dash in ((0, "-"), (10, "--"), (20, ":")):
+        shape = vw.Shape([1 + percent / 200, 1 - percent / 200]) if percent else None
+        model = vw.Model(network, fit.model.wall, fit.model.outlets, fit.model.blood, shape=shape, junctions="total")
+        root = vw.simulate(model, mouse).pressure.sel(vessel="1", station="inlet")
+        ax.plot(
+            1e3 * root.time,
+            root,
+            dash,
+            color="black",
+            label=f"{percent} % narrower at the end, mean {root.mean():.1f} mmHg",
+        )
+    ax.set(xlabel="time [ms]", ylabel="pressure in the root [mmHg]")
+    ax.legend(frameon=False, fontsize=7)
+    return figure
+
+
+def intervals():
+    """What one recording says of one mouse: interval of the fit, of the posterior, and of the prior alone."""
+    network, mouse, fit = fitted()
+    posterior, own = vw.posterior(network, mouse, "linear", fit=fit).summary, fit.summary()
+    names = {"wave_speed": "wave speed", "R_T": "resistance R_T", "C_p": "compliance of the beds", "a": "share R1/R_T"}
+    figure, ax = plt.subplots(figsize=(5.6, 2.6), layout="constrained")
+    for row, name in enumerate(names):
+        one, fits = posterior.loc[name], own.loc[name]
+        for place, (low, high), width, color in (
+            (-0.25, (one["prior_low"], one["prior_high"]), 6, "0.85"),
+            (0.0, (one["interval_low"], one["interval_high"]), 4, "#0072b2"),
+            (0.25, (fits["low"], fits["high"]), 2, "black"),
+        ):
+            ax.plot(
+                np.array([low, high]) / fits["value"], [row + place] * 2, lw=width, color=color, solid_capstyle="butt"
+            )
+    ax.set(xlabel="value over that of the fit [1]", xscale="log", xlim=(0.3, 3.3), ylim=(3.6, -1.5), yticks=range(4))
+    ax.set_yticklabels(names.values())
+    ax.set_xticks([0.3, 0.5, 1, 2, 3], ["0.3", "0.5", "1", "2", "3"])
+    ax.minorticks_off()
+    for color, label in (("0.85", "prior"), ("#0072b2", "posterior"), ("black", "fit alone")):
+        ax.plot([], [], color=color, lw=4, label=label)
+    ax.legend(frameon=False, ncols=3, loc="upper left", fontsize=7)
+    return figure
+
+
+if __name__ == "__main__":
+    with plt.rc_context(STYLE):
+        name = sys.argv[1]
+        globals()[name]().savefig(f"{name}.svg")

@@ -1,0 +1,98 @@
+"""What a journal asks of every figure of the two documents: letters that can be read, units, nothing over another."""
+
+import re
+from itertools import combinations
+
+import pytest
+
+from vasowave.cohort.cohort import gathered
+from vasowave.cohort.primary import primary_comparison
+from vasowave.figures.marks import lettered
+from vasowave.figures.style import WIDEST, style
+from vasowave.report.contents import report_of, supplement_of
+from vasowave.report.settings import ReportSettings
+
+pytestmark = pytest.mark.validation  # it draws everything twice
+
+SMALLEST = 6.0  # pt
+UNIT = re.compile(r"\[[^\]]+\]$")
+
+
+@pytest.fixture(autouse=True)
+def in_style():
+    """Look at figures in their own style: ticks are chosen by the size of letters."""
+    with style():
+        yield
+
+
+@pytest.fixture(scope="module")
+def figures(cohort_results):
+    """Return every figure of a cohort and of one animal by document and name, laid out and lettered."""
+    found, asked = {}, ReportSettings()
+    with style():
+        for kind, results in (("cohort", cohort_results), ("animal", cohort_results[:1])):
+            cohort = gathered(results, None, lost=())
+            primary = primary_comparison(cohort, asked)
+            for document in (report_of(cohort, primary, asked), supplement_of(cohort, primary)):
+                for drawing in document.drawings():
+                    lettered(drawing.figure)
+                    for _ in range(2):  # the first makes room, the second stands in it
+                        drawing.figure.draw_without_rendering()
+                    found[f"{kind}, {drawing.name}"] = drawing.figure
+    return found
+
+
+def words(figure):
+    """Return the texts of a figure that are drawn, with their boxes, points."""
+    drawn = [*figure.texts, *(text for legend in figure.legends for text in legend.get_texts())]
+    for ax in figure.axes:
+        drawn += [*ax.texts, ax.title, ax._left_title, ax._right_title]
+        drawn += ax.get_legend().get_texts() if ax.get_legend() else []
+        for axis in (ax.xaxis, ax.yaxis) if ax.axison else ():
+            # Ticks beyond their axis are made, but not drawn.
+            drawn += [axis.label, *(label for tick in axis._update_ticks() for label in (tick.label1, tick.label2))]
+    scale = 72 / figure.dpi
+    seen = [one for one in drawn if one.get_visible() and one.get_text().strip()]
+    return [(one, [scale * value for value in ends(one)]) for one in seen]
+
+
+def ends(text):
+    """Return left, bottom, right and top of a text; a first line that is left free is none of it."""
+    box = text.get_window_extent()
+    return box.x0, box.y0, box.x1, box.y1 - (box.height / 2 if text.get_text().startswith("\n") else 0)
+
+
+def test_no_letter_is_smaller_than_six_points(figures):
+    small = {(name, one.get_text(), one.get_fontsize()) for name, figure in figures.items() for one, _ in words(figure)
+             if one.get_fontsize() < SMALLEST}  # fmt: skip
+    assert small == set()
+
+
+def test_no_figure_is_wider_than_two_columns(figures):
+    assert {
+        name: figure.get_figwidth() * 2.54 for name, figure in figures.items() if figure.get_figwidth() * 2.54 > WIDEST
+    } == {}
+
+
+def test_every_axis_with_numbers_says_its_unit(figures):
+    bare = set()
+    for name, figure in figures.items():
+        for ax in figure.axes:
+            for axis in (ax.xaxis, ax.yaxis):
+                numbers = [
+                    one.get_text() for one in axis.get_ticklabels() if re.fullmatch(r"[−-]?[\d.]+", one.get_text())
+                ]
+                label = axis.get_label().get_text()
+                if ax.axison and numbers and label and not UNIT.search(label):
+                    bare.add((name, label))
+    assert bare == set()
+
+
+def test_no_text_lies_over_another(figures):
+    over = set()
+    for name, figure in figures.items():
+        for (one, a), (other, b) in combinations(words(figure), 2):
+            wide, high = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
+            if wide > 1.0 and high > 2.0:  # points; boxes hold room below their letters
+                over.add((name, one.get_text(), other.get_text()))
+    assert over == set()
