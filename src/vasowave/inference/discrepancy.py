@@ -114,18 +114,15 @@ class Discrepancy:
         turn, precision, _ = self._nodes
         scores, again = np.empty(len(residuals)), np.empty_like(residuals)
         for row, (shape, size) in enumerate(zip(*np.divmod(node, precision.shape[2]), strict=True)):
-            axes, known, beyond = turn[shape], precision[shape, :, size], self._beyond[shape, size]
-            seen, of_mean = zero @ axes, axes[0] * known
-            gain = beyond / (1 - beyond * float(axes[0] @ of_mean))
-            weighed = seen * known + gain * (seen @ of_mean) * of_mean
-            left = max(1.0 - float(weighed @ seen), 0.0)
-            scores[row] = weighed @ (residuals[row] @ axes) + np.sqrt(left) * rng.standard_normal()
+            seen, known = zero @ turn[shape], precision[shape, :, size]
+            of_mean = turn[shape, 0] * known
+            whole = seen + self._gain[shape, size] * (of_mean @ seen) * turn[shape, 0]
+            expected = (whole * known) @ (residuals[row] @ turn[shape])
+            left = max(1.0 - float((seen * known) @ whole), 0.0)
+            scores[row] = expected + np.sqrt(left) * rng.standard_normal()
             white = rng.standard_normal(len(known)) / np.sqrt(known)
-            again[row] = self._shapes[0][shape] * (axes @ white)  # inverse of the turn, transposed
-            if beyond > 0:  # what of this draw is beyond the limit of the mean is drawn, and taken away
-                part = np.sqrt(beyond) * (of_mean @ (again[row] @ axes))
-                part += np.sqrt(max(1 - beyond * float(axes[0] @ of_mean), 0.0)) * rng.standard_normal()
-                again[row, 0] -= np.sqrt(beyond) * part
+            again[row] = self._shapes[0][shape] * (turn[shape] @ white)  # inverse of the turn, transposed
+            again[row, 0] -= self._taken[shape, size] * (of_mean @ white)
         return Drawn(self._amplitudes[0][node % precision.shape[2]], scores, again)
 
     def _by_node(self, rows: np.ndarray) -> np.ndarray:
@@ -133,10 +130,20 @@ class Discrepancy:
         turn, precision, constant = self._nodes
         turned = rows[:, self._counted] @ turn
         log = constant[:, np.newaxis] - 0.5 * (turned**2 @ precision)
-        if self._beyond.any():  # V - δ e eᵀ in place of V, e being the mean's row (Sherman and Morrison)
-            gain = self._beyond / (1 - self._beyond * self._precision_of_mean)
-            log -= 0.5 * gain[:, np.newaxis] * ((turned * turn[:, :1]) @ precision) ** 2
+        if self._beyond.any():
+            log -= 0.5 * self._gain[:, np.newaxis] * ((turned * turn[:, :1]) @ precision) ** 2
         return log
+
+    @cached_property
+    def _gain(self) -> np.ndarray:
+        """What V⁻¹e (eᵀV⁻¹) is multiplied by in the inverse of V - δ e eᵀ, e being the mean's row and δ `_beyond`."""
+        return self._beyond / (1 - self._beyond * self._precision_of_mean)
+
+    @cached_property
+    def _taken(self) -> np.ndarray:
+        """How much of eᵀV⁻¹x is taken from the mean of a draw x of V, to make it one of V - δ e eᵀ."""
+        precision = self._precision_of_mean
+        return (1 - np.sqrt(1 - self._beyond * precision)) / precision
 
     @cached_property
     def _beyond(self) -> np.ndarray:
@@ -145,11 +152,12 @@ class Discrepancy:
         of_mean = self._shapes[0][:, :1] * self._amplitudes[0] ** 2
         return np.maximum(of_mean - self.samples * self.of_mean**2, 0.0) * counted
 
-    @property
+    @cached_property
     def _precision_of_mean(self) -> np.ndarray:
         """Diagonal term of the mean in the inverse of the covariance without limit, shape (shape, amplitude)."""
-        turn, precision, _ = self._nodes
-        return np.einsum("sk,ska->sa", turn[:, 0] ** 2, precision)
+        turn, values, _ = self._diagonal
+        total = values[:, :, np.newaxis] + self._amplitudes[0] ** 2
+        return np.einsum("sk,ska->sa", turn[:, 0] ** 2, 1 / total)
 
     @cached_property
     def _nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -158,9 +166,8 @@ class Discrepancy:
         sigma, log_prior = self._amplitudes
         total = values[:, :, np.newaxis] + sigma**2
         constant = -0.5 * (np.log(2 * np.pi * total).sum(axis=1) + logdet[:, np.newaxis])
-        precision = 1 / total
-        less = np.log1p(-self._beyond * np.einsum("sk,ska->sa", turn[:, 0] ** 2, precision))
-        return turn, precision, constant - 0.5 * less + log_prior + self._shapes[1][:, np.newaxis]
+        constant -= 0.5 * np.log1p(-self._beyond * self._precision_of_mean)
+        return turn, 1 / total, constant + log_prior + self._shapes[1][:, np.newaxis]
 
     @cached_property
     def _shapes(self) -> tuple[np.ndarray, np.ndarray]:

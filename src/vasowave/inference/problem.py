@@ -13,7 +13,7 @@ from vasowave.calibration.compared import Compared
 from vasowave.errors import NumericalError, VasowaveError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.unknowns import Unknowns
-from vasowave.model.linear import linear_solution
+from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
 from vasowave.model.outlets import OF_DROP
 from vasowave.noise.spectrum import fourier, harmonics
@@ -81,11 +81,17 @@ class Problem:
         return np.sqrt(self.zero_variance) * np.eye(self.samples)[0]
 
     @cached_property
+    def _middle(self) -> tuple[Model, LinearSolution]:
+        """The model at the medians, and what it does in the frequency domain; not finite where it has no mean state."""
+        model = self.unknowns.model(np.zeros(len(self.unknowns.all)))
+        with np.errstate(all="ignore"):
+            return model, linear_solution(model, self.recording.inflow, self.samples // 2)
+
+    @cached_property
     def _diastole(self) -> np.ndarray:
         """Diastolic pressure of the vessels, mmHg, shape (vessel,): measured, and by how much they differ."""
-        model, inflow = self.unknowns.model(np.zeros(len(self.unknowns.all))), self.recording.inflow
+        model, solved = self._middle
         with np.errstate(all="ignore"):
-            solved = linear_solution(model, inflow, self.samples // 2)
             lowest = solved.over_cycle(solved.pressure, _WAVES).min(axis=0)
         apart = lowest - lowest[model.network.root]
         return self.recording.diastolic_pressure + np.where(np.isfinite(apart), apart, 0.0)
@@ -123,15 +129,10 @@ class Problem:
     @cached_property
     def mean_drop(self) -> float:
         """What the mean pressure falls along the vessels of the image with nominal walls, mmHg; infinite if unknown."""
-        space = self.unknowns.space
-        with np.errstate(all="ignore"):  # what is not finite bounds nothing
-            posed = self._posed(np.zeros(len(self.unknowns.all)))
-            if posed is None:
-                return np.inf
-            model, inflow = posed
-            inlet = linear_solution(model, inflow, 1).pressure[0, model.network.root].real
-        behind = float(inflow.flow.mean()) * model.outlets.total_resistance() + space.outlet_pressure
-        return max(float(inlet) - behind, 0.0) if np.isfinite(inlet) else np.inf
+        model, solved = self._middle
+        beds = self.recording.cardiac_output * model.outlets.total_resistance() + self.unknowns.space.outlet_pressure
+        fall = float(solved.pressure[0, model.network.root].real) - beds
+        return max(fall, 0.0) if np.isfinite(fall) else np.inf
 
     def vessels(self, point: np.ndarray) -> np.ndarray:
         """Return what one SD of each vessel's own radius, length and taper changes, shape (coefficient, error), mmHg.
