@@ -29,8 +29,8 @@ ABOUT = """\
 One animal's result is one netCDF-4 file: `AnimalResult.to_datatree()`, group by group; [results](results.md) says how
 to read it. Here is every group with its attributes and variables. `WALL` is the name of a wall law; the parameters are
 those of the power law, other laws have theirs in place of `beta` and `m`. `WALL/inference` holds besides the groups
-that ArviZ reads: `posterior`, `prior`, `sample_stats`, `posterior_predictive`, `log_likelihood` and `observed_data`. A
-test compares this page with a stored file.
+that ArviZ reads: `posterior`, `prior`, `sample_stats`, `posterior_predictive`, `log_likelihood` and `observed_data`.
+A test compares this page with a stored file.
 """
 STORED = ("calibration", "simulation", "tree", "quantities", "inference", "stiffening", "impedance", "waves")
 PATHS = re.compile(rf"""["'/}}](?:{"|".join(STORED)})/|[}}\w]/(?:{"|".join(STORED)})["'/]""")

@@ -1,13 +1,14 @@
 """Calibration recovers what it should, and says what it cannot."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from vasowave.calibration import Search, calibrate
 from vasowave.calibration.starts import search_all
-from vasowave.datasets import control_network
+from vasowave.datasets import control_network, virtual_mouse
 from vasowave.errors import InputError
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
@@ -69,6 +70,18 @@ def test_a_search_that_was_stopped_says_so_before_all_else(inflow, monkeypatch):
     fit = calibrate(control_network(), _noise_free(LinearWall(57.0), inflow), search=Search(starts=1))
     assert str(fit.findings[0]) == "Interrupted: 1 of 1 starts had finished."
     assert len(fit.findings) > 1
+
+
+@pytest.mark.parametrize("bed", ["windkessel", "resistance"])
+def test_a_passive_tree_leaves_the_beds_no_more_than_the_measured_resistance(bed):
+    """Another animal's tree, a wall that fits badly: pressure over flow still bounds what the beds can have."""
+    mouse, network = virtual_mouse(), control_network()
+    foreign = replace(network, radius=0.8 * network.radius, length=np.roll(network.length, 3))
+    fit = calibrate(foreign, mouse, starts=1, bed=bed, numerics=Numerics(cell_size=0.4, samples=128))
+    row = fit.summary().loc["R_T"]
+    fall = mouse.vascular_resistance - row["value"]
+    assert row["value"] < row["high"] <= mouse.vascular_resistance
+    assert row["low"] > mouse.vascular_resistance - 3.0 * fall  # no vessel takes three times what the model has it take
 
 
 def test_an_unknown_parameter_is_an_error_with_the_nearest_name(inflow):

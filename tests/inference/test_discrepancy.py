@@ -10,10 +10,11 @@ from vasowave.noise.spectrum import fourier, harmonics
 SAMPLES = 11
 
 
-@pytest.fixture
-def noise():
+@pytest.fixture(params=[np.inf, 0.1, 0.0], ids=["mean free", "mean bounded", "mean right"])
+def noise(request):
     rng = np.random.default_rng(1)
-    return Discrepancy(SAMPLES, (0.3, 0.7), np.diag(rng.uniform(0.01, 0.1, SAMPLES)), rng.normal(0, 0.2, (SAMPLES, 4)))
+    known, vessels = np.diag(rng.uniform(0.01, 0.1, SAMPLES)), rng.normal(0, 0.2, (SAMPLES, 4))
+    return Discrepancy(SAMPLES, (0.3, 0.7), known, vessels, of_mean=request.param)
 
 
 def dense(noise):
@@ -26,7 +27,9 @@ def dense(noise):
             for score in np.linspace(-2.5, 2.5, 21):
                 sigma = 0.3 * np.exp(0.7 * score)
                 weight = np.exp(-0.5 * (corner**2 + slope**2 + score**2))
-                yield np.diag(sigma**2 * power / power.mean()) + other, weight, sigma
+                own = sigma**2 * power / power.mean()
+                own[0] = min(own[0], SAMPLES * noise.of_mean**2)
+                yield np.diag(own) + other, weight, sigma
 
 
 def test_the_likelihood_is_the_mean_over_all_spectra(noise):

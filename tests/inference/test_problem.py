@@ -41,6 +41,17 @@ def test_at_the_medians_the_model_is_the_nominal_one_of_the_image(whole):
     assert np.array_equal(model.network.radius, control_network().radius)
 
 
+def test_the_mean_may_be_wrong_by_half_of_what_it_falls_along_the_vessels(whole):
+    model = whole.unknowns.model(np.zeros(len(whole.unknowns.all)))
+    result = simulate(model, whole.recording.inflow, Numerics(samples=256))
+    ends = result.sel(station="outlet").isel(vessel=model.network.terminals)
+    leaving = ends["flow"].mean("time")
+    beyond = float((ends["pressure"].mean("time") * leaving).sum() / leaving.sum())
+    fall = float(result["pressure"].sel(vessel="1", station="inlet").mean()) - beyond
+    # The linear network has the areas of the mean pressure; most flow passes when they are wider.
+    assert whole.discrepancy().of_mean == pytest.approx(0.5 * fall, rel=0.3)
+
+
 def test_one_score_is_one_sd_of_the_prior(whole):
     unknowns = whole.unknowns
     at = {name: i for i, name in enumerate(unknowns.all)}

@@ -17,8 +17,9 @@ from vasowave.model.nominal import (
     windkessels,
 )
 from vasowave.model.walls import LinearWall, TangentWall
+from vasowave.network.network import Network
 from vasowave.recording import Inflow, Recording
-from vasowave.solver import simulate
+from vasowave.solver import Numerics, simulate
 
 
 def test_windkessels_share_resistance_and_time_constant_and_split_by_a():
@@ -82,6 +83,37 @@ def test_a_flow_that_never_stops_is_fitted_and_its_wall_and_resistance_are_found
     assert fit.parameters["value"]["beta"] == pytest.approx(60.0, rel=2e-3)
     assert fit.total_resistance == pytest.approx(45.0, rel=2e-3)
     assert "nominal.flow-never-stops" in {one.code for one in fit.findings}
+
+
+def test_an_artery_of_the_arm_is_fitted_with_an_interval_though_its_flow_never_stops():
+    share = np.arange(256) / 256
+    flow = 0.6 + 2.6 * np.exp(-0.5 * ((share - 0.15) / 0.05) ** 2) + 0.5 * np.exp(-0.5 * ((share - 0.5) / 0.09) ** 2)
+    arm = Network(("brachial", "radial", "ulnar"), [-1, 0, 0], [22.0, 23.0, 24.0], [0.21, 0.15, 0.14])
+    truth = Model(arm, LinearWall(1200.0), windkessels(arm, 88.0 / flow.mean(), 1.2, a=0.25))
+    root = simulate(truth, Inflow(flow, 0.9), Numerics(samples=256)).sel(vessel="brachial", station="inlet")
+    noise = np.random.default_rng(1).normal(0, 0.3, 256)
+    fit = calibrate(arm, Recording(root["pressure"].values + noise, flow, 0.9), starts=2, pressure_harmonics=20)
+    row = fit.parameters.loc["beta"]
+    assert row["interval_low"] < 1200.0 < row["interval_high"] < 1.5 * row["interval_low"]
+    assert "nominal.flow-never-stops" in {one.code for one in fit.findings}
+
+
+def test_a_pressure_out_of_step_is_told_and_starts_from_the_higher_harmonics(inflow):
+    pressure = 12.0 + 20.0 * np.roll(inflow.flow, 128)
+    nominal = estimate_nominal(control_network(), Recording(pressure, inflow.flow, inflow.period))
+    assert nominal.characteristic_impedance == pytest.approx(20.0, rel=1e-6)  # |P/Q| at every harmonic
+    assert nominal.beta > 0
+    assert "nominal.no-upstroke" in {one.code for one in oddities(nominal, inflow.flow)}
+
+
+def test_a_pressure_that_falls_below_the_wedge_is_told_and_starts_from_the_volume_of_a_pulse(inflow):
+    pressure = 12.0 + 20.0 * inflow.flow
+    recording = Recording(pressure, inflow.flow, inflow.period, wedge_pressure=12.5)
+    nominal = estimate_nominal(control_network(), recording)
+    volume = np.maximum(inflow.flow - inflow.flow.mean(), 0).mean() * inflow.period
+    tau = (pressure.mean() - 12.5) / inflow.flow.mean() * volume / np.ptp(pressure)
+    assert nominal.time_constant == pytest.approx(tau, rel=1e-6)
+    assert "nominal.no-decay" in {one.code for one in oddities(nominal, inflow.flow)}
 
 
 def test_a_flow_that_stops_has_no_such_note(inflow):

@@ -8,7 +8,7 @@ from vasowave.errors import InputError, VasowaveWarning
 from vasowave.model.linear import linear_solution
 from vasowave.model.nominal import estimate_nominal
 from vasowave.network.network import Network
-from vasowave.network.tidying import SHORTEST, tidy
+from vasowave.network.tidying import SHORTEST, repaired, tidy
 
 FOREIGN = Path(__file__).parents[3] / "shared/data/structured-trees/net_chambers_C1_hard.csv"
 
@@ -161,6 +161,51 @@ def test_a_tree_of_a_micrometer_vessel_is_repaired_by_the_command_and_then_simul
     assert network.name == ("main", "left", "right", "other")
     beds = estimate_nominal(network, mouse).outlets
     assert np.isfinite(vw.simulate(vw.Model(network, vw.LinearWall(60.0), beds), mouse)["pressure"]).all()
+
+
+def test_unasked_a_micrometer_vessel_goes_a_chain_of_long_ones_stays_and_the_record_says_it():
+    whole = made(np.random.default_rng(3))
+    chain = cut(whole, 1, 0.5)
+    stub = Network(
+        (*chain.name, "stub"), [*np.where(chain.parent == 1, len(chain), chain.parent), 1], [*chain.length, 1e-4],
+        [*chain.radius, 0.9 * chain.radius[1]], pressure=chain.pressure,
+    )  # fmt: skip
+    network, (record,) = repaired(stub)
+    assert network.name == chain.name  # both halves of the chain are still there
+    assert record.code == "network.repaired"
+    assert "'stub' (0.0001 cm)" in str(record)
+    assert resistance(network) == pytest.approx(resistance(stub), rel=1e-9)
+    assert compliance(network) == pytest.approx(compliance(stub), rel=1e-9)
+    assert repaired(whole) == (whole, [])
+
+
+def test_unasked_nothing_is_repaired_that_would_add_volume():
+    short = Network(("main", "left", "right"), [-1, 0, 0], [0.4, 1e-4, 0.2], [0.05, 0.04, 0.03])
+    network, (record,) = repaired(short)
+    assert network is short
+    assert record.code == "network.not-repaired"
+    added = 0.04**2 * (SHORTEST * 0.04 - 1e-4) / compliance(short)
+    assert dict(record.values)["percent"] == pytest.approx(100 * added)
+
+
+def test_a_tree_of_a_micrometer_vessel_is_simulated_as_it_is_and_the_repair_is_said(tmp_path):
+    from typer.testing import CliRunner
+
+    from vasowave.cli import app
+
+    rows = ["name,parent,length [cm],radius [cm]", "main,,0.4,0.05", "stub,main,0.00014,0.04", "left,stub,0.4,0.03",
+            "right,stub,0.3,0.03", "other,main,0.3,0.03", ""]  # fmt: skip
+    (tmp_path / "tree.csv").write_text("\n".join(rows), "utf-8")
+    mouse = vw.virtual_mouse().resampled(256)
+    time = np.arange(256) * (mouse.period / 256)
+    np.savetxt(
+        tmp_path / "mouse.csv", np.stack([time, mouse.pressure, mouse.flow], axis=1), delimiter=",", comments="",
+        header="time [s],pressure [mmHg],flow [ml/s]",
+    )  # fmt: skip
+    files = [str(tmp_path / name) for name in ("tree.csv", "mouse.csv")]
+    said = CliRunner().invoke(app, ["simulate", *files, "-o", str(tmp_path / "waves.nc")])
+    assert said.exit_code == 0, said.output
+    assert "'stub' (0.00014 cm long" in " ".join(said.output.split())
 
 
 def test_the_command_never_overwrites_what_it_reads(tmp_path):

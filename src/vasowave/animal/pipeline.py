@@ -62,7 +62,7 @@ def analyze(
     Raises
     ------
     InputError
-        A recording without nominal parameters.
+        A recording that hardly changes.
 
     Examples
     --------

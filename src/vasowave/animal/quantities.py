@@ -90,8 +90,11 @@ def model_quantities(
         effects_on_fit(fit, settings, of_model),
     )  # fmt: skip
     bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
+    bounds |= dict.fromkeys(SHARES, (0.0, 1.0))
+    # passive vessels take pressure: what is left for the beds is no more than all of it
+    bounds["R_T"] = (0.0, max(fit.recording.vascular_resistance, fit.total_resistance))
     for name, value in dataset.data_vars.items():
-        low, high = bounds.get(str(name), (0.0, 1.0 if name in SHARES else np.inf))
+        low, high = bounds.get(str(name), (0.0, np.inf))
         if "interval_low" in value.attrs:  # beyond its bounds a parameter is not bounded by the data
             value.attrs["interval_low"] = max(value.attrs["interval_low"], low)
             value.attrs["interval_high"] = min(value.attrs["interval_high"], high)

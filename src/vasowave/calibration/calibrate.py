@@ -151,7 +151,7 @@ def calibrate(
     Raises
     ------
     InputError
-        Wrong wall, bounds or parameter names; a recording without nominal parameters.
+        Wrong wall, bounds or parameter names; a recording that hardly changes.
     NumericalError
         No start could be simulated, or no optimum a second time.
 
@@ -172,7 +172,7 @@ def calibrate(
     searched, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
     objective, best = _polish(space, compared, numerics, plan, searched)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
-    spread = spread_of(space, jacobian, residual, compared)
+    spread = spread_of(space, best.x, jacobian, residual, compared)
     table, correlation = parameter_table(space, best.x, spread), correlations(space, spread)
     table_of_starts = _starts_table(space, searched, len(residual))
     run = objective.run(best.x)

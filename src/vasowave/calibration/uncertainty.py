@@ -10,6 +10,7 @@ from vasowave.calibration.compared import Compared
 from vasowave.calibration.parameters import Space
 from vasowave.descriptions import NORMAL
 from vasowave.findings import Finding, look_kind, note_kind
+from vasowave.model.outlets import OF_DROP
 from vasowave.noise.spectrum import known_variance, least_squares_covariance, likely_spectra
 
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
@@ -73,16 +74,24 @@ class Spread:
     assumed: bool
 
 
-def spread_of(space: Space, jacobian: np.ndarray, residual: np.ndarray, compared: Compared) -> Spread:
+def spread_of(space: Space, x: np.ndarray, jacobian: np.ndarray, residual: np.ndarray, compared: Compared) -> Spread:
     """Return the spread of least-squares estimates under the error of the measurement and the model's discrepancy.
 
-    The error is known from the beats; of the spectrum of the discrepancy the residual tells the rest.
+    The error is known from the beats; of the spectrum of the discrepancy the residual tells the rest. Its mean is
+    bounded by what the pressure falls along the vessels (`outlets.OF_DROP`).
     """
+    behind = space.outlet_pressure + float(compared.recording.inflow.flow.mean()) * total_resistance(space, x)
+    drop = float(np.mean(compared.pressure - residual)) - behind
     low, high = space.log_bounds
     known = known_variance(compared.error_power(), len(residual))
-    spectra = likely_spectra(residual, jacobian, known)
+    spectra = likely_spectra(residual, jacobian, known, OF_DROP * max(drop, 0.0))
     independent = np.sqrt(np.diag(covariance(jacobian, residual)))
     return Spread(least_squares_covariance(jacobian, spectra, high - low), independent, spectra.assumed)
+
+
+def total_resistance(space: Space, x: np.ndarray) -> float:
+    """Return R_T, mmHg s/ml, at the logarithms `x` of the free parameters."""
+    return float(space.model(space.values(x)).outlets.total_resistance())
 
 
 def parameter_table(space: Space, x: np.ndarray, spread: Spread) -> pd.DataFrame:

@@ -60,6 +60,8 @@ class Discrepancy:
         Shapes and amplitudes that are summed over; all, if not given.
     left_out : bool array, shape (coefficient,), optional
         Coefficients of a residual that do not count.
+    of_mean : float
+        Largest standard deviation that the mean of the discrepancy can have, mmHg.
     """
 
     samples: int
@@ -68,6 +70,7 @@ class Discrepancy:
     vessels: np.ndarray
     kept: tuple[np.ndarray, np.ndarray] | None = None
     left_out: np.ndarray | None = None
+    of_mean: float = np.inf
 
     def without(self, left_out: np.ndarray) -> "Discrepancy":
         """Return the likelihood of residuals of which some coefficients, bool (coefficient,), are not known."""
@@ -91,7 +94,9 @@ class Discrepancy:
         log = self._by_node(np.atleast_2d(residuals))
         weight = np.exp(log - log.max(axis=(0, 2), keepdims=True))
         share = (weight / weight.sum(axis=(0, 2), keepdims=True)).mean(axis=1)
-        return np.einsum("sa,a,sk->k", share, self._amplitudes[0] ** 2, self._shapes[0])
+        variance = np.einsum("sa,a,sk->k", share, self._amplitudes[0] ** 2, self._shapes[0])
+        variance[0] -= np.sum(share * self._beyond)
+        return variance
 
     def drawn(self, residuals: np.ndarray, zero: np.ndarray, rng: np.random.Generator) -> Drawn:
         """Return a draw of what lies behind each residual, shape (draw, coefficient).
@@ -109,18 +114,42 @@ class Discrepancy:
         turn, precision, _ = self._nodes
         scores, again = np.empty(len(residuals)), np.empty_like(residuals)
         for row, (shape, size) in enumerate(zip(*np.divmod(node, precision.shape[2]), strict=True)):
-            seen, known = zero @ turn[shape], precision[shape, :, size]
-            expected = (seen * known) @ (residuals[row] @ turn[shape])
-            left = max(1.0 - float((seen**2) @ known), 0.0)
-            scores[row] = expected + np.sqrt(left) * rng.standard_normal()
+            axes, known, beyond = turn[shape], precision[shape, :, size], self._beyond[shape, size]
+            seen, of_mean = zero @ axes, axes[0] * known
+            gain = beyond / (1 - beyond * float(axes[0] @ of_mean))
+            weighed = seen * known + gain * (seen @ of_mean) * of_mean
+            left = max(1.0 - float(weighed @ seen), 0.0)
+            scores[row] = weighed @ (residuals[row] @ axes) + np.sqrt(left) * rng.standard_normal()
             white = rng.standard_normal(len(known)) / np.sqrt(known)
-            again[row] = self._shapes[0][shape] * (turn[shape] @ white)  # inverse of the turn, transposed
+            again[row] = self._shapes[0][shape] * (axes @ white)  # inverse of the turn, transposed
+            if beyond > 0:  # what of this draw is beyond the limit of the mean is drawn, and taken away
+                part = np.sqrt(beyond) * (of_mean @ (again[row] @ axes))
+                part += np.sqrt(max(1 - beyond * float(axes[0] @ of_mean), 0.0)) * rng.standard_normal()
+                again[row, 0] -= np.sqrt(beyond) * part
         return Drawn(self._amplitudes[0][node % precision.shape[2]], scores, again)
 
     def _by_node(self, rows: np.ndarray) -> np.ndarray:
         """Return log prior plus log density, shape (shape, draw, amplitude)."""
         turn, precision, constant = self._nodes
-        return constant[:, np.newaxis] - 0.5 * ((rows[:, self._counted] @ turn) ** 2 @ precision)
+        turned = rows[:, self._counted] @ turn
+        log = constant[:, np.newaxis] - 0.5 * (turned**2 @ precision)
+        if self._beyond.any():  # V - δ e eᵀ in place of V, e being the mean's row (Sherman and Morrison)
+            gain = self._beyond / (1 - self._beyond * self._precision_of_mean)
+            log -= 0.5 * gain[:, np.newaxis] * ((turned * turn[:, :1]) @ precision) ** 2
+        return log
+
+    @cached_property
+    def _beyond(self) -> np.ndarray:
+        """What the variance of the mean exceeds its limit by, mmHg², shape (shape, amplitude)."""
+        counted = self.left_out is None or not self.left_out[0]
+        of_mean = self._shapes[0][:, :1] * self._amplitudes[0] ** 2
+        return np.maximum(of_mean - self.samples * self.of_mean**2, 0.0) * counted
+
+    @property
+    def _precision_of_mean(self) -> np.ndarray:
+        """Diagonal term of the mean in the inverse of the covariance without limit, shape (shape, amplitude)."""
+        turn, precision, _ = self._nodes
+        return np.einsum("sk,ska->sa", turn[:, 0] ** 2, precision)
 
     @cached_property
     def _nodes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -129,7 +158,9 @@ class Discrepancy:
         sigma, log_prior = self._amplitudes
         total = values[:, :, np.newaxis] + sigma**2
         constant = -0.5 * (np.log(2 * np.pi * total).sum(axis=1) + logdet[:, np.newaxis])
-        return turn, 1 / total, constant + log_prior + self._shapes[1][:, np.newaxis]
+        precision = 1 / total
+        less = np.log1p(-self._beyond * np.einsum("sk,ska->sa", turn[:, 0] ** 2, precision))
+        return turn, precision, constant - 0.5 * less + log_prior + self._shapes[1][:, np.newaxis]
 
     @cached_property
     def _shapes(self) -> tuple[np.ndarray, np.ndarray]:

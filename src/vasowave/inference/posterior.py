@@ -101,7 +101,7 @@ def posterior(
     ------
     InputError
         Wrong wall, priors of parameters that there are none, a fit of another law, too few draws, a file of another
-        problem; a recording without nominal parameters.
+        problem; a recording that hardly changes.
     NumericalError
         No start, or nearly no point near them, can be simulated.
 

@@ -15,6 +15,7 @@ from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.unknowns import Unknowns
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
+from vasowave.model.outlets import OF_DROP
 from vasowave.noise.spectrum import fourier, harmonics
 from vasowave.quantities import OF_PARAMETERS, derived
 from vasowave.recording import Inflow, Recording, resample
@@ -116,7 +117,21 @@ class Problem:
     def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
         """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""
         change = np.zeros((self.samples, 1)) if vessels is None else vessels
-        return Discrepancy(self.samples, self.unknowns.priors.discrepancy, np.diag(self.measurement_error), change)
+        amplitude, known = self.unknowns.priors.discrepancy, np.diag(self.measurement_error)
+        return Discrepancy(self.samples, amplitude, known, change, of_mean=OF_DROP * self.mean_drop)
+
+    @cached_property
+    def mean_drop(self) -> float:
+        """What the mean pressure falls along the vessels of the image with nominal walls, mmHg; infinite if unknown."""
+        space = self.unknowns.space
+        with np.errstate(all="ignore"):  # what is not finite bounds nothing
+            posed = self._posed(np.zeros(len(self.unknowns.all)))
+            if posed is None:
+                return np.inf
+            model, inflow = posed
+            inlet = linear_solution(model, inflow, 1).pressure[0, model.network.root].real
+        behind = float(inflow.flow.mean()) * model.outlets.total_resistance() + space.outlet_pressure
+        return max(float(inlet) - behind, 0.0) if np.isfinite(inlet) else np.inf
 
     def vessels(self, point: np.ndarray) -> np.ndarray:
         """Return what one SD of each vessel's own radius, length and taper changes, shape (coefficient, error), mmHg.

@@ -24,6 +24,19 @@ NEVER_STOPS = note_kind(
     "The flow never falls below {percent:.0f} % of its peak: nominal values count from its lowest value, and are where "
     "the search starts, no more.",
 )
+NO_UPSTROKE = look_kind(
+    "nominal.no-upstroke",
+    "{source}: pressure does not rise with flow during ejection (slope {slope:.3g} mmHg s/ml): the search starts from "
+    "the impedance of the higher harmonics.",
+    "Look whether pressure and flow are aligned in time.",
+)
+NO_DECAY = look_kind(
+    "nominal.no-decay",
+    "{source}: no pressure above the one behind the beds decays after ejection: the search starts from the time in "
+    "which the volume of a pulse makes its pressure.",
+    "Look whether pressure and flow are aligned in time, and at the wedge pressure.",
+)
+_HIGHER = slice(3, 9)  # harmonics whose impedance is about the characteristic one
 _STIFFNESSES = (2.0, 2000.0)  # mmHg, between which every artery's β lies: the paper's mice have 10 to 200
 _LEAST = 0.2  # share of β + p that a nominal β keeps
 _ONSET = 0.05  # ejection has begun when the flow passes this share of its peak
@@ -53,6 +66,8 @@ class Nominal:
         Flow (ml/s) and pressure (mmHg) of the samples behind Z_c.
     decay : tuple of array
         Time (s) and pressure (mmHg) of the samples behind τ0.
+    findings : tuple of Finding
+        What the recording does not show, so that the search starts from something rougher.
 
     Examples
     --------
@@ -70,6 +85,7 @@ class Nominal:
     outlet_pressure: float
     upstroke: tuple[np.ndarray, np.ndarray]
     decay: tuple[np.ndarray, np.ndarray]
+    findings: tuple[Finding, ...] = ()
 
     def wall(self, law: Any) -> Any:
         """Return a wall law (its class) at its nominal parameters: β0, or p1 = β0/π and γ = 2 (eq. 10)."""
@@ -85,12 +101,12 @@ class Nominal:
 def estimate_nominal(
     network: Network, recording: Recording, blood: Blood | None = None, bed: type[Bed] = Windkessel
 ) -> Nominal:
-    """Estimate wall stiffness and outlets from one recording (eqs. 8 to 13).
+    """Estimate wall stiffness and outlets from one recording (eqs. 8 to 13), roughly where it shows less.
 
     Raises
     ------
     InputError
-        The recording has no upstroke with rising pressure, or no decaying diastolic pressure.
+        Pressure or flow of the recording does not change.
 
     Examples
     --------
@@ -100,14 +116,16 @@ def estimate_nominal(
     """
     blood = blood or Blood()
     flow, pressure = upstroke(recording)
-    Z_c = characteristic_impedance(flow, pressure)
+    Z_c, found = characteristic_impedance(flow, pressure), []
     if not Z_c > 0:
-        raise InputError(
-            f"{recording.source}: pressure does not rise with flow during ejection (slope {Z_c:.3g} mmHg s/ml); "
-            "are pressure and flow aligned in time?"
-        )
+        found.append(NO_UPSTROKE(source=recording.source, slope=Z_c))
+        Z_c = _impedance_of_higher_harmonics(recording)
     time, falling = diastole(recording)
-    tau = time_constant(time, falling - recording.wedge_pressure, recording.source)
+    try:
+        tau = time_constant(time, falling - recording.wedge_pressure, recording.source)
+    except InputError:
+        found.append(NO_DECAY(source=recording.source))
+        tau = _filling_time(recording)
     R_T = recording.vascular_resistance
     beta = stiffness(Z_c, float(network.area[network.root]), blood, network.pressure)
     return Nominal(
@@ -119,13 +137,33 @@ def estimate_nominal(
         outlet_pressure=recording.wedge_pressure,
         upstroke=(flow, pressure),
         decay=(time, falling),
+        findings=tuple(found),
     )
 
 
+def _impedance_of_higher_harmonics(recording: Recording) -> float:
+    """Median modulus of the input impedance at harmonics 3 to 8, mmHg s/ml."""
+    count = max(len(recording.pressure), len(recording.flow))
+    even = recording.resampled(count)
+    P, Q = (np.abs(np.fft.rfft(values))[_HIGHER] for values in (even.pressure, even.flow))
+    known = Q > 1e-6 * np.abs(even.flow).max()
+    if not (known.any() and np.any(P > 0)):
+        raise InputError(f"{recording.source}: pressure or flow hardly changes; give one cardiac cycle of both")
+    return float(np.median(P[known] / Q[known]))
+
+
+def _filling_time(recording: Recording) -> float:
+    """R_T C, s, with the compliance that the volume above the mean flow fills to the pulse pressure."""
+    flow = recording.flow
+    volume = 0.5 * recording.period * float(np.mean(np.abs(flow - flow.mean())))
+    return recording.vascular_resistance * volume / recording.pulse_pressure
+
+
 def oddities(nominal: Nominal, flow: np.ndarray) -> list[Finding]:
-    """Return which nominal values no artery has, and whether they are taken from a `flow` (ml/s) that never stops."""
+    """Return what the recording did not show, which nominal values no artery has, and whether a `flow` never stops."""
     low, high = _STIFFNESSES
-    found = [] if low <= nominal.beta <= high else [NO_ARTERY(beta=nominal.beta, low=low, high=high)]
+    found = [*nominal.findings]
+    found += [] if low <= nominal.beta <= high else [NO_ARTERY(beta=nominal.beta, low=low, high=high)]
     share = float(flow.min() / flow.max())
     return found + [NEVER_STOPS(percent=100 * share)] * (share > _ONSET)
 

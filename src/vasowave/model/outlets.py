@@ -25,6 +25,14 @@ Values = float | np.ndarray
 RESISTANCE_RATIO = 0.2  # a = R1/R_T before the fit
 KNOWN = 0.5  # SD of the logarithm of nearly all of the resistance, which mean pressure over mean flow gives
 RESISTANCE, COMPLIANCE = "mmHg s/ml", "ml/mmHg"
+
+OF_DROP = 0.5
+"""SD of the model's error of the mean pressure, as a share of the mean fall along its vessels.
+
+No vessel is a pump, so that blood loses between nothing and, by two SD, twice as much there as the model has it; mean
+pressure over mean flow then bounds the resistance of the beds.
+"""
+
 _FAR = 0.5  # error of a spectrum's rational function from which it is no bed's
 
 

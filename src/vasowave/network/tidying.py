@@ -13,10 +13,28 @@ from typing import Literal
 import numpy as np
 
 from vasowave.errors import InputError
+from vasowave.findings import Finding, look_kind
 from vasowave.network.network import MEASURED, Network
 
 SHORTEST = 0.25
 """Shortest vessel that is kept, in its own radii: a junction is about one radius wide."""
+
+LOST = 0.01
+"""Volume, as a share of the network's, that lengthened vessels may add where a network is repaired unasked."""
+
+_NAMED = 4  # repairs that a finding names
+
+REPAIRED = look_kind(
+    "network.repaired",
+    "{summary}: {repairs}",
+    "Repair the table yourself, or write it with `vasowave tidy` and look at it.",
+)
+NOT_REPAIRED = look_kind(
+    "network.not-repaired",
+    "vessels are too short to carry a wave, and repairing them would add {percent:.2g} % to the network's volume; they "
+    "are left as they are",
+    "Repair the table yourself, or write it with `vasowave tidy` and look at it.",
+)
 
 Code = Literal["joined", "merged", "lengthened"]
 
@@ -86,7 +104,23 @@ class Tidied:
         return f"{len(self.repairs)} vessels of the network were repaired ({', '.join(parts)}{end})"
 
 
-def tidy(network: Network, shortest: float = SHORTEST) -> Tidied:
+def repaired(network: Network) -> tuple[Network, list[Finding]]:
+    """Return a network whose vessels can all be computed, and what was done for it; chains of longer vessels stay.
+
+    Nothing is repaired where it would add more than `LOST` of the volume: all other repairs keep resistance and
+    compliance.
+    """
+    found = tidy(network, chains=False)
+    if found.added_volume > LOST:
+        return network, [NOT_REPAIRED(percent=100 * found.added_volume)]
+    if not found.repairs:
+        return network, []
+    more = len(found.repairs) - _NAMED
+    named = [*map(str, found.repairs[:_NAMED]), *([f"and {more} more"] if more > 0 else [])]
+    return found.network, [REPAIRED(summary=found.summary(), repairs="; ".join(named))]
+
+
+def tidy(network: Network, shortest: float = SHORTEST, *, chains: bool = True) -> Tidied:
     """Return the network without chains of single daughters and without vessels too short to carry a wave.
 
     Two vessels in line become one with the sum of their resistances to Poiseuille flow, ∝ Σ L/r⁴, and of their
@@ -98,6 +132,8 @@ def tidy(network: Network, shortest: float = SHORTEST) -> Tidied:
     network : Network
     shortest : float
         Shortest vessel that is kept, in its own radii.
+    chains : bool
+        Whether two vessels in line are joined though both are long enough.
 
     Raises
     ------
@@ -118,10 +154,10 @@ def tidy(network: Network, shortest: float = SHORTEST) -> Tidied:
     if not (np.isfinite(shortest) and shortest >= 0):
         raise InputError(f"the shortest vessel, {shortest:g} radii, must be a number of at least 0")
     tree = _Tree(network)
-    repairs = [*tree.join_chains(shortest)]
+    repairs = [*tree.join_chains(shortest, chains)]
     before = float(network.length @ network.radius**2)
     while (row := tree.shortest(shortest)) is not None:
-        repairs += [tree.merge(row, shortest), *tree.join_chains(shortest)]
+        repairs += [tree.merge(row, shortest), *tree.join_chains(shortest, chains)]
     repairs += tree.lengthen(shortest)
     if not repairs:
         return Tidied(network, (), 0.0)
@@ -141,13 +177,15 @@ class _Tree:
         self.measured = {name: None if (values := getattr(network, name)) is None else values.copy()
                          for name in MEASURED}  # fmt: skip
 
-    def join_chains(self, shortest: float) -> list[Repair]:
-        """Join every vessel that is the only daughter of another to it."""
+    def join_chains(self, shortest: float, whole: bool) -> list[Repair]:
+        """Join every vessel that is the only daughter of another to it, all of them or if one of both is too short."""
         repairs = []
         for rows in self.given.generations:
             for row in rows.tolist():
                 while row in self.daughters and len(self.daughters[row]) == 1:
                     (next_row,) = self.daughters[row]
+                    if not whole and all(self.length[one] >= shortest * self.radius[one] for one in (row, next_row)):
+                        break
                     repairs.append(self._repair("joined", next_row, row, shortest))
                     self._join(row, next_row)
         return repairs

@@ -88,7 +88,9 @@ def log_normal(square: np.ndarray) -> np.ndarray:
     return np.asarray(-0.5 * square - np.log(np.exp(-0.5 * square).sum()))
 
 
-def likely_spectra(residual: np.ndarray, jacobian: np.ndarray, known: np.ndarray | float = 0.0) -> Spectra:
+def likely_spectra(
+    residual: np.ndarray, jacobian: np.ndarray, known: np.ndarray | float = 0.0, of_mean: float = np.inf
+) -> Spectra:
     """Return the spectra that may lie behind the residual of a least-squares fit.
 
     Their shapes have the prior of `spectral_shapes`. Their standard deviation σ in the cycle is before expected to be
@@ -105,12 +107,15 @@ def likely_spectra(residual: np.ndarray, jacobian: np.ndarray, known: np.ndarray
         Its derivative by the parameters at the optimum.
     known : array, shape (N,), optional
         Variance of the coefficients by the error of the measurement, see `known_variance`.
+    of_mean : float
+        Largest standard deviation that the mean of the discrepancy can have, mmHg.
     """
     k, y = harmonics(len(residual)), fourier(residual)
     shapes, log_prior = spectral_shapes(k, _RATES, _POWERS)
     basis = np.linalg.qr(fourier(jacobian))[0]  # of what the parameters can imitate
     sigma = max(float(np.sqrt(np.mean(y**2))), _EXACT) * _usual_ratio(k, basis) * np.exp(SIZE * _SIZES)
-    variance = (sigma[:, np.newaxis] ** 2 * shapes[:, np.newaxis] + known).reshape(-1, len(k))
+    most = np.where(k == 0, len(k) * of_mean**2, np.inf)
+    variance = (np.minimum(sigma[:, np.newaxis] ** 2 * shapes[:, np.newaxis], most) + known).reshape(-1, len(k))
     kept = k <= HARMONICS
     log = np.add.outer(log_prior, log_normal(np.maximum(_SIZES, 0.0) ** 2)).ravel()
     log += restricted_likelihood(variance[:, kept], y[kept], basis[kept])

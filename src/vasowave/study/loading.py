@@ -11,11 +11,12 @@ from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress, analyze
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, VasowaveError, VasowaveWarning
-from vasowave.findings import Finding, found_in, note_kind
+from vasowave.findings import Finding, found_in, note_kind, warn
 from vasowave.io.textfile import look
 from vasowave.model.law_files import LawFile, in_words, learn
 from vasowave.model.nominal import estimate_nominal, oddities
 from vasowave.network.network import Network
+from vasowave.network.tidying import repaired
 from vasowave.network_formats import read_network
 from vasowave.recording import (
     Catheter,
@@ -165,7 +166,12 @@ def _filled(network: Network, row: AnimalRow, study: StudyFile) -> Network:
             f"{row.image_pressure:g}; correct one of the two"
         )
     filled = replace(network, pressure=network.pressure or row.image_pressure or study.image_pressure)
-    return PAPER.network(filled) if study.practice == "paper" else filled
+    if study.practice == "paper":
+        return PAPER.network(filled)
+    whole, repairs = repaired(filled)
+    for one in repairs:
+        warn(one.at(str(row.network)), stacklevel=4)
+    return whole
 
 
 def _says_synthetic(row: AnimalRow) -> bool:
