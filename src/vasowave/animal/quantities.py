@@ -54,7 +54,7 @@ def measured_values(recording: Recording, nominal: Nominal, station: Station, wa
 
 def measured_quantities(values: Mapping[str, float], station: Station, effects: pd.DataFrame) -> xr.Dataset:
     """Return `measured_values` as labelled data, with the errors that `effects_on_measured` tells."""
-    none = dict.fromkeys(effects.index, (0.0, 0.0))
+    none = {str(name): (0.0, 0.0) for name, row in effects.iterrows() if row.any()}
     dataset = quantities_dataset(values, QUANTITIES, none, effects)
     dataset["wave_speed"].attrs["long_name"] = f"wave speed at {station.taken}, A Z_c/ρ"
     dataset["tau"].attrs |= {"symbol": "τ", "long_name": "time constant of the diastolic decay"}
@@ -173,7 +173,7 @@ def quantities_dataset(
             sources = np.array([kinds()[str(one)].source for one in squares.index])
             shared = {source: float(squares[sources == source].to_numpy().sum()) for source in SHARED}
             attrs |= {f"share_{source}": one / error**2 for source, one in shared.items() if error > 0}
-        if np.isfinite(error) and np.isfinite(reach) and error > 0:
+        if np.isfinite(error) and np.isfinite(reach):
             factor = float(np.exp(min(reach, _FARTHEST)))
             attrs |= {"standard_error": value * error, "interval_low": value / factor, "interval_high": value * factor}
             attrs["interval_level"] = LEVEL
