@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.network.network import Network, measured_falls
+from vasowave.network.network import Network, measured_falls, tapers
 
 Factors = float | Sequence[float] | Sequence[Sequence[float]] | np.ndarray
 """One number, one row of points for all vessels, or a row for each."""
@@ -65,6 +65,7 @@ class Shape:
         """Return the linear tapers that a network was measured with; vessels whose taper is not known are straight.
 
         A taper that was measured with an error is drawn towards none by a prior of SD `prior`, in shares of the radius.
+        A tree whose tapers are all within their errors is straight, so that noise does not choose what junctions share.
 
         Examples
         --------
@@ -72,7 +73,8 @@ class Shape:
         >>> vw.Shape.of(vw.Network(("only",), [-1], [1.0], [0.05], taper=[0.02])).radius
         array([[1.2, 0.8]])
         """
-        return cls.falling(measured_falls(network, prior)[0])
+        falls, _ = measured_falls(network, prior)
+        return cls.falling(falls if tapers(network) else np.zeros_like(falls))
 
     @classmethod
     def falling(cls, fall: np.ndarray) -> Self:

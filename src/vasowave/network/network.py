@@ -21,6 +21,7 @@ exceeds a blue whale, the largest animal, whose aorta measures 23 cm across and 
 HIGHEST = 100.0
 """Highest pressure at which lungs are filled for an image, mmHg."""
 
+_NO_TAPER = 0.05  # probability of the measured tapers in a straight tree from which it is straight
 MEASURED = ("radius_sd", "taper", "taper_sd")
 """What may be known of each vessel beside its sizes."""
 
@@ -291,6 +292,23 @@ def measured_falls(network: Network, prior: float) -> tuple[np.ndarray, np.ndarr
     weight = prior**2 / (prior**2 + sd**2)
     known = np.isfinite(measured)
     return np.where(known, weight * measured, 0.0), np.where(known, np.sqrt(weight) * sd, 0.0)
+
+
+def tapers(network: Network) -> bool:
+    """Return whether vessels narrow by more than the errors of their tapers make a straight tree seem to.
+
+    All measured tapers together, by the sum of their squares in SD (χ², 5 %); without errors they count as they are.
+    """
+    if network.taper is None:
+        return False
+    sd = np.zeros(len(network)) if network.taper_sd is None else np.nan_to_num(network.taper_sd)
+    known = np.isfinite(network.taper) & (network.taper != 0)
+    if not known.any() or np.any(sd[known] == 0):
+        return bool(known.any())
+    from scipy.special import chdtrc
+
+    scores = network.taper[known] / sd[known]
+    return bool(chdtrc(len(scores), float(scores @ scores)) < _NO_TAPER)
 
 
 def from_root(network: Network, per_vessel: np.ndarray) -> np.ndarray:

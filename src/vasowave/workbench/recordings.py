@@ -260,8 +260,12 @@ def mean_between(traces: Mapping[str, Trace], start: float, end: float) -> float
 
 
 def edits_file(desk: Desk, animal: str) -> Path:
-    """Return where the edits of an animal's beats stand."""
+    """Return a file for the edits of an animal's beats; one that is there may be that of an animal once called so."""
+    from itertools import count
+
     from vasowave.study.names import plain_name
     from vasowave.workbench.desk import EDITS
 
-    return desk.inside(f"{EDITS}/{plain_name(animal)}.csv")
+    name = plain_name(animal)
+    names = (name if number == 1 else f"{name} {number}" for number in count(1))
+    return next(path for one in names if not (path := desk.inside(f"{EDITS}/{one}.csv")).exists())
