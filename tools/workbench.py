@@ -1,0 +1,162 @@
+"""Draw the pictures of docs/tutorials/workbench.md, or measure how fast the workbench's page is; needs Chromium.
+
+uv run vasowave demo --output demo --starts 4
+uv run python tools/workbench.py pictures demo
+uv run python tools/workbench.py speed demo
+"""
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+sys.path.append(str(ROOT / "tests"))
+
+from driven import Page, driven  # noqa: E402
+
+PICTURES = ROOT / "docs" / "figures"
+COUNT = 200  # of movements that are timed
+
+DRAWN = """
+(async () => {
+  const canvas = document.querySelector(%r), took = [], count = %d, act = %s;
+  for (let k = 0; k < count; k++) {
+    const drawn = canvas.dataset.drawn, begun = performance.now();
+    act(canvas, k, count);
+    while (canvas.dataset.drawn === drawn) await new Promise((done) => requestAnimationFrame(done));
+    took.push(performance.now() - begun);
+  }
+  return took;
+})()
+"""
+"""Milliseconds from an act to the frame in which the canvas is drawn again, for many acts."""
+
+SLIDE = """(canvas, k) => {
+  const slider = document.querySelector("[data-knob]");
+  slider.value = 500 + 200 * Math.sin(k / 5);
+  slider.dispatchEvent(new Event("input"));
+}"""
+SCROLL = """(canvas, k, count) => canvas.dispatchEvent(
+  new KeyboardEvent("keydown", {key: k %% 50 < 5 ? "+" : k %% 50 < 10 ? "-" : "ArrowRight"}))"""
+
+
+@contextmanager
+def workbench(place: Path) -> Iterator[str]:
+    """Serve a study; give the address."""
+    command = [sys.executable, "-m", "vasowave", "open", str(place), "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+        assert server.stdout is not None
+        yield next(line.split()[-1] for line in server.stdout if line.startswith("Workbench:"))
+        memory = Path(f"/proc/{server.pid}/status")
+        if memory.is_file():
+            most = next(line for line in memory.read_text().splitlines() if line.startswith("VmHWM"))
+            print(f"memory of the server, at most: {int(most.split()[1]) / 1024:.0f} MiB")
+        server.terminate()
+
+
+def pictures(page: Page) -> None:
+    """Draw every desk."""
+    page.wide(1180, 760)
+    page.open(page.js("location.href.split('#')[0]") + "#study")
+    page.until("document.querySelector('#reading')?.textContent === ''")
+    _shot(page, "study")
+    _go(page, "recording", "canvas.signals")
+    page.drag("canvas.signals", 0.4, 0.52)
+    page.click_text("Zoom in")
+    page.js("document.querySelector('canvas.signals').focus()")
+    for _ in range(4):
+        page.key("n")
+    time.sleep(1.5)
+    _shot(page, "recording")
+    _go(page, "explorer", "canvas.panel")
+    page.js("(() => { const one = document.querySelectorAll('[data-knob]')[1]; one.value = 590;"
+            "one.dispatchEvent(new Event('input')); })()")  # fmt: skip
+    time.sleep(2.0)
+    _shot(page, "explorer")
+    _go(page, "figures", "img.preview")
+    time.sleep(1.0)
+    _shot(page, "figures")
+
+
+def _go(page: Page, desk: str, shown: str) -> None:
+    page.js(f"location.hash = '{desk}'")
+    page.until(f"document.body.dataset.ready === '{desk}' && document.querySelector('{shown}')")
+    time.sleep(1.5)
+
+
+def _shot(page: Page, desk: str) -> None:
+    """Keep what stands in the window, in colors enough for a page of documentation."""
+    from PIL import Image
+
+    path = PICTURES / f"workbench-{desk}.png"
+    page.shot(path, whole=False)
+    Image.open(path).convert("P", palette=Image.Palette.ADAPTIVE, colors=64).save(path, optimize=True)
+    print(f"{path.relative_to(ROOT)}: {path.stat().st_size / 1024:.0f} KiB")
+
+
+def told(what: str, took: list[float]) -> None:
+    """Print the median and the 95th percentile."""
+    print(f"{what}: median {np.median(took):.0f} ms, 95th percentile {np.percentile(took, 95):.0f} ms of {len(took)}")
+
+
+def speed(page: Page) -> None:
+    """Time a slider of the Explorer, tangent wall, and every scroll and zoom of the recording that is open."""
+    animal = page.js("fetch('results').then(one => one.json()).then(one => one.animals[0]?.name)")
+    _go(page, f"explorer/{animal}/tangent".split("/")[0], "canvas.panel")
+    page.js(f"location.hash = 'explorer/{animal}/tangent'")
+    time.sleep(3.0)
+    told("slider to redraw", page.js(DRAWN % ('[data-panel="pressure"]', COUNT, SLIDE)))
+
+
+def scroll(page: Page) -> None:
+    """Time scrolling and zooming."""
+    page.until("Number(document.querySelector('canvas.signals')?.dataset.drawn) > 0", 120)
+    page.js("document.querySelector('canvas.signals').dispatchEvent(new KeyboardEvent('keydown', {key: 'Home'}))")
+    for zoomed in range(3):
+        for _ in range(4):
+            page.js("document.querySelector('canvas.signals').dispatchEvent(new KeyboardEvent('keydown', {key: '+'}))")
+        time.sleep(1.0)
+        told(f"scroll, zoom {2 ** (4 * (zoomed + 1))} times", page.js(DRAWN % ("canvas.signals", COUNT, SCROLL)))
+
+
+def long_study(folder: Path) -> Path:
+    """Make a study of one recording of two hours at 1000 samples a second."""
+    import scipy.io
+
+    from lab_files import SMALL, recorded
+    from vasowave.network.vessel_table import write_network
+    from vasowave.study.template import new_study
+
+    raw = recorded(1, 14.0, duration=600.0)
+    new_study(folder)
+    signals = {name: np.tile(getattr(raw, name), 12).astype("f4") for name in ("pressure", "flow", "ecg")}
+    scipy.io.savemat(folder / "recordings" / "long.mat", signals)
+    write_network(SMALL, folder / "networks" / "lung.csv")
+    (folder / "animals.csv").write_text(
+        "animal,group,network,recording,kind,sampling rate [1/s],pressure unit,flow unit\n"
+        "long,CTL,networks/lung.csv,recordings/long.mat,raw,1000,mmHg,ml/s\n", encoding="utf-8"
+    )  # fmt: skip
+    return folder
+
+
+def main(what: str, study: str) -> None:
+    """Do one of the two."""
+    with tempfile.TemporaryDirectory() as kept, driven(Path(kept)) as browser:
+        with workbench(Path(study)) as address:
+            {"pictures": pictures, "speed": speed}[what](browser.page(address))
+        if what == "speed":
+            with workbench(long_study(Path(kept) / "long")) as address:
+                begun = time.monotonic()
+                page = browser.page(address + "#recording")
+                print(f"two hours are open after {time.monotonic() - begun:.1f} s")
+                scroll(page)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:3])
