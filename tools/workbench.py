@@ -52,12 +52,14 @@ def workbench(place: Path) -> Iterator[str]:
     command = [sys.executable, "-m", "vasowave", "open", str(place), "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         assert server.stdout is not None
-        yield next(line.split()[-1] for line in server.stdout if line.startswith("Workbench:"))
-        memory = Path(f"/proc/{server.pid}/status")
-        if memory.is_file():
-            most = next(line for line in memory.read_text().splitlines() if line.startswith("VmHWM"))
-            print(f"memory of the server, at most: {int(most.split()[1]) / 1024:.0f} MiB")
-        server.terminate()
+        try:
+            yield next(line.split()[-1] for line in server.stdout if line.startswith("Workbench:"))
+            memory = Path(f"/proc/{server.pid}/status")
+            if memory.is_file():
+                most = next(line for line in memory.read_text().splitlines() if line.startswith("VmHWM"))
+                print(f"memory of the server, at most: {int(most.split()[1]) / 1024:.0f} MiB")
+        finally:
+            server.terminate()
 
 
 def pictures(page: Page) -> None:
