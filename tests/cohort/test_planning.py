@@ -29,6 +29,7 @@ def test_one_quantity_alone_has_the_power_of_the_t_test():
         assert found.powers.loc[size, "mPAP"] == pytest.approx(expected, abs=0.035)
 
 
+@pytest.mark.validation
 def test_the_promised_power_is_found_again_in_simulated_studies(planned):
     """As `benchmarks/planning.py`, by fewer studies: the page's p, 8 + 8 animals."""
     promised = planned.powers.loc[8]
