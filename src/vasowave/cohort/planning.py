@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _LEAST = 1e-9  # p of one row that is as good as none
 _DRAWS, _STUDIES, _DRAWS_OF_STUDY = 4_000, 40, 1_999
 _JUDGED = (3, 4, 6, 10, 20)
-"""Sizes of which studies are judged as real ones are; the critical p follows logarithms between, hardly moves beyond."""
+"""Sizes of which studies are judged as real ones are; the critical p follows logarithms between, hardly moves above."""
 _SIZES = (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 50, 60)
 """Animals of each group that are tried."""
 
