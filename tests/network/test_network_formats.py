@@ -129,6 +129,8 @@ def test_segments_of_svonedsolver_become_a_network(tmp_path):
     [
         ("17.5", "long", "line 6: 'long' is not a number"),
         ("JOINTINLET IN 1 0", "JOINTINLET IN 2 0 1", "must join one known segment"),
+        ("OUT 2 1 2", "OUT 21 2", "line 5: JOINTOUTLET says 21 segments and lists 1"),
+        ("SEGMENT left", "SEGMEN left", "line 7: 'SEGMEN' is no card"),
         ("OUT 2 1 2", "OUT 2 1 7", "must join one known segment"),
         ("SEGMENT", "# SEGMENT", "has no SEGMENT"),
         ("50 0 1 5.0 1.6 0.0 MAT1 NONE 0.0 0 0 NOBOUND NONE", "50", "a SEGMENT of 4 words"),
