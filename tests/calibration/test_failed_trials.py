@@ -106,6 +106,7 @@ def test_near_the_pole_the_coordinates_of_the_tangent_law_lead_there_and_back(mo
         np.testing.assert_allclose(there.logarithms(there.of(x)), x, rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.validation
 @pytest.mark.parametrize("method", ["least-squares", "sqp"])
 def test_a_law_that_raises_errors_beside_the_way_is_fitted_as_one_that_does_not(method, mouse):
     search = Search(starts=1, method=method)

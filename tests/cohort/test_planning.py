@@ -14,6 +14,11 @@ ALIKE = 0.6 + 0.4 * np.eye(3)
 SPREADS = [Spread("mPAP", (0.2, 0.3), 0.1), Spread("a", (0.5, 0.5), 0.3), Spread("R_T", (0.3, 0.2))]
 
 
+@pytest.fixture(scope="module")
+def planned():
+    return plan_of(SPREADS, ALIKE, "theory", Planning(effect=1.6))
+
+
 def test_one_quantity_alone_has_the_power_of_the_t_test():
     found = plan_of([Spread("mPAP", (0.3, 0.3))], np.eye(1), "theory", Planning(effect=1.5))
     for size in (5, 10, 20):
@@ -24,9 +29,10 @@ def test_one_quantity_alone_has_the_power_of_the_t_test():
         assert found.powers.loc[size, "mPAP"] == pytest.approx(expected, abs=0.035)
 
 
-def test_the_promised_power_is_found_again_in_simulated_studies():
+@pytest.mark.validation
+def test_the_promised_power_is_found_again_in_simulated_studies(planned):
     """As `benchmarks/planning.py`, by fewer studies: the page's p, 8 + 8 animals."""
-    promised = plan_of(SPREADS, ALIKE, "theory", Planning(effect=1.6)).powers.loc[8]
+    promised = planned.powers.loc[8]
     rng, root, shown = np.random.default_rng(3), np.linalg.cholesky(ALIKE), np.zeros(3)
     other = np.arange(16) >= 8
     for number in range(150):
@@ -43,8 +49,8 @@ def test_the_promised_power_is_found_again_in_simulated_studies():
     np.testing.assert_allclose(shown / 150, promised, atol=3 * 0.5 / np.sqrt(150))
 
 
-def test_what_lessens_errors_saves_animals_only_where_errors_are_what_costs():
-    needed = plan_of(SPREADS, ALIKE, "theory", Planning(effect=1.6)).needed
+def test_what_lessens_errors_saves_animals_only_where_errors_are_what_costs(planned):
+    needed = planned.needed
     assert needed.loc["a", "errors halved"] < needed.loc["a", "as it is"]
     assert needed.loc["R_T", "errors halved"] == pytest.approx(needed.loc["R_T", "as it is"], abs=1)
     with pytest.raises(InputError, match="no effect"):

@@ -97,6 +97,12 @@ def test_a_flat_table_gives_the_same_tree_as_its_lines(control, tmp_path):
     np.testing.assert_allclose(network_of(flat).length, network_of(kept).length, rtol=1e-9)
 
 
+def test_a_flat_table_whose_coordinates_are_in_different_units_is_refused(tmp_path):
+    (tmp_path / "lines.csv").write_text("x [m],y [mm],z [mm],radius [mm]\n1,2,3,0.5\n1,2,4,0.5\n")
+    with pytest.raises(InputError, match=r"x, y and z are in different units \(m, mm\)"):
+        read_centerlines(tmp_path / "lines.csv", unit=1.0)
+
+
 def test_a_line_that_returns_to_the_tree_by_another_way_is_reported_as_a_loop():
     x = np.linspace(0, 10, 101)
     straight = np.column_stack([x, 0 * x, 0 * x, 0 * x + 0.5])

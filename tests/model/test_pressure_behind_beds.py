@@ -86,6 +86,7 @@ def test_a_fit_that_is_told_of_the_pressure_finds_the_wall_and_the_resistance_an
     assert untold.total_resistance > 1.3 * told.total_resistance
 
 
+@pytest.mark.validation
 def test_an_uncertain_pressure_behind_the_beds_widens_what_depends_on_it(before_the_atrium):
     recording, model = before_the_atrium
     widths = {}

@@ -26,7 +26,11 @@ EDGES = """type,ID,name,start_node,end_node,start_diameter[SI],end_diameter[SI],
 vis,A1,aorta,H,n1,0.03,0.02,0.05
 vis,A2,left,n1,p1,0.012,0.012,0.20
 vis,A3,right,n1,p2,0.010,0.008,0.10
-perif,p1,0,,
+type,ID,name,leak
+heart,H,0,
+node,n1,0,5e11
+perif,p1,0,
+perif,p2,0,
 """
 
 
@@ -125,6 +129,8 @@ def test_segments_of_svonedsolver_become_a_network(tmp_path):
     [
         ("17.5", "long", "line 6: 'long' is not a number"),
         ("JOINTINLET IN 1 0", "JOINTINLET IN 2 0 1", "must join one known segment"),
+        ("OUT 2 1 2", "OUT 21 2", "line 5: JOINTOUTLET says 21 segments and lists 1"),
+        ("SEGMENT left", "SEGMEN left", "line 7: 'SEGMEN' is no card"),
         ("OUT 2 1 2", "OUT 2 1 7", "must join one known segment"),
         ("SEGMENT", "# SEGMENT", "has no SEGMENT"),
         ("50 0 1 5.0 1.6 0.0 MAT1 NONE 0.0 0 0 NOBOUND NONE", "50", "a SEGMENT of 4 words"),
@@ -156,6 +162,21 @@ def test_a_table_of_edges_in_meters_becomes_a_network_in_centimeters(tmp_path):
 def test_edges_that_meet_are_refused_with_their_names(tmp_path):
     (tmp_path / "arterial.csv").write_text(EDGES.replace("A3,right,n1,p2", "A3,right,n1,p1"), "utf-8")
     with pytest.raises(InputError, match="'A2' and 'A3' both end in node 'p1'"):
+        vw.read_network(tmp_path / "arterial.csv")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("vis,A3,right,n1,p2,0.010,0.008,0.10\n", "", "node 'p2' is a bed in which no vessel ends"),
+        ("perif,p2,0,\n", "", "node 'p2' has no vessel or bed behind it"),
+        ("vis,A3", "v,A3", "line 4: a row of type 'v'; known are vis, vis_f, heart, node, perif"),
+        ("length[SI]", "le gth[SI] length[SI]", r"line 1: no column 'length\[SI\]'"),
+    ],
+)
+def test_an_edge_that_is_missing_or_damaged_is_seen_by_its_nodes(tmp_path, old, new, message):
+    (tmp_path / "arterial.csv").write_text(EDGES.replace(old, new), "utf-8")
+    with pytest.raises(InputError, match=message):
         vw.read_network(tmp_path / "arterial.csv")
 
 

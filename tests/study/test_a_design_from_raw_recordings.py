@@ -10,7 +10,7 @@ from vasowave.cohort import primary_comparison
 from vasowave.network.vessel_table import write_network
 from vasowave.study.results import read_results
 
-pytestmark = pytest.mark.usefixtures("undrawn")
+pytestmark = [pytest.mark.usefixtures("undrawn"), pytest.mark.validation]
 
 STUDY = """\
 groups: [WT, HOX]

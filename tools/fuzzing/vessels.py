@@ -140,11 +140,11 @@ def svonesolver_input(path: Path) -> None:
 
 
 def first_blood_table(path: Path) -> None:
-    """Write three edges between nodes, and a bed."""
+    """Write three edges between nodes, and what the nodes are."""
     path.write_text(
         "type,ID,name,start_node,end_node,start_diameter[SI],end_diameter[SI],length[SI]\n"
         "vis,A1,aorta,H,n1,0.03,0.02,0.05\nvis,A2,left,n1,p1,0.012,0.012,0.20\nvis,A3,right,n1,p2,0.010,0.008,0.10\n"
-        "perif,p1,0,,,,,\n"
+        "type,ID,name,leak\nheart,H,0,\nnode,n1,0,5e11\nperif,p1,0,\nperif,p2,0,\n"
     )
 
 
@@ -184,11 +184,6 @@ def bomb(size: int) -> bytes:
     ).encode()
 
 
-def _divisions(found: Network) -> list[str]:
-    """Return who has daughters, as often as it has them; neither order nor names of terminals matter."""
-    return sorted(found.name[row] for row in found.parent[found.parent >= 0])
-
-
 def _shape(parent: list[int], row: int = -1) -> tuple:
     """Return the tree below a row as tuples in tuples, in whatever order its vessels stand."""
     return tuple(sorted(_shape(parent, below) for below, above in enumerate(parent) if above == row))
@@ -210,7 +205,7 @@ def _network(
 ) -> Form:
     return Form(
         lambda folder: write(folder / name), name, name, mutate, lambda path: _without_beds(path, unit),
-        _divisions, lambda found: [found.length, found.radius], text=text,
+        lambda found: _shape(list(found.parent)), lambda found: [found.name, found.length, found.radius], text=text,
     )  # fmt: skip
 
 

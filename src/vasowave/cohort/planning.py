@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.pooling import difference, pooled_mean, pooled_means
 from vasowave.cohort.primary import Compared, Family, comparable
-from vasowave.cohort.simultaneous import Row, correlation_of, simultaneous
+from vasowave.cohort.simultaneous import Row, correlation_of, critical_p
 from vasowave.errors import InputError
 from vasowave.notebook import upstairs
 from vasowave.settings import settings_class
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 _LEAST = 1e-9  # p of one row that is as good as none
 _DRAWS, _STUDIES, _DRAWS_OF_STUDY = 4_000, 40, 1_999
-_JUDGED = (3, 4, 6, 10, 20, 60)
-"""Sizes of which studies are judged as real ones are; between them the critical p follows the logarithms."""
+_JUDGED = (3, 4, 6, 10, 20)
+"""Sizes of which studies are judged as real ones are; the critical p follows logarithms between, hardly moves above."""
 _SIZES = (3, 4, 5, 6, 7, 8, 9, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 50, 60)
 """Animals of each group that are tried."""
 
@@ -181,7 +181,7 @@ def _critical(spreads: Sequence[Spread], root: np.ndarray, settings: Planning, s
             Row(place, np.arange(2 * size), other, values[study], errors, one.shared)
             for place, (one, (values, errors, _)) in enumerate(zip(spreads, drawn, strict=True))
         ]
-        found.append(max(simultaneous(rows, _DRAWS_OF_STUDY, study).critical, _LEAST))
+        found.append(max(critical_p(rows, _DRAWS_OF_STUDY, study), _LEAST))
     return np.sort(found)
 
 

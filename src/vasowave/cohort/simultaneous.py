@@ -81,6 +81,20 @@ def simultaneous(rows: Sequence[Row], draws: int = DRAWS, seed: int = 0) -> Simu
         Each with two animals or more in both groups, whose values vary.
     draws, seed : int
     """
+    observed, (once, twice, thrice) = _drawn(rows, draws, seed, 3)
+    p = _corrected(observed.p[:, 0], once, twice)
+    wrong = _corrected(once, twice, thrice) < LEVEL
+    return Simultaneous(p, _critical(once, twice), float(wrong.mean()))
+
+
+def critical_p(rows: Sequence[Row], draws: int, seed: int) -> float:
+    """Return the p of one row below which the family's is below its level, as `simultaneous` does."""
+    _, (once, twice) = _drawn(rows, draws, seed, 2)
+    return _critical(once, twice)
+
+
+def _drawn(rows: Sequence[Row], draws: int, seed: int, depth: int) -> tuple["_World", np.ndarray]:
+    """Return what was observed, and the least p of cohorts each drawn from the one before, sorted (depth, draws)."""
     rng = np.random.default_rng(seed)
     size = 1 + max(int(row.animals.max()) for row in rows), 1 + max(row.quantity for row in rows)
     observed = _World.seen(rows, [row.logs[np.newaxis] for row in rows], size)
@@ -88,14 +102,11 @@ def simultaneous(rows: Sequence[Row], draws: int = DRAWS, seed: int = 0) -> Simu
     chains = []
     for first in range(0, draws, chunk):
         world, chain = observed, []
-        for _ in range(3):
+        for _ in range(depth):
             world = _World.seen(rows, world.draw(rows, min(chunk, draws - first), rng), size)
             chain.append(world.least)
         chains.append(chain)
-    once, twice, thrice = np.sort(np.concatenate(chains, axis=1), axis=1)
-    p = _corrected(observed.p[:, 0], once, twice)
-    wrong = _corrected(once, twice, thrice) < LEVEL
-    return Simultaneous(p, _critical(once, twice), float(wrong.mean()))
+    return observed, np.sort(np.concatenate(chains, axis=1), axis=1)
 
 
 def _corrected(own: np.ndarray, once: np.ndarray, twice: np.ndarray) -> np.ndarray:

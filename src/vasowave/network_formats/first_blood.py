@@ -7,6 +7,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import Finding
+from vasowave.io.columns import NO_END
 from vasowave.io.textfile import read_lines
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT
@@ -14,6 +15,8 @@ from vasowave.network_formats import NETWORKS, NetworkFormat
 from vasowave.network_formats.nodes import parents_of_edges
 
 _VESSELS = ("vis", "vis_f")
+_NODES = ("heart", "node", "perif")
+_TITLE = "type"  # the nodes have a header of their own
 _SIZES = ("start_diameter[SI]", "end_diameter[SI]", "length[SI]")
 _COLUMNS = ("type", "ID", "start_node", "end_node", *_SIZES)
 _CM = 100.0  # a meter
@@ -26,33 +29,54 @@ def is_edges(path: Path, start: bytes) -> bool:
 
 
 def read_edges(path: Path, scale: float) -> tuple[Network, list[Finding]]:
-    """Read the rows of vessels; beds, the heart and what nodes leak are left out."""
+    """Read the rows of vessels; beds, the heart and what nodes leak are left out.
+
+    The rows of nodes tell whether a vessel is missing: those of type perif, and no others, have no vessel behind them.
+    """
     titles: list[str] = []
-    lines, cells, others = list[int](), list[dict[str, str]](), set[str]()
+    lines, cells, nodes = list[int](), list[dict[str, str]](), dict[str, str]()
+    looks: list[Finding] = []
     for block in read_lines(path):
+        looks += [NO_END()] if block.cut else []
         for line, row in enumerate(csv.reader(block.texts), block.first):
             if not titles:
                 titles = [title.strip() for title in row]
+                if missing := [title for title in _COLUMNS if title not in titles]:
+                    raise InputError(f"{path}, line {line}: no column '{missing[0]}'; the columns of a table of edges "
+                                     f"are {', '.join(_COLUMNS)}")  # fmt: skip
             elif row and row[0].strip() in _VESSELS:
                 if len(row) < len(titles):
                     raise InputError(f"{path}, line {line}: {len(row)} cells for {len(titles)} columns")
                 cells.append(dict(zip(titles, (cell.strip() for cell in row[: len(titles)]), strict=True)))
                 lines.append(line)
-            elif row and row[0].strip():
-                others.add(row[0].strip())
+            elif len(row) > 1 and row[0].strip() in _NODES:
+                nodes[row[1].strip()] = row[0].strip()
+            elif any(cell.strip() for cell in row) and row[0].strip() != _TITLE:
+                known = ", ".join((*_VESSELS, *_NODES))
+                raise InputError(f"{path}, line {line}: a row of type '{row[0].strip()[:40]}'; known are {known}")
     if not cells:
         raise InputError(f"{path}: has no vessel (a row of type {' or '.join(_VESSELS)})")
     first, last, length = np.array([[_number(path, line, one[title]) for title in _SIZES]
                                     for line, one in zip(lines, cells, strict=True)]).T * _CM  # fmt: skip
     parent = parents_of_edges(path, [(one["ID"], one["start_node"], one["end_node"]) for one in cells])
+    _check_ends(path, cells, nodes)
     with np.errstate(invalid="ignore", divide="ignore"):
         taper = (0.5 * (first - last)) / length
     network = Network(
         tuple(one["ID"] for one in cells), np.array(parent), length, 0.25 * (first + last),
         lambda row: f"{path}, line {lines[row]}", **({"taper": taper} if np.any(taper) else {}),
     )  # fmt: skip
-    left = ", ".join(sorted(others))
-    return network, [LEFT_OUT(what=f"rows of the types {left}, walls and beds")]
+    left = ", ".join(sorted(set(nodes.values())))
+    return network, [*looks, LEFT_OUT(what=f"rows of the types {left}, walls and beds" if left else "walls and beds")]
+
+
+def _check_ends(path: Path, cells: list[dict[str, str]], nodes: dict[str, str]) -> None:
+    """Refuse vessels that end elsewhere than in the beds that the rows of nodes name, if they name any."""
+    beds = {name for name, kind in nodes.items() if kind == "perif"}
+    ends = {one["end_node"] for one in cells} - {one["start_node"] for one in cells}
+    if beds and (wrong := sorted(beds ^ ends)):
+        what = "is a bed in which no vessel ends" if wrong[0] in beds else "has no vessel or bed behind it"
+        raise InputError(f"{path}: node '{wrong[0]}' {what}; a row of the table is missing or damaged")
 
 
 def _number(path: Path, line: int, text: str) -> float:

@@ -19,6 +19,7 @@ _LEFT_OUT = {
     "DATATABLE": "inflow and beds",
     "SOLVEROPTIONS": "options of the solver",
 }
+_CARDS = {*_LEFT_OUT, "MODEL", "NODE", "SEGMENT", "JOINT", "JOINTINLET", "JOINTOUTLET", "ENDDATATABLE", "OUTPUT"}
 
 
 class _Segment(NamedTuple):
@@ -46,10 +47,12 @@ def read_input(path: Path, scale: float) -> tuple[Network, list[Finding]]:
         for line, text in enumerate(block.texts, block.first):
             card, *words = text.split("#")[0].split() or [""]
             cards.add(card.upper())
+            if card and card.upper() not in _CARDS and not card[-1].isdigit():  # tables are rows of numbers
+                raise InputError(f"{path}, line {line}: '{card[:40]}' is no card of svOneDSolver; write the file again")
             if card == "SEGMENT":
                 segments.append(_segment(path, line, words))
             elif card in ("JOINTINLET", "JOINTOUTLET"):
-                joints[_word(path, line, words, 0)] = [_whole(path, line, word) for word in words[2:]]
+                joints[_word(path, line, words, 0)] = _listed(path, line, card, words[1:])
             elif card == "JOINT":
                 pairs.append((_word(path, line, words, 2), _word(path, line, words, 3)))
     if not segments:
@@ -65,6 +68,14 @@ def read_input(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     )  # fmt: skip
     left = [what for card, what in _LEFT_OUT.items() if card in cards]
     return network, [LEFT_OUT(what=", ".join(left))] if left else []
+
+
+def _listed(path: Path, line: int, card: str, words: list[str]) -> list[int]:
+    """Return the numbers of a list that begins with how many they are."""
+    count, *numbers = [_whole(path, line, word) for word in words] or [0]
+    if count != len(numbers):
+        raise InputError(f"{path}, line {line}: {card} says {count} segments and lists {len(numbers)}")
+    return numbers
 
 
 def _segment(path: Path, line: int, words: list[str]) -> _Segment:

@@ -177,8 +177,10 @@ def _flat(path: Path, unit: float, cut: Literal["tube", "identical"]) -> Skeleto
     table = read_columns(path, _ALIASES)
     table.warn()
     parts = []
-    for axis in ("z", "y", "x", "radius"):
-        column = table.require(axis)
+    columns = [table.require(axis) for axis in ("z", "y", "x", "radius")]
+    if len(written := {table.units[column] for column in columns[:3]} if table.units else set()) > 1:
+        raise InputError(f"{path}: x, y and z are in different units ({', '.join(sorted(written))}); write one for all")
+    for column in columns:
         given = bool(table.units and table.units[column])
         parts.append(table.numbers(column, "length", "cm") * (1.0 if given else unit))
     points = Line.of(np.column_stack(parts))
