@@ -1,18 +1,26 @@
 """Whether the power that a plan promises is found again in simulated studies, judged as real ones.
 
-Run: python benchmarks/planning.py [--studies 500] [--draws 1999]
+Run: python benchmarks/planning.py [--studies 500] [--draws 1999] [--docs]
 """
 
 import argparse
+from pathlib import Path
 
 import numpy as np
 
+from robustness_page import put
+from vasowave.cohort.design import Design, Layout, laid_out
+from vasowave.cohort.joint import Fitted, joint
+from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.cohort.planning import Planning, Spread, plan_of
 from vasowave.cohort.pooling import difference, pooled_means
 from vasowave.cohort.simultaneous import Row, simultaneous
+from vasowave.cohort.variables import Variable
 
 SPREADS = [Spread("mPAP", (0.2, 0.3), 0.1), Spread("a", (0.5, 0.5), 0.3, 0.1), Spread("R_T", (0.3, 0.2))]
 CORRELATION = 0.6 + 0.4 * np.eye(3)
+PAGE = Path(__file__).parents[1] / "docs" / "statistics.md"
+ALIKE = 0.5  # correlation of the true values of a pair
 
 
 def found_again(size: int, effect: float, studies: int, draws: int) -> np.ndarray:
@@ -35,17 +43,74 @@ def found_again(size: int, effect: float, studies: int, draws: int) -> np.ndarra
     return shown / studies
 
 
+def layout(size: int, kind: str) -> Layout:
+    """Return the layout of a study: mice before and after, or litters of which each group has one animal."""
+    names = [str(row) for row in range(2 * size)]
+    pair = {name: f"P{int(name) % size}" for name in names}
+    if kind == "litters":
+        groups = {name: "B" if int(name) >= size else "A" for name in names}
+        return laid_out(Design(blocks=("litter",)), {"litter": Variable.of("litter", pair)}, groups, ["A", "B"])
+    time = {name: "after" if int(name) >= size else "before" for name in names}
+    variables = {"mouse": Variable.of("mouse", pair), "time": Variable.of("time", time)}
+    return laid_out(Design(subject="mouse", occasion="time"), variables, dict.fromkeys(names, "A"), ["A"])
+
+
+def found_in_pairs(size: int, effect: float, studies: int, draws: int, kind: str, occasions: int = 1) -> np.ndarray:
+    """Return how often each quantity's effect is shown in simulated studies of pairs, judged by the design's model.
+
+    Every animal is recorded so many times on each occasion, each time with an error of its own.
+    """
+    rng, root, shown = np.random.default_rng([size, occasions]), np.linalg.cholesky(CORRELATION), np.zeros(len(SPREADS))
+    what, second = layout(size, kind), np.arange(2 * size) >= size
+    (contrast,) = [(one.second - one.first) @ what.means for one in what.contrasts]
+    for number in range(studies):
+        common, own = (rng.standard_normal((count, len(SPREADS))) @ root.T for count in (size, 2 * size))
+        scores = np.sqrt(ALIKE) * np.tile(common, (2, 1)) + np.sqrt(1 - ALIKE) * own
+        again = rng.standard_normal((occasions, 2 * size, len(SPREADS))).mean(axis=0) @ root.T
+        models = []
+        for place, one in enumerate(SPREADS):
+            logs = scores[:, place] * np.where(second, one.between[1], one.between[0]) + one.error * again[:, place]
+            known = np.eye(2 * size) * one.error**2 / occasions
+            fit = fit_mixed(logs, Structure(what.fixed, list(what.random.values()), known))
+            models.append(Fitted(fit, np.arange(2 * size), contrast[np.newaxis]))
+        critical = joint(models, draws, number).critical  # which no shift of all second values changes
+        for place, model in enumerate(models):
+            (found,) = model.effects
+            shown[place] += found._replace(value=found.value + np.log(effect)).p < critical
+    return shown / studies
+
+
+def lines(studies: int, draws: int) -> list[str]:
+    """Return the table of promised power beside that of simulated studies."""
+    table = ["| studies | promised power | found again |", "|---|---|---|"]
+    for size, effect in ((6, 1.8), (10, 1.5), (20, 1.5)):
+        promised = plan_of(SPREADS, CORRELATION, "theory", Planning(effect=effect)).powers.loc[size]
+        found = found_again(size, effect, studies, draws)
+        table += [f"| {size} + {size}, ratio {effect:g}, {name} | {before:.3f} | {after:.3f} |"
+                  for name, before, after in zip(promised.index, promised, found, strict=True)]  # fmt: skip
+    for size, effect, kind, occasions in (
+        (6, 1.5, "mice before and after", 1), (12, 1.3, "mice before and after", 1), (10, 1.5, "litters", 1),
+        (12, 1.5, "mice before and after, two recordings each time", 2),
+    ):  # fmt: skip
+        asked = Planning(effect=effect, pairs=ALIKE, occasions=occasions)
+        promised = plan_of(SPREADS, CORRELATION, "theory", asked).powers.loc[size]
+        found = found_in_pairs(size, effect, studies, draws, kind, occasions)
+        table += [f"| {size} {kind}, ratio {effect:g}, {name} | {before:.3f} | {after:.3f} |"
+                  for name, before, after in zip(promised.index, promised, found, strict=True)]  # fmt: skip
+    return table
+
+
 def main() -> None:
     """Print promised power beside that of simulated studies."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--studies", type=int, default=500)
     parser.add_argument("--draws", type=int, default=1999)
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/statistics.md")
     options = parser.parse_args()
-    for size, effect in ((6, 1.8), (10, 1.5), (20, 1.5)):
-        promised = plan_of(SPREADS, CORRELATION, "theory", Planning(effect=effect)).powers.loc[size]
-        found = found_again(size, effect, options.studies, options.draws)
-        for name, before, after in zip(promised.index, promised, found, strict=True):
-            print(f"| {size} + {size}, ratio {effect:g}, {name} | {before:.3f} | {after:.3f} |", flush=True)
+    table = "\n".join(lines(options.studies, options.draws))
+    print(table)
+    if options.docs:
+        put("planning", table, PAGE)
 
 
 if __name__ == "__main__":

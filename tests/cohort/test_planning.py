@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+import planning
 import vasowave as vw
 from vasowave.cohort.planning import Planning, Spread, plan_of
 from vasowave.cohort.simultaneous import Row, simultaneous
@@ -27,6 +28,37 @@ def test_one_quantity_alone_has_the_power_of_the_t_test():
         expected = stats.nct.sf(t, 2 * size - 2, away) + stats.nct.cdf(-t, 2 * size - 2, away)
         # Welch's test has a little less; four standard errors of 4 000 draws are 0.03.
         assert found.powers.loc[size, "mPAP"] == pytest.approx(expected, abs=0.035)
+
+
+@pytest.mark.parametrize("alike", [0.0, 0.5, 0.9])
+def test_pairs_of_one_quantity_have_the_power_of_the_paired_t_test(alike):
+    found = plan_of([Spread("mPAP", (0.3, 0.2))], np.eye(1), "theory", Planning(effect=1.3, pairs=alike))
+    change = np.sqrt(0.3**2 + 0.2**2 - 2 * alike * 0.3 * 0.2)
+    for pairs in (5, 10, 20):
+        away, t = np.log(1.3) / (change / np.sqrt(pairs)), stats.t.ppf(0.975, pairs - 1)
+        expected = stats.nct.sf(t, pairs - 1, away) + stats.nct.cdf(-t, pairs - 1, away)
+        assert found.powers.loc[pairs, "mPAP"] == pytest.approx(expected, abs=0.035)  # as above
+
+
+def test_what_animals_keep_between_occasions_saves_pairs_and_images_that_they_share_cost_none():
+    shared = [one._replace(shared=0.3) for one in SPREADS]
+    little, much = (
+        plan_of(shared, ALIKE, "theory", Planning(effect=1.5, pairs=r)).needed["as it is"] for r in (0, 0.8)
+    )
+    own = plan_of(SPREADS, ALIKE, "theory", Planning(effect=1.5, pairs=0.8)).needed["as it is"]
+    assert (much < little).all()
+    assert list(much) == list(own)
+
+
+@pytest.mark.parametrize(("kind", "occasions"), [("mice", 1), ("litters", 1), ("mice", 2)])
+@pytest.mark.validation
+def test_the_promised_power_of_pairs_is_found_again_by_the_model_of_the_design(kind, occasions):
+    """As `benchmarks/planning.py`, by fewer studies; recordings of one occasion are averaged."""
+    asked = Planning(effect=1.5, pairs=planning.ALIKE, occasions=occasions)
+    promised = plan_of(planning.SPREADS, planning.CORRELATION, "theory", asked).powers.loc[10]
+    found = planning.found_in_pairs(10, 1.5, 150, 499, kind, occasions)
+    # Three binomial standard errors of a share in 150 studies.
+    np.testing.assert_allclose(found, promised, atol=3 * 0.5 / np.sqrt(150))
 
 
 @pytest.mark.validation
@@ -63,3 +95,11 @@ def test_a_plan_is_one_page_that_says_how_many(tmp_path):
     text = write_plan(found, tmp_path / "plan.html").read_text(encoding="utf-8")
     assert "Spreads of the published mice" in text
     assert "<svg" in text
+
+
+def test_a_plan_of_pairs_says_so(tmp_path):
+    found = vw.plan(effect=1.5, pairs=0.5)
+    assert plan_texts(found)[0].startswith("To show a ratio of 1.5 with a power of 0.80, pairs are needed:")
+    text = write_plan(found, tmp_path / "plan.html").read_text(encoding="utf-8")
+    assert "correlated by 0.5" in text
+    assert "own images" not in text

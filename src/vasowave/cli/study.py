@@ -302,13 +302,17 @@ def plan(
     effect: Annotated[float, typer.Option(help="Ratio of the groups that shall be shown.")] = 1.5,
     power: Annotated[float, typer.Option(help="How often it shall be.")] = 0.8,
     occasions: Annotated[int, typer.Option(min=1, help="Recordings of each animal, averaged.")] = 1,
+    pairs: Annotated[
+        float | None,
+        typer.Option(help="Compare pairs (before and after, littermates) whose true values are correlated by so much."),
+    ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="Page to write.")] = Path("plan.html"),
 ) -> None:
-    """Say how many animals a study of two groups needs to show an effect, and what would save some."""
+    """Say how many animals a study of two groups, or of pairs, needs to show an effect, and what would save some."""
     from vasowave.report.planned import plan_texts, write_plan
     from vasowave.study.planning import plan as planned
 
-    found = planned(study, effect=effect, power=power, occasions=occasions)
+    found = planned(study, effect=effect, power=power, occasions=occasions, pairs=pairs)
     for text in plan_texts(found):
         typer.echo(text)
     typer.echo(f"Page: {write_plan(found, output)}")

@@ -9,7 +9,9 @@ import pandas as pd
 from annotated_types import Ge, Gt, Le, Lt
 
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.pooling import difference, pooled_mean, pooled_means
+from vasowave.cohort.joint import Fitted, joint
+from vasowave.cohort.mixed import Structure, fit_mixed
+from vasowave.cohort.pooling import Means, difference, pooled_mean, pooled_means
 from vasowave.cohort.primary import Compared, Family, comparable
 from vasowave.cohort.simultaneous import Row, correlation_of, critical_p
 from vasowave.errors import InputError
@@ -37,8 +39,16 @@ class Planning:
     """How often it shall be."""
     occasions: Annotated[int, Ge(1), Le(20)] = 1
     """Recordings of each animal, averaged: the error of one of them falls by their root."""
+    pairs: Annotated[float, Ge(0), Lt(1)] | None = None
+    """Correlation of the two true values of a pair, where pairs are compared: one animal before and after, or
+    littermates of which each group has one. None: groups of independent animals."""
     seed: Annotated[int, Ge(0)] = 0
     """Of the cohorts that are drawn."""
+
+    @property
+    def groups(self) -> int:
+        """Groups whose means are compared: two, or one of the changes of pairs."""
+        return 2 if self.pairs is None else 1
 
     def __post_init__(self) -> None:
         """Refuse an effect that is none."""
@@ -65,6 +75,12 @@ class Spread(NamedTuple):
     error: float = 0.0
     shared: float = 0.0
 
+    def of_changes(self, alike: float) -> "Spread":
+        """Return the spread of the changes of pairs whose true values are correlated; what a pair shares cancels."""
+        one, other = self.between
+        change = float(np.sqrt(one**2 + other**2 - 2 * alike * one * other))
+        return Spread(self.quantity, (change, change), 2**0.5 * self.error)
+
 
 @dataclass(frozen=True, eq=False)
 class Plan:
@@ -77,10 +93,11 @@ class Plan:
     source : str
         Whose spreads they are.
     powers : DataFrame
-        Rows ``animals`` of each group; of each quantity how often its effect is shown, for the family together.
+        Rows ``animals`` of each group, or ``pairs``; of each quantity how often its effect is shown, for the family
+        together.
     needed : DataFrame
-        One row a quantity: animals of each group ``as it is``, with ``errors halved``, ``own images``, ``two recordings
-        of each animal``; NaN where more than are tried.
+        One row a quantity: animals of each group, or pairs, ``as it is``, with ``errors halved``, ``own images`` (of
+        groups), ``two recordings of each animal``; NaN where more than are tried.
     """
 
     settings: Planning
@@ -99,10 +116,10 @@ class Plan:
 
 
 def plan_of(spreads: Sequence[Spread], correlation: np.ndarray, source: str, settings: Planning) -> Plan:
-    """Return the plan of a study of two groups whose quantities have these spreads.
+    """Return the plan of a study of two groups, or of pairs, whose quantities have these spreads.
 
     Cohorts of every size are drawn and judged as the primary comparison judges them, by pooled ratios. The p of one row
-    below which the family's is below 0.05 is that of studies that go through `simultaneous`.
+    below which the family's is below 0.05 is that of studies that go through `simultaneous`, or `joint` with pairs.
 
     Parameters
     ----------
@@ -122,13 +139,18 @@ def plan_of(spreads: Sequence[Spread], correlation: np.ndarray, source: str, set
         ],
         "two recordings of each animal": [one._replace(error=one.error / 2**0.5) for one in spreads],
     }
-    criticals = _criticals(spreads, root, settings)  # which the scenarios hardly change
+    if settings.pairs is not None:
+        del scenarios["own images"]  # those of a pair cancel
+        scenarios = {name: [one.of_changes(settings.pairs) for one in some] for name, some in scenarios.items()}
+    criticals = _criticals(scenarios["as it is"], root, settings)  # which the scenarios hardly change
     found = {name: _powers(some, root, settings, criticals) for name, some in scenarios.items()}
     names = [one.quantity for one in spreads]
     counts = {name: _needed(powers, settings.power) for name, powers in found.items()}
     least = {name: np.fmin(count, counts["as it is"]) for name, count in counts.items()}  # else by the draws alone
     needed = pd.DataFrame(least, index=names)
-    powers = pd.DataFrame(found["as it is"], columns=names, index=pd.Index(_SIZES, name="animals"))
+    powers = pd.DataFrame(
+        found["as it is"], columns=names, index=pd.Index(_SIZES, name="pairs" if settings.groups == 1 else "animals")
+    )
     return Plan(settings, tuple(spreads), source, powers, needed)
 
 
@@ -162,21 +184,25 @@ def _drawn(
     spreads: Sequence[Spread], root: np.ndarray, settings: Planning, size: int, count: int
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return of each quantity the values of cohorts without an effect, errors of animals, and errors of the ratio."""
-    rng = np.random.default_rng(settings.seed)  # the same for every scenario
-    scores = rng.standard_normal((count, 2 * size, len(spreads))) @ root.T
+    rng, whole = np.random.default_rng(settings.seed), settings.groups * size  # the same for every scenario
+    scores = rng.standard_normal((count, whole, len(spreads))) @ root.T
     common = rng.standard_normal((count, len(spreads))) @ root.T
     for place, one in enumerate(spreads):
         error = one.error / settings.occasions**0.5
-        values = scores[:, :, place] * np.hypot(np.repeat(one.between, size), error)
-        yield values, np.full(2 * size, error), one.shared * common[:, place]
+        values = scores[:, :, place] * np.hypot(np.repeat(one.between[: settings.groups], size), error)
+        yield values, np.full(whole, error), one.shared * common[:, place]
 
 
 def _critical(spreads: Sequence[Spread], root: np.ndarray, settings: Planning, size: int) -> np.ndarray:
     """Return of each of some studies the p of one row below which the family's is below its level, from low to high."""
-    other = np.arange(2 * size) >= size
+    other = np.arange(settings.groups * size) >= size
     drawn = list(_drawn(spreads, root, settings, size, _STUDIES))
     found = []
     for study in range(_STUDIES):
+        if settings.groups == 1:
+            models = [_of_changes(values[study], errors) for values, errors, _ in drawn]
+            found.append(max(joint(models, _DRAWS_OF_STUDY, study).critical, _LEAST))
+            continue
         rows = [
             Row(place, np.arange(2 * size), other, values[study], errors, one.shared)
             for place, (one, (values, errors, _)) in enumerate(zip(spreads, drawn, strict=True))
@@ -185,14 +211,22 @@ def _critical(spreads: Sequence[Spread], root: np.ndarray, settings: Planning, s
     return np.sort(found)
 
 
+def _of_changes(values: np.ndarray, errors: np.ndarray) -> Fitted:
+    """Return the mixed model of the changes of pairs, with their mean as its effect."""
+    size = len(values)
+    structure = Structure(np.ones((size, 1)), [np.eye(size)], np.diag(errors**2))
+    return Fitted(fit_mixed(values, structure), np.arange(size), np.eye(1))
+
+
 def _power(
     spreads: Sequence[Spread], root: np.ndarray, settings: Planning, size: int, critical: np.ndarray
 ) -> np.ndarray:
     """Return how often each quantity's effect is shown with so many animals a group, over studies' critical p."""
     shown = []
     for one, (values, errors, moved) in zip(spreads, _drawn(spreads, root, settings, size, _DRAWS), strict=True):
-        first, second = (pooled_means(values[:, own], errors[own]) for own in (slice(0, size), slice(size, None)))
-        shifted = second._replace(value=second.value + np.log(settings.effect) + moved)
+        means = [pooled_means(values[:, own], errors[own]) for own in np.split(np.arange(len(errors)), settings.groups)]
+        shifted = means[-1]._replace(value=means[-1].value + np.log(settings.effect) + moved)
+        first = means[0] if settings.groups == 2 else Means(0.0 * moved, 0.0 * moved, 1.0, 0.0 * moved)
         p = np.sort(difference(first, shifted, one.shared).p)
         shown.append(float(np.mean(np.searchsorted(p, critical)) / len(p)))
     return np.array(shown)

@@ -27,5 +27,9 @@ def planned_figure(plan: "Plan") -> "Figure":
         ax.minorticks_off()
         ax.set_ylim(0, 1.02)
         ax.legend(loc="lower right")
-        label_axes(ax, "animals of each group [1]", f"power to show a ratio of {plan.settings.effect:g} [1]")
+        label_axes(
+            ax,
+            "pairs [1]" if plan.settings.groups == 1 else "animals of each group [1]",
+            f"power to show a ratio of {plan.settings.effect:g} [1]",
+        )
     return figure

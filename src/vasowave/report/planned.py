@@ -22,15 +22,16 @@ def write_plan(plan: Plan, path: Path) -> Path:
     InputError
         It cannot be written.
     """
+    caption = _CAPTION.format("pairs" if plan.settings.groups == 1 else "animals in each of two groups")
     blocks: list[Block] = [Paragraph(text) for text in plan_texts(plan)]
-    blocks += [Columns([_needed(plan)], [Drawing("Power", _CAPTION, plan.figure())]), _spreads(plan)]
+    blocks += [Columns([_needed(plan)], [Drawing("Power", caption, plan.figure())]), _spreads(plan)]
     section = Section("plan", "How many animals", blocks)
     title = f"Plan: a ratio of {plan.settings.effect:g} between two groups"
     document = Report("plan", title, f"Spreads of {plan.source}", "", [section], provenance())
     return write_file(path, page(document, {}))
 
 
-_CAPTION = "Power of each quantity by the number of animals in each of two groups; grey: what is asked for."
+_CAPTION = "Power of each quantity by the number of {}; grey: what is asked for."
 
 
 def plan_texts(plan: Plan) -> list[str]:
@@ -40,8 +41,11 @@ def plan_texts(plan: Plan) -> list[str]:
     each = listed([f"{count:.0f} for {words(str(name), {})} {_symbol(str(name))}" for name, count in shown.items()])
     most = plan.powers.index[-1]
     aim = f"a ratio of {asked.effect:g} with a power of {number(asked.power, 2)}"
-    need = f"To show {aim}, each of two groups needs: {each}."
-    none = f"No quantity shows a ratio of {asked.effect:g} with {most} animals in each group."
+    paired = asked.groups == 1
+    need = f"To show {aim}, {'pairs are needed' if paired else 'each of two groups needs'}: {each}."
+    none = (
+        f"No quantity shows a ratio of {asked.effect:g} with {most} {'pairs' if paired else 'animals in each group'}."
+    )
     said = [need if len(shown) else none]
     beyond = [_symbol(str(name)) for name in needed.index[~np.isfinite(needed)]]
     if beyond and len(shown):
@@ -49,12 +53,20 @@ def plan_texts(plan: Plan) -> list[str]:
     said.append(
         f"Each quantity is judged in the family of all {len(needed)}, with the p of the primary comparison; logarithms "
         "are taken as normal. A column of the table that needs fewer animals is what that change would save: errors "
-        "halved, as by a better image or more beats; images of one's own in place of shared ones; two recordings of "
-        "each animal. Recordings cannot lessen what animals differ."
+        f"halved, as by a better image or more beats; {'' if paired else _OWN}two recordings of each animal"
+        f"{' on each occasion' if paired else ''}. Recordings cannot lessen what animals differ."
     )
+    if paired:
+        said.append(
+            f"The two true values of a pair are taken as correlated by {asked.pairs:g}. A mixed model judges their "
+            "changes, in which errors that the pair shares cancel."
+        )
     if not any(one.error for one in plan.spreads):
         said.append("Errors of single animals are not known apart from their spread here, so that nothing is saved.")
     return said
+
+
+_OWN = "images of one's own in place of shared ones; "
 
 
 def _symbol(name: str) -> str:
@@ -71,7 +83,12 @@ def _needed(plan: Plan) -> Table:
     ]
     note = f"More: than {plan.powers.index[-1]}."
     return Table(
-        "Needed", "Animals of each group", tuple(map(str, frame.columns)), cells, note, plan.needed.reset_index()
+        "Needed",
+        "Pairs" if plan.settings.groups == 1 else "Animals of each group",
+        tuple(map(str, frame.columns)),
+        cells,
+        note,
+        plan.needed.reset_index(),
     )
 
 

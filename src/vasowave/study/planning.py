@@ -20,7 +20,7 @@ def plan(study: Path | Results | None = None, **settings: Any) -> Plan:
         A study that was run, for instance a pilot: spreads, errors and shared images of its first two groups, of each
         subject the first recording. Without it those of the published mice, of which errors are not known apart.
     settings
-        Those of `Planning` by name: ``effect=1.5, power=0.8, occasions=1``.
+        Those of `Planning` by name: ``effect=1.5, power=0.8, occasions=1``; ``pairs=0.5`` for pairs.
 
     Raises
     ------
