@@ -142,7 +142,7 @@ def test_the_table_of_an_animal_holds_every_covariance_and_is_ready_for_netcdf(t
 
 def test_a_covariance_that_needs_much_regularization_is_discarded_and_stands_last_with_its_weight():
     fits = [made_fit("linear"), made_fit("tangent")]
-    how = selection.Comparing(("squared exponential", "circulant"), ("joint",), norm=1, largest_weight=1e-5)
+    how = selection.Comparing(("squared exponential", "circulant"), ("joint",), largest_weight=1e-5)
     table = selection.compare_models(fits, how)
     assert table["discarded"].values.tolist() == [0, 0, 1, 1]
     assert table["covariance"].values[-1] == "squared exponential"
@@ -155,15 +155,6 @@ def test_fits_that_cannot_be_compared_are_refused():
         selection.compare_models([made_fit("linear"), made_fit("linear")])
     with pytest.raises(InputError, match="tangent wall was fitted to another recording"):
         selection.compare_models([made_fit("linear"), made_fit("tangent", count=64)])
-
-
-def test_the_one_norm_condition_number_is_brought_to_the_one_asked_for_and_no_further():
-    t = np.arange(24) / 24
-    smooth = np.exp(-0.5 * (t[:, None] - t) ** 2 / 0.3**2)
-    mixed, weight = noise.regularize(smooth, 1e3, norm=1)
-    assert np.linalg.cond(mixed, 1) == pytest.approx(1e3, rel=1e-4)
-    assert 0 < weight < 1
-    assert noise.regularize(np.eye(4) + 0.1, 1e3, norm=1)[1] == 0.0
 
 
 def test_the_power_of_a_matern_process_falls_from_its_corner_on():

@@ -40,28 +40,25 @@ def neural_network(t: np.ndarray, offset: float, slope: float) -> np.ndarray:
     return 2 / np.pi * np.arcsin(2 * inner / np.sqrt(np.outer(norm, norm)))
 
 
-def regularize(covariance: np.ndarray, largest_condition: float = 1e4, norm: int = 2) -> tuple[np.ndarray, float]:
-    """Return Σ* = (1-λ)Σ + λσ²I with the smallest λ whose condition number is at most the given one, and λ.
+def regularize(covariance: np.ndarray, largest_condition: float = 1e4) -> tuple[np.ndarray, float]:
+    """Return Σ* = (1-λ)Σ + λσ²I with the smallest λ whose 2-norm condition number is at most the given one, and λ.
 
-    σ² = trace(Σ)/N. In the 2-norm λ has a closed form and cannot exceed N/(largest_condition - 1 + N); in the 1-norm,
-    whose condition number is never smaller, it is found by bisection to a relative 10⁻⁶.
+    σ² = trace(Σ)/N; λ cannot exceed N/(largest_condition - 1 + N).
 
     Raises
     ------
     InputError
-        A matrix that is not square, symmetric and finite, or has no variance; a norm other than 1 or 2.
+        A matrix that is not square, symmetric and finite, or has no variance.
     """
     sigma = np.asarray(covariance, dtype=float)
-    if norm not in (1, 2):
-        raise InputError(f"condition number in the {norm}-norm: give 1 or 2")
     if sigma.ndim != 2 or sigma.shape[0] != sigma.shape[1] or not np.all(np.isfinite(sigma)):
         raise InputError(f"covariance has shape {sigma.shape} or is not finite; it must be a finite square matrix")
     variance = float(np.trace(sigma)) / len(sigma)
     if variance <= 0 or not np.allclose(sigma, sigma.T, atol=1e-12 * variance):
         raise InputError("covariance is not symmetric or has no variance")
-    weight = _weight_2(sigma / variance, largest_condition)
-    if norm == 1:
-        weight = _weight_1(sigma / variance, largest_condition, weight)
+    # Round-off makes the smallest eigenvalues of a smooth kernel slightly negative; they are kept as they are.
+    eigenvalues = np.linalg.eigvalsh(sigma / variance)
+    weight = smallest_weight(eigenvalues[0], eigenvalues[-1], 1.0, largest_condition)
     return (1 - weight) * sigma + weight * variance * np.eye(len(sigma)), weight
 
 
@@ -69,29 +66,6 @@ def smallest_weight(lowest: float, highest: float, variance: float, largest_cond
     """Smallest λ that brings the 2-norm condition number down, for a covariance with these extreme eigenvalues."""
     excess = highest - largest_condition * lowest
     return excess / (excess + (largest_condition - 1) * variance) if excess > 0 else 0.0
-
-
-def _weight_2(correlation: np.ndarray, largest_condition: float) -> float:
-    # Round-off makes the smallest eigenvalues of a smooth kernel slightly negative; they are kept as they are.
-    eigenvalues = np.linalg.eigvalsh(correlation)
-    return smallest_weight(eigenvalues[0], eigenvalues[-1], 1.0, largest_condition)
-
-
-def _weight_1(correlation: np.ndarray, largest_condition: float, weight_2: float) -> float:
-    eigenvalues, vectors = np.linalg.eigh(correlation)
-
-    def condition(weight: float) -> float:
-        inverse = (vectors / ((1 - weight) * eigenvalues + weight)) @ vectors.T
-        mixed = (1 - weight) * correlation + weight * np.eye(len(correlation))
-        return float(np.abs(mixed).sum(0).max() * np.abs(inverse).sum(0).max())
-
-    if (eigenvalues[0] > 0 or weight_2 > 0) and condition(weight_2) <= largest_condition:
-        return weight_2
-    low, high = max(weight_2, 1e-9), 1.0
-    while high > low * (1 + 1e-6):
-        middle = float(np.sqrt(low * high))
-        low, high = (low, middle) if condition(middle) <= largest_condition else (middle, high)
-    return high
 
 
 def _distance(t: np.ndarray) -> np.ndarray:

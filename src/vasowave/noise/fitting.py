@@ -21,7 +21,6 @@ def fit_noise(
     period: float,
     *,
     sharing: Sharing = "joint",
-    norm: int = 2,
     starts: int = 4,
     rng: np.random.Generator,
 ) -> Noise:
@@ -37,8 +36,6 @@ def fit_noise(
         T, s.
     sharing : {"joint", "average"}
         One covariance of all models by their joint likelihood, or the mean of separate ones.
-    norm : {1, 2}
-        Of the condition number that the regularization brings below 10⁴.
     starts : int
         Of the maximization of the likelihood.
     rng : numpy.random.Generator
@@ -60,7 +57,7 @@ def fit_noise(
     else:
         return _circulant(FAMILIES[name], groups, period, rng, starts)
     sigma = np.mean([matrix for matrix, _ in pairs], axis=0)
-    return regularized(sigma, _mean([values for _, values in pairs]), norm)
+    return regularized(sigma, _mean([values for _, values in pairs]))
 
 
 def _arma(residuals: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:

@@ -144,9 +144,9 @@ def fit_kernel(
     return amplitude * kernel.matrix(t, *theta), named(kernel, theta, period, amplitude)
 
 
-def regularized(sigma: np.ndarray, hyperparameters: dict[str, float], norm: int) -> DenseNoise:
-    """Return the noise model of a covariance, regularized to a condition number of 10⁴ in the given norm."""
-    better, weight = covariance.regularize(sigma, norm=norm)
+def regularized(sigma: np.ndarray, hyperparameters: dict[str, float]) -> DenseNoise:
+    """Return the noise model of a covariance, regularized to a condition number of 10⁴."""
+    better, weight = covariance.regularize(sigma)
     return DenseNoise(better, weight, hyperparameters)
 
 

@@ -32,23 +32,20 @@ class Comparing(NamedTuple):
         Noise models, of `NOISE`.
     sharings : tuple of {"joint", "average"}
         How the one covariance of all wall laws is found: by their joint likelihood, or as the mean of separate ones.
-    norm : {1, 2}
-        Of the condition number that λ brings below 10⁴. In the 2-norm λ never exceeds N/(10⁴ - 1 + N).
     largest_weight : float
-        A covariance that needs a larger λ is discarded.
+        A covariance whose 2-norm condition number needs a larger λ to fall to 10⁴ is discarded.
     starts, seed : int
         Of the maximizations of the likelihood.
 
     Examples
     --------
     >>> import vasowave as vw
-    >>> vw.Comparing(covariances=("circulant", "ARMA")).norm
-    2
+    >>> vw.Comparing(covariances=("circulant", "ARMA")).starts
+    4
     """
 
     covariances: Sequence[str] = NOISE
     sharings: Sequence[Sharing] = ("joint", "average")
-    norm: int = 2
     largest_weight: float = 0.1
     starts: int = 4
     seed: int = 0
@@ -146,7 +143,7 @@ def compare_residuals(
     Dataset
         Dim ``candidate``: one for every covariance, sharing, optimum and wall law, the likeliest covariance first and
         in each the best wall law first, discarded ones last. Variables as described by their ``long_name``. Attributes:
-        norm, largest_condition, largest_lambda, seed, preferred_covariance (highest joint log-likelihood, penalized as
+        largest_condition, largest_lambda, seed, preferred_covariance (highest joint log-likelihood, penalized as
         by BIC for its hyperparameters, among those of the joint likelihood that are not discarded).
 
     Raises
@@ -160,7 +157,7 @@ def compare_residuals(
     count = len(how.covariances) * len(how.sharings) * len(refits)
     for covariance in how.covariances:
         for sharing in how.sharings:
-            noise = fit_noise(covariance, series, period, sharing=sharing, norm=how.norm, starts=how.starts, rng=rng)
+            noise = fit_noise(covariance, series, period, sharing=sharing, starts=how.starts, rng=rng)
             for optimum, refit in refits.items():
                 at, useful = (residuals, True) if refit is None else refit(noise)
                 label = {
@@ -174,7 +171,6 @@ def compare_residuals(
                     progress(len(blocks), count, f"{covariance}, {sharing}, {optimum}")
     blocks.sort(key=lambda rows: (rows[0]["discarded"], noise_bic(rows)))
     return dataset([row for rows in blocks for row in rows]).assign_attrs(
-        norm=f"{how.norm}-norm",
         largest_condition=1e4,
         largest_lambda=how.largest_weight,
         seed=how.seed,
