@@ -18,7 +18,6 @@ from scipy.special import logsumexp
 from known_animals import NOISE, SAMPLES, animal, image_of, noise_amplitude
 from robustness_page import put
 from vasowave.cohort import pooled_ratio
-from vasowave.inference import Priors
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.mixture import explore
 from vasowave.inference.mode import climb
@@ -54,7 +53,7 @@ class Animal:
     """Draws of one animal, and how likely its residuals are under each spectrum (shape, amplitude)."""
 
     def __init__(self, kept):
-        self.noise = Discrepancy(int(kept["samples"]), Priors().discrepancy, kept["measured"], kept["vessels"])
+        self.noise = Discrepancy(int(kept["samples"]), tuple(kept["amplitude"]), kept["measured"], kept["vessels"])
         self.log_weight, self.residuals = kept["log_weight"], kept["residuals"]
         self.truth, self.size = kept["truth"], float(kept["size"])
         self.values = np.log(kept["values"])
@@ -118,7 +117,7 @@ def drawn(kind, number):
     return {
         "residuals": found.residuals[good], "log_weight": found.weights.log_weight[good], "values": values,
         "truth": [truth[name] for name in QUANTITIES], "measured": noise.measured, "vessels": noise.vessels,
-        "samples": noise.samples, "size": size,
+        "samples": noise.samples, "amplitude": noise.amplitude, "size": size,
     }  # fmt: skip
 
 

@@ -103,13 +103,13 @@ def test_the_discrepancy_is_what_the_residual_has_beyond_the_error():
 
 def test_where_the_error_explains_the_residual_it_alone_makes_the_intervals():
     rng = np.random.default_rng(3)
-    N = 41
+    N, PULSE = 41, 3.0  # mmHg: a discrepancy of 0.02 to 0.4 is expected
     J = np.stack([np.ones(N), np.cos(2 * np.pi * np.arange(N) / N)], axis=1)
     power = np.full(21, 0.2**2)
     known = known_variance(power, N)
     noise = fourier(np.eye(N)).T @ (np.sqrt(known) * rng.standard_normal(N))
     residual = noise - J @ np.linalg.lstsq(J, noise, rcond=None)[0]
-    matrix = least_squares_covariance(J, likely_spectra(residual, J, known))
+    matrix = least_squares_covariance(J, likely_spectra(residual, J, PULSE, known))
     # The mean's variance is the error power of harmonic 0; a cosine's amplitude has that of one component.
     assert np.sqrt(np.diag(matrix)) == pytest.approx([0.2, 0.2], rel=0.25)
 

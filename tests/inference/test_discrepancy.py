@@ -1,10 +1,13 @@
 """The likelihood with its spectrum integrated out, against dense covariances summed node by node."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal
 
-from vasowave.inference.discrepancy import Discrepancy
+from vasowave.datasets import control_network, virtual_mouse
+from vasowave.inference.discrepancy import Discrepancy, Drawn
+from vasowave.inference.posterior import Sampling, problem_of
 from vasowave.noise.spectrum import fourier, harmonics
 
 SAMPLES = 11
@@ -17,49 +20,99 @@ def noise(request):
     return Discrepancy(SAMPLES, (0.3, 0.7), known, vessels, of_mean=request.param)
 
 
-def dense(noise):
-    """Every covariance of the quadrature, with its weight, built from the definition."""
-    other = noise.measured + noise.vessels @ noise.vessels.T
-    for corner in (-1.5, -0.75, 0.0, 0.75, 1.5):
-        for slope in (-1.2, 0.0, 1.2):
-            r, s = 0.5 * np.exp(0.5 * corner), 6.0 * np.exp(0.5 * slope)
-            power = (1 + r * harmonics(SAMPLES) / s) ** -s
-            for score in np.linspace(-2.5, 2.5, 21):
-                sigma = 0.3 * np.exp(0.7 * score)
-                weight = np.exp(-0.5 * (corner**2 + slope**2 + score**2))
-                own = sigma**2 * power / power.mean()
-                own[0] = min(own[0], SAMPLES * noise.of_mean**2)
-                yield np.diag(own) + other, weight, sigma
+def dense(noise, finer=1, farther=1.0):
+    """Return every covariance of the quadrature, its weight and σ, built from the definition."""
+    ends = 3.6 * farther, 3.6 * farther, 6.0 * farther
+    steps = (np.round(finer * farther * np.array([6, 3, 24]))).astype(int)
+    rate, power, score = (g.ravel() for g in np.meshgrid(*map(nodes, ends, steps), indexing="ij"))
+    r, s, sigma = 0.5 * np.exp(0.5 * rate), 6.0 * np.exp(0.5 * power), 0.3 * np.exp(0.7 * score)
+    k = harmonics(noise.samples)
+    shape = (1 + r[:, np.newaxis] * k / s[:, np.newaxis]) ** -s[:, np.newaxis]
+    own = sigma[:, np.newaxis] ** 2 * shape / shape.mean(axis=1, keepdims=True)
+    own[:, 0] = np.minimum(own[:, 0], noise.samples * noise.of_mean**2)
+    weight = np.exp(-0.5 * (rate**2 + power**2 + score**2))
+    return own[:, np.newaxis] * np.eye(noise.samples) + noise.measured + noise.vessels @ noise.vessels.T, weight, sigma
+
+
+def nodes(end, steps):
+    return np.linspace(-end, end, 2 * steps + 1)
+
+
+def density(covariances, residual):
+    """Return the normal density of a residual under each covariance."""
+    square = (
+        residual @ np.linalg.solve(covariances, np.broadcast_to(residual, covariances.shape[:2])[..., None])[..., 0].T
+    )
+    return np.exp(-0.5 * (square + np.linalg.slogdet(covariances)[1] + len(residual) * np.log(2 * np.pi)))
 
 
 def test_the_likelihood_is_the_mean_over_all_spectra(noise):
-    residuals = np.random.default_rng(2).normal(0, 0.5, (3, SAMPLES))
-    nodes = list(dense(noise))
-    total = sum(weight for _, weight, _ in nodes)
-    expected = sum(w / total * multivariate_normal(cov=S).pdf(residuals) for S, w, _ in nodes)
-    assert noise.log_likelihood(residuals) == pytest.approx(np.log(expected), abs=1e-9)
+    covariances, weight, _ = dense(noise)
+    for residual in np.random.default_rng(2).normal(0, 0.5, (3, SAMPLES)):
+        expected = weight @ density(covariances, residual) / weight.sum()
+        assert noise.log_likelihood(residual) == pytest.approx(np.log(expected), abs=1e-9)
+
+
+@pytest.mark.parametrize("power", [lambda k: np.exp(-k), lambda k: (k < 2) + 0.01, lambda k: 1.0 + 0 * k])
+@pytest.mark.parametrize("of_mean", [np.inf, 0.5])
+def test_neither_nodes_nor_their_ends_decide_the_likelihood(power, of_mean):
+    """Steep, cut off and white: what the prior does not expect, seen with small errors of measurement."""
+    samples = 31
+    k = harmonics(samples)
+    noise = Discrepancy(samples, (0.3, 0.7), 0.03**2 * np.eye(samples), np.zeros((samples, 1)), of_mean=of_mean)
+    covariances, weight, _ = dense(noise, 1.5, 1.5)
+    variances = np.diagonal(covariances, axis1=1, axis2=2)
+    for residual in np.random.default_rng(8).normal(0, 1, (5, samples)) * np.sqrt(power(k)):
+        log = -0.5 * (residual**2 / variances + np.log(2 * np.pi * variances)).sum(axis=1)
+        expected = np.log(weight / weight.sum() @ np.exp(log - log.max())) + log.max()
+        assert noise.log_likelihood(residual) == pytest.approx(expected, abs=0.05)
+
+
+def test_a_pulse_ten_times_as_high_is_served_the_same():
+    rng = np.random.default_rng(9)
+    known, vessels, residual = (
+        np.diag(rng.uniform(0.01, 0.1, SAMPLES)),
+        rng.normal(0, 0.2, (SAMPLES, 4)),
+        rng.normal(0, 0.5, SAMPLES),
+    )
+    small = Discrepancy(SAMPLES, (0.3, 0.7), known, vessels, of_mean=0.1)
+    large = Discrepancy(SAMPLES, (3.0, 0.7), 100 * known, 10 * vessels, of_mean=1.0)
+    found = large.log_likelihood(10 * residual) + SAMPLES * np.log(10)
+    assert found == pytest.approx(small.log_likelihood(residual), abs=1e-9)
+
+
+def test_the_discrepancy_is_expected_to_be_a_share_of_the_pulse():
+    network, mouse = control_network(), virtual_mouse()
+    pig = replace(mouse, pressure=mouse.mean_pressure + 2 * (mouse.pressure - mouse.mean_pressure))
+    expected = [problem_of(network, one, "linear", Sampling()).discrepancy().amplitude[0] for one in (mouse, pig)]
+    assert expected[0] == pytest.approx(0.03 * np.ptp(mouse.pressure))
+    assert expected[1] == pytest.approx(2 * expected[0])
 
 
 def test_the_deviation_is_drawn_from_its_posterior(noise):
     residual = np.random.default_rng(3).normal(0, 0.5, SAMPLES)
-    likely = [(w * multivariate_normal(cov=S).pdf(residual), sigma) for S, w, sigma in dense(noise)]
-    expected = sum(p * sigma for p, sigma in likely) / sum(p for p, _ in likely)
+    covariances, weight, sigma = dense(noise)
+    likely = weight * density(covariances, residual)
     drawn = noise.drawn(np.tile(residual, (4000, 1)), np.zeros(SAMPLES), np.random.default_rng(4)).deviation
-    assert drawn.mean() == pytest.approx(expected, abs=4 * drawn.std() / np.sqrt(4000))
+    assert drawn.mean() == pytest.approx(likely @ sigma / likely.sum(), abs=4 * drawn.std() / np.sqrt(4000))
 
 
 def test_the_zero_and_another_residual_are_drawn_from_their_own_distributions(noise):
     zero = np.eye(SAMPLES)[0] * np.sqrt(0.4 * noise.measured[0, 0])
     residual = np.random.default_rng(3).normal(0, 0.5, SAMPLES)
-    likely = [(w * multivariate_normal(cov=S).pdf(residual), S) for S, w, _ in dense(noise)]
-    whole = sum(p for p, _ in likely)
-    expected = sum(p * zero @ np.linalg.solve(S, residual) for p, S in likely) / whole
-    left = sum(p * (1 - zero @ np.linalg.solve(S, zero)) for p, S in likely) / whole
+    covariances, weight, _ = dense(noise)
+    likely = weight * density(covariances, residual)
+    likely /= likely.sum()
+    solved = np.linalg.solve(covariances, np.broadcast_to(zero, (len(likely), SAMPLES))[..., None])[..., 0]
     count = 20_000
-    drawn = noise.drawn(np.tile(residual, (count, 1)), zero, np.random.default_rng(4))
+    rng, rows = np.random.default_rng(4), np.tile(residual, (count // 10, 1))
+    drawn = Drawn(*map(np.concatenate, zip(*[noise.drawn(rows, zero, rng) for _ in range(10)], strict=True)))
+    seen = solved @ residual  # of the zero, given one covariance
+    expected = likely @ seen
     assert drawn.zero.mean() == pytest.approx(expected, abs=4 / np.sqrt(count))
+    left = likely @ (1 - solved @ zero) + likely @ (seen - expected) ** 2
     assert drawn.zero.var() == pytest.approx(left, rel=0.05, abs=0.02)
-    covariance = sum(p * S for p, S in likely) / whole
+    covariance = np.einsum("n,nij->ij", likely, covariances)
     scale = np.sqrt(np.diag(covariance))
     np.testing.assert_allclose(
         np.cov(drawn.noise.T) / np.outer(scale, scale), covariance / np.outer(scale, scale), atol=0.06
@@ -83,8 +136,7 @@ def test_strong_noise_makes_the_likelihood_flat():
 def test_the_likelihood_of_some_coefficients_is_that_of_their_part_of_every_covariance(noise):
     left_out = harmonics(SAMPLES) == 2
     residual = np.random.default_rng(7).normal(0, 0.5, SAMPLES)
-    nodes = list(dense(noise))
-    total = sum(weight for _, weight, _ in nodes)
+    covariances, weight, _ = dense(noise)
     seen = ~left_out
-    expected = sum(w / total * multivariate_normal(cov=S[seen][:, seen]).pdf(residual[seen]) for S, w, _ in nodes)
+    expected = weight @ density(covariances[:, seen][:, :, seen], residual[seen]) / weight.sum()
     assert noise.without(left_out).log_likelihood(residual) == pytest.approx(np.log(expected), abs=1e-9)

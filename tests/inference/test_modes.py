@@ -44,11 +44,13 @@ ONE, OTHER = np.array([1.4, 0.0, 0.0]), np.array([-1.4, 0.0, 0.0])
 
 @pytest.fixture(scope="module")
 def exact():
-    """Probability of the side above 0, and log evidence, from 400 000 draws of the prior."""
-    points = np.random.default_rng(1).standard_normal((400_000, UNKNOWNS))
-    log = NOISE.log_likelihood(DATA - folded(points))
-    weight = np.exp(log - log.max())
-    return weight[points[:, 0] > 0].sum() / weight.sum(), float(np.log(weight.mean()) + log.max())
+    """Probability of the side above 0, and log evidence, by a grid whose steps are a third of the narrowest width."""
+    axes = [np.linspace(-reach, reach, count) for reach, count in ((2.6, 201), (2.0, 100), (2.0, 100))]
+    points = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
+    square = ((DATA - folded(points)) ** 2).sum(axis=1) / 0.25 + (points**2).sum(axis=1)
+    weight = np.exp(-0.5 * square) * np.prod([axis[1] - axis[0] for axis in axes])
+    constant = -0.5 * (SAMPLES * np.log(2 * np.pi * 0.25) + UNKNOWNS * np.log(2 * np.pi))
+    return weight[points[:, 0] > 0].sum() / weight.sum(), float(np.log(weight.sum()) + constant)
 
 
 def test_two_modes_are_found_and_drawn_from_as_often_as_they_are_likely(exact):
@@ -59,7 +61,7 @@ def test_two_modes_are_found_and_drawn_from_as_often_as_they_are_likely(exact):
     explored = explore(TARGET, modes, np.random.default_rng(2), 1000)
     found = np.exp(explored.weights.log_weight)[explored.points[:, 0] > 0].sum()
     assert found == pytest.approx(share, abs=0.05)  # three standard errors of 1000 draws
-    assert explored.log_evidence == pytest.approx(evidence, abs=max(0.08, 5 * explored.log_evidence_error))
+    assert explored.log_evidence == pytest.approx(evidence, abs=max(0.05, 5 * explored.log_evidence_error))
     assert explored.weights.trusted
     assert explored.apart < halves_limit(explored.weights.effective)
 

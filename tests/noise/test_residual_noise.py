@@ -13,7 +13,7 @@ from vasowave.noise.spectrum import (
     restricted_likelihood,
 )
 
-N = 256
+N, PULSE = 256, 15.0
 
 
 def _jacobian():
@@ -75,7 +75,7 @@ def test_ninety_five_percent_intervals_hold_the_truth_as_often_as_they_say(power
         e = _noise(rng, lambda k: power(k) + 1e-4)
         error = np.linalg.lstsq(J, e, rcond=None)[0]
         residual = e - J @ error
-        matrix = least_squares_covariance(J, likely_spectra(residual, J))
+        matrix = least_squares_covariance(J, likely_spectra(residual, J, PULSE))
         held.append(np.abs(error) < 1.96 * np.sqrt(np.diag(matrix)))
         white = residual @ residual / (N - 4) * np.linalg.inv(J.T @ J)
         naive.append(np.abs(error) < 1.96 * np.sqrt(np.diag(white)))
@@ -90,7 +90,7 @@ def test_intervals_do_not_shrink_because_the_same_cycle_is_sampled_more_finely()
     coarse = e - J @ np.linalg.lstsq(J, e, rcond=None)[0]
     errors = []
     for step in (1, 2):
-        matrix = least_squares_covariance(J[::step], likely_spectra(coarse[::step], J[::step]))
+        matrix = least_squares_covariance(J[::step], likely_spectra(coarse[::step], J[::step], PULSE))
         errors.append(np.sqrt(np.diag(matrix)))
     np.testing.assert_allclose(errors[0], errors[1], rtol=0.02)
 
@@ -100,7 +100,7 @@ def test_a_combination_that_the_data_do_not_see_is_as_uncertain_as_the_bounds_an
     J = _jacobian()
     e = _noise(rng, lambda k: (1 + (k / 3) ** 2) ** -2.5)
     residual = e - J @ np.linalg.lstsq(J, e, rcond=None)[0]
-    spectra = likely_spectra(residual, J)
+    spectra = likely_spectra(residual, J, PULSE)
     alone = least_squares_covariance(J, spectra)
     blind = np.column_stack([J, J[:, 3] + 1e-7 * J[:, 0]])  # a fifth parameter that does what the fourth does
     ranges = np.full(5, 4.0)
@@ -118,7 +118,15 @@ def test_where_a_fit_leaves_little_to_see_the_size_of_the_noise_is_said_to_be_as
     few = np.column_stack([fourier(np.eye(17)).T[:, k <= 4], rng.standard_normal(17)])  # harmonics 0 to 4 are imitated
     e = fourier(np.eye(17)).T @ (np.exp(-k / 2) * rng.standard_normal(17))
     residual = e - few @ np.linalg.lstsq(few, e, rcond=None)[0]
-    assert likely_spectra(residual, few).assumed
+    assert likely_spectra(residual, few, PULSE).assumed
     e = _noise(rng, lambda k: np.exp(-k / 2) + 1e-4)
     J = _jacobian()
-    assert not likely_spectra(e - J @ np.linalg.lstsq(J, e, rcond=None)[0], J).assumed
+    assert not likely_spectra(e - J @ np.linalg.lstsq(J, e, rcond=None)[0], J, PULSE).assumed
+
+
+def test_a_pulse_ten_times_as_high_has_the_same_intervals():
+    rng, J = np.random.default_rng(7), _jacobian()
+    e = _noise(rng, lambda k: np.exp(-k / 2) + 1e-4)
+    residual = e - J @ np.linalg.lstsq(J, e, rcond=None)[0]
+    mouse, pig = (least_squares_covariance(f * J, likely_spectra(f * residual, f * J, f * PULSE)) for f in (1, 10))
+    np.testing.assert_allclose(mouse, pig, rtol=1e-6)

@@ -84,7 +84,8 @@ def spread_of(space: Space, x: np.ndarray, jacobian: np.ndarray, residual: np.nd
     drop = float(np.mean(compared.pressure - residual)) - behind
     low, high = space.log_bounds
     known = known_variance(compared.error_power(), len(residual))
-    spectra = likely_spectra(residual, jacobian, known, OF_DROP * max(drop, 0.0))
+    pulse = compared.recording.pulse_pressure
+    spectra = likely_spectra(residual, jacobian, pulse, known, OF_DROP * max(drop, 0.0))
     independent = np.sqrt(np.diag(covariance(jacobian, residual)))
     return Spread(least_squares_covariance(jacobian, spectra, high - low), independent, spectra.assumed)
 

@@ -12,16 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.noise.spectrum import harmonics, log_normal, spectral_shapes
+from vasowave.noise.spectrum import harmonics, spectral_shapes, spectral_sizes
 
-_NODES = (-1.5, -0.75, 0.0, 0.75, 1.5), (-1.2, 0.0, 1.2)
-"""Nodes of the quadrature over log r and log s, in SD: rates of 0.24 to 1.1, powers of 3.3 to 11.
-
-The prior ends there. A rarer spectrum, with all its power at the mean and the first harmonic, would explain a wrong
-model away; it shall be seen as a poor evidence instead.
-"""
-_AMPLITUDES = tuple(np.linspace(-2.5, 2.5, 21))  # likewise over log σ, whose likelihood is narrower than the prior
-_MATTERS = 1e-3  # of the largest term of a sum
+_MATTERS = 0.01  # of the largest term of a sum that stands for the likelihood while draws are sought
 
 
 class Drawn(NamedTuple):
@@ -175,7 +168,7 @@ class Discrepancy:
 
         The mean over all coefficients is 1.
         """
-        shapes, weight = spectral_shapes(harmonics(self.samples), *_NODES)
+        shapes, weight = spectral_shapes(harmonics(self.samples))
         shown = slice(None) if self.kept is None else self.kept[0]
         return shapes[shown][:, self._counted], weight[shown]
 
@@ -187,12 +180,9 @@ class Discrepancy:
     @cached_property
     def _amplitudes(self) -> tuple[np.ndarray, np.ndarray]:
         """Nodes of σ, mmHg, and log prior weights."""
-        median, spread = self.amplitude
-        if spread == 0:
-            return np.array([median]), np.zeros(1)
-        score = np.array(_AMPLITUDES)
+        sigma, weight = spectral_sizes(*self.amplitude)
         shown = slice(None) if self.kept is None else self.kept[1]
-        return (median * np.exp(spread * score))[shown], log_normal(score**2)[shown]
+        return sigma[shown], weight[shown]
 
     @cached_property
     def _diagonal(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

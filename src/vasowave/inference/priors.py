@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Annotated
 
-from annotated_types import Ge, Le
+from annotated_types import Ge, Gt, Le
 
 from vasowave.inference.known_errors import KnownErrors
+from vasowave.noise.spectrum import SIZE
 from vasowave.settings import Positive, settings_class
 
 Spread = Annotated[float, Ge(0), Le(2)]
@@ -38,6 +39,6 @@ class Priors(KnownErrors):
     """SD of a factor common to all measured tapers, around 1: blur, and contrast that fades along a vessel."""
     wedge: Annotated[float, Ge(0)] = 0.0
     """SD of the pressure behind the vascular beds around the recording's wedge pressure, mmHg."""
-    discrepancy: tuple[Positive, Spread] = (0.3, 0.7)
-    """Median (mmHg) and SD of the logarithm of the standard deviation of what no parameters of the model explain. The
-    residuals of the twelve published mice are 0.11 to 0.65 mmHg."""
+    discrepancy: tuple[Annotated[float, Gt(0), Le(0.2)], Spread] = SIZE
+    """Median, as a share of the pulse pressure, and SD of the logarithm of the standard deviation of what no parameters
+    of the model explain."""

@@ -123,7 +123,8 @@ class Problem:
     def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
         """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""
         change = np.zeros((self.samples, 1)) if vessels is None else vessels
-        amplitude, known = self.unknowns.priors.discrepancy, np.diag(self.measurement_error)
+        share, spread = self.unknowns.priors.discrepancy
+        amplitude, known = (share * self.recording.pulse_pressure, spread), np.diag(self.measurement_error)
         return Discrepancy(self.samples, amplitude, known, change, of_mean=OF_DROP * self.mean_drop)
 
     @cached_property
