@@ -37,6 +37,8 @@ def test_slips_are_seen_and_what_is_none_is_not():
     assert codes(column("litter", *["L1"] * 4, *["L2"] * 3, "L3")) == ["variable.one-animal"]
     assert codes(column("species", *["mouse"] * 8)) == ["variable.constant"]
     assert codes(column("weight [g]", "20", "21", "22", "19", "20", "23", "210", "22")) == ["variable.far-off"]
+    (far,) = column("weight [g]", "20", "21", "22", "19", "20", "23", "210", "22").slips(ANIMALS)
+    assert str(far).endswith("210 in m6 is 9.77 times the median: a slip of the decimal point?")
     assert codes(column("tag", *"abcdefgh")) == []
     assert codes(column("sex", *"fmfmfmfm")) == []
     assert codes(column("dose", "0", "0", "0", "1", "1", "10", "10", "100")) == []

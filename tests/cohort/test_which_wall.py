@@ -13,6 +13,7 @@ from vasowave.cohort import gathered
 from vasowave.cohort.censored import pooled_censored
 from vasowave.cohort.evidence import CLEAR, Evidence, evidences
 from vasowave.cohort.exponents import exponent_of
+from vasowave.cohort.pooling import pooled_mean
 from vasowave.cohort.votes import DECISIVE, differences, stored
 from vasowave.inference import laws
 from vasowave.report.answer.walls import wall_answer
@@ -177,6 +178,34 @@ def test_an_exponent_at_its_bound_moves_the_pooled_one_and_is_named():
     assert everyone.side == 0
     said = wall_answer(exponents([bound, bound], at_bound=[0, 1]), "linear")[1]
     assert "m is not determined (power law; 0.5 is linear; 2 animals pooled, of them 2 beyond the lower bound" in said
+
+
+@pytest.mark.parametrize("animals", [1, 2, 3, 4])
+def test_the_exponent_of_posteriors_keeps_the_error_that_animals_share_by_one_image(animals):
+    """Scores of a fixed spread, so that every number can be written out."""
+    rng = np.random.default_rng(5)
+    scores = rng.standard_normal((4, 250))
+    logs = np.log(1.4) + 0.1 * (np.arange(animals) - (animals - 1) / 2)
+    results = list(exponents([1.4] * animals).results)
+    for place, (result, log) in enumerate(zip(results, logs, strict=True)):
+        name = str(result.laws["power"].stiffening["exponent"].attrs["parameter"])
+        drawn = np.exp(log + 0.2 * (scores - scores.mean()) / scores.std(ddof=1))
+        table = xr.Dataset({"share_image": ("quantity", [0.5])}, {"quantity": [name]}, {"trusted": 1})
+        posterior = PosteriorResult(table, {"posterior": xr.Dataset({name: (("chain", "draw"), drawn)})})
+        results[place] = replace(
+            result, laws={**result.laws, "power": replace(result.laws["power"], posterior=posterior)}
+        )
+    found = exponent_of(gathered(results), "power")
+    assert found.drawn
+    assert found.value == pytest.approx(1.4)
+    reach = np.log(found.high / found.low) / 2
+    if animals == 1:
+        assert reach == pytest.approx(stats.norm.ppf(0.975) * 0.2, rel=1e-3)
+    else:  # the image's half of the variance does not become less with the number of animals
+        own = pooled_mean(logs, np.full(animals, 0.2 * np.sqrt(0.5)))
+        assert reach == pytest.approx(
+            stats.t.ppf(0.975, own.freedom) * np.hypot(own.error, 0.2 * np.sqrt(0.5)), rel=1e-3
+        )
 
 
 def test_the_exponent_of_one_animal_has_its_own_interval():

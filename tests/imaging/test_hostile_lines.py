@@ -69,6 +69,18 @@ def test_a_vtp_with_other_counts_than_it_announces_is_refused(tmp_path, announce
         read_polydata(tmp_path / "c.vtp")
 
 
+@pytest.mark.parametrize("odd", ["1_0", "\N{ARABIC-INDIC DIGIT ONE}"])
+def test_signs_that_python_takes_for_numbers_are_none_in_a_vtp(tmp_path, odd):
+    (tmp_path / "c.vtp").write_text(
+        '<VTKFile type="PolyData"><PolyData><Piece NumberOfPoints="1" NumberOfLines="1"><Points>'
+        f'<DataArray type="Float64" Name="Points" NumberOfComponents="3" format="ascii">{odd} 2 3</DataArray></Points>'
+        "<Lines/></Piece></PolyData></VTKFile>",
+        encoding="utf-8",
+    )
+    with pytest.raises(InputError, match="signs that no number has"):
+        read_polydata(tmp_path / "c.vtp")
+
+
 def test_a_vtp_block_that_says_24_kb_and_unpacks_to_gigabytes_is_stopped(tmp_path):
     (tmp_path / "bomb.vtp").write_bytes(bomb(1 << 28))
     with pytest.raises(InputError, match=r"bomb\.vtp: a block does not hold the 24000 bytes"):

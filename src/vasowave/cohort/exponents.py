@@ -79,18 +79,19 @@ def _of_fits(results: list[AnimalResult], wall: str, each: list[xr.DataArray], b
 
 
 def _of_posteriors(drawn: Estimates) -> Pooled:
-    """Pool the draws' means; what animals share by one image does not become less with their number."""
+    """Pool the draws' means; what animals share by one image or probe does not become less with their number."""
     from scipy.special import stdtrit
 
     if len(drawn.logs) == 1:
-        reach = NORMAL * float(np.hypot(drawn.errors[0], drawn.shared[0]))
+        reach = NORMAL * float(np.hypot(drawn.errors[0], np.linalg.norm(drawn.shared[:, 0])))
         return Pooled(drawn.logs[0], drawn.logs[0] - reach, drawn.logs[0] + reach)
     mean = pooled_mean(drawn.logs, drawn.errors)
-    of_images = sum(
-        float(np.mean(own) ** 2 * np.mean(drawn.shared[own] ** 2))
-        for own in (drawn.label[0] == number for number in np.unique(drawn.label[0]))
+    common = sum(
+        float(np.mean(own) ** 2 * np.mean(errors[own] ** 2))
+        for errors, labels in zip(drawn.shared, drawn.label, strict=True)
+        for own in (labels == number for number in np.unique(labels))
     )
-    reach = float(stdtrit(mean.freedom, TAILS[-1])) * float(np.sqrt(mean.error**2 + of_images))
+    reach = float(stdtrit(mean.freedom, TAILS[-1])) * float(np.sqrt(mean.error**2 + common))
     return Pooled(mean.value, mean.value - reach, mean.value + reach)
 
 
