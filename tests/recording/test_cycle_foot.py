@@ -35,7 +35,7 @@ def test_wherever_a_cycle_was_cut_it_begins_at_its_foot_with_the_values_that_wer
 def test_the_error_of_the_impedance_is_what_repeated_averages_scatter():
     rng, beats, found, told = np.random.default_rng(1), 25, [], []
     for _ in range(300):
-        cuts = [values + size * rng.standard_normal((beats, N)) for values, size in ((PRESSURE, 1.0), (FLOW, 0.05))]
+        cuts = [values + size * rng.standard_normal((beats, N)) for values, size in ((PRESSURE, 0.3), (FLOW, 0.05))]
         means, errors = [cut.mean(axis=0) for cut in cuts], [harmonic_error(cut) for cut in cuts]
         one = Recording(*means, T, pressure_error=errors[0], flow_error=errors[1])
         Z = impedance(*means, T, 4)
