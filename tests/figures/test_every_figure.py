@@ -8,13 +8,13 @@ import pytest
 from vasowave.cohort.cohort import gathered
 from vasowave.cohort.primary import primary_comparison
 from vasowave.figures.marks import lettered
-from vasowave.figures.style import WIDEST, style
+from vasowave.figures.style import NARROW, WIDEST, style
 from vasowave.report.contents import report_of, supplement_of
 from vasowave.report.settings import ReportSettings
 
 pytestmark = pytest.mark.validation  # it draws everything twice
 
-SMALLEST = 6.0  # pt
+SMALLEST = 7.0  # pt
 UNIT = re.compile(r"\[[^\]]+\]$")
 
 
@@ -62,16 +62,31 @@ def ends(text):
     return box.x0, box.y0, box.x1, box.y1 - (box.height / 2 if text.get_text().startswith("\n") else 0)
 
 
-def test_no_letter_is_smaller_than_six_points(figures):
+def test_no_letter_is_smaller_than_seven_points(figures):
     small = {(name, one.get_text(), one.get_fontsize()) for name, figure in figures.items() for one, _ in words(figure)
              if one.get_fontsize() < SMALLEST}  # fmt: skip
     assert small == set()
 
 
-def test_no_figure_is_wider_than_two_columns(figures):
-    assert {
-        name: figure.get_figwidth() * 2.54 for name, figure in figures.items() if figure.get_figwidth() * 2.54 > WIDEST
-    } == {}
+def test_every_figure_is_as_wide_as_one_or_two_columns(figures):
+    widths = {name: round(2.54 * figure.get_figwidth(), 6) for name, figure in figures.items()}
+    assert {name: width for name, width in widths.items() if width not in (NARROW, WIDEST)} == {}
+
+
+def test_no_text_leaves_its_figure(figures):
+    cut = set()
+    for name, figure in figures.items():
+        right, top = (72 * size for size in figure.get_size_inches())
+        for one, (x0, y0, x1, y1) in words(figure):
+            if min(x0, y0) < -1.0 or x1 > right + 1.0 or y1 > top + 1.0:  # boxes hold room around their letters
+                cut.add((name, one.get_text()))
+    assert cut == set()
+
+
+def test_no_panel_is_empty(figures):
+    empty = {(name, place) for name, figure in figures.items() for place, ax in enumerate(figure.axes)
+             if ax.axison and not ax.has_data()}  # fmt: skip
+    assert empty == set()
 
 
 def test_every_axis_with_numbers_says_its_unit(figures):

@@ -1,4 +1,5 @@
 import io
+from itertools import combinations
 
 import matplotlib
 import numpy as np
@@ -16,13 +17,16 @@ from vasowave.animal.datasets import calibration_dataset, recording_dataset
 from vasowave.animal.reading import autocorrelation
 from vasowave.animal.signals import Station, waves_dataset
 from vasowave.cohort import contrasts
+from vasowave.cohort.group_means import GroupMean
 from vasowave.datasets import published_table
 from vasowave.figures.beats import thinned
 from vasowave.figures.fit import plot_autocorrelation, plot_residuals
 from vasowave.figures.groups import plot_groups, plot_ratios
 from vasowave.figures.modeled import plot_separated_pressure, plot_waterfall, plot_wave_intensity
-from vasowave.figures.spectra import plot_modulus, plot_phase
-from vasowave.figures.style import CTL, HPH, group_looks, source_looks, wall_lines
+from vasowave.figures.network import plot_network
+from vasowave.figures.spectra import plot_modulus, plot_phase, unwrapped
+from vasowave.figures.style import CTL, HPH, group_looks, new_figure, source_looks, style, wall_lines
+from vasowave.network.network import Network
 from vasowave.recording import Recording
 
 T, N = 0.11, 200
@@ -77,17 +81,24 @@ def test_harmonics_at_noise_level_are_apart_and_grey(ax, draw, values):
     assert 0 < (~reliable).sum() < 15
     draw(ax, spectrum)
     good, noise = ax.lines[:2]
-    np.testing.assert_array_equal(noise.get_ydata(), spectrum[values].values[~reliable])
-    np.testing.assert_array_equal(good.get_ydata(), spectrum[values].values[reliable])
+    for line, those in ((noise, ~reliable), (good, reliable)):
+        turns = (line.get_ydata() - spectrum[values].values[those]) / (2 * np.pi)
+        np.testing.assert_allclose(turns, np.round(turns) if values == "phase" else 0.0, atol=1e-12)
     assert noise.get_color() == "0.6"
 
 
-def test_every_animal_stands_beside_its_box(ax):
+def test_every_animal_stands_beside_the_mean_of_its_group_with_its_interval_n_and_p(ax):
     table = published_table("optimized_linear")
-    plot_groups(ax, table, "beta [mmHg]")
+    means = {("CTL", "measured"): GroupMean(60.0, 50.0, 70.0), ("HPH", "measured"): GroupMean(120.0, np.nan, np.nan)}
+    plot_groups(ax, table, "beta [mmHg]", means=means, said={"HPH": "p = 0.01"})
+    drawn = [bar.lines[0].get_ydata()[0] for bar in ax.containers]
+    assert drawn == [60.0, 120.0]
+    np.testing.assert_allclose(ax.containers[0].lines[2][0].get_segments()[0][:, 1], [50, 70])
+    assert not ax.containers[1].lines[2]  # one of which nothing is known has no interval
+    assert [text.get_text() for text in ax.texts] == ["p = 0.01"]
     points = np.concatenate([line.get_ydata() for line in ax.lines if line.get_marker() in ("o", "s")])
     assert sorted(points) == sorted(table["beta [mmHg]"])
-    assert [label.get_text() for label in ax.get_xticklabels()] == ["CTL\n(n = 7)", "HPH\n(n = 5)"]
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["CTL\nn = 7", "HPH\nn = 5"]
 
 
 def test_ratios_stand_with_their_intervals(ax):
@@ -134,8 +145,9 @@ def test_walls_of_any_name_differ_in_grey_and_the_papers_two_keep_its_lines():
 def test_two_sources_stand_side_by_side_and_keep_their_values(ax):
     table = pd.DataFrame({"group": list("aabb") * 2, "source": ["linear"] * 4 + ["tangent"] * 4, "x [1]": range(8)})
     plot_groups(ax, table, "x [1]")
-    points = [line.get_ydata().tolist() for line in ax.lines if line.get_marker() in ("^", "D")]
-    assert points == [[0, 1], [4, 5], [2, 3], [6, 7]]
+    points = [line.get_ydata()[0] for line in ax.lines if line.get_marker() in ("^", "D")]
+    assert points == [0, 1, 4, 5, 2, 3, 6, 7]
+    assert [line.get_markerfacecolor() == "none" for line in ax.lines] == [True, True, False, False] * 2
     assert [label.get_text().split() for label in ax.get_xticklabels()].count(["lin."]) == 2
 
 
@@ -152,3 +164,39 @@ def test_a_waterfall_rises_from_one(ax):
     starts = xr.Dataset({"start_S": ("start", [4.0, 2.0, np.inf, 2.0])})
     plot_waterfall(ax, starts)
     np.testing.assert_array_equal(ax.lines[0].get_ydata(), [1.0, 1.0, 2.0])
+
+
+def test_the_phase_of_a_delay_falls_on_a_line_and_a_noisy_harmonic_joins_it():
+    line = -0.9 * np.arange(12)
+    wrapped = np.angle(np.exp(1j * line))
+    wrapped[7] += 0.4
+    reliable = np.arange(12) != 7
+    found = unwrapped(np.angle(np.exp(1j * wrapped)), reliable)
+    np.testing.assert_allclose(found[reliable], line[reliable], atol=1e-12)
+    assert found[7] == pytest.approx(line[7] + 0.4)
+
+
+def test_errors_of_the_impedance_are_drawn_as_intervals_on_its_own_scale(ax):
+    spectrum = xr.Dataset({"frequency": ("harmonic", [0.0, 9.0]), "modulus": ("harmonic", [70.0, 12.0]),
+                           "reliable": ("harmonic", [True, True])})  # fmt: skip
+    plot_modulus(ax, spectrum, np.array([0.0, 0.1]))
+    (bar,) = ax.containers
+    ends = bar.lines[2][0].get_segments()[1][:, 1]
+    np.testing.assert_allclose(ends, 12.0 * np.exp([-0.196, 0.196]), rtol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["v", "left_lower_lobe_artery"])
+@pytest.mark.parametrize("generations", [3, 14])
+def test_labels_of_a_network_never_touch_each_other(name, generations):
+    parent = [-1] + [row // 2 * 2 for row in range(2 * generations)]  # a trunk that gives off a side branch each time
+    names = tuple(f"{name}{row}" for row in range(len(parent)))
+    network = Network(names, np.array(parent), np.full(len(parent), 0.1), np.full(len(parent), 0.02))
+    with style():
+        figure = new_figure(8.5, 2 + 0.8 * generations)
+        drawn = plot_network(figure.subplots(), network)
+        for _ in range(2):
+            figure.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in drawn.texts if text.get_text()]
+    assert len(boxes) >= 4
+    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
+    assert {"inlet", "radius; arrows: flow"} <= {text.get_text() for text in drawn.texts}

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
@@ -10,6 +11,7 @@ import pytest
 from approval import PAPER, approve, figures
 from approval import page as page_of
 from made_cohort import changed, made_results
+from vasowave.model.walls import LinearWall
 from vasowave.report.sections.fits import fit_sentences
 from vasowave.report.tables import animal as tables
 from vasowave.report.wording import value_text
@@ -140,3 +142,18 @@ def test_an_animal_without_a_model_is_reported_and_called_synthetic_only_where_i
         assert "<script>alert" not in text
         assert 'id="models"' not in text
         assert 'id="figure-hemoData"' in text or 'id="figure-Measured"' in text
+
+
+def test_the_first_page_of_an_animal_says_how_much_a_mmhg_widens_its_arteries(result, answer):
+    beta = float(result.laws["linear"].quantities["beta"])
+    wider = np.sqrt(LinearWall(beta).ratio_at(1.0, beta)) - 1
+    said = re.search(r"a large artery grows by ([\d.]+) \[[\d.]+, [\d.]+\] % in radius with the first mmHg", answer)
+    assert float(said[1]) == pytest.approx(100 * wider, rel=0.02)
+
+
+def test_a_figure_of_a_file_says_to_screen_readers_what_it_shows(folder):
+    root = ElementTree.fromstring((folder / "figures" / "Impd.svg").read_text(encoding="utf-8"))
+    (title, description, *_), space = root, "{http://www.w3.org/2000/svg}"
+    assert (title.tag, description.tag, root.get("role")) == (f"{space}title", f"{space}desc", "img")
+    assert title.text == "Impd"
+    assert description.text.startswith("Impedance modulus")

@@ -8,6 +8,7 @@ from vasowave.animal.result import AnimalResult
 from vasowave.descriptions import NORMAL
 from vasowave.errors import InputError
 from vasowave.recording.cycle import resample
+from vasowave.recording.waveform import amplitudes, cycle_foot
 
 _LOOP_SAMPLES = 256  # points of a pressure-flow loop, so that it is drawn round
 
@@ -78,3 +79,33 @@ def autocorrelation(residual: np.ndarray) -> np.ndarray:
         raise InputError("the residuals do not vary; they have no autocorrelation")
     covariance = np.fft.irfft(power, len(r))
     return covariance[: len(r) // 2 + 1] / covariance[0]
+
+
+def impedance_error(result: AnimalResult) -> np.ndarray | None:
+    """Return the relative standard error of every harmonic of the measured impedance, which is its phase's too, rad.
+
+    From the scatter of the averaged beats, the errors of pressure and flow taken as independent; None without beats.
+    """
+    recording = result.recording
+    if not {"pressure_error", "flow_error"} <= set(recording.data_vars):
+        return None
+    harmonic = result.measured.impedance["harmonic"].values.astype(int)
+    parts = []
+    for name in ("pressure", "flow"):
+        error = recording[f"{name}_error"].values
+        known = np.append(error, np.full(max(0, harmonic.max() + 1 - len(error)), np.nan))
+        parts.append(known[harmonic] / np.abs(amplitudes(recording[name].values)[harmonic]))
+    return np.nan_to_num(np.hypot(*parts))
+
+
+def from_foot(result: AnimalResult, quantity: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return time over the period and the measured samples of a cycle that begins at the foot of its pressure, closed.
+
+    `quantity` is ``pressure`` or ``flow``; pressure and flow are moved alike.
+    """
+    recording = result.recording
+    time = recording["time" if quantity == "pressure" else "flow_time"].values
+    share = (time / result.period - cycle_foot(recording["pressure"].values)) % 1.0
+    order = np.argsort(share)
+    values = recording[quantity].values[order]
+    return np.append(share[order], share[order[0]] + 1), np.append(values, values[0])

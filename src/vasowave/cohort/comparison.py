@@ -10,7 +10,7 @@ import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.contrasts import leave_one_out, pairwise_contrasts
-from vasowave.cohort.effects import importance_index
+from vasowave.cohort.effects import importance_index, importance_interval
 from vasowave.cohort.rank_tests import holm
 from vasowave.cohort.table import column, columns, rows_of
 from vasowave.errors import InputError
@@ -63,7 +63,7 @@ def compare(cohort: Cohort, source: str) -> Comparison:
 
 
 def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFrame:
-    """Return η (eq. 20) of every group against the first, by quantity: ``quantity, source, group, eta``.
+    """Return η (eq. 20) of every group to the first and its interval: ``quantity, source, group, eta, low, high``.
 
     Parameters
     ----------
@@ -77,9 +77,14 @@ def importance(cohort: Cohort, source: str, labels: dict[str, str]) -> pd.DataFr
     indices = []
     for name, called in labels.items():
         if label := column(rows, name):
-            means = rows.groupby("group", sort=False)[label].mean()
-            indices += [(called, source, other, importance_index(means[reference], means[other])) for other in others]
-    table = pd.DataFrame(indices, columns=["quantity", "source", "group", "eta"])
+            values = {group: part[label].dropna().to_numpy(float) for group, part in rows.groupby("group")}
+            means = {group: own.mean() if len(own) else np.nan for group, own in values.items()}
+            indices += [
+                (called, source, other, importance_index(means[reference], means[other]),
+                 *importance_interval(values[reference], values[other]))
+                for other in others
+            ]  # fmt: skip
+    table = pd.DataFrame(indices, columns=["quantity", "source", "group", "eta", "low", "high"])
     return table[np.isfinite(table["eta"].astype(float))].reset_index(drop=True)
 
 

@@ -11,6 +11,31 @@ def importance_index(reference: float, other: float) -> float:
     return (other - reference) / reference
 
 
+def importance_interval(reference: np.ndarray, other: np.ndarray, level: float = LEVEL) -> tuple[float, float]:
+    """Return the interval of η of two groups' values: Fieller's, with Welch's degrees of freedom.
+
+    NaN with fewer than two values in a group, without variation, or where the reference mean may be zero.
+    """
+    from scipy.special import stdtrit
+
+    if min(len(reference), len(other)) < 2:
+        return np.nan, np.nan
+    mean, above = float(np.mean(reference)), float(np.mean(other))
+    variances = [float(np.var(x, ddof=1)) / len(x) for x in (reference, other)]
+    ratio = above / mean
+    parts = ratio**2 * variances[0], variances[1]
+    spread = parts[0] ** 2 / (len(reference) - 1) + parts[1] ** 2 / (len(other) - 1)
+    if not spread > 0:
+        return np.nan, np.nan
+    t = stdtrit(sum(parts) ** 2 / spread, (1 + level) / 2)
+    lead, rest = mean**2 - t**2 * variances[0], above**2 - t**2 * variances[1]
+    if lead <= 0:
+        return np.nan, np.nan
+    root = np.sqrt((mean * above) ** 2 - lead * rest)
+    low, high = sorted(((mean * above - root) / lead, (mean * above + root) / lead))
+    return low - 1, high - 1
+
+
 def hedges_g(x: np.ndarray, y: np.ndarray, level: float = LEVEL) -> tuple[float, float, float]:
     """Hedges' g of y against x with its interval, by inverting the noncentral t distribution (equal variances).
 

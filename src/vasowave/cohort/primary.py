@@ -216,7 +216,7 @@ def _models(cohort: Cohort, names: Sequence[str], law: str, left_out: dict[str, 
     """Return the models of the quantities that have one; `left_out` gets the others and effects, with the reason."""
     models = []
     for name in names:
-        values = _values(cohort, source_of(name, law), name, list(cohort.groups))
+        values = known_values(cohort, source_of(name, law), name, list(cohort.groups))
         try:
             if values is None:
                 raise InputError("no animal has it")
@@ -290,14 +290,14 @@ def _usable(cohort: Cohort, names: Sequence[str], law: str, other: str, left_out
 
 
 def _compared(cohort: Cohort, source: str, name: str, other: str) -> Compared | None:
-    found = _values(cohort, source, name, (cohort.reference, other))
+    found = known_values(cohort, source, name, (cohort.reference, other))
     if found is None:
         return None
     of_other = np.array([result.group == other for result in found.results])
     return Compared(name, source, found.unit, found.results, found.known, of_other)
 
 
-def _values(cohort: Cohort, source: str, name: str, groups: Sequence[str]) -> Values | None:
+def known_values(cohort: Cohort, source: str, name: str, groups: Sequence[str]) -> Values | None:
     """Return a quantity of the animals of some groups that have it; None if it is unknown."""
     rows = rows_of(cohort.table, source)
     label = column(rows, name)

@@ -1,20 +1,24 @@
-"""The figures that set groups of animals against each other: boxes, importance indices, ratios."""
+"""The figures that set groups of animals against each other: means, importance indices, ratios."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from vasowave.cohort.cohort import Cohort
+from vasowave.cohort.group_means import group_means
 from vasowave.figures.groups import plot_groups, plot_importance, plot_ratios
-from vasowave.figures.style import WIDEST, group_looks, new_figure, source_looks
+from vasowave.figures.style import NARROW, WIDEST, group_looks, new_figure, source_looks
+from vasowave.io.columns import split_unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def boxes_figure(cohort: Cohort, quantities: dict[str, str], sources: Sequence[str]) -> "Figure":
-    """Box-and-whisker plots of quantities, one panel each ("ParOpt"); sources differ by their hatch.
+def means_figure(
+    cohort: Cohort, quantities: dict[str, str], sources: Sequence[str], said: Mapping[str, Mapping[str, str]]
+) -> "Figure":
+    """Every animal, and means with their intervals, of quantities, one panel each ("ParOpt").
 
     Parameters
     ----------
@@ -23,16 +27,21 @@ def boxes_figure(cohort: Cohort, quantities: dict[str, str], sources: Sequence[s
         Column of the table to label of the axis.
     sources : sequence of str
         Of the table's column ``source``; each panel shows those that have the quantity.
+    said : mapping of str to mapping of str to str
+        By column what is written above each group.
     """
     table = cohort.table[cohort.table["source"].isin(sources)]
-    columns = min(len(quantities), 4)
+    columns = 4 if len(quantities) > 2 else len(quantities)
     rows = -(-len(quantities) // columns)
-    width = max(4.3, 1.6 + 0.75 * len(cohort.groups) * len(sources))
-    figure = new_figure(min(WIDEST, max(8.0, width * columns)), 5.2 * rows)
+    figure = new_figure(WIDEST if columns == 4 else NARROW, 5.2 * rows)
     axes = figure.subplots(rows, columns, squeeze=False)
     looks = group_looks(cohort.groups), source_looks(cohort.sources)
     for ax, (quantity, label) in zip(axes.flat, quantities.items(), strict=False):
-        plot_groups(ax, table[table[quantity].notna()], quantity, label, *looks)
+        name = split_unit(quantity)[0]
+        means = {
+            (group, source): mean for source in sources for group, mean in group_means(cohort, source, name).items()
+        }
+        plot_groups(ax, table[table[quantity].notna()], quantity, label, *looks, means, said.get(quantity))
     for ax in axes.flat[len(quantities) :]:
         ax.remove()
     return figure
@@ -42,7 +51,7 @@ def importance_figure(cohort: Cohort, measured: pd.DataFrame, modeled: pd.DataFr
     """Importance index of the data's indices and of the models' parameters ("ParAll_change")."""
     parts = [part for part in (measured, modeled) if len(part)]
     figure = new_figure(
-        WIDEST / 2 * len(parts), max(5.0, 2.6 + 0.85 * max(part["quantity"].nunique() for part in parts))
+        NARROW if len(parts) == 1 else WIDEST, max(5.0, 2.6 + 0.7 * max(part["quantity"].nunique() for part in parts))
     )
     for ax, part in zip(figure.subplots(1, len(parts), squeeze=False)[0], parts, strict=True):
         plot_importance(ax, part, group_looks(cohort.groups), source_looks(cohort.sources))
@@ -51,6 +60,6 @@ def importance_figure(cohort: Cohort, measured: pd.DataFrame, modeled: pd.DataFr
 
 def ratios_figure(contrasts: pd.DataFrame) -> "Figure":
     """Ratios of geometric means with their intervals."""
-    figure = new_figure(15, 2.2 + 0.55 * len(contrasts))
+    figure = new_figure(NARROW, 2.2 + 0.55 * len(contrasts))
     plot_ratios(figure.subplots(), contrasts)
     return figure

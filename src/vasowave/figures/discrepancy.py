@@ -6,8 +6,8 @@ import numpy as np
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.marks import mark
-from vasowave.figures.panels import COLUMN, shared_legend
-from vasowave.figures.style import DATA, group_looks, label_axes, new_figure, plain_log
+from vasowave.figures.panels import shared_legend
+from vasowave.figures.style import DATA, WIDEST, group_looks, label_axes, new_figure, plain_log
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,7 +21,7 @@ _LEAST = 1e-3  # mmHg, below which nothing is drawn
 
 def discrepancy_figure(cohort: Cohort, tables: "Mapping[str, pd.DataFrame]") -> "Figure":
     """Residual by harmonic of every animal, and of all as `all_discrepancies` gives it; one panel a law."""
-    figure = new_figure(COLUMN * max(len(tables), 1.3), 8)
+    figure = new_figure(WIDEST, 8)
     axes = figure.subplots(1, len(tables), squeeze=False, sharey=True)[0]
     for ax, (wall, table) in zip(axes, tables.items(), strict=True):
         _draw(ax, cohort, wall, table)

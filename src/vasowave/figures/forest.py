@@ -6,7 +6,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vasowave.figures.marks import mark
-from vasowave.figures.style import DATA, FAINT, GroupLook, SourceLook, label_axes, new_figure, ratio_ticks, short
+from vasowave.figures.style import (
+    DATA,
+    FAINT,
+    WIDEST,
+    GroupLook,
+    SourceLook,
+    label_axes,
+    new_figure,
+    ratio_ticks,
+    short,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +42,7 @@ class Form(NamedTuple):
     above: float = 0.0
 
 
-WIDE, NARROW = Form(17, 4.7), Form(11, 9.8, above=2.6)
+WIDE, NARROW = Form(WIDEST, 4.7), Form(11, 9.8, above=2.6)
 """For a sheet of paper or a screen, and for a phone."""
 
 

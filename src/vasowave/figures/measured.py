@@ -13,14 +13,25 @@ from vasowave.figures.groups import plot_waveforms
 from vasowave.figures.network import plot_network
 from vasowave.figures.panels import grid, outer, shown_figure, without_legend
 from vasowave.figures.spectra import plot_modulus, plot_phase
-from vasowave.figures.style import CTL, DATA, closed, closed_time, group_looks, label_axes, new_figure, short
+from vasowave.figures.style import (
+    CTL,
+    DATA,
+    NARROW,
+    WIDEST,
+    closed,
+    closed_time,
+    group_looks,
+    label_axes,
+    new_figure,
+    short,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_FARTHEST = 60.0  # cm, of a figure's side
-_BEATS = {"width": 17.0, "left": 1.8, "right": 0.2, "bottom": 1.0, "top": 0.8, "between": 1.6, "beside": 1.9}  # cm
+_DEEP = 4  # generations that need two columns of a journal
+_BEATS = {"width": WIDEST, "left": 1.8, "right": 0.2, "bottom": 1.0, "top": 0.8, "between": 1.6, "beside": 1.9}  # cm
 
 
 def hemodynamics_figure(cohort: Cohort) -> "Figure":
@@ -46,7 +57,7 @@ def networks_figure(cohort: Cohort) -> "Figure":
     results = [cohort.shown[groups[0]] for groups in distinct]
     heights = [min(40.0, max(4.0, 0.85 * len(result.network.terminals))) for result in results]
     deepest = max(len(result.network.generations) for result in results)
-    figure = new_figure(min(_FARTHEST, max(12.0, 2.1 * deepest)), sum(heights))
+    figure = new_figure(NARROW if deepest < _DEEP else WIDEST, sum(heights))
     axes = figure.subplots(len(results), 1, squeeze=False, height_ratios=heights)[:, 0]
     for ax, result, groups in zip(axes, results, distinct, strict=True):
         plot_network(ax, result.network, group_looks(cohort.groups)[groups[0]].color)

@@ -5,17 +5,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vasowave.animal.reading import largest_waves
+from vasowave.animal.reading import impedance_error, largest_waves
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_residuals
 from vasowave.figures.loop import plot_pressure_area
-from vasowave.figures.panels import COLUMN, Panel, shared_legend, shown_figure
+from vasowave.figures.panels import Panel, shared_legend, shown_figure
 from vasowave.figures.spectra import plot_modulus, plot_phase
 from vasowave.figures.style import (
     CTL,
     DATA,
     FAINT,
+    NARROW,
+    SMALL,
     WIDEST,
     group_looks,
     label_axes,
@@ -41,7 +43,7 @@ _WIDE_RANGE = 3.0  # a waterfall that rises more gets a logarithmic axis
 
 def fit_figure(result: AnimalResult, color: str = CTL) -> "Figure":
     """Measured and fitted pressure and flow, and the residuals."""
-    figure = new_figure(17, 12)
+    figure = new_figure(WIDEST, 12)
     figure.set_layout_engine("none")  # of every animal there is one: finding the room takes as long as drawing
     panels = figure.subplot_mosaic([["p", "q"], ["r", "r"]], height_ratios=[3, 2], gridspec_kw=_ROOM)
     plot_pressure(panels["p"], result, color)
@@ -54,7 +56,7 @@ def vessels_figure(result: AnimalResult, color: str = CTL) -> "Figure":
     """Pressure and flow at the middle of the vessels that carry most flow: one column each, one scale a row."""
     whole = result.network
     vessels = main_vessels(whole)
-    figure = new_figure(min(WIDEST, max(8.0, 1.5 + 3.4 * len(vessels))), 11.5)
+    figure = new_figure(NARROW if len(vessels) < 3 else WIDEST, 11.5)
     axes = figure.subplots(2, len(vessels), sharex=True, sharey="row", squeeze=False)
     for column, vessel in enumerate(vessels):
         for row, quantity in enumerate(("pressure", "flow")):
@@ -87,7 +89,7 @@ def impedance_figure(cohort: Cohort) -> "Figure":
 
     def panel(plot: Callable[..., "Axes"]) -> Panel:
         def draw(ax: "Axes", result: AnimalResult, color: str) -> None:
-            plot(ax, result.measured.impedance, label="measured", linewidth=1.4)
+            plot(ax, result.measured.impedance, impedance_error(result), label="measured", linewidth=1.4)
             for wall, line in wall_lines(result.laws, color).items():
                 plot(ax, result.laws[wall].impedance, **(line | {"markersize": 2}))
 
@@ -121,7 +123,7 @@ def waves_figure(cohort: Cohort, group: str) -> "Figure":
     """Separated pressure and wave intensity of a group's shown animal, measured and of each wall law ("WIA")."""
     result, color = cohort.shown[group], group_looks(cohort.groups)[group].color
     every = result.sources
-    figure = new_figure(17, 1.5 + 4.8 * len(every))
+    figure = new_figure(WIDEST, 1.5 + 4.8 * len(every))
     axes = figure.subplots(len(every), 2, sharex=True, sharey="col", squeeze=False)
     for row, source in enumerate(every):
         plot_separated_pressure(axes[row, 0], result.sources[source].waves, color)
@@ -134,7 +136,7 @@ def waves_figure(cohort: Cohort, group: str) -> "Figure":
 
 def waterfall_figure(cohort: Cohort) -> "Figure":
     """Where the starts ended, one panel per wall law, one line per animal."""
-    figure = new_figure(COLUMN * max(1, len(cohort.walls)), 7)
+    figure = new_figure(NARROW if len(cohort.walls) == 1 else WIDEST, 7)
     axes = figure.subplots(1, len(cohort.walls), squeeze=False, sharey=True)[0]
     looks = group_looks(cohort.groups)
     for ax, wall in zip(axes, cohort.walls, strict=True):
@@ -175,7 +177,7 @@ def plot_wave_intensity(ax: "Axes", waves: "xr.Dataset", color: str = DATA) -> "
     for name, row in largest_waves(waves).items():
         at, peak = float(waves["wave_time"][row]) / waves.attrs["period"], float(waves["wave_peak"][row])
         offset, place = ((0, 3), "bottom") if peak > 0 else ((0, -3), "top")
-        ax.annotate(name, (at, peak), offset, textcoords="offset points", ha="center", va=place, fontsize="small")
+        ax.annotate(name, (at, peak), offset, textcoords="offset points", ha="center", va=place, fontsize=SMALL)
     ax.margins(y=0.18)
     ax.axhline(0, color=FAINT, linewidth=0.8, zorder=0)
     ax.set_xlim(0, 1)

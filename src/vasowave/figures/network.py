@@ -6,22 +6,27 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vasowave.figures.marks import mark
-from vasowave.figures.style import CTL, DATA, short
+from vasowave.figures.style import CTL, DATA, SMALL, short
 from vasowave.network.network import Network
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_MOST_LABELS = 60  # more would cover each other
-_SMALL = 7.0  # points: below, there is no room for shares
+_WIDEST = 6.0  # points, of the root's line
+_THINNEST = 0.5
+_KEY = 1.4  # rows below the tree, for what the widths of lines mean
+_SHORTEST = 4  # letters of a name that is cut
+_AIR = 2.0  # points between a label and the lines above and below it, together
+_PANEL = 0.77  # of a figure that its only panel has before the layout is made
 
 
 def plot_network(
-    ax: "Axes", network: Network, color: str | Sequence[str] = CTL, tips: Sequence[str] = (), size: float = 7.5
+    ax: "Axes", network: Network, color: str | Sequence[str] = CTL, tips: Sequence[str] = (), share: bool = True
 ) -> "Axes":
-    """Draw the tree from the root at the left; width follows the radius, labels give name and share of flow.
+    """Draw the tree from the inlet at the left; width is the radius, to the scale drawn below, arrows are the flow.
 
-    As in the paper's graph, lengths are not to scale.
+    Lengths are not to scale, as in the paper's graph. Labels are names and shares of the flow; where there is no room
+    for both, names alone, then their beginnings, and none where they would touch each other.
 
     Parameters
     ----------
@@ -31,12 +36,14 @@ def plot_network(
         Of all vessels, or of each.
     tips : sequence of str, optional
         Words for each vessel, shown by a page.
-    size : float
-        Of the letters, points; small ones give the names alone.
+    share : bool
+        Whether labels hold the share of the flow.
     """
     colors = [color] * len(network) if isinstance(color, str) else color
     x, y = layout(network)
-    widths = 0.8 + 5.0 * network.radius / network.radius[network.root]
+    scale = _WIDEST / network.radius.max()
+    widths = np.maximum(_THINNEST, scale * network.radius)
+    labels = _labels(ax, network, (x, y), widths, share)
     for row in range(len(network)):
         drawn = ax.annotate("", (x[row] + 1.0, y[row]), (x[row], y[row]), arrowprops=_arrow(widths[row], colors[row]))
         if tips and drawn.arrow_patch is not None:
@@ -44,16 +51,64 @@ def plot_network(
         below = [y[daughter] for daughter in network.daughters[row]]
         if below:
             ax.plot([x[row] + 1.0] * 2, [min(below), max(below)], color=colors[row], linewidth=1.2)
-        if len(network) <= _MOST_LABELS:
-            share = f"  ({100 * network.flow_fraction[row]:.0f} %)" if size > _SMALL else ""
-            text = f"{short(network.name[row], 12)}{share}"
-            above = (0.0, 2.0 + widths[row] / 2)
-            ax.annotate(text, (x[row] + 0.45, y[row]), xytext=above, textcoords="offset points", ha="center",
-                        va="bottom", fontsize=size, color=DATA)  # fmt: skip
-    ax.set_xlim(-0.05, x.max() + 1.05)
-    ax.set_ylim(y.min() - 0.4, y.max() + 0.8)
+        ax.annotate(labels[row], (x[row] + 0.45, y[row]), (0.0, 2.0 + widths[row] / 2), textcoords="offset points",
+                    ha="center", va="bottom", fontsize=SMALL, color=DATA)  # fmt: skip
+    root = network.root
+    ax.plot([x[root]], [y[root]], "o", color=DATA, ms=5, zorder=5)
+    ax.annotate("inlet", (x[root], y[root]), (0.0, -2.0 - _WIDEST / 2), textcoords="offset points", ha="left", va="top",
+                fontsize=SMALL, fontstyle="italic")  # fmt: skip
+    _draw_key(ax, y.min() - _KEY + 0.2, x.max() + 1.0, network.radius.max(), scale)
+    ax.set_xlim(-0.1, x.max() + 1.05)
+    ax.set_ylim(y.min() - _KEY, y.max() + 0.8)
     ax.set_axis_off()
     return ax
+
+
+def _labels(
+    ax: "Axes", network: Network, places: tuple[np.ndarray, np.ndarray], widths: np.ndarray, share: bool
+) -> list[str]:
+    """Return what is written at each vessel in the room that it has below the next line of its generation."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextPath
+
+    figure = ax.get_figure(root=True)
+    x, y = places
+    width, height = (72 * size * _PANEL for size in figure.get_size_inches()) if figure else (0.0, 0.0)
+    share_of_figure = ax.get_position()
+    room = width * share_of_figure.width / _PANEL / (x.max() + 1.15) - 3.0
+    row = height * share_of_figure.height / _PANEL / (y.max() - y.min() + _KEY + 0.8)
+    letters = FontProperties(size=SMALL)
+    for rows in network.generations:
+        above = rows[np.argsort(y[rows])]
+        free = row * np.diff(y[above]) - (widths[above][1:] + widths[above][:-1]) / 2
+        if len(free) and free.min() < SMALL + _AIR:
+            return [""] * len(network)
+
+    def fits(text: str) -> bool:
+        return bool(TextPath((0, 0), text, prop=letters).get_extents().width < room)
+
+    labels = []
+    for name, flow in zip(network.name, network.flow_fraction, strict=True):
+        full = [f"{short(name, 12)} ({100 * flow:.0f} %)"] if share else []
+        shorter = [short(name, most) for most in range(12, _SHORTEST - 1, -1)]
+        labels.append(next((text for text in [*full, *shorter] if fits(text)), ""))
+    return labels
+
+
+def _draw_key(ax: "Axes", y: float, right: float, radius: float, scale: float) -> None:
+    """Draw two lines of round radii and what their widths mean."""
+    step = right / 3.4
+    for place, size in enumerate((_rounded(radius), _rounded(radius / 3))):
+        ax.plot([place * step, (place + 0.3) * step], [y, y], color="0.35", lw=scale * size, solid_capstyle="butt")
+        ax.annotate(f"{size:g} cm", ((place + 0.3) * step, y), (3, 0), textcoords="offset points", va="center",
+                    fontsize=SMALL)  # fmt: skip
+    ax.annotate("radius; arrows: flow", (2 * step, y), (0, 0), textcoords="offset points", va="center", fontsize=SMALL)
+
+
+def _rounded(value: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten that is not above `value`."""
+    decade = 10.0 ** np.floor(np.log10(value))
+    return float(max(digit for digit in (1, 2, 5) if digit * decade <= value * (1 + 1e-9)) * decade)
 
 
 def layout(network: Network) -> tuple[np.ndarray, np.ndarray]:

@@ -1,16 +1,16 @@
 """The figures of the first page: measured waveforms of all animals, and the network with what the model says of it."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.fit import plot_flow, plot_pressure
-from vasowave.figures.groups import plot_waveforms
+from vasowave.figures.groups import plot_mean_waveform, plot_waveforms
 from vasowave.figures.marks import mark, readable
 from vasowave.figures.network import plot_network
-from vasowave.figures.style import SCALE, group_looks, new_figure, short
+from vasowave.figures.style import NARROW, SCALE, darker, group_looks, new_figure, short
 from vasowave.network.network import Network
 
 if TYPE_CHECKING:
@@ -19,27 +19,37 @@ if TYPE_CHECKING:
 
 
 def waveforms_figure(cohort: Cohort) -> "Figure":
-    """Measured pressure and flow of every animal, one column per group; of one animal with its fits."""
+    """Measured pressure and flow of every animal with mean and SD of each group; of one animal with its fits."""
     if cohort.single:
         return _one_animal(cohort)
-    figure = new_figure(min(17.0, 1.5 + 5.2 * len(cohort.groups)), 8.6)
-    axes = figure.subplots(2, len(cohort.groups), squeeze=False, sharex="col", sharey="row")
+    figure = new_figure(NARROW, 9.5)
+    pressure, flow = figure.subplots(2, 1, sharex=True)
     looks = group_looks(cohort.groups)
-    for column, (group, results) in enumerate(cohort.groups.items()):
-        axes[0, column].set_title(f"{short(group, 18)} (n = {len(results)})")
-        for row, quantity in enumerate(("pressure", "flow")):
-            plot_waveforms(axes[row, column], results, quantity, looks[group].color)
-            axes[row, column].locator_params(axis="x", nbins=3)
-    for ax in axes.flat:  # limits are shared, so they are final now; then inner labels go
+    for group, results in cohort.groups.items():
+        for ax, quantity in ((pressure, "pressure"), (flow, "flow")):
+            plot_waveforms(ax, results, quantity, looks[group].color)
+            plot_mean_waveform(ax, results, quantity, looks[group])
+    figure.legend(handles=_legend(cohort), loc="outside upper center", ncols=2)
+    for ax in (pressure, flow):  # limits are final now; then inner labels go
         readable(ax)
-    for ax in axes.flat:
-        ax.label_outer()
+    pressure.set_xlabel("")
     return figure
+
+
+def _legend(cohort: Cohort) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    looks = group_looks(cohort.groups)
+    return [
+        Line2D([], [], color=darker(looks[group].color, 0.2), marker=looks[group].marker, ms=4, lw=1.8,
+               label=f"{short(group, 18)} (n = {len(results)})")
+        for group, results in cohort.groups.items()
+    ]  # fmt: skip
 
 
 def _one_animal(cohort: Cohort) -> "Figure":
     (result,) = cohort.results
-    figure = new_figure(12.0, 10.0)
+    figure = new_figure(NARROW, 9.5)
     pressure, flow = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
     color = next(iter(group_looks(cohort.groups).values())).color
     _plot_scatter(pressure, result)
@@ -64,19 +74,21 @@ def _plot_scatter(ax: "Axes", result: AnimalResult) -> None:
 
 
 def tree_figure(cohort: Cohort, wall: str) -> "Figure":
-    """The network of each group's shown animal, coloured by the mean pressure that a wall law gives."""
+    """The network of each group's shown animal, colored by how far the mean pressure falls from the inlet by a law."""
     results = {group: result for group, result in cohort.shown.items() if wall in result.laws}
     means = {group: mean_pressures(result, wall) for group, result in results.items()}
-    figure = new_figure(12.0, sum(_height(result.network) for result in results.values()) + 1.2)
+    inlets = {group: _inlet_pressure(result, wall) for group, result in results.items()}
     heights = [_height(result.network) for result in results.values()]
+    figure = new_figure(NARROW, sum(heights) + 1.2)
     axes = figure.subplots(len(results), 1, squeeze=False, height_ratios=heights)[:, 0]
-    scale = _Scale(np.concatenate(list(means.values())))
+    falls = {group: inlets[group] - means[group] for group in results}
+    scale = _Scale(np.concatenate(list(falls.values())))
     for ax, (group, result) in zip(axes, results.items(), strict=True):
         whole = result.network
-        plot_network(ax, whole, scale.colors(means[group]), _tips(result, wall, whole, means[group]), size=6.5)
-        if not cohort.single:
-            ax.set_title(short(cohort.name(group), 40))
-    scale.draw(figure, list(axes), f"mean pressure, {wall} wall [mmHg]")
+        plot_network(ax, whole, scale.colors(falls[group]), _tips(result, wall, whole, means[group]), share=False)
+        who = "" if cohort.single else f"{short(cohort.name(group), 30)}, "
+        ax.set_title(f"{who}{inlets[group]:.1f} mmHg at the inlet")
+    scale.draw(figure, list(axes), f"fall of the mean pressure, {wall} wall [mmHg]")
     return figure
 
 
@@ -84,6 +96,10 @@ def mean_pressures(result: AnimalResult, wall: str) -> np.ndarray:
     """Return the mean pressure at the middle of every vessel, mmHg, in the order of the network."""
     pressure = result.laws[wall].simulation["pressure"].sel(station="middle").mean("time")
     return pressure.sel(vessel=list(result.network.name)).values
+
+
+def _inlet_pressure(result: AnimalResult, wall: str) -> float:
+    return float(result.laws[wall].simulated("pressure", result.root).mean())
 
 
 class _Scale:
@@ -106,7 +122,7 @@ class _Scale:
 
 
 def _height(whole: Network) -> float:
-    return min(14.0, max(2.4, 0.5 * len(whole.terminals)))
+    return min(14.0, max(3.0, 1.0 + 0.6 * len(whole.terminals)))
 
 
 def _tips(result: AnimalResult, wall: str, whole: Network, mean: np.ndarray) -> list[str]:

@@ -5,15 +5,12 @@ from typing import TYPE_CHECKING, Literal
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.figures.style import group_looks, new_figure, short
+from vasowave.figures.style import NARROW, WIDEST, group_looks, new_figure, short
 
 if TYPE_CHECKING:
     import numpy as np
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-COLUMN = 8.5  # cm, width of one group's panels
-_LEAST = 11.0  # cm, width of a figure
 
 Share = Literal["none", "row"]
 Panel = Callable[["Axes", AnimalResult, str], object]
@@ -26,9 +23,9 @@ def grid(cohort: Cohort, rows: int, height: float, share: Share = "row") -> tupl
     """
     if cohort.single and rows > 1:
         lines = -(-rows // 2)
-        figure = new_figure(2 * COLUMN, height * lines / rows)
+        figure = new_figure(WIDEST, height * lines / rows)
         return figure, figure.subplots(lines, 2, squeeze=False).reshape(-1, 1)
-    figure = new_figure(max(_LEAST, COLUMN * len(cohort.groups)), height)
+    figure = new_figure(NARROW if len(cohort.groups) == 1 else WIDEST, height)
     return figure, figure.subplots(rows, len(cohort.groups), squeeze=False, sharey=share)
 
 

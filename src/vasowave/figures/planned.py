@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from vasowave.figures.style import FAINT, color_stops, label_axes, new_figure, style
+from vasowave.figures.style import FAINT, NARROW, color_stops, label_axes, new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -15,7 +15,7 @@ _DASHES = ("solid", (0, (5, 2)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 def planned_figure(plan: "Plan") -> "Figure":
     """Draw how often each quantity's effect is shown, by the animals of each group."""
     with style():
-        figure = new_figure(12, 8)
+        figure = new_figure(NARROW, 7)
         ax = figure.subplots()
         ax.axhline(plan.settings.power, color=FAINT, lw=0.9)
         colors = color_stops(1 + len(plan.powers.columns))

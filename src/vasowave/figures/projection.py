@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vasowave.figures.style import HPH, label_axes, new_figure, style
+from vasowave.figures.style import HPH, WIDEST, label_axes, new_figure, style
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Tree
@@ -25,8 +25,8 @@ def projection_figure(volume: Volume, lumen: Segmentation, tree: Tree, names: tu
     size = np.array(lumen.mask.shape) * lumen.spacing * (1 + 2 * _HALO)
     z, y, x = size
     with style():
-        unit = 17.0 / (x + y)
-        figure = new_figure(19.5, unit * (z + y) + 3.2)
+        unit = (WIDEST - 2.5) / (x + y)
+        figure = new_figure(WIDEST, unit * (z + y) + 3.2)
         panels = figure.subplots(2, 2, width_ratios=[x, y], height_ratios=[z, y])
         for ax, along in ((panels[0, 0], 1), (panels[0, 1], 2), (panels[1, 0], 0)):
             plot_projection(ax, volume, lumen, tree, names, along)

@@ -1,6 +1,8 @@
 """A figure as SVG: letters that stay letters, and nothing outside that it refers to."""
 
 import io
+import re
+from html import escape
 from typing import TYPE_CHECKING
 
 from vasowave.figures.marks import with_marks
@@ -10,6 +12,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _NO_METADATA = {"Date": None, "Creator": None, "Format": None, "Type": None}
+
+
+def described(text: str, title: str, description: str) -> str:
+    """Return SVG text that says to screen readers what it shows."""
+    words = f"<title>{escape(title)}</title><desc>{escape(description)}</desc>"
+    return re.sub(r"<svg\b[^>]*", lambda tag: f'{tag[0]} role="img"', text, count=1).replace(
+        'role="img">', f'role="img">{words}', 1
+    )
 
 
 def svg(figure: "Figure") -> str:

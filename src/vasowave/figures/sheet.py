@@ -7,7 +7,7 @@ import numpy as np
 
 from vasowave.animal.result import AnimalResult
 from vasowave.figures.marks import mark
-from vasowave.figures.style import DATA, closed, group_looks, new_figure, short, source_looks, wall_lines
+from vasowave.figures.style import DATA, SMALL, WIDEST, closed, group_looks, new_figure, short, source_looks, wall_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,8 +16,7 @@ if TYPE_CHECKING:
 ON_A_SHEET = 48  # animals
 _ABREAST = 6  # fits in a row of a sheet
 _POINTS = 128  # of a curve of 2.5 cm
-_WIDTH, _PANEL = 17.0, 2.7  # cm; the height of a panel with its title
-_SMALL = 6.5  # pt, of what stands in a panel
+_PANEL = 2.7  # cm, height of a panel with its title
 
 
 def sheets(results: Sequence[AnimalResult]) -> list[list[AnimalResult]]:
@@ -37,7 +36,7 @@ def sheet_figure(results: Sequence[AnimalResult], groups: Sequence[str]) -> "Fig
     """
     looks, rows = group_looks(groups), -(-len(results) // _ABREAST)
     height = _PANEL * rows + 0.8
-    figure = new_figure(_WIDTH, height)
+    figure = new_figure(WIDEST, height)
     figure.set_layout_engine("none")  # nothing stands outside the panels
     room = {"left": 0.01, "right": 0.99, "bottom": 0.01, "top": 1 - 0.8 / height, "wspace": 0.08, "hspace": 0.75}
     axes = figure.subplots(rows, _ABREAST, squeeze=False, gridspec_kw=room).ravel()
@@ -56,8 +55,8 @@ def _draw(ax: "Axes", result: AnimalResult, color: str) -> None:
         ax.plot(*_thinned(inlet), **(look | {"linewidth": 0.9}))
     looks = source_looks(result.laws)
     errors = ", ".join(f"{looks[wall].short} {error:.2f}" for wall, error in _errors(result).items())
-    ax.set_title(f"{short(result.name, 16)}\n{errors}", fontsize=_SMALL, pad=2)
-    ax.text(0.98, 0.98, f"{pressure.min():.0f} to {pressure.max():.0f}", transform=ax.transAxes, fontsize=_SMALL,
+    ax.set_title(f"{short(result.name, 16)}\n{errors}", fontsize=SMALL, pad=2)
+    ax.text(0.98, 0.98, f"{pressure.min():.0f} to {pressure.max():.0f}", transform=ax.transAxes, fontsize=SMALL,
             ha="right", va="top")  # fmt: skip
     mark(line, f"{result.name} ({result.group}), RMSE [mmHg]: {errors}", result.name)
 

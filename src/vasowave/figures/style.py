@@ -16,8 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-WIDEST = 17.4
-"""Width of two columns of a journal, cm."""
+NARROW, WIDEST = 8.5, 17.4
+"""Widths of one and of two columns of a journal, cm: a figure has one of them."""
+
+SMALL = 7.0
+"""Smallest letters of a figure, pt."""
 
 SCALE = "cividis"
 """Colors of a quantity; their lightness rises evenly: readable in grey and by the color-blind."""
@@ -31,16 +34,16 @@ _KNOWN = {"CTL": (CTL, "o"), "HPH": (HPH, "s")}
 # Told apart by people who are blind to red or green (Okabe and Ito), and by their markers in grey.
 _OTHERS = (("#e69f00", "^"), ("#0072b2", "D"), ("#009e73", "v"), ("#d55e00", "P"), ("#7f5fa8", "X"), ("#8c6d1f", "*"))
 _SETTINGS: dict[Any, Any] = {
-    "font.size": 9,
+    "font.size": 8,
     "font.family": "sans-serif",
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.titlesize": 9,
     "axes.titlelocation": "left",
-    "axes.labelsize": 9,
+    "axes.labelsize": 8,
     "axes.xmargin": 0.02,
     "legend.frameon": False,
-    "legend.fontsize": 8,
+    "legend.fontsize": 7.5,
     "lines.linewidth": 1.4,
     "svg.fonttype": "none",
     "pdf.fonttype": 42,
@@ -136,7 +139,7 @@ def wall_lines(walls: Iterable[str], color: str = CTL) -> dict[str, dict[str, An
     """Return the line style of each wall law; `color` is the group's."""
     return {
         wall: {
-            "color": _darker(color, look.shade),
+            "color": darker(color, look.shade),
             "linestyle": look.dash,
             "label": f"{wall} wall",
             "zorder": 4 if look.shade else 3,
@@ -145,7 +148,8 @@ def wall_lines(walls: Iterable[str], color: str = CTL) -> dict[str, dict[str, An
     }
 
 
-def _darker(color: str, shade: float) -> str:
+def darker(color: str, shade: float) -> str:
+    """Return a color that is so much darker, as a share of the way to black."""
     from matplotlib.colors import to_hex, to_rgb
 
     red, green, blue = ((1 - shade) * part for part in to_rgb(color))
@@ -156,7 +160,7 @@ def wave_line(direction: str, color: str = DATA) -> dict[str, Any]:
     """Return the line style of a forward (solid) or backward (dotted, darker) wave; `color` is the group's."""
     if direction == "forward":
         return {"color": color, "linestyle": "solid", "label": "forward"}
-    return {"color": _darker(color, _DARK), "linestyle": (0, (1, 1)), "label": "backward"}
+    return {"color": darker(color, _DARK), "linestyle": (0, (1, 1)), "label": "backward"}
 
 
 def label_axes(ax: "Axes", x: str, y: str) -> "Axes":

@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vasowave.errors import InputError
-from vasowave.figures.style import DATA, SCALE, new_figure
+from vasowave.figures.style import DATA, SCALE, WIDEST, new_figure
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_WIDTH, _HEIGHT = 17.0, 7.0  # cm
+_HEIGHT = 7.0  # cm
 _DASHES = ("solid", (0, (5, 2)), "dashdot", (0, (1, 1.2)), (0, (7, 2, 1, 2)))
 """Lines of the values of a second parameter."""
 
@@ -32,7 +32,7 @@ def sweep_figure(found: "xr.Dataset") -> "Figure":
         raise InputError(
             f"a plot shows one parameter, and a second of at most {len(_DASHES)} values; draw the CSV or netCDF instead"
         )
-    figure = new_figure(_WIDTH, _HEIGHT)
+    figure = new_figure(WIDEST, _HEIGHT)
     waves, levels = figure.subplots(1, 2)
     _draw_waves(waves, found, axes)
     _draw_levels(levels, found, axes)

@@ -26,15 +26,17 @@ def foot_delay(pressure: np.ndarray, flow: np.ndarray, period: float) -> float:
 
     Before reflections return, pressure and flow rise together, so their feet belong to one instant.
     """
-    count = len(pressure)
-    feet = []
-    for values in (pressure, flow):
-        smooth = low_pass(values, 12)
-        top = int(np.argmax(np.roll(smooth, -1) - np.roll(smooth, 1)))
-        # Turned so that the upstroke stands in the middle and the foot cannot fall off the start.
-        turned = np.roll(smooth, count // 2 - top)[count // 4 :]
-        feet.append(foot(turned, count // 2 - count // 4) + top - (count // 2 - count // 4))
-    return float((feet[1] - feet[0] + 0.5 * count) % count - 0.5 * count) / count * period
+    delay = cycle_foot(flow) - cycle_foot(pressure)
+    return float((delay + 0.5) % 1 - 0.5) * period
+
+
+def cycle_foot(values: np.ndarray) -> float:
+    """Return where the upstroke of a cycle begins, as a fraction of the cycle; negative before its first sample."""
+    count, smooth = len(values), low_pass(values, 12)
+    top = int(np.argmax(np.roll(smooth, -1) - np.roll(smooth, 1)))
+    # Turned so that the upstroke stands in the middle and the foot cannot fall off the start.
+    turned = np.roll(smooth, count // 2 - top)[count // 4 :]
+    return float(foot(turned, count // 2 - count // 4) + top - (count // 2 - count // 4)) / count
 
 
 def low_pass(values: np.ndarray, harmonics: int) -> np.ndarray:

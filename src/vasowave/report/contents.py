@@ -67,7 +67,7 @@ def synthetic_banner(cohort: Cohort) -> str:
 
 def _sections(cohort: Cohort, primary: Primary, comparisons: Mapping[str, Comparison]) -> list[Section]:
     written = symbols(cohort)
-    models = [model_section(cohort, primary.law, written)] if cohort.walls else []
+    models = [model_section(cohort, primary, written)] if cohort.walls else []
     last = [
         methods_section(cohort, primary, comparisons),
         Section("glossary", "Glossary", [glossary_table(glossary(cohort))]),

@@ -13,7 +13,7 @@ import numpy as np
 
 from vasowave.figures.network import plot_network
 from vasowave.figures.projection import projection_figure
-from vasowave.figures.style import new_figure, style
+from vasowave.figures.style import WIDEST, new_figure, style
 from vasowave.findings import texts
 from vasowave.imaging.axes.stretches import free_length
 from vasowave.imaging.exchange.centerlines import write_centerlines
@@ -146,7 +146,7 @@ def write_network_files(measured: Measurement, folder: Path, doubts: Sequence[Do
 def network_figure(network: Network) -> "Figure":
     """Return the directed graph of `network`, large enough to read its labels."""
     height = min(60.0, max(5.0, 0.9 * len(network.terminals)))
-    graph = new_figure(min(60.0, max(12.0, 2.6 * len(network.generations))), height)
+    graph = new_figure(WIDEST, height)
     plot_network(graph.subplots(), network)
     return graph
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+from vasowave.figures.rendering import described
 from vasowave.io.columns import spreadsheet_cell
 from vasowave.report.blocks import Drawing, Table, drawn
 
@@ -35,7 +36,8 @@ def write_figures(drawings: Sequence[Drawing], folder: Path, each: Each = map) -
     folder.mkdir(parents=True, exist_ok=True)
     for drawing, text in zip(drawings, each(drawn, [one.figure for one in drawings]), strict=True):
         drawing.keep(text)
-        (folder / f"{drawing.name}.svg").write_text(drawing.svg, encoding="utf-8")
+        said = described(text, drawing.name, drawing.caption)
+        (folder / f"{drawing.name}.svg").write_text(said, encoding="utf-8")
 
 
 def write_tables(tables: Sequence[Table], records: Mapping[str, pd.DataFrame], folder: Path) -> None:

@@ -2,13 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 import xarray as xr
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.primary import Family
 from vasowave.quantities import INDICES, question_of
 from vasowave.report.answer.groups import Called
-from vasowave.report.wording import listed, value_text
+from vasowave.report.wording import listed, number, value_text, with_interval
 
 
 def animal_answers(
@@ -24,13 +25,21 @@ def animal_answers(
     for question, names in by_question.items():
         there = [name for name in names if name in quantities]
         if there:
-            answers.append((question, f"{_listed(there, quantities, called)} ({law} wall).{mark}"))
+            soft = _softness(quantities["stiffness"]) if "stiffness" in there else ""
+            answers.append((question, f"{_listed(there, quantities, called)} ({law} wall).{soft}{mark}"))
     return answers
 
 
 def _listed(names: Sequence[str], quantities: Mapping[str, xr.DataArray], called: Called) -> str:
     text = listed([f"{called(name)} {value_text(quantities[name])}" for name in names])
     return f"{text[0].upper()}{text[1:]}"
+
+
+def _softness(beta: xr.DataArray) -> str:
+    """Say what the stiffness means: of any law β(0) is pressure over relative growth of the radius near zero."""
+    low, high = (100 / float(beta.attrs.get(f"interval_{end}", np.nan)) for end in ("high", "low"))
+    share = number(100 / float(beta), 2) if np.isnan(low + high) else with_interval(100 / float(beta), low, high)
+    return f" So a large artery grows by {share} % in radius with the first mmHg."
 
 
 def _measured(result: AnimalResult) -> str:

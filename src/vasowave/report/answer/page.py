@@ -114,12 +114,16 @@ def _is_unlimited(primary: Primary) -> bool:
 def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     scatter = "; grey: SD of the beats" if "pressure_sd" in cohort.results[0].recording else ""
     single = f"Measured (black) and fitted pressure and flow at the inlet{scatter}."
-    caption = single if cohort.single else "Measured pressure and flow of every animal."
+    every = (
+        "Measured pressure and flow of every animal from the foot of the pressure; thick: mean, band: SD of the group."
+    )
+    caption = single if cohort.single else every
     waves: list[Block] = [Drawing("Measured", caption, waveforms_figure(cohort))]
     if not law:
         return waves, []
     who = "" if cohort.single else " of the animal nearest to its group's medians"
-    text = f"The network{who}: width follows the radius, color the mean pressure in the model."
+    text = f"The network{who}: width is the radius, color how far the mean pressure falls from the inlet in the model."
+    text += " Lengths are not to scale."
     return waves, [Drawing("Pressures", text, tree_figure(cohort, law))]
 
 

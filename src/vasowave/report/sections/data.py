@@ -14,7 +14,7 @@ def data_section(cohort: Cohort) -> Section:
         Drawing("hemoData", _hemodynamics(cohort), figures.hemodynamics_figure(cohort)),
         tables.hemodynamics(cohort),
         Drawing("Network", "The network as a directed graph, with each vessel's share of the mean flow (eq. 11); width "
-                "follows the radius, lengths are not to scale.", figures.networks_figure(cohort)),
+                "is the radius, lengths are not to scale.", figures.networks_figure(cohort)),
         *tables.networks(cohort),
         Drawing("parEst", "Nominal parameters: characteristic impedance Z_c from the slope of the pressure-flow loop "
                 "(eq. 8), time constant τ from the diastolic decay (eq. 12).",
@@ -26,7 +26,9 @@ def data_section(cohort: Cohort) -> Section:
 
 
 def _hemodynamics(cohort: Cohort) -> str:
-    what = "Measured pressure and flow, impedance modulus |Z| and phase θ (eq. 19)"
+    what = (
+        "Measured pressure and flow from the foot of the pressure, impedance modulus |Z| and unwrapped phase θ (eq. 19)"
+    )
     noise = "Grey circles: harmonics whose flow is near the noise."
     if cohort.single:
         return f"{what}. {noise}"

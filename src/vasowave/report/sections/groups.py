@@ -67,8 +67,9 @@ def _importance(cohort: Cohort, written: Mapping[str, str]) -> Drawing:
     which = listed([f"{written.get(name, name)} of the {wall} wall" for wall, name in stiffness.items()])
     caption = (
         "Importance index η (eq. 20) of the measured indices and of the models' quantities, relative to "
-        f"{cohort.reference}: 1 is an increase by 100 %, -1 a fall to zero."
-        + (f" Stiffness: {which}; walls differ by their hatch." if which else "")
+        f"{cohort.reference}: 1 is an increase by 100 %, -1 a fall to zero. Bars: 95 % intervals, each by itself "
+        "(Fieller's, Welch's degrees of freedom)."
+        + (f" Stiffness: {which}; walls differ by hollow and full points." if which else "")
     )
     drawn = importance_figure(cohort, measured, pd.concat(modeled) if modeled else pd.DataFrame())
     return Drawing("ParAll_change", caption, drawn)

@@ -10,35 +10,43 @@ import xarray as xr
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.discrepancy import all_discrepancies
-from vasowave.cohort.table import column
+from vasowave.cohort.primary import Primary
+from vasowave.cohort.table import column, rows_of
 from vasowave.figures import modeled as figures
-from vasowave.figures.compared import boxes_figure
+from vasowave.figures.compared import means_figure
 from vasowave.figures.discrepancy import discrepancy_figure
 from vasowave.figures.space import axes_in_space
 from vasowave.figures.style import color_stops, group_looks
 from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Section, Space, Table
 from vasowave.report.tables import models as tables
 from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
-from vasowave.report.wording import column_label, number
+from vasowave.report.wording import column_label, number, probability
 
+_SAME = 1e-9  # logarithms that differ by less are equal but for rounding
 _BEDS = ("R_T", "C_T", "C_p_over_C_T", "tau", "a")
-_SOURCES = "Sources differ by their hatch and stand below their boxes."
+_MEANS = (
+    "Points: animals, hollow ones of the linear wall; beside them geometric means with 95 % intervals, each by itself "
+    "(random effects, animals weighted by how well each is known). p: primary comparison, all "
+    "its rows together; none where animals of a group share an image whose error is not known."
+)
 
 
-def model_section(cohort: Cohort, law: str, written: Mapping[str, str]) -> Section:
+def model_section(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> Section:
     """What the calibrated models say."""
+    law = primary.law
     blocks = [
         *space_block(cohort, law or cohort.walls[0]),
         *_waveforms(cohort),
         *(tables.parameters(cohort, wall) for wall in cohort.walls),
         tables.bounds(cohort),
-        *_boxes(cohort, written),
+        *_means(cohort, primary, written),
         Drawing("Waterfall", "S of every start over the best S of its animal, in rising order: a flat line is a "
                 "calibration whose starts agree.", figures.waterfall_figure(cohort)),
         tables.starts(cohort),
-        *_waves(cohort, written),
-        Drawing("Impd", f"Impedance modulus and phase (eq. 19) at harmonics 0 to {_harmonics(cohort)}{_whose(cohort)}; "
-                "grey circles: harmonics whose flow is near the noise.", figures.impedance_figure(cohort)),
+        *_waves(cohort, primary, written),
+        Drawing("Impd", f"Impedance modulus and unwrapped phase (eq. 19) at harmonics 0 to "
+                f"{_harmonics(cohort)}{_whose(cohort)}; bars: 95 % by the scatter of the averaged beats, where it is "
+                "known; grey circles: harmonics whose flow is near the noise.", figures.impedance_figure(cohort)),
         Drawing("Residuals", "Measured minus simulated pressure and its autocorrelation; inside the grey band an "
                 "autocorrelation cannot be told from that of independent noise.", figures.residuals_figure(cohort)),
         misfit_table(cohort),
@@ -73,21 +81,46 @@ def _waveforms(cohort: Cohort) -> list[Block]:
     ]  # fmt: skip
 
 
-def _boxes(cohort: Cohort, written: Mapping[str, str]) -> list[Block]:
+def _means(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list[Block]:
     if cohort.single:
         return []
     laws = [cohort.law(wall) for wall in cohort.walls]
     own = (name for law in laws for name in law.parameters)
     names = (*own, *_BEDS, *(law.stiffness for law in laws), "wave_speed", "I_R", "S")
     caption = (
-        "Optimized parameters and what follows from them, and the least-squares error S of \"PQsim\" (eq. 14). Box: "
-        "quartiles and median; cross: mean; whiskers: to the last animal within 1.5 times the interquartile range; a "
-        f"point for every animal. {_SOURCES}"
+        "Optimized parameters and what follows from them, and the least-squares error S of \"PQsim\" (eq. 14). "
+        f"{_MEANS}"
     )  # fmt: skip
-    return [Drawing("ParOpt", caption, boxes_figure(cohort, labelled(cohort, names, written), cohort.walls))]
+    columns = labelled(cohort, names, written)
+    drawn = means_figure(cohort, columns, cohort.walls, _above(cohort, primary, columns))
+    return [Drawing("ParOpt", caption, drawn)]
 
 
-def _waves(cohort: Cohort, written: Mapping[str, str]) -> list[Block]:
+def _above(cohort: Cohort, primary: Primary, columns: Mapping[str, str]) -> dict[str, dict[str, str]]:
+    """Return by column and group the p that the primary comparison gives a quantity of its law."""
+    if not len(primary.rows) or not cohort.design.plain:
+        return {}
+    rows = primary.rows[primary.rows["source"] == primary.law]
+    own = rows_of(cohort.table, primary.law)
+    said: dict[str, dict[str, str]] = {}
+    for _, row in rows.iterrows():
+        for label in columns:
+            if _proportional(own, label, column(own, row["quantity"])):
+                said.setdefault(label, {})[str(row["other"])] = (
+                    "no p" if row["untested"] else probability(float(row["p"]))
+                )
+    return said
+
+
+def _proportional(rows: pd.DataFrame, one: str, other: str) -> bool:
+    """Return whether two columns differ by a factor at most, so that their ratios are the same."""
+    if one == other:
+        return True
+    a, b = (rows[name].to_numpy(float) for name in (one, other))
+    return bool(np.all(a > 0) and np.all(b > 0) and np.ptp(np.log(a / b)) < _SAME and np.ptp(np.log(a)) > _SAME)
+
+
+def _waves(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list[Block]:
     blocks: list[Block] = [
         Drawing(f"WIA-{place}", f"Forward and backward pressure (eq. 15, left) and time-normalized wave intensity "
                 f"(eq. 16, right) at the inlet of {cohort.name(group)}: measured and with each wall law. F forward, B "
@@ -95,8 +128,9 @@ def _waves(cohort: Cohort, written: Mapping[str, str]) -> list[Block]:
         for place, group in enumerate(cohort.shown, start=1)
     ]  # fmt: skip
     if not cohort.single:
-        boxes = boxes_figure(cohort, labelled(cohort, ("I_R",), written), cohort.sources)
-        blocks.append(Drawing("WIA-I_R", f"Reflection coefficient I_R (eq. 17). {_SOURCES}", boxes))
+        columns = labelled(cohort, ("I_R",), written)
+        drawn = means_figure(cohort, columns, cohort.sources, _above(cohort, primary, columns))
+        blocks.append(Drawing("WIA-I_R", f"Reflection coefficient I_R (eq. 17). {_MEANS}", drawn))
     return [*blocks, tables.waves(cohort)]
 
 
