@@ -1,4 +1,4 @@
-"""Draw the figures of the explanation: `python draw.py waves|taper|intervals`, as SVG in the working folder."""
+"""Draw a figure of these pages into the working folder as SVG: `python draw.py waves|taper|intervals|drift|walls`."""
 
 import sys
 
@@ -75,6 +75,37 @@ def intervals():
     for color, label in (("0.85", "prior"), ("#0072b2", "posterior"), ("black", "fit alone")):
         ax.plot([], [], color=color, lw=4, label=label)
     ax.legend(frameon=False, ncols=3, loc="upper left", fontsize=7)
+    return figure
+
+
+def drift():
+    """The practice recording whose baseline moves while pulse and flow stay."""
+    raw = vw.read_raw_recording("lab/hypoxia/mouse 2.txt")
+    figure, axes = plt.subplots(2, 1, figsize=(6.9, 3.2), sharex=True, layout="constrained")
+    for ax, values, label in zip(axes, (raw.pressure, raw.flow), ("pressure [mmHg]", "flow [ml/s]"), strict=True):
+        ax.plot(np.arange(len(values)) / raw.sampling_rate, values, color="black", lw=0.5)
+        ax.set(ylabel=label)
+    axes[1].set(xlabel="time [s]")
+    return figure
+
+
+def walls():
+    """The three laws that have the same radius and stiffness at zero pressure, and their wave speeds."""
+    laws = {
+        "linear": (vw.LinearWall(60.0), "--"),
+        "tangent": (vw.TangentWall(60.0 * 2.0 / np.pi / 2.0, 2.0), "-"),
+        "power, m = 3": (vw.PowerWall(60.0, 3.0), ":"),
+    }
+    pressure = np.linspace(0.0, 60.0, 200)
+    figure, axes = plt.subplots(1, 2, figsize=(6.9, 2.8), layout="constrained")
+    for name, (wall, dash) in laws.items():
+        area = vw.walls.area(wall, pressure, 1.0)
+        axes[0].plot(np.sqrt(area), pressure, dash, color="black", label=name)
+        speed = vw.walls.wave_speed(wall, pressure, vw.Blood().inertia)
+        axes[1].plot(pressure, speed, dash, color="black")
+    axes[0].set(xlabel="radius over that at zero pressure [1]", ylabel="pressure [mmHg]")
+    axes[1].set(xlabel="pressure [mmHg]", ylabel="wave speed [cm/s]")
+    axes[0].legend(frameon=False, fontsize=7)
     return figure
 
 
