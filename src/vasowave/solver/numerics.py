@@ -18,7 +18,7 @@ class Resolution:
     """How finely the model is simulated."""
 
     cell_size: Positive = 0.1
-    """Longest cell, cm; every vessel gets at least two cells."""
+    """Longest cell, cm. A vessel shorter than that has one cell if little pressure is lost in it, else two or more."""
     tolerance: Positive = 1e-4
     """Largest change from cycle to cycle that counts as periodic, mmHg. The paper's criterion is a squared change
     below 1e-8, here asked of every cell and every outlet."""
