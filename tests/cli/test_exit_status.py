@@ -91,3 +91,22 @@ def test_linear_algebra_takes_as_many_threads_as_its_user_says(vasowave, monkeyp
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     vasowave("simulate", "--help")
     assert os.environ["OMP_NUM_THREADS"] == "3"
+
+
+def test_an_interruption_that_falls_into_a_destructor_is_not_lost():
+    code = """
+import signal, sys, time
+from vasowave.cli import interrupt_again
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.unraisablehook = interrupt_again
+class Dying:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+try:
+    Dying()
+    time.sleep(20)
+except KeyboardInterrupt:
+    sys.exit(130)
+"""
+    done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (130, "")

@@ -1,7 +1,10 @@
 """The command line. Heavy modules are imported where they are used, so that help answers at once."""
 
+import _thread
 import sys
+import threading
 import warnings
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -12,7 +15,11 @@ from vasowave.cli.app import FAILED, WRONG_INPUT, app
 from vasowave.cli import study, workbench, mouse, simulate, export, extract, tidy  # noqa: F401  they register their commands
 # isort: on
 
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
+
 _INTERRUPTED = 130  # exit status after Ctrl-C
+_AGAIN = 0.02  # s after which an interruption that was lost comes again
 
 
 def run() -> None:
@@ -26,6 +33,7 @@ def run() -> None:
             typer.echo(f"Warning: {message}", err=True)
 
     warnings.showwarning = show
+    sys.unraisablehook = interrupt_again
     spare_threads()
     try:
         app()
@@ -43,6 +51,14 @@ def run() -> None:
         if leaving.code == _INTERRUPTED:
             typer.echo("Interrupted; nothing half-written was left.", err=True)
         raise
+
+
+def interrupt_again(lost: "UnraisableHookArgs") -> None:
+    """Interrupt the program once more if Ctrl-C fell into a destructor, where Python drops every exception."""
+    if issubclass(lost.exc_type, KeyboardInterrupt):
+        threading.Timer(_AGAIN, _thread.interrupt_main).start()
+    else:
+        sys.__unraisablehook__(lost)
 
 
 __all__ = ["app", "run"]
