@@ -5,7 +5,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import xarray as xr
 
-from vasowave.animal.datasets import labelled, recording_dataset
+from vasowave.animal.datasets import recording_dataset
+from vasowave.animal.labelled import labelled
 from vasowave.findings import Finding
 from vasowave.recording import Beat, EnsembleAverage, RawRecording, Recording
 from vasowave.recording.rejection import cause

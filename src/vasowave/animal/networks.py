@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from vasowave.animal.datasets import labelled
+from vasowave.animal.labelled import labelled
 from vasowave.network.network import MEASURED, Network
 
 _MEASURED = {

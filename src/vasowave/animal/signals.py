@@ -15,7 +15,7 @@ from vasowave.analysis import (
     operating_point,
     wave_intensity,
 )
-from vasowave.animal.datasets import labelled
+from vasowave.animal.labelled import labelled
 from vasowave.calibration import Fit
 from vasowave.model.nominal import Nominal
 from vasowave.network.network import Network

@@ -1,10 +1,10 @@
-"""What changes along the tree of a calibrated model, vessel by vessel, as labelled data."""
+"""Changes along the tree of a calibrated model, vessel by vessel, as labelled data."""
 
 import numpy as np
 import xarray as xr
 
 from vasowave.analysis import compliance, pressure_drop, wave_speeds
-from vasowave.animal.datasets import labelled, table_dataset
+from vasowave.animal.labelled import labelled, table_dataset
 from vasowave.animal.quantities import quantities_dataset
 from vasowave.calibration import Fit
 from vasowave.model import walls
