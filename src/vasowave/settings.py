@@ -124,6 +124,13 @@ class Example:
     value: Any
 
 
+@dataclass(frozen=True, eq=False)
+class Names:
+    """The names that a setting may have; its docstring lists them where it says {names}."""
+
+    known: Callable[[], Iterable[str]]
+
+
 def ordered(pair: tuple[float, float]) -> tuple[float, float]:
     """Return a pair whose first number is below the second; else raise `InputError`."""
     if not pair[0] < pair[1]:
@@ -159,9 +166,12 @@ def _settings_of(owner: Any) -> Mapping[str, Setting]:
     kinds, meanings = get_type_hints(owner, include_extras=True), _meanings(owner)
     found = {}
     for one in fields(owner):
-        examples = [part.value for part in getattr(kinds[one.name], "__metadata__", ()) if isinstance(part, Example)]
+        parts = getattr(kinds[one.name], "__metadata__", ())
+        examples = [part.value for part in parts if isinstance(part, Example)]
+        names = ", ".join(name for part in parts if isinstance(part, Names) for name in part.known())
         default = one.default if one.default_factory is MISSING else one.default_factory()
-        found[one.name] = Setting(kinds[one.name], default, meanings.get(one.name, ""), *examples)
+        meaning = meanings.get(one.name, "").replace("{names}", names)
+        found[one.name] = Setting(kinds[one.name], default, meaning, *examples)
     return found
 
 

@@ -21,7 +21,7 @@ from vasowave.model.law_files import is_unread, named
 from vasowave.model.laws import BEDS, ENTRY_POINTS, LAWS, find_bed, find_law
 from vasowave.network.network import Network
 from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
-from vasowave.settings import Check, settings_class, settings_of
+from vasowave.settings import Check, Names, settings_class, settings_of
 from vasowave.solver import Numerics
 
 
@@ -90,7 +90,15 @@ def _bed(name: str) -> str:
 
 
 def _bed_schema() -> dict[str, Any]:
-    return {"anyOf": [{"enum": [*BEDS]}, {"pattern": ":"}]}
+    return {"anyOf": [{"enum": _beds()}, {"pattern": ":"}]}
+
+
+def _beds() -> list[str]:
+    return [*BEDS]
+
+
+def _walls() -> list[str]:
+    return [*LAWS, *(point.name for point in entry_points(group=ENTRY_POINTS))]
 
 
 def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
@@ -100,8 +108,7 @@ def _each_once(names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _wall_schema() -> dict[str, Any]:
-    offered = [point.name for point in entry_points(group=ENTRY_POINTS)]
-    return {"anyOf": [{"enum": [*LAWS, *offered]}, {"pattern": ":"}]}
+    return {"anyOf": [{"enum": _walls()}, {"pattern": ":"}]}
 
 
 @settings_class
@@ -109,15 +116,11 @@ class Laws:
     """The laws of walls and beds."""
 
     walls: Annotated[
-        tuple[Annotated[str, BeforeValidator(named), Check(_wall, _wall_schema)], ...], Check(_each_once)
-    ] = (
-        "linear",
-        "tangent",
-    )
-    """Wall laws to fit, by name (linear, tangent, power), or a class of your own as module:Class; see
-    `laws.find_law`."""
-    beds: Annotated[str, BeforeValidator(named), Check(_bed, _bed_schema)] = "windkessel"
-    """What stands behind the terminal vessels: windkessel, rc, resistance, or a class of your own as module:Class; see
+        tuple[Annotated[str, BeforeValidator(named), Check(_wall, _wall_schema)], ...], Check(_each_once), Names(_walls)
+    ] = ("linear", "tangent")
+    """Wall laws to fit, by name ({names}), or a class of your own as module:Class; see `laws.find_law`."""
+    beds: Annotated[str, BeforeValidator(named), Check(_bed, _bed_schema), Names(_beds)] = "windkessel"
+    """Vascular beds behind the terminal vessels, by name ({names}), or a class of your own as module:Class; see
     `laws.find_bed`."""
 
 

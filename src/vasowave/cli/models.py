@@ -23,10 +23,8 @@ RECORDING = typer.Argument(
 )
 PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
 ANIMAL = typer.Option(help="Animal of a study.")
-WALL = typer.Option(help="Wall law: linear, tangent, power, or module:Class; of a fit, the first that was fitted.")
-BED = typer.Option(
-    help="Vascular beds: windkessel, rc, resistance, reflection, tree, blood_tree, or module:Class; of a fit, its own."
-)
+WALL = typer.Option(help="Wall law by name (another word lists them), or module:Class; of a fit, the first fitted.")
+BED = typer.Option(help="Vascular beds by name (another word lists them), or module:Class; of a fit, its own.")
 FRICTION = typer.Option(help="boundary-layer (the paper's eq. 2), poiseuille, or power-law; of a fit, its own.")
 CELL = typer.Option(help="Longest cell, cm.")
 ACCURACY = typer.Option(help="Largest numerical error of the pressure, mmHg: cells and steps are chosen from it.")
