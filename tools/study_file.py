@@ -15,8 +15,8 @@ def page() -> str:
     return f"""\
 # The study file
 
-Every setting of a study and every column of its table, with what it means and its default. [A study](study.md) says how they are filled in.
-`tools/study_file.py` makes this page; a test compares it with the program.
+Every setting of a study and every column of its table, with what it means and its default.
+[A study](study.md) says how they are filled in. `tools/study_file.py` makes this page; a test compares it with the program.
 
 ## Every key of study.yaml
 

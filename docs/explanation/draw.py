@@ -1,4 +1,4 @@
-"""Draw a figure of these pages into the working folder as SVG: `python draw.py waves|taper|intervals|drift|beats|power|network|walls`."""
+"""Draw a figure of these pages, named like a function below, into the working folder as SVG: `python draw.py waves`."""
 
 import sys
 
