@@ -16,7 +16,8 @@ def page() -> str:
 # The study file
 
 Every setting of a study and every column of its table, with what it means and its default.
-[A study](study.md) says how they are filled in. `tools/study_file.py` makes this page; a test compares it with the program.
+[A study](study.md) says how they are filled in. `tools/study_file.py` makes this page
+of what the program declares.
 
 ## Every key of study.yaml
 
