@@ -53,16 +53,17 @@ def _in_stretch(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> np.nda
     if gain < (2 * _HARMONICS + 1) * np.log(len(values)) + 2 * np.log(len(rates)):
         return np.zeros(len(time))
     near = rates[best] + np.linspace(-1.0, 1.0, 17) * step
-    rate = min(near, key=lambda rate: _fit(here, values, rate)[1])
-    coefficients, _ = _fit(here, values, rate)
+    rate = near[_best_rate(here, values, near, step / 8.0)[0]]
+    coefficients = _fit(here, values, rate)
     return _columns(time, rate)[:, 1:] @ coefficients[1:]
 
 
 def _best_rate(time: np.ndarray, values: np.ndarray, rates: np.ndarray, step: float) -> tuple[int, float]:
-    """Return which of the rates, `step` apart, leaves the least sum of squares, and that sum; `_fit` of all at once."""
-    most, size = 2 * _HARMONICS, 2 * _HARMONICS + 1
-    sums = {k: _transform(time, np.ones(len(time)), k * rates[0], k * step, len(rates)) for k in range(1, most + 1)}
-    sums |= {0: np.full(len(rates), float(len(time)) + 0j)} | {-k: np.conj(one) for k, one in sums.items()}
+    """Return which of the rates, `step` apart, leaves least, and the squares that it leaves; all are fitted at once."""
+    size = 2 * _HARMONICS + 1
+    known = _sums(time.tobytes(), float(rates[0]), step, len(rates))
+    sums = {0: np.full(len(rates), len(time) + 0j)} | dict(enumerate(known, 1))
+    sums |= {-k: np.conj(one) for k, one in sums.items()}
     gram, moment = np.empty((len(rates), size, size)), np.empty((len(rates), size))
     gram[:, 0, 0], moment[:, 0] = len(time), values.sum()
     for k in range(1, _HARMONICS + 1):
@@ -79,6 +80,14 @@ def _best_rate(time: np.ndarray, values: np.ndarray, rates: np.ndarray, step: fl
     left = values @ values - np.sum(coefficients * moment, axis=1)
     best = int(np.argmin(left))
     return best, float(left[best])
+
+
+@lru_cache(256)
+def _sums(times: bytes, first: float, step: float, count: int) -> tuple[np.ndarray, ...]:
+    """Return the transforms of ones by multiple of the rates; kept, since an edit changes one stretch of many."""
+    time = np.frombuffer(times)
+    ones = np.ones(len(time))
+    return tuple(_transform(time, ones, k * first, k * step, count) for k in range(1, 2 * _HARMONICS + 1))
 
 
 def _transform(time: np.ndarray, values: np.ndarray, first: float, step: float, count: int) -> np.ndarray:
@@ -98,7 +107,7 @@ def _transform(time: np.ndarray, values: np.ndarray, first: float, step: float, 
     return np.fft.ifft(grid)[(np.arange(count) - count // 2) % size] * _undone(count, size)
 
 
-@lru_cache(4)
+@lru_cache(32)
 def _undone(count: int, size: int) -> np.ndarray:
     """Return by what the transform of a spread value is multiplied, by frequency."""
     mode = np.arange(count) - count // 2
@@ -111,13 +120,11 @@ def _bump(place: np.ndarray) -> np.ndarray:
     return np.exp(_STEEP * (np.sqrt(np.maximum(1.0 - place**2, 0.0)) - 1.0))
 
 
-def _fit(time: np.ndarray, values: np.ndarray, rate: float) -> tuple[np.ndarray, float]:
-    """Return the coefficients of a breath of this rate and the sum of squares that is left."""
+def _fit(time: np.ndarray, values: np.ndarray, rate: float) -> np.ndarray:
+    """Return the coefficients of a breath of this rate."""
     columns = _columns(time, rate)
     gram = columns.T @ columns + _RIDGE * np.eye(columns.shape[1])
-    coefficients = np.linalg.solve(gram, columns.T @ values)
-    rest = values - columns @ coefficients
-    return coefficients, float(rest @ rest)
+    return np.linalg.solve(gram, columns.T @ values)
 
 
 def _columns(time: np.ndarray, rate: float) -> np.ndarray:
