@@ -14,7 +14,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from solver_sweep import KINDS, drawn
+from solver_sweep import KINDS, ORDER, drawn
 from vasowave.errors import NumericalError, VasowaveError, VasowaveWarning
 from vasowave.solver import Numerics, accuracy
 from vasowave.solver.run import run_to_periodic
@@ -26,7 +26,7 @@ FINER = 2
 
 def kept(name: str, number: int, seed: int) -> tuple[str, float, float]:
     """Return what came of one model, its true error in the accuracy asked for, and CPU seconds of its run."""
-    model, inflow = drawn(KINDS[name], np.random.default_rng([seed, sorted(KINDS).index(name), number]))
+    model, inflow = drawn(KINDS[name], np.random.default_rng([seed, ORDER.index(name), number]))
     asked = SHARE * float(np.mean(inflow.flow)) * model.outlets.total_resistance()
     started, grids = time.process_time(), []
 
