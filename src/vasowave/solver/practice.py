@@ -11,7 +11,6 @@ from vasowave.recording import Recording, resample
 from vasowave.solver.numerics import Numerics
 from vasowave.units import MMHG
 
-
 _LINES = 1024  # of a file that the program compares, at most
 
 
@@ -24,6 +23,7 @@ class Practice(NamedTuple):
     def network(self, network: Network) -> Network:
         """Return the network with straight vessels rounded down to whole cells, one at least, and radii as at rest."""
         cell = self.numerics.cell_size
+        assert cell is not None
         whole = np.maximum(1.0, np.floor(np.round(network.length / cell, 6)))
         return replace(network, length=whole * cell, pressure=0.0, taper=None, taper_sd=None)
 
