@@ -111,6 +111,19 @@ def of_changes(table: pd.DataFrame, values: np.ndarray) -> np.ndarray:
     ])  # fmt: skip
 
 
+def repeated(table: pd.DataFrame, values: np.ndarray) -> np.ndarray:
+    """Return tests of the groups' means, of each later time against the first, and of the changes between groups."""
+    first, *later = (values[(table["time"] == one).to_numpy()] for one in dict.fromkeys(table["time"]))
+    other = (table["group"] != table["group"].iloc[0]).to_numpy()[: len(first)]
+    mean = first + sum(later)
+    changes = [one - first for one in later]
+    return np.array([
+        stats.ttest_ind(mean[other], mean[~other]).pvalue,
+        *(stats.ttest_1samp(one, 0.0).pvalue for one in changes),
+        *(stats.ttest_ind(one[other], one[~other]).pvalue for one in changes),
+    ])  # fmt: skip
+
+
 def anova(formula: str) -> Callable[[pd.DataFrame, np.ndarray], np.ndarray]:
     """Return an analysis of variance by statsmodels, type II, and its p without the residuals' row."""
     import statsmodels.api as sm
@@ -160,6 +173,10 @@ def kinds() -> dict[str, Kind]:
                             "time": ["before"] * 13 + ["after"] * 13})  # fmt: skip
     changed = ((changes["time"] == "after") & (changes["group"] == "B")).to_numpy(float)
     all_of = changes.assign(sex=[*"fmmffmf", *"mfmfmm"] * 2, litter=[f"L{i % 4}" for i in range(13)] * 2)
+    weeks = pd.DataFrame({"group": (["A"] * 6 + ["B"] * 6) * 3, "mouse": [*range(12)] * 3,
+                          "time": np.repeat(["0", "3", "6"], 12)})  # fmt: skip
+    later = ((weeks["time"] == "6") & (weeks["group"] == "B")).to_numpy(float)
+    twice = pd.concat([groups(7, 5).assign(mouse=range(12))] * 2, ignore_index=True)
     dose = groups(5, 5, 5, 5).assign(dose=np.repeat([0.0, 1, 2, 3], 5))
     both = pd.DataFrame({"group": ["A"] * 12 + ["B"] * 12, "oxygen": (["air"] * 6 + ["low"] * 6) * 2})
     low, mutant = (both["oxygen"] == "low").to_numpy(float), (both["group"] == "B").to_numpy(float)
@@ -184,6 +201,10 @@ def kinds() -> dict[str, Kind]:
         "litters within groups, 12 + 12": kind(by_litter, nested, 1.6 * in_second["nested"], litter=mixed),
         "pairs, 8": kind(by_time, pairs, 1.2 * after, subject=1.5, usual=paired),
         "before and after, 7 + 6": kind(by_time, changes, 2.2 * changed, subject=1.5, usual=of_changes),
+        "three weeks of the same mice, 6 + 6": kind(by_time, weeks, 2.2 * later, subject=1.5, usual=repeated),
+        "two recordings of each mouse, 7 + 5": kind(
+            Design(subject="mouse"), twice, 2.2 * (twice["group"] == "B"), spread=0.5, subject=1.0
+        ),
         "four doses of 5": kind(Design(dose="dose"), dose, 0.5 * dose["dose"]),
         "two factors, 4 × 6": kind(by_oxygen, both, 2.0 * low * mutant, usual=together),
         "two factors without interaction, 4 × 6": kind(

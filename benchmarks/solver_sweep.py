@@ -15,6 +15,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -41,7 +42,9 @@ class Kind(NamedTuple):
 
     Lengths are multiples of the radius; the mean pressure fixes the resistance; the strain at it fixes the wall; the
     peak flow is that share of the area times the wave speed at rest. `falls` is the range, evenly drawn, of what radii
-    fall from inlet to outlet; `back` the flow that returns after ejection, over the peak.
+    fall from inlet to outlet; `back` the flow that returns after ejection, over the peak; `changed` what the radius of
+    one vessel is multiplied by; `behind` the pressure behind the beds, in mean pressures below zero; `spike` the height
+    of a spike of one to four of 256 samples on the flow, over the peak.
     """
 
     radius: tuple[float, float]
@@ -54,6 +57,9 @@ class Kind(NamedTuple):
     falls: tuple[float, float] = (0.0, 0.0)
     back: float = 0.0
     junctions: Any = None
+    changed: tuple[float, float] | None = None
+    behind: tuple[float, float] | None = None
+    spike: tuple[float, float] | None = None
 
 
 KINDS = {
@@ -69,7 +75,21 @@ KINDS = {
     "total *": Kind(
         (0.002, 1.0), (2, 60), (0.08, 1.2), (5, 120), (0.03, 1.0), (0.02, 1.0), (0.1, 0.6), back=0.4, junctions="total"
     ),
+    "stenosis *": Kind(
+        (0.035, 1.0), (2, 30), (0.08, 1.2), (10, 110), (0.08, 0.8), (0.05, 0.3), (0.3, 0.5), changed=(0.2, 0.7)
+    ),
+    "aneurysm *": Kind(
+        (0.035, 1.0), (2, 30), (0.08, 1.2), (10, 110), (0.08, 0.8), (0.05, 0.4), (0.3, 0.5), changed=(1.5, 4.0)
+    ),
+    "negative *": Kind(
+        (0.035, 1.0), (2, 30), (0.08, 1.2), (5, 60), (0.08, 0.4), (0.03, 0.3), (0.3, 0.5), behind=(0.5, 3.0)
+    ),
+    "spike *": Kind(
+        (0.035, 1.0), (2, 30), (0.08, 1.2), (10, 110), (0.08, 0.8), (0.05, 0.3), (0.3, 0.5), spike=(0.1, 1.0)
+    ),
 }
+ORDER = (*sorted(list(KINDS)[:8]), *list(KINDS)[8:])
+"""Which number a kind has in seeds: later ones come behind, so that earlier models stay what they were."""
 
 
 def drawn(kind: Kind, rng: np.random.Generator) -> tuple[Model, Inflow]:
@@ -80,6 +100,10 @@ def drawn(kind: Kind, rng: np.random.Generator) -> tuple[Model, Inflow]:
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
     network = tree(int(2 ** rng.uniform(0, 6)), draw("radius"), lambda: draw("length"), rng)
+    if kind.changed:
+        radius = network.radius.copy()
+        radius[rng.integers(len(radius))] *= draw("changed")
+        network = replace(network, radius=radius)
     period, mean, strain = draw("period"), draw("mean_pressure"), draw("strain")
     beta = mean / (np.sqrt(1 + strain) - 1)
     wall: Any = LinearWall(beta)
@@ -95,12 +119,17 @@ def drawn(kind: Kind, rng: np.random.Generator) -> tuple[Model, Inflow]:
     if kind.back:
         after = (phase - 1.0) / 0.3
         shape -= rng.uniform(0.0, kind.back) * np.where((after > 0) & (after < 1), np.sin(np.pi * after) ** 2, 0.0)
+    if kind.spike:
+        first = rng.integers(256)
+        shape[(first + np.arange(rng.integers(1, 5))) % 256] += draw("spike")
     flow = draw("peak") * c0 * network.area[network.root] * shape
     resistance = mean / flow.mean()
     outlets = windkessels(network, resistance, period * rng.uniform(0.3, 3), rng.uniform(0.03, 0.4))
     falls = rng.uniform(*kind.falls, len(network)) if kind.falls[1] else np.zeros(len(network))
     tapers = Shape(1.0 + np.outer(falls, [0.5, -0.5]))
-    return Model(network, wall, outlets, blood, shape=tapers, junctions=kind.junctions), Inflow(flow, period)
+    behind = -mean * draw("behind") if kind.behind else 0.0
+    model = Model(network, wall, outlets, blood, behind, shape=tapers, junctions=kind.junctions)
+    return model, Inflow(flow, period)
 
 
 def tree(count: int, radius: float, length: Callable[[], float], rng: np.random.Generator) -> Network:
@@ -142,7 +171,7 @@ def simulated(model: Model, inflow: Inflow, repeat: bool) -> dict[str, Any]:
 
 def swept(name: str, number: int, seed: int, share: float) -> dict[str, Any]:
     """Return what came of one model of one kind; a random share of the models is repeated."""
-    rng = np.random.default_rng([seed, sorted(KINDS).index(name), number])
+    rng = np.random.default_rng([seed, ORDER.index(name), number])
     model, inflow = drawn(KINDS[name], rng)
     row = simulated(model, inflow, rng.random() < share)
     return row | {"seed": seed, "kind": name, "number": number, "vessels": len(model.network)}

@@ -185,7 +185,7 @@ def test_beats_that_differ_by_less_than_a_thousandth_of_the_pulse_show_no_breath
     levels = 3e-4 * rng.standard_normal(60)
     levels[[20, 40]] += (0.01, 0.05)  # 0.07 and 0.3 % of the pulse, both far beyond the scatter of the others
     reasons = [None] * 60
-    mark_inspiration(reasons, wave + levels[:, None], np.tile(wave, (60, 1)))
+    mark_inspiration(reasons, (wave.mean() + levels, np.full(60, wave.mean())), (wave, wave))
     assert [beat for beat, reason in enumerate(reasons) if reason] == [40]
 
 

@@ -1,10 +1,13 @@
 """The paper's practice by one word, in a study and on the command line."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from vasowave.errors import InputError
 from vasowave.network_formats import read_network
+from vasowave.recording import Recording, resample
 from vasowave.solver.practice import PAPER
 from vasowave.study.loading import load_animal
 from vasowave.study.plan import read_study
@@ -32,3 +35,24 @@ def test_a_practice_and_what_it_sets_itself_are_refused_together(make_study, own
     folder = make_study(settings=f"practice: paper\n{own}\n")
     with pytest.raises(InputError, match=f"practice 'paper' sets {named} itself"):
         read_study(folder)
+
+
+def test_the_papers_practice_by_command_compares_what_its_program_compares(shared, make_study):
+    """All digits of what Python users do by hand (`test_measured_mouse`), so that fits of the two are the same."""
+    mouse = shared / "mouse-c6"
+    folder = make_study(settings="groups: [CTL, HPH]\npractice: paper\n")
+    row = replace(
+        read_study(folder).animals[0], recordings=(mouse / "pC6_1024.dat", mouse / "qC6_8192.dat"), period=0.11
+    )
+    recording = load_animal(row, read_study(folder).settings, folder).recording
+    pressure, flow = np.loadtxt(mouse / "pC6_1024.dat"), np.loadtxt(mouse / "qC6_8192.dat")[:-1]
+    np.testing.assert_array_equal(recording.pressure, np.roll(pressure, 1))
+    np.testing.assert_array_equal(recording.flow, resample(flow, 1024))
+
+
+def test_a_longer_recording_keeps_the_programs_number_of_lines():
+    cycle = 15 + np.cos(2 * np.pi * np.arange(4000) / 4000)
+    placed = PAPER.recording(Recording(cycle, 0.2 * cycle, 0.11))
+    time = np.arange(1024) / 1023  # of its lines, in periods; sample k + 1 is line k
+    np.testing.assert_allclose(placed.pressure[1:], 15 + np.cos(2 * np.pi * time[:-1]), atol=1e-12)
+    assert len(placed.flow) == 1024

@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from lab_files import SMALL
 from vasowave.errors import InputError
 from vasowave.network.vessel_table import write_network
 from vasowave.study.checking import check_study
-from vasowave.study.loading import load_animal
+from vasowave.study.loading import load_animal, read_stretch
 from vasowave.study.plan import inspect_study, read_study
 from vasowave.study.reading import read_settings
 from vasowave.study.table import read_rows
@@ -451,3 +452,19 @@ def test_any_sequence_of_actions_leaves_the_files_as_the_model_says(tiny):
 @pytest.mark.validation
 def test_five_hundred_sequences_of_thirty_actions_leave_the_files_as_the_model_says(tiny):
     sequences(tiny, 500, 30)
+
+
+def test_a_stretch_out_of_memory_is_the_stretch_that_is_read(study):
+    """`vasowave run` reads the file; the desk cuts the stretch out of the recording that it has."""
+    recordings = Recordings()
+    plan = read_study(study)
+    for start, end in ((None, None), (1.0, 7.0), (0.4, 8.9), (2.5, 7.25)):
+        row = replace(plan.animals[0], start=start, end=end)
+        ours, read = recordings.opened(row).beats(row, plan, ()).raw, read_stretch(row)
+        pairs = zip((ours, *ours.beside), (read, *read.beside), strict=True)
+        assert all(np.array_equal(one.pressure, other.pressure) and np.array_equal(one.flow, other.flow)
+                   and one.origin == other.origin for one, other in pairs)  # fmt: skip
+        assert ours.notes == read.notes
+    row = replace(plan.animals[0], start=2.0, end=99.0)
+    with pytest.raises(InputError, match="does not lie in"):
+        recordings.opened(row).beats(row, plan, ())

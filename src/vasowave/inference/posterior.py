@@ -115,18 +115,27 @@ def posterior(
     Posterior(linear wall: beta ... [..., ...], stiffness ...; Pareto k ...)
     """
     how = given_values(Sampling, None, settings)
-    draws, seed = how.draws, how.seed
     problem = problem_of(a_network(network), one_cycle(recording), wall, how)
+    return posterior_of(problem, how, fit, None if path is None else Path(path), progress)
+
+
+def posterior_of(
+    problem: Problem,
+    how: Sampling,
+    fit: Fit | None = None,
+    path: Path | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Posterior:
+    """Return the posterior of a problem; of `how` the draws and their seed matter here. Raises as `posterior`."""
     given = [] if fit is None else [np.clip(_scores(problem.unknowns, fit), -_OPEN, _OPEN)]
-    place = None if path is None else Path(path)
-    simulations = Simulations(problem.simulate, place, problem.key, progress)
-    size = len(problem.unknowns.all)
-    modes = find_modes(simulations, problem.linear, problem.measured, problem.discrepancy(), given, size, seed)
+    simulations = Simulations(problem.simulate, path, problem.key, progress)
+    size, rng = len(problem.unknowns.all), np.random.default_rng(how.seed)
+    modes = find_modes(simulations, problem.linear, problem.measured, problem.discrepancy(), given, size, how.seed)
     noise = problem.discrepancy(problem.vessels(modes[0].middle))
     target = Target(simulations, problem.measured, noise, problem.seen)
-    explored = explore(target, modes, np.random.default_rng(seed), draws)
+    explored = explore(target, modes, rng, how.draws)
     optimum = None if fit is None else _optimum(target, problem, fit)
-    return reported(problem, noise, explored, simulations.asked, np.random.default_rng([seed, 1]), optimum)
+    return reported(problem, noise, explored, simulations.asked, np.random.default_rng([how.seed, 1]), optimum)
 
 
 def problem_of(network: Network, recording: Recording, wall: str | type, how: Sampling) -> Problem:

@@ -87,7 +87,8 @@ def _summary(
 ) -> pd.DataFrame:
     rows = {}
     for name, draws in values.items():
-        low, middle, high = np.quantile(draws, TAILS)
+        # the k-th of n draws stands for the share k/(n + 1): else 100 draws leave 7 % outside, not 5
+        low, middle, high = np.quantile(draws, TAILS, method="weibull")
         prior = before[name][np.isfinite(before[name])]
         first, _, last = np.quantile(prior, TAILS)
         scale = np.log if draws.min() > 0 and prior.min() > 0 else np.asarray

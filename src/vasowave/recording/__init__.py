@@ -6,11 +6,12 @@ from vasowave.recording.catheter import Catheter, correct_catheter, ringing, sus
 from vasowave.recording.cycle import Inflow, Recording, resample, samples_needed
 from vasowave.recording.describe import FileDescription, describe_recording
 from vasowave.recording.edits import BeatEdit, read_edits
-from vasowave.recording.ensemble import Averaging, Beat, EnsembleAverage, average_beats, one_cycle
+from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats, one_cycle
 from vasowave.recording.harmonics import HarmonicErrors, harmonic_errors
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
 from vasowave.recording.read_raw import Reading, read_raw_recording
+from vasowave.recording.settings import Averaging
 
 __all__ = [
     "Averaging",

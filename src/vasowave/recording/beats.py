@@ -206,32 +206,35 @@ def _align(shape: np.ndarray, peaks: np.ndarray, half: int) -> tuple[np.ndarray,
             return times, template
         centres = np.rint(inside).astype(int)
         template = np.median(shape[centres[:, None] + np.arange(-half, half + 1)], axis=0)
-        times = np.array([_best_match(shape, template, round(t), half) for t in times])
+        times = _best_matches(shape, template, np.rint(times).astype(int), half)
     return times, template
 
 
-def _best_match(shape: np.ndarray, template: np.ndarray, centre: int, half: int) -> float:
-    """Return the place within `half` of `centre` where the correlation with the template peaks, by a parabola."""
-    if centre < 2 * half or centre >= len(shape) - 2 * half:
-        return float(centre)
-    score = np.correlate(shape[centre - 2 * half : centre + 2 * half + 1], template, "valid")
-    best = int(np.argmax(score))
-    if not 0 < best < len(score) - 1:
-        return float(centre)
-    return centre - half + best + _vertex(score[best - 1 : best + 2])
+def _best_matches(shape: np.ndarray, template: np.ndarray, centres: np.ndarray, half: int) -> np.ndarray:
+    """Return the places within `half` of `centres` where the correlation with the template peaks, by a parabola."""
+    places = centres.astype(float)
+    inside = np.flatnonzero((centres >= 2 * half) & (centres < len(shape) - 2 * half))
+    windows = np.lib.stride_tricks.sliding_window_view(shape, len(template))
+    lags = np.arange(-half, half + 1)
+    score = np.stack([windows[centres[inside] - half + lag] @ template for lag in lags], axis=1)
+    best = np.argmax(score, axis=1)
+    inner = np.flatnonzero((best > 0) & (best < 2 * half))
+    three = score[inner[:, None], best[inner, None] + np.arange(-1, 2)]
+    places[inside[inner]] += lags[best[inner]] + _vertex(three.T)
+    return places
 
 
 def _extremum(template: np.ndarray) -> float:
     """Return where the R wave stands in the mean complex, relative to its middle, in samples."""
     top = int(np.argmax(np.abs(template)))
     inner = 0 < top < len(template) - 1
-    return top - len(template) // 2 + (_vertex(np.abs(template[top - 1 : top + 2])) if inner else 0.0)
+    return top - len(template) // 2 + (float(_vertex(np.abs(template[top - 1 : top + 2]))) if inner else 0.0)
 
 
-def _vertex(three: np.ndarray) -> float:
-    """Return the place of a parabola's vertex through three samples, relative to the middle one."""
+def _vertex(three: np.ndarray) -> np.ndarray:
+    """Return the place of a parabola's vertex through three samples (first axis), relative to the middle one."""
     bend = three[0] - 2 * three[1] + three[2]
-    return float(np.clip(0.5 * (three[0] - three[2]) / bend, -0.5, 0.5)) if bend else 0.0
+    return np.clip(np.divide(0.5 * (three[0] - three[2]), bend, out=np.zeros_like(bend), where=bend != 0), -0.5, 0.5)
 
 
 def _foot_before(raw: RawRecording, times: np.ndarray, length: float) -> float:

@@ -1,16 +1,17 @@
-"""The beats of a continuous recording cut out, and brought to one diastolic level."""
+"""The beats of a continuous recording cut out, and those beside the stretch that is read."""
 
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from vasowave.errors import VasowaveError
-from vasowave.recording.baseline import Baseline, find_baseline
 from vasowave.recording.beats import find_beats
 from vasowave.recording.raw import RawRecording
-from vasowave.recording.rejection import Rejection, mark_inspiration, mark_steps, misshapen_beats
+from vasowave.recording.rejection import misshapen_beats
 from vasowave.recording.waveform import cut_beats
+
+_FAR = 64  # samples
 
 
 class Cuts(NamedTuple):
@@ -33,50 +34,45 @@ def cut_all(raw: RawRecording, times: np.ndarray, samples: int) -> Cuts:
     return Cuts(times[:-1], times[1:], pressure, flow)
 
 
-def cut_beside(
-    raw: RawRecording, cut: Cuts, fiducial: str, heart_rates: tuple[float, float], length_tolerance: float,
-    least_correlation: float,
-) -> Cuts:  # fmt: skip
-    """Return the beats beside the stretch that is read whose length is usual and whose shape is that of its beats."""
-    shapes = (np.median(cut.pressure, axis=0), np.median(cut.flow, axis=0))
-    found = [Cuts(*(part[:0] for part in cut))]
+def cut_again(raw: RawRecording, cut: Cuts, times: np.ndarray) -> Cuts:
+    """Return `cut` with the beats cut anew that begin or end elsewhere by `times`.
+
+    A sample's weight in a cubic spline falls by 0.27 a sample, so that what is far from a beat does not reach it.
+    """
+    pressure, flow = cut.pressure.copy(), cut.flow.copy()
+    for row in np.flatnonzero((times[:-1] != cut.starts) | (times[1:] != cut.ends)):
+        ends = times[row : row + 2] - raw.origin
+        first = max(0, int(ends[0] * raw.sampling_rate) - _FAR)
+        near = slice(first, int(ends[1] * raw.sampling_rate) + _FAR)
+        for cuts, signal in ((pressure, raw.pressure), (flow, raw.flow)):
+            since = ends - first / raw.sampling_rate
+            cuts[row] = cut_beats(signal[near], raw.sampling_rate, since, cuts.shape[1])[0]
+    return Cuts(times[:-1], times[1:], pressure, flow)
+
+
+def beats_beside(
+    raw: RawRecording, shapes: tuple[np.ndarray, np.ndarray], fiducial: str, heart_rates: tuple[float, float],
+    length_tolerance: float, least_correlation: float,
+) -> list[Cuts]:  # fmt: skip
+    """Return the beats of each stretch beside the one that is read whose length is usual and whose shape `shapes`."""
+    found = []
     for stretch in raw.beside:
         try:
             times = find_beats(stretch, fiducial, heart_rates).times
         except VasowaveError:  # nothing beats there
             continue
         if len(times) > 1:
-            beats = cut_all(stretch, times, cut.pressure.shape[1] - 1)
+            beats = cut_all(stretch, times, len(shapes[0]) - 1)
             lengths = beats.ends - beats.starts
             reasons = misshapen_beats(lengths, beats.pressure, beats.flow, length_tolerance, least_correlation, shapes)
             found.append(beats.chosen(~np.array([bool(reason) for reason in reasons])))
-    return Cuts(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+    return found
 
 
-def levelled(
-    cut: Cuts, beside: Cuts, reasons: list[Rejection], zero_time: float, remove: bool, reject_ventilation: bool
-) -> tuple[Cuts, Baseline]:
-    """Return the beats with their drift removed, if it may be, and the baseline; more reasons to reject are added."""
-    baseline = _baseline(cut, ~np.array([bool(reason) for reason in reasons]), beside, zero_time)
-    within = np.linspace(0, 1, cut.pressure.shape[1])
-    level = cut.pressure - baseline.drift_at(cut.starts[:, None] + np.outer(cut.ends - cut.starts, within))
-    here = baseline.time[np.searchsorted(baseline.time, cut.starts)]
-    mark_steps(reasons, [int(np.searchsorted(here, step.time)) for step in baseline.steps])
-    if reject_ventilation:
-        mark_inspiration(reasons, level, cut.flow)
-    if remove and baseline.sure and not baseline.own:
-        return cut._replace(pressure=level), replace(baseline, removed=True)
-    return cut, baseline
-
-
-def _baseline(cut: Cuts, good: np.ndarray, beside: Cuts, zero_time: float) -> Baseline:
-    """Return the baseline over the whole recording; over the stretch alone where the animal changes beside it."""
-    if not len(beside.starts):
-        return find_baseline(*cut, good, zero_time)
-    both = Cuts(*(np.concatenate(parts) for parts in zip(cut, beside, strict=True)))
-    order = np.argsort(both.starts)
-    usable = np.append(good, np.ones(len(beside.starts), dtype=bool))[order]
-    whole = find_baseline(*both.chosen(order), usable, zero_time)
-    if not whole.own:
-        return whole
-    return replace(find_baseline(*cut, good, zero_time), elsewhere=whole.own)
+def merged(cut: Cuts, others: Sequence[Cuts]) -> tuple[Cuts, np.ndarray]:
+    """Return all beats in the order of their times, and which of them are those of `cut`."""
+    if not any(len(one.starts) for one in others):
+        return cut, np.ones(len(cut.starts), dtype=bool)
+    every = Cuts(*(np.concatenate(parts) for parts in zip(cut, *others, strict=True)))
+    order = np.argsort(every.starts)
+    return every.chosen(order), order < len(cut.starts)

@@ -3,32 +3,26 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
-from annotated_types import Ge, Gt, Le
 
 from vasowave.errors import InputError
 from vasowave.findings import Finding, Severity, note_kind, warn
 from vasowave.notebook import upstairs
 from vasowave.recording.baseline import Baseline, baseline_findings
-from vasowave.recording.beats import find_beats
-from vasowave.recording.cuts import cut_all, cut_beside, levelled
-from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
-from vasowave.recording.edits import BeatEdit, judged, moved, told
-from vasowave.recording.plateaus import find_plateaus, plateau_findings
+from vasowave.recording.cuts import Cuts
+from vasowave.recording.cycle import Recording
+from vasowave.recording.edits import BeatEdit, judged, told
+from vasowave.recording.levels import levelled
+from vasowave.recording.plateaus import plateau_findings
 from vasowave.recording.plausibility import check_flow, check_pressure, odd_values
+from vasowave.recording.prepared import Prepared, prepare
 from vasowave.recording.raw import RawRecording
-from vasowave.recording.rejection import (
-    Rejection,
-    choose_run,
-    lost_in_run,
-    misshapen_beats,
-    summarize,
-)
+from vasowave.recording.rejection import Rejection, choose_run, lost_in_run, summarize
+from vasowave.recording.settings import Averaging
 from vasowave.recording.waveform import advance, close_cycle, foot_delay, harmonic_error, low_pass
-from vasowave.settings import Range, given_values, settings_class
-from vasowave.species import SPECIES
+from vasowave.settings import given_values
 
 ADVANCED = note_kind("recording.flow-advanced", "the flow was advanced by the estimated p-q delay of {delay:.2f} ms")
 LOW_PASSED = note_kind("recording.low-passed", "harmonics above {harmonics} of the cycle were left out")
@@ -129,46 +123,6 @@ def one_cycle(given: object) -> Recording:
     raise InputError(f"{type(given).__name__} was given where a Recording is needed")
 
 
-@settings_class
-class Averaging:
-    """From continuous recordings to one cycle. Only for animals of kind 'raw'.
-
-    Examples
-    --------
-    >>> import vasowave as vw
-    >>> vw.Averaging(beats=12, drift="warn").samples
-    256
-    """
-
-    beats: Annotated[int, Ge(2)] = 20
-    """Number of beats to average, 20 in the paper."""
-    samples: Annotated[int, Ge(FEWEST_SAMPLES)] = 256
-    """Samples of the cycle."""
-    harmonics: Annotated[int, Ge(1)] | None = 20
-    """Harmonics of the averaged cycle that are kept; None keeps all. What is above 20 is noise, which would push the
-    largest and the smallest value (sPAP, dPAP) apart."""
-    fiducial: Literal["ecg", "pressure"] | None = None
-    """R wave, or foot of the pressure; by default the ECG where there is one that beats."""
-    heart_rates: Range | None = None
-    """Slowest and fastest heart rate to look for, beats/min; by default 250 to 900, in a study of rats 150 to 650."""
-    length_tolerance: Annotated[float, Gt(0), Le(1)] = 0.1
-    """A beat whose length differs by a larger fraction from the median of its neighbours is rejected."""
-    least_correlation: Annotated[float, Ge(-1), Le(1)] = 0.9
-    """A beat whose pressure or flow correlates less with the median beat is rejected."""
-    reject_ventilation: bool = True
-    """Whether a beat whose mean pressure or flow stands off the end-expiratory level (more than 2.5 SD of the narrowest
-    quarter of all beats) is rejected."""
-    correct_delay: bool = False
-    """Whether the flow is advanced by the estimated p-q delay. It is estimated in any case."""
-    drift: Literal["remove", "warn"] = "remove"
-    """Whether the drift of the transducer and its steps are subtracted, or only told. A trend that comes with a change
-    of pulse or flow may be the animal's own and is never subtracted. A drift that stays in counts as an error of the
-    mean pressure, as large as it is in the averaged beats."""
-    zero_time: Annotated[float, Ge(0)] = 0.0
-    """The instant at which the transducer's zero is taken to be right, s since the start of the recording: the start by
-    default, since catheters are zeroed before they record."""
-
-
 def average_beats(
     raw: RawRecording, beats: int | None = None, averaging: Averaging | None = None, *, edits: Sequence[BeatEdit] = (),
     **settings: Any,
@@ -215,47 +169,40 @@ def average_beats(
     Recording(mPAP ... mmHg, CO ... ml/s, HR 53... ...)
     """
     how = given_values(Averaging, averaging, settings | ({} if beats is None else {"beats": beats}))
-    beats = how.beats
-    lasts = max(one.origin + one.duration for one in (raw, *raw.beside))
-    if how.zero_time > lasts:
-        raise InputError(f"zero_time={how.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
-    heart_rates = how.heart_rates or SPECIES["mouse"].heart_rates
-    heartbeats = find_beats(raw, how.fiducial, heart_rates)
-    times, without = moved(heartbeats.times, edits)
-    if len(heartbeats.times) - 1 < beats:
-        raise InputError(
-            f"{raw.source}: {len(heartbeats.times) - 1} whole beats found, {beats} wanted; record longer or average "
-            "fewer"
-        )
-    cut = cut_all(raw, times, how.samples)
-    limits = (how.length_tolerance, how.least_correlation)
-    reasons = misshapen_beats(cut.ends - cut.starts, cut.pressure, cut.flow, *limits)
-    reasons, _ = judged(reasons, cut.starts, cut.ends, [one for one in edits if one.action == "reject"])
-    beside = cut_beside(raw, cut, heartbeats.fiducial, heart_rates, *limits)
-    cut, baseline = levelled(cut, beside, reasons, how.zero_time, how.drift == "remove", how.reject_ventilation)
+    average = average_prepared(prepare(raw, how, edits), edits)
+    for one in average.findings[len(raw.notes) :]:
+        if one.severity is Severity.LOOK:
+            warn(one.at(raw.source))
+    return average
+
+
+def average_prepared(prepared: Prepared, edits: Sequence[BeatEdit] = ()) -> EnsembleAverage:
+    """Return the average of beats that are cut already, after `edits`, without warnings; raises as `average_beats`."""
+    prepared = prepared.with_moves(edits)
+    raw, how, cut, heartbeats = prepared.raw, prepared.how, prepared.cut, prepared.heartbeats
+    reasons, _ = judged(list(prepared.reasons), cut.starts, cut.ends, [one for one in edits if one.action == "reject"])
+    baseline = levelled(prepared, reasons)
     reasons, lost = judged(reasons, cut.starts, cut.ends, edits)
-    used, run = choose_run(reasons, beats, raw.source)
-    period = float(np.mean((cut.ends - cut.starts)[used]))
-    cycles, notes = _mean_cycles({"pressure": cut.pressure[used], "flow": cut.flow[used]}, how.harmonics)
+    used, run = choose_run(reasons, how.beats, raw.source)
+    chosen = _without_drift(cut.chosen(used), baseline)
+    period = float(np.mean(chosen.ends - chosen.starts))
+    cycles, notes = _mean_cycles({"pressure": chosen.pressure, "flow": chosen.flow}, how.harmonics)
     check_pressure(cycles[0], raw.source)
     check_flow(cycles[1], raw.source)
     delay = foot_delay(cycles[0], cycles[1], period)
-    deviations = [values[used, :-1].std(axis=0, ddof=1) for values in (cut.pressure, cut.flow)]
+    deviations = [values[:, :-1].std(axis=0, ddof=1) for values in (chosen.pressure, chosen.flow)]
     if how.correct_delay:
         cycles[1], deviations[1] = (advance(values, delay / period) for values in (cycles[1], deviations[1]))
         notes.append(ADVANCED(delay=1e3 * delay))
-    first, last = float(cut.starts[used[0]]), float(cut.ends[used[-1]])
-    summary = summarize(heartbeats.fiducial, reasons, beats, first, last)
+    first, last = float(chosen.starts[0]), float(chosen.ends[-1])
     found = [
-        *raw.notes, summary, *told(edits), *without, *lost, *notes, *heartbeats.notes,
-        *plateau_findings(find_plateaus(raw), *_beating(baseline, cut.starts, reasons)),
+        *raw.notes, summarize(heartbeats.fiducial, reasons, how.beats, first, last), *told(edits), *prepared.lost,
+        *lost, *notes, *heartbeats.notes,
+        *plateau_findings(prepared.plateaus, *_beating(baseline, cut.starts, reasons)),
         *baseline_findings(baseline, first, last),
-        *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, beats),
+        *odd_values(cycles[0], cycles[1], period), *lost_in_run(reasons, run, how.beats),
     ]  # fmt: skip
-    for one in found[len(raw.notes) :]:
-        if one.severity is Severity.LOOK:
-            warn(one.at(raw.source))
-    errors = [harmonic_error(values[used, :-1]) for values in (cut.pressure, cut.flow)]
+    errors = [harmonic_error(values[:, :-1]) for values in (chosen.pressure, chosen.flow)]
     errors[0][0] = np.hypot(errors[0][0], baseline.error_left(first, last))
     return EnsembleAverage(
         Recording(cycles[0], cycles[1], period, raw.source, tuple(found), errors[0], errors[1]),
@@ -267,6 +214,15 @@ def average_beats(
         how.correct_delay,
         baseline,
     )
+
+
+def _without_drift(chosen: Cuts, baseline: Baseline) -> Cuts:
+    """Return beats without the drift of their level, if it is to be removed."""
+    if not baseline.removed:
+        return chosen
+    within = np.linspace(0, 1, chosen.pressure.shape[1])
+    times = chosen.starts[:, None] + np.outer(chosen.ends - chosen.starts, within)
+    return chosen._replace(pressure=chosen.pressure - baseline.drift_at(times))
 
 
 def _mean_cycles(cuts: dict[str, np.ndarray], harmonics: int | None) -> tuple[list[np.ndarray], list[Finding]]:
@@ -288,4 +244,5 @@ def _beating(baseline: Baseline, starts: np.ndarray, reasons: list[Rejection]) -
 
 
 def _listed(starts: np.ndarray, ends: np.ndarray, used: set[int], reasons: list[Rejection]) -> tuple[Beat, ...]:
-    return tuple(Beat(float(starts[i]), float(ends[i]), i in used, reason) for i, reason in enumerate(reasons))
+    each = zip(starts.tolist(), ends.tolist(), reasons, strict=True)
+    return tuple(Beat(start, end, i in used, reason) for i, (start, end, reason) in enumerate(each))

@@ -43,7 +43,7 @@ def cause(reason: Finding) -> str:
 
 def misshapen_beats(
     lengths: np.ndarray, pressure: np.ndarray, flow: np.ndarray, length_tolerance: float, least_correlation: float,
-    usual_shapes: tuple[np.ndarray, np.ndarray] | None = None,
+    shapes: tuple[np.ndarray, np.ndarray],
 ) -> list[Rejection]:  # fmt: skip
     """Return for every beat why its length or its shape is not that of the others, None if it is.
 
@@ -55,8 +55,8 @@ def misshapen_beats(
         mmHg and ml/s.
     length_tolerance, least_correlation
         As in `average_beats`.
-    usual_shapes : pair of float arrays, shape (sample,), optional
-        Pressure and flow that the beats are compared with; by default their own medians.
+    shapes : pair of float arrays, shape (sample,)
+        Pressure and flow that the beats are compared with.
     """
     from scipy.ndimage import median_filter
 
@@ -64,7 +64,6 @@ def misshapen_beats(
     usual = median_filter(lengths, min(11, len(lengths)), mode="nearest")
     for i in np.flatnonzero(np.abs(lengths / usual - 1.0) > length_tolerance):
         reasons[i] = _LENGTH(length=1e3 * float(lengths[i]), usual=1e3 * float(usual[i]))
-    shapes = usual_shapes or (np.median(pressure, axis=0), np.median(flow, axis=0))
     for name, beats, shape in (("pressure", pressure, shapes[0]), ("flow", flow, shapes[1])):
         alike = _correlation(beats, shape)
         for i in np.flatnonzero(~(alike >= least_correlation)):
@@ -82,11 +81,23 @@ def mark_steps(reasons: list[Rejection], first_beats: list[int]) -> None:
             reasons[beat] = reasons[beat] or _STEP()
 
 
-def mark_inspiration(reasons: list[Rejection], pressure: np.ndarray, flow: np.ndarray) -> None:
-    """Reject the beats whose mean stands off the end-expiratory level; the drift is to be removed before."""
-    for name, beats, unit in (("pressure", pressure, "mmHg"), ("flow", flow, "ml/s")):
-        off, limit = _off_level(beats.mean(axis=1))
-        limit = max(limit, _NO_BREATH * float(np.ptp(np.median(beats, axis=0))))
+def mark_inspiration(
+    reasons: list[Rejection], means: tuple[np.ndarray, np.ndarray], shapes: tuple[np.ndarray, np.ndarray]
+) -> None:
+    """Reject the beats whose mean pressure or flow stands off the end-expiratory level.
+
+    Parameters
+    ----------
+    reasons : list of Finding or None
+        Are added to.
+    means : pair of float arrays, shape (beat,)
+        Mean pressure, mmHg, its drift removed, and mean flow, ml/s.
+    shapes : pair of float arrays, shape (sample,)
+        The usual beat of both.
+    """
+    for name, mean, shape, unit in zip(("pressure", "flow"), means, shapes, ("mmHg", "ml/s"), strict=True):
+        off, limit = _off_level(mean)
+        limit = max(limit, _NO_BREATH * float(np.ptp(shape)))
         for i in np.flatnonzero(np.abs(off) > limit):
             reasons[i] = reasons[i] or _VENTILATION(signal=name, off=float(off[i]), unit=unit)
 

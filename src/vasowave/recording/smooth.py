@@ -50,21 +50,23 @@ def smooth_curve(
         Columns fitted with the curve and without penalty, for example steps.
     """
     from scipy.interpolate import BSpline
+    from scipy.sparse import csr_array, hstack
 
     points = np.append(at, anchor)
     stretches = int(np.clip(np.ceil(np.ptp(points) / spacing), 4, 60))
     inner = np.linspace(points.min(), points.max(), stretches + 1)
     width = inner[1] - inner[0]
     knots = np.concatenate([inner[0] - width * np.arange(3, 0, -1), inner, inner[-1] + width * np.arange(1, 4)])
-    basis = BSpline.design_matrix(points, knots, 3).toarray()
+    basis = csr_array(BSpline.design_matrix(points, knots, 3))  # four of the splines are not zero at a point
     count = basis.shape[1]
     bends = np.diff(np.eye(count), 2, axis=0)
-    design = np.hstack([basis[:-1], extra])
+    design = csr_array(hstack([basis[:-1], csr_array(extra)]))
     penalty = np.zeros((design.shape[1],) * 2)
     penalty[:count, :count] = bends.T @ bends
     # Extra columns the used points do not tell apart get nothing.
-    gram = design[used].T @ design[used] + 1e-9 * np.eye(design.shape[1])
-    moment = design[used].T @ values[used]
+    fitted = design[np.flatnonzero(used)]
+    gram = (fitted.T @ fitted).toarray() + 1e-9 * np.eye(design.shape[1])
+    moment = fitted.T @ values[used]
     power = float(values[used] @ values[used])
     free = int(used.sum()) - extra.shape[1] - 2
     best, chosen = -np.inf, (moment, gram, 0.0)
@@ -78,6 +80,8 @@ def smooth_curve(
     solution, matrix, variance = chosen
     covariance = variance * np.linalg.inv(matrix)[:count, :count]
     curve = basis @ solution[:count]
-    difference = basis[:-1] - basis[-1]
-    error = np.sqrt(np.maximum(np.sum(difference @ covariance * difference, axis=1), 0.0))
+    spread = basis @ covariance
+    anchored = basis[[-1]].toarray()[0]
+    variances = basis.multiply(spread).sum(axis=1) - 2.0 * spread @ anchored + spread[-1] @ anchored
+    error = np.sqrt(np.maximum(variances[:-1], 0.0))
     return Curve(curve[:-1], float(curve[-1]), solution[count:], error)

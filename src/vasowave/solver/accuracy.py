@@ -6,24 +6,28 @@ from dataclasses import replace
 import numpy as np
 
 from vasowave.errors import NumericalError
+from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
 from vasowave.recording import Inflow
 from vasowave.solver.failures import TooSteep
+from vasowave.solver.grid import cell_counts
+from vasowave.solver.middles import cells_for_middles
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
-from vasowave.solver.run import run_to_periodic
+from vasowave.solver.run import run_on_cells
 
-_COARSEST = 2.0  # the first grid's cells, in the given cell size
+_COARSEST = 2.0  # the first grid's cells, in those that would be taken without an accuracy
 _OF_CYCLES = 0.02  # share of the accuracy that the last cycle may still change
-_SECOND_ORDER = 2.5  # halving the cells must gain at least this, of 4, before the gain is counted on
+_SAFETY = 1.25  # factor on an error by the order that three grids show (Roache's grid convergence index)
+_ORDERS = np.linspace(2.0, 0.8, 25)  # the scheme's own, and what fronts leave of it
+_FIRST = 1.0  # order that is counted on where two grids are all that is known, or three show none
 
 
 def run_to_accuracy(model: Model, inflow: Inflow, numerics: Numerics, accuracy: float) -> Run:
-    """Return a run whose pressures are within `accuracy` (mmHg) by the comparison of its grid with a coarser one.
+    """Return a run whose pressures are within `accuracy` (mmHg) by the comparison of its grid with coarser ones.
 
-    The scheme is of second order in space and time together, so that a grid k times finer than another differs from it
-    by k² - 1 times its own error. That is counted on once three grids have shown it; what two grids differ by is taken
-    as the error of the finer one until then.
+    All grids have the cells of the first, each cut into the same number of parts. The order at which they come nearer
+    to each other is the one that three of them show, two at most; the first order until then.
 
     Raises
     ------
@@ -31,31 +35,55 @@ def run_to_accuracy(model: Model, inflow: Inflow, numerics: Numerics, accuracy: 
         The accuracy needs more than ``numerics.most_steps``, or finer grids do not come nearer to each other.
     """
     tolerance = min(numerics.tolerance, _OF_CYCLES * accuracy)
-    numerics = replace(numerics, cell_size=_COARSEST * numerics.cell_size, tolerance=tolerance, accuracy=None)
-    refinement, factor, wanted = 1, 2, math.nan
-    try:
-        before = run_to_periodic(model, inflow, numerics)
-    except TooSteep:
-        refinement = 2
-        before = run_to_periodic(model, inflow, numerics, refinement=refinement)
+    numerics = replace(numerics, tolerance=tolerance, accuracy=None)
+    counts, before = _coarsest(model, inflow, numerics)
+    refinement, factor, gap, earlier = 1, 2, math.nan, 2
     while True:
         refinement *= factor
-        run = _refined(model, inflow, numerics, refinement, before, accuracy)
+        run = _refined(model, inflow, numerics, refinement, counts, before, accuracy)
         apart = float(np.max(np.abs(run.pressure - before.pressure)))
-        by_order = apart / (factor**2 - 1)
-        ordered = by_order <= wanted
-        error = by_order if ordered else apart
+        order, three = _order(gap / max(apart, 1e-300), earlier, factor), not math.isnan(gap)
+        error = _SAFETY * apart / (factor**order - 1)
+        run = replace(run, error_estimate=error)
         if error <= accuracy:
-            return replace(run, error_estimate=error)
-        failed = not (ordered or math.isnan(wanted))
-        before = replace(run, error_estimate=error)
-        factor = 2 if failed else max(2, math.ceil(math.sqrt(by_order / accuracy)))
-        wanted = by_order / (_SECOND_ORDER / 4 * factor**2)
+            return run
+        gap, earlier, before = apart, factor, run
+        at_best = _SAFETY * apart / (factor**2 - 1)
+        factor = 2 if three and order <= _FIRST else max(2, math.ceil(math.sqrt(at_best / accuracy)))
 
 
-def _refined(model: Model, inflow: Inflow, numerics: Numerics, refinement: int, before: Run, accuracy: float) -> Run:
+def _coarsest(model: Model, inflow: Inflow, numerics: Numerics) -> tuple[np.ndarray, Run]:
+    """Return the cells of every vessel that are cut into parts, and their run."""
+    linear = linear_solution(model, inflow)
+    counts = cell_counts(model, numerics.cell_size, linear, _COARSEST)
     try:
-        return run_to_periodic(model, inflow, numerics, refinement=refinement)
+        run = run_on_cells(model, inflow, numerics, counts, linear)
+    except TooSteep:
+        counts = 2 * counts
+        run = run_on_cells(model, inflow, numerics, counts, linear)
+    needed = cells_for_middles(run)
+    if np.any(needed > counts):
+        counts = np.maximum(needed, counts)
+        run = run_on_cells(model, inflow, numerics, counts, linear)
+    return counts, run
+
+
+def _order(ratio: float, earlier: int, factor: int) -> float:
+    """Return the order that three grids show, the second `earlier`, the third `factor` times finer than that before.
+
+    `ratio` is how many times as far apart the first two are as the last two; NaN where there are only two grids.
+    """
+    shown = (earlier**_ORDERS - 1.0) * factor**_ORDERS / (factor**_ORDERS - 1.0)  # grows with the order
+    if math.isnan(ratio) or ratio < shown[-1]:
+        return _FIRST
+    return float(_ORDERS[int(np.argmax(shown <= ratio))])
+
+
+def _refined(
+    model: Model, inflow: Inflow, numerics: Numerics, refinement: int, counts: np.ndarray, before: Run, accuracy: float
+) -> Run:
+    try:
+        return run_on_cells(model, inflow, numerics, refinement * counts)
     except NumericalError as error:
         known = f" (an error of {before.error_estimate:.2g} mmHg was reached)" if before.error_estimate > 0 else ""
         raise NumericalError(

@@ -42,7 +42,7 @@ class Extremes(NamedTuple):
 def find_extremes(grid: Grid, period: float, steps: int, p: np.ndarray, kept: np.ndarray) -> Extremes:
     """Return the extremes of the waves of pressure (mmHg, shape (sample, station, vessel)) on a grid.
 
-    How steep and how wrong they are is that of the areas as they were `kept`, shape (time, vessel, station).
+    How steep and how wrong they are is that of areas and flows as they were `kept`, shape (2, time, vessel, station).
     """
     network, judged = grid.model.network, judge(grid, period, steps, kept)
     wall, area0 = grid.at_stations

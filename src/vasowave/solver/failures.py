@@ -8,6 +8,9 @@ from vasowave.model.linear import LinearSolution
 from vasowave.model.rational import Rational
 from vasowave.solver.grid import Grid
 from vasowave.solver.state import State
+from vasowave.solver.validity import COLLAPSED
+
+_FILLED = 0.97  # of the largest area that a wall law has
 
 
 class Lost(NumericalError):  # noqa: N818  what happened, not what kind of thing it is
@@ -108,15 +111,17 @@ def too_many_steps(grid: Grid, linear: LinearSolution, demand: np.ndarray, most:
     )
 
 
-def not_periodic(beds: Rational, changes: tuple[float, ...], tolerance: float, period: float) -> NumericalError:
-    """Return the error for a state that does not repeat itself."""
+def not_periodic(
+    grid: Grid, state: State, beds: Rational, changes: tuple[float, ...], tolerance: float, period: float
+) -> NumericalError:
+    """Return the error for a state, the last, that does not repeat itself."""
     cycles, late = len(changes), changes[-min(10, len(changes)) :]
     reason = "the changes grow smaller: raise most_cycles, or tolerance"
     slowest = float(np.max(np.where(beds.residues != 0, -1.0 / beds.poles.real, 0.0), initial=0.0)) / period
     if cycles > len(late) and (min(late) >= 0.5 * changes[0] or late[-1] > 2 * min(late)):
         reason = (
-            "the changes no longer grow smaller, so that more cycles will not help: look for a vessel near collapse or "
-            "near its largest area, and simulate with cycles_from_rest to see it"
+            f"the changes no longer grow smaller, so that more cycles will not help: {at_the_edge(grid, state)}; "
+            "simulate with cycles_from_rest to see it"
         )
     elif slowest > 3:
         reason += f"; the slowest bed's time constant is {slowest:.1f} periods long: check its compliance"
@@ -124,6 +129,22 @@ def not_periodic(beds: Rational, changes: tuple[float, ...], tolerance: float, p
         f"not periodic after {cycles} cycles: the last one still changed by {changes[-1]:.2g} mmHg (tolerance "
         f"{tolerance:.2g}); {reason}"
     )
+
+
+def at_the_edge(grid: Grid, state: State) -> str:
+    """Return which vessel is near collapse or near its largest area in a state, or that none is."""
+    cells = np.flatnonzero(grid.is_cell)
+    wall = type(grid.wall)(*(value[cells] for value in grid.wall))
+    ratio, largest = state.area[cells] / grid.area0[cells], np.asarray(wall.limits(*wall)[1])
+    p = np.asarray(walls.pressure(wall, state.area[cells], grid.area0[cells]))
+    filled, lowest = int(np.argmax(ratio / largest)), int(np.argmin(p))
+    if ratio[filled] > _FILLED * np.broadcast_to(largest, ratio.shape)[filled]:
+        name = grid.model.network.name[grid.vessel[cells[filled]]]
+        return f"vessel '{name}' is near its largest area (a pressure of {p[filled]:.4g} mmHg); stiffen it"
+    if p[lowest] < COLLAPSED:
+        name = grid.model.network.name[grid.vessel[cells[lowest]]]
+        return f"vessel '{name}' is near collapse ({p[lowest]:.4g} mmHg); check the inflow for backflow"
+    return "no vessel is near collapse or near its largest area, the waves themselves do not settle"
 
 
 def _speed(grid: Grid, state: State, vessel: int) -> str:

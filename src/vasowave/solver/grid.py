@@ -17,6 +17,11 @@ from vasowave.model.model import Model
 
 _STEADY_ERROR = 2e-4  # of the pressure, allowed to the fall of the mean pressure along a vessel
 _FLAT = 0.05  # share of the pressure: where the mean falls by more, a vessel's middle is not the mean of its ends
+_LOW = 0.1  # of the network's largest mean pressure: a lower one is not what errors are measured by
+SHORTEST = 0.1  # cm: cells that nobody asked for are no shorter; they serve the lungs of mice
+_CELLS_A_WAVE = 32  # of the shortest wave that matters, at least: it then runs too slowly by 0.6 % at most
+_ENOUGH = 0.9  # of the known harmonics
+_MATTERS = 0.003  # of the pulse: harmonics whose root sum of squares is below it do not matter
 _SIMPSON = np.array([1, 4, 2, 4, 2, 4, 2, 4, 1]) / 24  # weights of nine places
 
 
@@ -271,29 +276,52 @@ def make_grid(model: Model, counts: np.ndarray) -> Grid:
     return Grid(model, Vessels(first, first + counts, plain), vessel, share, position, spacing, *middles, *lefts)
 
 
-def cell_counts(model: Model, cell_size: float, steady: LinearSolution) -> np.ndarray:
+def cell_counts(model: Model, cell_size: float | None, linear: LinearSolution, longer: float = 1.0) -> np.ndarray:
     """Return the number of cells of every vessel.
 
-    Cells are at most `cell_size` (cm), and so many that the mean flow of the linear solution loses the right pressure
-    to drag: where a thin vessel takes most of the pressure, one would not follow its fall.
+    Cells are at most `cell_size` (cm) or, without one, a share of the shortest wave length that matters; with `longer`,
+    that many times as long. They are so many that the mean flow of the linear solution loses the right pressure to
+    drag: where a thin vessel takes most of the pressure, one would not follow its fall.
     """
-    inlet = steady.pressure[0].real
-    outlet = inlet - steady.resistance * model.network.length * steady.flow[0].real
-    count = np.ceil(model.network.length / cell_size - 1e-9)
-    flat = np.abs(inlet - outlet) <= _FLAT * np.maximum(inlet, outlet)
-    for_drag = 0.5 * np.sqrt(_error_of_one_cell(model, inlet, outlet, steady.period) / _STEADY_ERROR)
+    inlet = linear.pressure[0].real
+    outlet = inlet - linear.resistance * model.network.length * linear.flow[0].real
+    size = longer * cell_size if cell_size is not None else np.maximum(SHORTEST, longer * wave_cells(linear))
+    count = np.ceil(model.network.length / size - 1e-9)
+    level = np.maximum(np.abs(inlet), np.abs(outlet))
+    level = np.maximum(level, _LOW * np.max(level, initial=1e-300))
+    flat = np.abs(inlet - outlet) <= _FLAT * level
+    for_drag = 0.5 * np.sqrt(_error_of_one_cell(model, inlet, outlet, level, linear.period) / _STEADY_ERROR)
     for_drag = np.where(flat & (for_drag <= 0.5), 1, 2 * np.maximum(1, np.ceil(for_drag)))  # even: a face in the middle
     count = np.maximum(count, for_drag)
     return np.where(model.stiffening, 2 * np.ceil(count / 2), count).astype(np.int64)  # likewise
 
 
-def _error_of_one_cell(model: Model, inlet: np.ndarray, outlet: np.ndarray, period: float) -> np.ndarray:
-    """Error that one cell would make in the steady fall of pressure along each vessel, as a share of the pressure."""
+def wave_cells(linear: LinearSolution) -> np.ndarray:
+    """Return how long the cells of every vessel may be, cm, shape (vessel,): 0.1 times a power of two.
+
+    That is a share of 2π/|γ| of the highest harmonic that matters: a wave length or, where drag governs, the length in
+    which the pressure falls.
+    """
+    power = np.max(np.abs(linear.pressure[1:]) ** 2, axis=1)
+    above = np.sqrt(np.cumsum(power[::-1])[::-1])  # of all harmonics from each on
+    highest = max(1, int(np.sum(above > _MATTERS * above[0])))
+    if highest > _ENOUGH * len(power):  # shorter ones are not among those that are known
+        return np.full(len(linear.length), SHORTEST)
+    change = np.max([np.abs(one.propagation[highest]) for one in linear.lines], axis=0)
+    doubled = np.floor(np.log2(2 * np.pi / _CELLS_A_WAVE / change / SHORTEST))
+    return np.asarray(SHORTEST * 2.0 ** np.maximum(doubled, 0.0))
+
+
+def _error_of_one_cell(
+    model: Model, inlet: np.ndarray, outlet: np.ndarray, level: np.ndarray, period: float
+) -> np.ndarray:
+    """Error that one cell would make in the steady fall of pressure along each vessel, as a share of `level`."""
     p = outlet + np.linspace(0.0, 1.0, 9)[:, np.newaxis] * (inlet - outlet)
-    A = np.asarray(walls.area(model.wall, np.maximum(p, 0.0), model.area0))
+    lowest = -0.5 * np.asarray(walls.stiffness(model.wall))  # a guess below it is no guess
+    A = np.asarray(walls.area(model.wall, np.maximum(p, lowest), model.area0))
     k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
     drag = (k0 + k1 * np.sqrt(A)) / A  # the fall per length is proportional to drag/A
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = (drag[0] + drag[-1]) / (A[0] + A[-1]) * np.tensordot(_SIMPSON, A / drag, axes=1)
-        error = np.abs((ratio - 1) * (inlet - outlet) / np.maximum(inlet, outlet))
+        error = np.abs((ratio - 1) * (inlet - outlet) / level)
     return np.where(np.isfinite(error), np.minimum(error, 1.0), 0.0)

@@ -10,6 +10,7 @@ from vasowave.model import walls
 from vasowave.model.model import Model
 from vasowave.network.network import from_root
 from vasowave.solver.grid import Grid
+from vasowave.solver.middles import middle_errors, steep_vessels
 
 _FRONT = 2.0  # cells that a wave passes between two times at which it is judged: cells carry no front within fewer
 _FEWEST = 64  # such times a cycle
@@ -26,8 +27,9 @@ class Judged(NamedTuple):
     dispersion: np.ndarray  # of the error, what the vessel's own cells leave by its end
 
 
-def judge(grid: Grid, period: float, steps: int, area: np.ndarray) -> Judged:
-    """Return how steep and how wrong the waves of area (cm², shape (time, vessel, station)) are on a grid."""
+def judge(grid: Grid, period: float, steps: int, kept: np.ndarray) -> Judged:
+    """Return how steep and how wrong waves of area (cm²) and flow are on a grid, shape (2, time, vessel, station)."""
+    area = kept[0]
     found, network = np.zeros((len(Judged._fields), len(grid.counts))), grid.model.network
     for rows, waves in _waves_by_cells(grid, period, area):
         found[:, rows] = waves.judged(period, steps)
@@ -35,7 +37,21 @@ def judge(grid: Grid, period: float, steps: int, area: np.ndarray) -> Judged:
     gathered = echoes(grid.model, period, _as_in_middle(grid, area).mean(axis=(0, 2))) * from_root(
         network, judged.dispersion
     )
-    return judged._replace(error=judged.error - judged.dispersion + gathered)
+    judged = judged._replace(error=judged.error - judged.dispersion + gathered)
+    return _with_middles(judged, grid, period, kept)
+
+
+def _with_middles(judged: Judged, grid: Grid, period: float, kept: np.ndarray) -> Judged:
+    """Return what was judged, with what cells miss in the middle of vessels where much pressure is lost."""
+    rows, ends, _ = steep_vessels(grid.model, kept)
+    if not len(rows):
+        return judged
+    missed = middle_errors(grid.model, period, ends, rows) / grid.counts[rows] ** 2
+    when, most = missed.argmax(axis=0), missed.max(axis=0)
+    error, worst = judged.error.copy(), judged.worst.copy()
+    worst[rows] = np.where(most > error[rows], when * period / len(missed), worst[rows])
+    error[rows] = np.maximum(error[rows], most)
+    return judged._replace(error=error, worst=worst)
 
 
 def echoes(model: Model, period: float, area: np.ndarray) -> float:

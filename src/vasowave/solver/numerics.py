@@ -17,8 +17,9 @@ _FRONT = 4  # steps in which a front as steep as cells can carry passes
 class Resolution:
     """How finely the model is simulated."""
 
-    cell_size: Positive = 0.1
-    """Longest cell, cm. A vessel shorter than that has one cell if little pressure is lost in it, else two or more."""
+    cell_size: Positive | None = None
+    """Longest cell, cm; by default a thirty-second of the shortest wave length that matters, and 0.1 or more. A vessel
+    shorter than that has one cell if little pressure is lost in it, else two or more."""
     tolerance: Positive = 1e-4
     """Largest change from cycle to cycle that counts as periodic, mmHg. The paper's criterion is a squared change
     below 1e-8, here asked of every cell and every outlet."""
@@ -30,15 +31,15 @@ class Resolution:
 
 @settings_class
 class Numerics(Resolution):
-    """How finely and how long to simulate; the defaults serve every network of the size of a mouse lung.
+    """How finely and how long to simulate; the defaults take cells and steps from the waves.
 
     ``Numerics(accuracy=0.02)`` is the ordinary way to ask where the default may not do: cells and steps follow from it.
 
     Examples
     --------
     >>> import vasowave as vw
-    >>> vw.Numerics(accuracy=0.02).cell_size  # mmHg asked for; cells and steps follow
-    0.1
+    >>> vw.Numerics(accuracy=0.02).samples  # mmHg asked for; cells and steps follow
+    512
     """
 
     accuracy: Positive | None = None

@@ -7,12 +7,15 @@ import numpy as np
 
 from vasowave.model.blood import Blood, BoundaryLayer
 from vasowave.network.network import Network
+from vasowave.recording import Recording, resample
 from vasowave.solver.numerics import Numerics
 from vasowave.units import MMHG
 
+_LINES = 1024  # of a file that the program compares, at most
+
 
 class Practice(NamedTuple):
-    """How a group of authors computes: its numerics, its blood, and the lengths that its grid allows."""
+    """How a group of authors computes: its numerics, its blood, the lengths that its grid allows, and its samples."""
 
     numerics: Numerics
     blood: Blood
@@ -20,8 +23,22 @@ class Practice(NamedTuple):
     def network(self, network: Network) -> Network:
         """Return the network with straight vessels rounded down to whole cells, one at least, and radii as at rest."""
         cell = self.numerics.cell_size
+        assert cell is not None
         whole = np.maximum(1.0, np.floor(np.round(network.length / cell, 6)))
         return replace(network, length=whole * cell, pressure=0.0, taper=None, taper_sd=None)
+
+    def recording(self, recording: Recording) -> Recording:
+        """Return the recording with samples where that program takes them to be.
+
+        Its files hold N lines from 0 to T, of which the last repeats the first; of its N samples the k-th (from 0)
+        stands at (k + 1) T/N and is compared with line k.
+        """
+        lines = min(len(recording.pressure) + 1, _LINES)
+        pressure = np.append(recording.pressure, recording.pressure[0])
+        if lines <= len(recording.pressure):
+            pressure = resample(recording.pressure, lines - 1)
+            pressure = np.append(pressure, pressure[0])
+        return replace(recording, pressure=np.roll(pressure, 1), flow=resample(recording.flow, lines))
 
 
 PAPER = Practice(

@@ -14,7 +14,7 @@ from vasowave.solver.extremes import Extreme, Extremes, find_extremes
 from vasowave.solver.grid import Grid
 from vasowave.solver.periodic import Convergence
 from vasowave.solver.state import Scale, State
-from vasowave.solver.validity import notes_of
+from vasowave.solver.validity import SETTLED_SHARE, notes_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,12 +83,22 @@ class Run:
     @cached_property
     def extremes(self) -> Extremes:
         """What the waves reach at most, at the output times; how steep and wrong they are, at all recorded."""
-        return find_extremes(self.grid, self.period, self.steps, self.pressure, self.recorded[0])
+        return find_extremes(self.grid, self.period, self.steps, self.pressure, self.recorded)
+
+    @cached_property
+    def largest_pressure(self) -> float:
+        """Largest magnitude of the pressure at the output times, mmHg."""
+        return float(np.max(np.abs(self.pressure)))
+
+    @property
+    def settled(self) -> bool:
+        """Whether the estimated error of the grid is far below what a note says."""
+        return bool(self.extremes.grid_error.value <= SETTLED_SHARE * self.largest_pressure)
 
     @property
     def notes(self) -> tuple[Finding, ...]:
         """What a reader must know before believing the waves."""
-        return notes_of(self.extremes, float(np.max(np.abs(self.pressure))), self.error_estimate)
+        return notes_of(self.extremes, self.largest_pressure, self.error_estimate)
 
     @cached_property
     def pressure(self) -> np.ndarray:

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 
 from vasowave.errors import NumericalError
-from vasowave.model import walls
 from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
 from vasowave.recording import Inflow
 from vasowave.solver.discharge import common_discharge
 from vasowave.solver.failures import Lost, faster_than_allowed, not_periodic, runaway
 from vasowave.solver.grid import Grid, cell_counts, make_grid
+from vasowave.solver.middles import cells_for_middles
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import Convergence, fixed_point
 from vasowave.solver.result import Run, at_samples
@@ -21,8 +21,6 @@ from vasowave.solver.state import Scale, State
 from vasowave.solver.stepper import Stepper, TooFast
 from vasowave.solver.validity import require_subcritical
 
-_STEEP = 0.1  # share of the largest pressure that one cell may lose: its middle is then wrong by up to a hundredth
-_LOOKS = 128  # times of the cycle, at least, at which that is looked at
 _GROWTH = 8  # a model whose steps grow by more than this, and beyond those allowed, has no finite wave speed
 
 
@@ -36,12 +34,26 @@ def run_to_periodic(
         grid = make_grid(model, near.grid.counts)
         return _from(FromNeighbor(grid, inflow, near), inflow, numerics)
     linear = linear_solution(model, inflow)
-    counts = refinement * cell_counts(model, numerics.cell_size, linear)
-    run = _from_linear(make_grid(model, counts), linear, inflow, numerics)
-    needed = _cells_for_middles(run)
-    if np.any(needed > counts):
-        run = _from_linear(make_grid(model, np.maximum(needed, counts)), linear, inflow, numerics)
+    longer = 1.0
+    while True:
+        counts = refinement * cell_counts(model, numerics.cell_size, linear, longer)
+        run = run_on_cells(model, inflow, numerics, counts, linear)
+        longer *= 0.5
+        finer = refinement * cell_counts(model, numerics.cell_size, linear, longer)
+        if numerics.cell_size is not None or np.all(finer <= run.grid.counts) or run.settled:
+            break
+    needed = refinement * cells_for_middles(run)
+    if np.any(needed > run.grid.counts):
+        run = run_on_cells(model, inflow, numerics, np.maximum(needed, run.grid.counts), linear)
     return run
+
+
+def run_on_cells(
+    model: Model, inflow: Inflow, numerics: Numerics, counts: np.ndarray, linear: LinearSolution | None = None
+) -> Run:
+    """Return the periodic run with so many cells in every vessel."""
+    linear = linear or linear_solution(model, inflow)
+    return _from_linear(make_grid(model, counts), linear, inflow, numerics)
 
 
 def _from_linear(grid: Grid, linear: LinearSolution, inflow: Inflow, numerics: Numerics) -> Run:
@@ -50,24 +62,6 @@ def _from_linear(grid: Grid, linear: LinearSolution, inflow: Inflow, numerics: N
         return _from(FromLinear(grid, linear), inflow, numerics)
     except Lost:  # the linear solution can be far from what a nonlinear wall does; rest is never wrong, but slow
         return _from(FromRest(grid, linear), inflow, numerics)
-
-
-def _cells_for_middles(run: Run) -> np.ndarray:
-    """Return with how many cells each vessel of one cell would know its middle, shape (vessel,); 1 for the others.
-
-    The middle of a cell is that of its ends. In a stenosis these can be far apart when most flows, and the pressure
-    between them is no straight line.
-    """
-    counts, alone = np.ones(len(run.grid.counts), dtype=np.int64), np.flatnonzero(run.grid.counts == 1)
-    if len(alone):
-        kept = run.recorded[0][:: max(1, run.recorded.shape[1] // _LOOKS), alone]
-        ends = (run.model.at(alone, np.full(len(alone), share)) for share in (0.0, 1.0))
-        inlet, outlet = (
-            np.asarray(walls.pressure(wall, kept[..., 2 * end], area0)) for end, (wall, area0) in enumerate(ends)
-        )
-        fall = np.max(np.abs(inlet - outlet), axis=0) / np.max(np.abs(run.inlet_pressure(_LOOKS)))
-        counts[alone] = np.where(fall > _STEEP, 2 * np.ceil(fall / (2 * _STEEP)), 1)
-    return counts
 
 
 def _from(start: Start, inflow: Inflow, numerics: Numerics) -> Run:
@@ -95,7 +89,8 @@ def _periodic(stepper: Stepper, start: Start, numerics: Numerics) -> Run:
         cycle, scale.vector(began), numerics.tolerance, numerics.most_cycles, allowed, discharge.after, start.secants
     )
     if not convergence.converged:
-        raise not_periodic(stepper.beds, convergence.changes, numerics.tolerance, stepper.period)
+        last = scale.state(x)
+        raise not_periodic(stepper.grid, last, stepper.beds, convergence.changes, numerics.tolerance, stepper.period)
     return _finished(stepper, scale.state(x), convergence, scale, numerics)
 
 

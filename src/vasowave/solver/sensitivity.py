@@ -8,6 +8,7 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.recording import Inflow
 from vasowave.solver.direction import Direction
+from vasowave.solver.failures import at_the_edge
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import affine_fixed_point
 from vasowave.solver.result import Run
@@ -63,6 +64,6 @@ def pressure_derivatives(
     if fixed_point is None or not np.all(np.isfinite(fixed_point)):
         raise NumericalError(
             f"the derivatives of the pressure do not become periodic within {_MOST} cycles; the state is at the edge "
-            "of its stability: look for a vessel near collapse or near its largest area"
+            f"of its stability: {at_the_edge(run.grid, run.end)}"
         )
     return fixed_point

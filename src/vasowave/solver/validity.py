@@ -7,6 +7,7 @@ from vasowave.findings import Finding, Kind, Value, look_kind
 from vasowave.solver.extremes import Extreme, Extremes
 
 GRID_SHARE = 0.01  # of the largest pressure: an estimated grid error above it is worth a finding
+SETTLED_SHARE = 0.002  # likewise: above it, cells that were chosen by the wave length are halved
 _MEANINGLESS = 30.0  # % of the largest pressure: a larger error is no number that means anything
 COLLAPSED = -5.0  # mmHg: a wall so thin buckles long before, and neither law knows of it
 OVERSTRAINED = 3.0  # area strain: twice the radius, at which arteries tear

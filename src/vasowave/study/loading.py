@@ -106,6 +106,8 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     behind = [WEDGE(wedge=row.wedge)] if row.wedge else []
     odd = _oddities(network, recording, study)
     recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *behind, *odd))))
+    if study.practice == "paper":
+        recording = PAPER.recording(recording)
     return replace(animal, recording=recording, synthetic=synthetic)
 
 

@@ -99,8 +99,8 @@ class Inputs:
     Nothing is corrected unless this is given."""
     practice: Literal["vasowave", "paper"] = "vasowave"
     """paper: compute as the paper's program did, to compare with its tables: friction as at 0.07 cm everywhere, its
-    constants and bounds, eight cycles from rest, lengths rounded down to 0.025 cm, all harmonics, radii as at zero
-    pressure; `blood`, `numerics` and `waves_at` are then its own."""
+    constants and bounds, eight cycles from rest, lengths rounded down to 0.025 cm, all harmonics at the places of its
+    samples, radii as at zero pressure; `blood`, `numerics` and `waves_at` are then its own."""
     averaging: Averaging = field(default_factory=Averaging)
     calibration: Calibration = field(default_factory=Calibration)
 

@@ -1,24 +1,23 @@
 """What the Recording desk shows: signals at the width of a screen, beats and their fate, the average."""
 
 import threading
+import warnings
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from vasowave.errors import InputError, VasowaveError, VasowaveWarning
 from vasowave.findings import NOWHERE, Finding, Severity
-from vasowave.recording import (
-    EnsembleAverage,
-    RawRecording,
-    Recording,
-    average_beats,
-    describe_recording,
-    read_edits,
-)
+from vasowave.recording import BeatEdit, EnsembleAverage, RawRecording, Recording, describe_recording, read_edits
 from vasowave.recording.describe import kind_of
+from vasowave.recording.ensemble import average_prepared
+from vasowave.recording.prepared import Prepared, prepare
+from vasowave.recording.raw import SHORTEST
+from vasowave.recording.read_raw import INTERPOLATED
 from vasowave.recording.rejection import cause
 from vasowave.study.animals import read_row
 from vasowave.study.loading import read_measured, read_stretch
@@ -30,7 +29,7 @@ from vasowave.study.table import read_rows
 from vasowave.workbench.desk import Desk
 
 SIGNALS = ("pressure", "flow", "ecg")
-_KEPT = 3  # recordings in memory
+_KEPT, _MOST = 3, 9_000_000  # recordings in memory, and their samples in all, save for the one that is looked at
 _FIRST, _COARSER = 32, 4  # samples in a pair of the finest level, and pairs of one level in one of the next
 _WIDEST = 4000  # pixels
 _STRETCH = ("start [s]", "end [s]")
@@ -74,12 +73,54 @@ class Trace:
         return found
 
 
-class Opened(NamedTuple):
-    """A continuous recording in memory; `duration` in s."""
+@dataclass
+class Opened:
+    """A continuous recording in memory: signals, what the file says of its channels, and the beats averaged last.
+
+    Attributes
+    ----------
+    traces : dict of Trace
+    rate : float
+        Samples a second.
+    duration : float
+        s.
+    whole : RawRecording or None
+        The recording, where it has no gap and one rate, so that any stretch of it is at hand.
+    channels : dict
+        See `_channels`.
+    prepared : pair, optional
+        Stretch and settings, and the beats that were cut for them.
+    """
 
     traces: dict[str, Trace]
     rate: float
     duration: float
+    whole: RawRecording | None
+    channels: dict[str, Any]
+    prepared: tuple[Any, Prepared] | None = None
+
+    def beats(self, row: AnimalRow, study: Study, edits: Sequence[BeatEdit]) -> Prepared:
+        """Return the beats of the stretch of a row, cut anew only if the stretch or the settings changed."""
+        how = averaging_settings(study.settings)
+        key = (row.start, row.end, how)
+        if self.prepared is None or self.prepared[0] != key:
+            self.prepared = None  # room for the next
+            self.prepared = key, prepare(self._stretch(row), how)
+        self.prepared = key, self.prepared[1].with_moves(edits)
+        return self.prepared[1]
+
+    def _stretch(self, row: AnimalRow) -> RawRecording:
+        """Return what `read_stretch` does, without the file if it can be."""
+        if self.whole is not None and row.start is None and row.end is None:
+            return self.whole
+        if self.whole is None or row.start is None or row.end is None:
+            return read_stretch(row)
+        try:
+            part = self.whole.between(row.start, row.end)
+        except InputError:  # said by the reader in its own words
+            return read_stretch(row)
+        beside = tuple(one for one in part.beside if one.duration > SHORTEST + 1.5 / self.rate)
+        return replace(part, notes=self.whole.notes, beside=beside)
 
 
 class Recordings:
@@ -87,8 +128,7 @@ class Recordings:
 
     def __init__(self) -> None:
         self._opened: OrderedDict[Any, Opened] = OrderedDict()
-        self._averaged: OrderedDict[Any, dict[str, Any]] = OrderedDict()
-        self._lock = threading.Lock()
+        self._lock, self._averaging = threading.Lock(), threading.Lock()
 
     def trace(self, desk: Desk, animal: str, signal: str, start: float, end: float, width: int) -> np.ndarray:
         """Return a part of one signal, see `Trace.between`."""
@@ -108,10 +148,26 @@ class Recordings:
         with self._lock:
             if key not in self._opened:
                 self._opened[key] = _opened(row)
-                while len(self._opened) > _KEPT:
+                while len(self._opened) > _KEPT or (len(self._opened) > 1 and self._samples() > _MOST):
                     self._opened.popitem(last=False)
             self._opened.move_to_end(key)
             return self._opened[key]
+
+    def _samples(self) -> int:
+        return sum(round(one.duration * one.rate) for one in self._opened.values())
+
+    def _average(self, row: AnimalRow, study: Study) -> dict[str, Any]:
+        """Return beats and average, or why there is none; the same numbers as `vasowave check` and `run`."""
+        edits, opened = read_edits(row.beat_edits) if row.beat_edits else (), self.opened(row)
+        with warnings.catch_warnings(), self._averaging:
+            warnings.simplefilter("ignore", VasowaveWarning)  # they stand among the findings
+            prepared = opened.beats(row, study, edits)
+            average = average_prepared(prepared, edits)
+        raw = prepared.raw
+        return {"beats": _beats(average), "fiducial": average.fiducial, "origin": raw.origin, **_stretch(raw),
+                "baseline": {"removed": average.baseline.removed, "size": _number(average.baseline.size)},
+                "sd": {"pressure": _rounded(average.pressure_sd), "flow": _rounded(average.flow_sd)},
+                **_cycle(average.recording)}  # fmt: skip
 
     def described(self, desk: Desk, animal: str) -> dict[str, Any]:
         """Return all that the desk shows of an animal beside its signals."""
@@ -126,10 +182,14 @@ class Recordings:
         }
         try:
             if told["kind"] == "raw":
-                told |= _channels(row) | {"error": ""}
                 opened = self.opened(row)
-                told |= {"duration": opened.duration, "rate": opened.rate, "signals": list(opened.traces)}
-                told |= _average(row, study)
+                told |= opened.channels | {
+                    "error": "",
+                    "duration": opened.duration,
+                    "rate": opened.rate,
+                    "signals": list(opened.traces),
+                }
+                told |= self._average(row, study)
             else:
                 told |= {"error": "", **_cycle(read_measured(row, study.settings)[0])}
         except VasowaveError as error:
@@ -163,23 +223,26 @@ def row_of(desk: Desk, animal: str) -> tuple[AnimalRow, Study]:
 
 
 def _opened(row: AnimalRow) -> Opened:
-    from dataclasses import replace
-
     try:
         raw = read_stretch(replace(row, start=None, end=None))
     except InputError:  # a gap: the stretch of the row is whole, and what is beside it
         raw = read_stretch(row)
     pieces = (raw, *raw.beside)
+    alone = not raw.beside and raw.origin == 0
     count = max(round((one.origin + one.duration) * raw.sampling_rate) for one in pieces)
     traces = {}
     for name in SIGNALS:
-        if getattr(raw, name) is not None:
+        values = getattr(raw, name)
+        if values is not None and not alone:
             values = np.full(count, np.nan, dtype=np.float32)
             for one in pieces:
                 first = round(one.origin * raw.sampling_rate)
                 values[first : first + len(one.pressure)] = getattr(one, name)
+        if values is not None:
             traces[name] = Trace(values, raw.sampling_rate)
-    return Opened(traces, raw.sampling_rate, count / raw.sampling_rate)
+    one_rate = not any(note.code == INTERPOLATED.code for note in raw.notes)
+    whole = raw if alone and one_rate else None
+    return Opened(traces, raw.sampling_rate, count / raw.sampling_rate, whole, _channels(row))
 
 
 def _channels(row: AnimalRow) -> dict[str, Any]:
@@ -188,20 +251,6 @@ def _channels(row: AnimalRow) -> dict[str, Any]:
         blocks[row.block - 1] if row.block and row.block <= len(blocks) else max(blocks, key=lambda one: one.samples)
     )
     return {"channels": [[one.title, one.unit, one.quantity] for one in block.channels], "blocks": len(blocks)}
-
-
-def _average(row: AnimalRow, study: Study) -> dict[str, Any]:
-    """Return beats and average, or why there is none; the same numbers as `vasowave check` and `run`."""
-    import warnings
-
-    raw, edits = read_stretch(row), read_edits(row.beat_edits) if row.beat_edits else ()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", VasowaveWarning)  # they stand among the findings
-        average = average_beats(raw, averaging=averaging_settings(study.settings), edits=edits)
-    return {"beats": _beats(average), "fiducial": average.fiducial, "origin": raw.origin, **_stretch(raw),
-            "baseline": {"removed": average.baseline.removed, "size": _number(average.baseline.size)},
-            "sd": {"pressure": _rounded(average.pressure_sd), "flow": _rounded(average.flow_sd)},
-            **_cycle(average.recording)}  # fmt: skip
 
 
 def _stretch(raw: RawRecording) -> dict[str, float]:

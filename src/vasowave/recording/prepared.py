@@ -1,0 +1,102 @@
+"""What the average of a recording needs and no decision on a beat changes: kept, such a decision costs little."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.findings import Finding
+from vasowave.recording.beats import Beats, find_beats
+from vasowave.recording.cuts import Cuts, beats_beside, cut_again, cut_all, merged
+from vasowave.recording.edits import BeatEdit, moved
+from vasowave.recording.plateaus import Plateau, find_plateaus
+from vasowave.recording.raw import RawRecording
+from vasowave.recording.rejection import Rejection, misshapen_beats
+from vasowave.recording.settings import Averaging
+from vasowave.species import SPECIES
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """The beats of a recording, cut and compared with each other.
+
+    Attributes
+    ----------
+    raw : RawRecording
+    how : Averaging
+    heartbeats : Beats
+        As found.
+    moves : tuple of BeatEdit
+        Beginnings that a person moved.
+    lost : tuple of Finding
+        Which of them meet no beat.
+    cut : Cuts
+        All beats from their beginnings as moved.
+    shapes : pair of float arrays, shape (sample,)
+        The median beat of pressure, mmHg, and flow, ml/s.
+    reasons : tuple of Finding or None
+        Why the length or the shape of a beat is not that of the others.
+    means : pair of float arrays, shape (beat,)
+        Mean pressure, mmHg, and mean flow, ml/s, of every beat.
+    every : Cuts
+        The beats with those beside the stretch, in order; `cut` itself where there are none.
+    own : bool array, shape (beat of `every`,)
+        Which of them are those of `cut`.
+    plateaus : tuple of Plateau
+    """
+
+    raw: RawRecording
+    how: Averaging
+    heartbeats: Beats
+    moves: tuple[BeatEdit, ...]
+    lost: tuple[Finding, ...]
+    cut: Cuts
+    shapes: tuple[np.ndarray, np.ndarray]
+    reasons: tuple[Rejection, ...]
+    means: tuple[np.ndarray, np.ndarray]
+    every: Cuts
+    own: np.ndarray
+    plateaus: tuple[Plateau, ...]
+
+    def with_moves(self, edits: Sequence[BeatEdit]) -> "Prepared":
+        """Return the same for other moves among `edits`; beats whose ends stay are not cut again."""
+        moves = tuple(one for one in edits if one.to is not None)
+        if moves == self.moves:
+            return self
+        times, lost = moved(self.heartbeats.times, moves)
+        cut = cut_again(self.raw, self.cut, times)
+        return _compared(self.raw, self.how, self.heartbeats, moves, lost, cut, self.plateaus)
+
+
+def prepare(raw: RawRecording, how: Averaging, edits: Sequence[BeatEdit] = ()) -> Prepared:
+    """Return the beats of a recording, begun where `edits` move them; raises as `average_beats`."""
+    lasts = max(one.origin + one.duration for one in (raw, *raw.beside))
+    if how.zero_time > lasts:
+        raise InputError(f"zero_time={how.zero_time:g} s does not lie in the recording (0 to {lasts:.4g} s)")
+    heartbeats = find_beats(raw, how.fiducial, _rates(how))
+    if len(heartbeats.times) - 1 < how.beats:
+        raise InputError(
+            f"{raw.source}: {len(heartbeats.times) - 1} whole beats found, {how.beats} wanted; record longer or "
+            "average fewer"
+        )
+    cut = cut_all(raw, heartbeats.times, how.samples)
+    return _compared(raw, how, heartbeats, (), [], cut, find_plateaus(raw)).with_moves(edits)
+
+
+def _rates(how: Averaging) -> tuple[float, float]:
+    return how.heart_rates or SPECIES["mouse"].heart_rates
+
+
+def _compared(
+    raw: RawRecording, how: Averaging, heartbeats: Beats, moves: tuple[BeatEdit, ...], lost: Sequence[Finding],
+    cut: Cuts, plateaus: tuple[Plateau, ...],
+) -> Prepared:  # fmt: skip
+    limits = (how.length_tolerance, how.least_correlation)
+    shapes = (np.median(cut.pressure, axis=0), np.median(cut.flow, axis=0))
+    reasons = misshapen_beats(cut.ends - cut.starts, cut.pressure, cut.flow, *limits, shapes)
+    every, own = merged(cut, beats_beside(raw, shapes, heartbeats.fiducial, _rates(how), *limits))
+    means = (cut.pressure.mean(axis=1), cut.flow.mean(axis=1))
+    return Prepared(
+        raw, how, heartbeats, moves, tuple(lost), cut, shapes, tuple(reasons), means, every, own, plateaus
+    )  # fmt: skip

@@ -1,0 +1,90 @@
+"""The middle of a vessel, which its cells know only by the two ends of one of them.
+
+Where much pressure is lost in a short vessel, as in a stenosis, it falls along it in no straight line: the drag grows
+and the flow is accelerated as the vessel narrows. What a line misses is seen at the vessel's ends.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vasowave.model import walls
+from vasowave.model.model import Model
+
+if TYPE_CHECKING:
+    from vasowave.solver.result import Run
+
+_STEEP = 0.1  # share of the largest pressure that one cell may lose, whatever is known of what lies between
+_ALLOWED = 0.0025  # share of the largest pressure by which a middle may be wrong
+_NOTHING = 0.03  # share of the largest pressure: a smaller fall is not looked at
+_LOOKS = 128  # times of the cycle, at least, at which that is looked at
+_SLOWEST = 0.05  # 1 - u²/c², at least
+_HALF = np.array([1.0, 4.0, 2.0, 4.0, 1.0]) / 12.0  # Simpson's weights of five places
+
+
+def middle_errors(model: Model, period: float, ends: tuple[np.ndarray, np.ndarray], rows: np.ndarray) -> np.ndarray:
+    """Return by how much the middle of one cell as long as the vessel is wrong, mmHg, shape (time, vessel).
+
+    Flow that changes slowly falls by dp/dx = -drag q ρ/A² /(1 - u²/c²): the middle is where half the integral of
+    A²/drag (1 - u²/c²) over the pressure is reached. A cell takes the mean area of its ends instead.
+
+    Parameters
+    ----------
+    model : Model
+    period : float
+        s.
+    ends : pair of array, shape (2, time, vessel)
+        Pressure (mmHg) and flow at the inlets and at the outlets of the vessels `rows`.
+    """
+    (inlet, q), (outlet, _) = ends
+    wall, area0 = model.at(rows, np.full(len(rows), 0.5))
+    k0, k1 = model.blood.friction.coefficients(model.blood.viscosity, period)
+
+    def conductance(p: np.ndarray) -> np.ndarray:
+        A = np.asarray(walls.area(wall, p, area0))
+        by_speed = model.blood.inertia * q**2 * walls.area_compliance(wall, p, area0) / A**3
+        return np.asarray(A**2 / (k0 + k1 * np.sqrt(A)) * np.maximum(1.0 - by_speed, _SLOWEST))
+
+    def between(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        share: Any = np.linspace(0.0, 1.0, len(_HALF))
+        values = [weight * conductance(low + one * (high - low)) for one, weight in zip(share, _HALF, strict=True)]
+        return np.asarray((high - low) * sum(values))
+
+    mean = 0.5 * (walls.area(wall, inlet, area0) + walls.area(wall, outlet, area0))
+    taken = np.asarray(walls.pressure(wall, mean, area0))
+    above, below = between(taken, inlet), between(outlet, taken)
+    error = np.abs(above - below) / (2.0 * conductance(taken))
+    return np.where(np.isfinite(error), np.minimum(error, np.abs(inlet - outlet)), np.abs(inlet - outlet))
+
+
+def cells_for_middles(run: "Run") -> np.ndarray:
+    """Return with how many cells each vessel would know its middle, shape (vessel,); 1 where any number does."""
+    counts = np.ones(len(run.grid.counts), dtype=np.int64)
+    rows, ends, largest = steep_vessels(run.model, run.recorded)
+    if len(rows):
+        fall = np.max(np.abs(ends[0][0] - ends[1][0]), axis=0) / largest
+        error = np.max(middle_errors(run.model, run.period, ends, rows), axis=0) / largest
+        needed = 2 * np.ceil(0.5 * np.sqrt(error / _ALLOWED))
+        alone = (run.grid.counts[rows] == 1) & (fall > _STEEP)
+        needed = np.where(alone, np.maximum(needed, 2 * np.ceil(fall / (2 * _STEEP))), needed)
+        counts[rows] = np.where((error > _ALLOWED) | alone, needed, 1)
+    return counts
+
+
+def steep_vessels(model: Model, recorded: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], float]:
+    """Return the rows of vessels along which much pressure is lost, `ends` of `middle_errors`, the largest pressure.
+
+    `recorded` are areas (cm²) and flows at the stations, shape (2, time, vessel, station); some of their times are
+    taken.
+    """
+    kept = recorded[:, :: max(1, recorded.shape[1] // _LOOKS)]
+    every, pressures = np.arange(kept.shape[2]), []
+    for station, share in ((0, 0.0), (2, 1.0)):
+        wall, area0 = model.at(every, np.full(len(every), share))
+        pressures.append(np.asarray(walls.pressure(wall, kept[0, :, :, station], area0)))
+    largest = float(np.max(np.abs(pressures)))
+    rows = np.flatnonzero(np.max(np.abs(pressures[0] - pressures[1]), axis=0) > _NOTHING * largest)
+    inlet, outlet = (
+        np.array([p[:, rows], kept[1][:, rows, station]]) for p, station in zip(pressures, (0, 2), strict=True)
+    )
+    return rows, (inlet, outlet), largest
