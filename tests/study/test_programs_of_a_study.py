@@ -102,7 +102,10 @@ def planted(make_study):
 
 @pytest.mark.parametrize(
     ("program", "command"),
-    [("-m vasowave", "run . --no-report --workers 1"), ("vasowave", "check")],  # -m alone looks into the folder one is in
+    [
+        ("-m vasowave", "run . --no-report --workers 1"),
+        ("vasowave", "check"),
+    ],  # -m alone looks into the folder one is in
 )
 def test_no_module_that_lies_in_the_studys_folder_is_run(planted, program, command):
     start = [sys.executable, "-m", "vasowave"] if program[0] == "-" else [Path(sys.executable).with_name("vasowave")]
