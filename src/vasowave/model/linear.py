@@ -285,7 +285,9 @@ def _solve(
         P[0], flow[0] = P[0] + from_behind[0][0], flow[0] + from_behind[1][0]
     if motion is not None:
         keeps, dynamic = motion[0].keeps, motion[0].dynamic
-        P, Z_in = (((P - lost * flow) / left) - dynamic * flow) / keeps, ((Z_in - lost) / left - dynamic) / keeps
+        P = ((P - lost * flow) / left - dynamic * flow) / keeps
+        with np.errstate(invalid="ignore"):  # infinite where no flow passes
+            Z_in = ((Z_in - lost) / left - dynamic) / keeps
     return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length, motion)
 
 

@@ -3,7 +3,7 @@
 A tree is the graph in which one vessel ends wherever others begin.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,12 @@ class Meeting(NamedTuple):
     beginning: tuple[int, ...]
 
 
+def numbered(nodes: Sequence[Sequence[Hashable]]) -> np.ndarray:
+    """Return the two nodes of every vessel as numbers, in the order in which they are first named, shape (vessel, 2)."""
+    number: dict[Hashable, int] = {}
+    return np.array([[number.setdefault(node, len(number)) for node in pair] for pair in nodes], dtype=np.int64)
+
+
 def meetings(start: np.ndarray, end: np.ndarray) -> dict[int, Meeting]:
     """Return what meets in every node, by its number; nodes in the order in which vessels end in them, then others."""
     ending: dict[int, list[int]] = {}
@@ -38,7 +44,7 @@ def meetings(start: np.ndarray, end: np.ndarray) -> dict[int, Meeting]:
 def parents(name: tuple[str, ...], nodes: np.ndarray, where: Callable[[int], str]) -> np.ndarray:
     """Return the row of the vessel through which blood reaches each vessel on the shortest way, -1 at an inlet.
 
-    Ways are counted in vessels from the inlets on, from start to end; of ways as short as each other the first row's.
+    Ways are counted in vessels from the inlets on, from start to end; of ways as short as each other the first that is met.
 
     Raises
     ------
@@ -53,11 +59,11 @@ def parents(name: tuple[str, ...], nodes: np.ndarray, where: Callable[[int], str
     met = meetings(start, end)
     _check_open_ends(name, met, where)
     parent, seen = np.full(len(name), -2), set[int]()
-    level = [row for one in met.values() if not one.ending for row in one.beginning]
+    level = sorted(row for one in met.values() if not one.ending for row in one.beginning)
     parent[level] = -1
     while level:
         further = []
-        for row in sorted(level):
+        for row in level:
             if end[row] not in seen:
                 seen.add(int(end[row]))
                 below = met[int(end[row])].beginning
@@ -117,6 +123,12 @@ def steady_shares(start: np.ndarray, end: np.ndarray, conductance: np.ndarray) -
 
     One pressure stands before all inlets and another behind all ends.
     """
+    flow = steady_flows(start, end, conductance)
+    return np.asarray(flow / flow[~np.isin(start, end)].sum())
+
+
+def steady_flows(start: np.ndarray, end: np.ndarray, conductance: np.ndarray) -> np.ndarray:
+    """Return the flow in each vessel where the pressure is 1 at all inlets and 0 behind all ends."""
     number, ends = np.unique(np.concatenate([start, end]), return_inverse=True)
     first, last = ends[: len(start)], ends[len(start) :]
     entered, left = np.zeros(len(number), bool), np.zeros(len(number), bool)
@@ -131,5 +143,4 @@ def steady_shares(start: np.ndarray, end: np.ndarray, conductance: np.ndarray) -
     known = np.flatnonzero(~(entered & left))
     pulled = laplacian[np.ix_(inner, known)] @ pressure[known]
     pressure[inner] = -np.linalg.solve(laplacian[np.ix_(inner, inner)], pulled)
-    flow = conductance * (pressure[first] - pressure[last])
-    return np.asarray(flow / flow[~entered[first]].sum())
+    return np.asarray(conductance * (pressure[first] - pressure[last]))
