@@ -41,7 +41,8 @@ class Kind(NamedTuple):
 
     Lengths are multiples of the radius; the mean pressure fixes the resistance; the strain at it fixes the wall; the
     peak flow is that share of the area times the wave speed at rest. `falls` is the range, evenly drawn, of what radii
-    fall from inlet to outlet; `back` the flow that returns after ejection, over the peak.
+    fall from inlet to outlet; `back` the flow that returns after ejection, over the peak; `bridges` the vessels, at
+    most, that join junctions of the tree to loops.
     """
 
     radius: tuple[float, float]
@@ -54,6 +55,7 @@ class Kind(NamedTuple):
     falls: tuple[float, float] = (0.0, 0.0)
     back: float = 0.0
     junctions: Any = None
+    bridges: int = 0
 
 
 KINDS = {
@@ -69,7 +71,12 @@ KINDS = {
     "total *": Kind(
         (0.002, 1.0), (2, 60), (0.08, 1.2), (5, 120), (0.03, 1.0), (0.02, 1.0), (0.1, 0.6), back=0.4, junctions="total"
     ),
+    "loop *": Kind(
+        (0.035, 1.0), (2, 30), (0.08, 1.2), (10, 110), (0.08, 0.8), (0.05, 0.4), (0.3, 0.5), back=0.2, bridges=4
+    ),
 }
+LATER = ("loop *",)
+"""Kinds that are numbered behind the others, so that the models of these stay what they were."""
 
 
 def drawn(kind: Kind, rng: np.random.Generator) -> tuple[Model, Inflow]:
@@ -80,6 +87,8 @@ def drawn(kind: Kind, rng: np.random.Generator) -> tuple[Model, Inflow]:
         return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
     network = tree(int(2 ** rng.uniform(0, 6)), draw("radius"), lambda: draw("length"), rng)
+    if kind.bridges:
+        network = looped(network, int(rng.integers(1, kind.bridges + 1)), lambda: draw("length"), rng)
     period, mean, strain = draw("period"), draw("mean_pressure"), draw("strain")
     beta = mean / (np.sqrt(1 + strain) - 1)
     wall: Any = LinearWall(beta)
@@ -117,6 +126,32 @@ def tree(count: int, radius: float, length: Callable[[], float], rng: np.random.
     return Network(tuple(str(i) for i in range(len(parent))), np.array(parent), lengths, np.array(radii))
 
 
+def looped(network: Network, count: int, length: Callable[[], float], rng: np.random.Generator) -> Network:
+    """Return a tree with vessels more between the ends of two of its vessels that lead on, some of them parallel.
+
+    What one vessel leads to is enough for a loop: the new vessel then runs beside it.
+    """
+    inner = np.setdiff1d(np.arange(len(network)), network.terminals)
+    if not len(inner):
+        network = Network(("0", "1", "2"), np.array([-1, 0, 0]), np.repeat(network.length, 3), network.radius[[0, 0, 0]])
+        inner = np.array([0])
+    nodes, radii = [*np.column_stack([network.start, network.end]).tolist()], [*network.radius]
+    for _ in range(count):
+        first, last = rng.choice(inner), rng.choice(inner)
+        start = network.start[first] if first == last and first != network.root else network.end[first]
+        if start == network.end[last]:
+            continue
+        nodes.append([int(start), int(network.end[last])])
+        radii.append(rng.uniform(0.3, 1.0) * network.radius[last])
+    if len(nodes) == len(network):  # two ends in one: the tree's last vessels meet before one more
+        ends = network.end[network.terminals[-2:]].tolist()
+        nodes = [[start, ends[0] if end in ends else end] for start, end in nodes] + [[ends[0], ends[1]]]
+        radii.append(network.radius[network.terminals[-2:]].max())
+    new = np.array([length() for _ in nodes[len(network) :]]) * radii[len(network) :]
+    names = tuple(str(row) for row in range(len(nodes)))
+    return Network(names, None, np.concatenate([network.length, new]), np.array(radii), nodes=np.array(nodes))
+
+
 def simulated(model: Model, inflow: Inflow, repeat: bool) -> dict[str, Any]:
     """Return what came of one model: an error, or its extremes, notes and (if repeated) its true error."""
     started = time.process_time()
@@ -142,7 +177,8 @@ def simulated(model: Model, inflow: Inflow, repeat: bool) -> dict[str, Any]:
 
 def swept(name: str, number: int, seed: int, share: float) -> dict[str, Any]:
     """Return what came of one model of one kind; a random share of the models is repeated."""
-    rng = np.random.default_rng([seed, sorted(KINDS).index(name), number])
+    order = [*sorted(one for one in KINDS if one not in LATER), *LATER]
+    rng = np.random.default_rng([seed, order.index(name), number])
     model, inflow = drawn(KINDS[name], rng)
     row = simulated(model, inflow, rng.random() < share)
     return row | {"seed": seed, "kind": name, "number": number, "vessels": len(model.network)}

@@ -21,7 +21,7 @@ from vasowave.recording import Inflow
 
 _PARTS = 6  # lines that a vessel makes where one changes along its way
 _FASTEST = 0.8  # u²/c² of the mean flow, at most: beyond, no linear theory knows the waves
-_UNHINDERED = 1e-6  # of ρL/(A T), the resistance that a vessel of a graph has at least
+_UNHINDERED = 1e-4  # of ρL/(A T), the resistance that a vessel of a graph has at least
 _GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)  # places in a line whose mean is right to third order
 
 
