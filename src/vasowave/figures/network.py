@@ -46,7 +46,8 @@ def plot_network(
     widths = np.maximum(_THINNEST, scale * network.radius)
     labels = _labels(ax, network, (x, y), widths, share)
     for row in range(len(network)):
-        drawn = ax.annotate("", (x[row] + 1.0, y[row]), (x[row], y[row]), arrowprops=_arrow(widths[row], colors[row]))
+        tail, head = (x[row], x[row] + 1.0) if network.flow_fraction[row] >= 0 else (x[row] + 1.0, x[row])
+        drawn = ax.annotate("", (head, y[row]), (tail, y[row]), arrowprops=_arrow(widths[row], colors[row]))
         if tips and drawn.arrow_patch is not None:
             mark(drawn.arrow_patch, tips[row])
         below = [y[daughter] for daughter in network.daughters[row]]
@@ -91,7 +92,7 @@ def _labels(
 
     labels = []
     for name, flow in zip(network.name, network.flow_fraction, strict=True):
-        full = [f"{short(name, 12)} ({100 * flow:.0f} %)"] if share else []
+        full = [f"{short(name, 12)} ({100 * abs(flow):.0f} %)"] if share else []
         shorter = [short(name, most) for most in range(12, _SHORTEST - 1, -1)]
         labels.append(next((text for text in [*full, *shorter] if fits(text)), ""))
     return labels
@@ -120,7 +121,7 @@ def _draw_joints(ax: "Axes", network: Network, places: tuple[np.ndarray, np.ndar
         first = int(network.parent[one.beginning[0]])
         for row in (row for row in one.ending if row != first):
             ax.annotate("", (x[first] + 1.0, y[first]), (x[row] + 1.0, y[row]), zorder=1,
-                        arrowprops={"arrowstyle": "-", "linestyle": ":", "linewidth": 1.2, "color": DATA, "shrinkA": 0,
+                        arrowprops={"arrowstyle": "-", "linestyle": ":", "linewidth": 1.2, "color": "0.45", "shrinkA": 0,
                                     "shrinkB": 0, "connectionstyle": "arc3,rad=0.25"})  # fmt: skip
 
 
