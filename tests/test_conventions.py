@@ -32,8 +32,8 @@ UNEVEN = [  # where panels may outnumber what is drawn, or laws their parameters
     "figures/sweep.py",
     "imaging/matching.py",
     "inference/problem.py",
-    "study/alone.py",
     "study/loading.py",
+    "study/single_animal.py",
 ]
 STATEFUL = {"Objective", "_Stages", "Document", "GivenOptions"}  # what counts or searches, piece by piece
 

@@ -1,4 +1,4 @@
-"""Draw a figure of these pages into the working folder as SVG: `python draw.py waves|taper|intervals|drift|walls`."""
+"""Draw a figure of these pages, named like a function below, into the working folder as SVG: `python draw.py waves`."""
 
 import sys
 
@@ -86,6 +86,32 @@ def drift():
         ax.plot(np.arange(len(values)) / raw.sampling_rate, values, color="black", lw=0.5)
         ax.set(ylabel=label)
     axes[1].set(xlabel="time [s]")
+    return figure
+
+
+def beats():
+    """Two seconds of a practice recording, and the cycle averaged from it with its scatter."""
+    raw = vw.read_raw_recording("lab/control/mouse 1.txt")
+    figure = plt.figure(figsize=(6.9, 3.8), layout="constrained")
+    signals, cycle = figure.subfigures(1, 2, width_ratios=(2, 1))
+    raw.plot(slice(2, 4), signals.subplots(3, 1, sharex=True))
+    raw.average().plot(cycle.subplots(2, 1, sharex=True))
+    signals.align_ylabels()
+    cycle.align_ylabels()
+    return figure
+
+
+def power():
+    """How often an effect is shown, by the number of animals."""
+    return vw.plan(effect=1.5).figure()
+
+
+def network():
+    """The control network as a notebook draws it, and the fit of a synthetic mouse to it."""
+    vessels, _, fit = fitted()
+    figure, axes = plt.subplots(1, 2, figsize=(6.9, 3.0), layout="constrained")
+    vessels.plot(axes[0])
+    fit.plot.pressure(axes[1])
     return figure
 
 

@@ -1,4 +1,4 @@
-"""What is said of numbers, wall laws and beds: units, symbols, words, equations; where a fit starts and may go."""
+"""Descriptions of numbers, wall laws and beds: units, symbols, words, equations; where a fit starts and may go."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ TAILS = (0.025, 0.5, 0.975)
 
 
 class Quantity(NamedTuple):
-    """What a number is.
+    """The description of a number.
 
     Attributes
     ----------
@@ -79,7 +79,7 @@ class Parameter(NamedTuple):
 
 
 class Law(NamedTuple):
-    """What is said of a wall law.
+    """The description of a wall law.
 
     Attributes
     ----------
@@ -112,7 +112,7 @@ class Law(NamedTuple):
 
 
 class BedLaw(NamedTuple):
-    """What is said of a kind of vascular beds.
+    """The description of a kind of vascular beds.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What is noticed of data and models, as values: a code and numbers. Text is written from them, in one place each.
+"""Findings about data and models, as values: a code and numbers. Text is written from them, in one place each.
 
 A kind of finding is declared beside the code that finds it. Calling it with its values makes a finding::
 
@@ -24,7 +24,7 @@ _SHORT = 80  # letters of a text that are shown where many findings may be
 
 
 class Severity(StrEnum):
-    """What a finding asks of a person."""
+    """The action that a finding asks for."""
 
     NOTE = "note"
     """Nothing; it says how a number came about."""
@@ -35,7 +35,7 @@ class Severity(StrEnum):
 
 
 class Place(NamedTuple):
-    """Where something was noticed; what is clear, or does not apply, is empty.
+    """The place of a finding; what is clear, or does not apply, is empty.
 
     Attributes
     ----------
@@ -148,7 +148,7 @@ class Finding:
 
     @property
     def severity(self) -> Severity:
-        """What it asks of a person."""
+        """The action that it asks for."""
         return _kind_of(self).severity
 
     def at(self, file: str | None = None, **place: Any) -> "Finding":
@@ -177,7 +177,7 @@ OTHER = kind("other", Severity.LOOK, "{text}")
 
 
 class FindingWarning(VasowaveWarning):
-    """A finding on its way to whoever listens."""
+    """A warning that carries a finding."""
 
     def __init__(self, finding: Finding) -> None:
         super().__init__(f"{finding.place}: {finding}" if finding.place.file else str(finding))

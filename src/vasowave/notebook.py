@@ -1,4 +1,4 @@
-"""How values show themselves in a notebook: a small card of HTML, and the door to what draws and analyzes them."""
+"""Values in a notebook: a small card of HTML, and the door to what draws and analyzes them."""
 
 from collections.abc import Iterable, Mapping
 from html import escape

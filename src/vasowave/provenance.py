@@ -1,4 +1,4 @@
-"""Where a result came from: versions of the programs that made it, and fingerprints of what they read."""
+"""The origin of a result: versions of the programs that made it, and fingerprints of what they read."""
 
 import platform
 from collections.abc import Sequence

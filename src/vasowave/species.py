@@ -1,4 +1,4 @@
-"""What is plausible for a species: heart rate, pressures, output, decay and the size of its main pulmonary artery."""
+"""Plausible values of a species: heart rate, pressures, output, decay and the size of its main pulmonary artery."""
 
 from dataclasses import dataclass
 from typing import Literal

@@ -9,7 +9,7 @@ from vasowave.cohort.cohort import gathered
 from vasowave.cohort.primary import primary_comparison
 from vasowave.figures.marks import lettered
 from vasowave.figures.style import NARROW, WIDEST, style
-from vasowave.report.contents import report_of, supplement_of
+from vasowave.report.documents import report_of, supplement_of
 from vasowave.report.settings import ReportSettings
 
 pytestmark = pytest.mark.validation  # it draws everything twice

@@ -15,7 +15,7 @@ from vasowave.report.answer.groups import group_answers, influence, other_laws
 from vasowave.report.answer.limits import model_limits, one_geometry
 from vasowave.report.answer.page import answer_sections
 from vasowave.report.answer.problems import problem_blocks, problems
-from vasowave.report.contents import report_of
+from vasowave.report.documents import report_of
 from vasowave.report.glossary import explained
 from vasowave.report.tables.selection import selection_table
 from vasowave.report.wording import probability, ratio_with_interval, with_error, with_interval

@@ -133,7 +133,7 @@ def test_what_nothing_tells_is_said_and_left_empty_and_what_is_no_recording_is_n
     (tmp_path / "notes.txt").write_text("weights of the mice\n", "utf-8")
     added = add_files(study, [folder / "normoxia" / "M11.txt", tmp_path / "notes.txt"])
     assert added.rows[0]["group"] == ""
-    assert any("no group is told" in one and "M11" in one for one in added.said)
+    assert any("neither name nor folder tells the group" in one and "M11" in one for one in added.said)
     assert any("there is no network" in one for one in added.said)
     assert [one for one in added.refused if "notes.txt" in one] == list(added.refused)
     assert added.refused

@@ -58,7 +58,7 @@ def test_the_first_group_of_the_option_stays_the_reference(lab, tmp_path):
     study = tmp_path / "s"
     typed("new", study, "--groups", "normoxia,SuHx")
     first = add_files(study, [lab / "Nx_1.csv", lab / "SuHx_1.csv", lab / "lung.csv"])
-    assert any("no group is told" in one for one in first.said)
+    assert any("neither name nor folder tells the group" in one for one in first.said)
     again = add_files(study, [lab / "Nx_1.csv", lab / "SuHx_1.csv"], groups="normoxia=Nx,SuHx")
     assert chosen_groups(study) == "[normoxia, SuHx]"
     assert not any("groups are" in one for one in again.said)

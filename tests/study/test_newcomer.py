@@ -139,7 +139,9 @@ def test_the_column_group_and_all_others_stay_and_an_option_fills_the_row_again(
     text = (study / "animals.csv").read_text("utf-8")
     (study / "animals.csv").write_text(text.replace("flow,kind", "weight,flow,kind"), "utf-8")
     added = add_files(study, [lab / "WT_101.txt", lab / "lung.csv"])
-    assert any("no group is told" in one and "give --group or --groups" in one for one in added.said)
+    assert any(
+        "neither name nor folder tells the group" in one and "give --group or --groups" in one for one in added.said
+    )
     header = next(line for line in (study / "animals.csv").read_text("utf-8").splitlines() if not line.startswith("#"))
     assert header.startswith("animal,group,network,recording,weight,flow,kind,period [s]")
     assert table(study)["WT_101"]["group"] == ""

@@ -9,7 +9,7 @@ from made_cohort import made_results
 from vasowave.animal.files import to_bytes
 from vasowave.cohort import primary_comparison
 from vasowave.errors import InputError
-from vasowave.report.contents import report_of, supplement_of
+from vasowave.report.documents import report_of, supplement_of
 from vasowave.study.declaring import RECORD, declare
 from vasowave.study.loading import animal_key
 from vasowave.study.plan import inspect_study, read_study

@@ -1,5 +1,4 @@
 import json
-from pathlib import Path
 
 import pytest
 import yaml
@@ -7,10 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
+import study_file
 from vasowave.settings import settings_of
 from vasowave.study.reading import parse_settings
 from vasowave.study.settings import StudyFile
-from vasowave.study.template import FOLDERS, columns_table, keys_table, new_study, schema_text, study_text
+from vasowave.study.template import FOLDERS, new_study, schema_text, study_text
 
 
 def said(text: str) -> list[str]:
@@ -149,6 +149,4 @@ def test_new_changes_nothing_where_a_study_is(tmp_path):
 
 
 def test_the_documentation_lists_every_key_and_column_as_the_program_knows_it():
-    text = (Path(__file__).parents[2] / "docs" / "study.md").read_text(encoding="utf-8")
-    assert keys_table() in text
-    assert columns_table() in text
+    assert study_file.PAGE.read_text(encoding="utf-8") == study_file.page(), "run `uv run python tools/study_file.py`"

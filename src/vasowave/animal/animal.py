@@ -1,4 +1,4 @@
-"""What goes in: an animal, and how it is to be analyzed."""
+"""An animal, and the settings of its analysis."""
 
 import json
 from collections.abc import Sequence
@@ -128,7 +128,7 @@ class Calibration(Search, Laws):
 
 @settings_class
 class Analysis(KnownErrors):
-    """What is computed of an animal beside its fits, and the errors that are known."""
+    """The analyses of an animal beside its fits, and the errors that are known."""
 
     model_selection: bool = True
     """Whether the wall laws are compared by AICc and BIC."""
@@ -185,7 +185,7 @@ class Settings(Analysis, Calibration):
 
     @property
     def priors(self) -> Priors:
-        """What posteriors assume: the errors that are known, and what is usual."""
+        """The priors of its posteriors: the errors that are known, and the usual ones."""
         return Priors(**{name: getattr(self, name) for name in settings_of(KnownErrors)})
 
     def as_json(self) -> str:

@@ -1,4 +1,4 @@
-"""Which wall law one animal prefers, and what the laws say together, as labelled data."""
+"""The wall law that one animal prefers, and averages over the laws, as labelled data."""
 
 from collections.abc import Mapping, Sequence
 

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from vasowave.animal.datasets import recording_dataset
+from vasowave.animal.labelled import labelled
 from vasowave.findings import Finding
 from vasowave.recording import Beat, EnsembleAverage, RawRecording, Recording
 from vasowave.recording.rejection import cause
@@ -19,14 +20,16 @@ def beats_dataset(average: EnsembleAverage, raw: RawRecording | None) -> xr.Data
     beats, baseline = average.beats, average.baseline
     here = np.searchsorted(baseline.time, [beat.start for beat in beats])  # others are beside what is read
     variables = {
-        "onset": _along("beat", [beat.start for beat in beats], "s", "start of the beat"),
-        "length": _along("beat", [beat.end - beat.start for beat in beats], "s", "length of the beat"),
-        "kept": _along("beat", np.array([beat.averaged for beat in beats], dtype=np.int8), "1", "part of the average"),
+        "onset": labelled("beat", [beat.start for beat in beats], "s", "start of the beat"),
+        "length": labelled("beat", [beat.end - beat.start for beat in beats], "s", "length of the beat"),
+        "kept": labelled(
+            "beat", np.array([beat.averaged for beat in beats], dtype=np.int8), "1", "part of the average"
+        ),
         "reason": _why(beats, str, "why it was rejected"),
         "cause": _why(beats, cause, "the same in one word"),
-        "level": _along("beat", baseline.level[here], "mmHg", "diastolic level of the beat"),
-        "drift": _along("beat", baseline.trend[here], "mmHg", "drift of the level since the zero of the transducer"),
-        "delay": xr.Variable((), average.delay, {"units": "s", "long_name": "flow behind pressure (p-q delay)"}),
+        "level": labelled("beat", baseline.level[here], "mmHg", "diastolic level of the beat"),
+        "drift": labelled("beat", baseline.trend[here], "mmHg", "drift of the level since the zero of the transducer"),
+        "delay": labelled((), average.delay, "s", "flow behind pressure (p-q delay)"),
     }
     done = {
         "fiducial": average.fiducial,
@@ -45,8 +48,8 @@ def recording_with_scatter(recording: Recording, average: EnsembleAverage | None
     if average is None:
         return dataset
     for name, dim, unit in (("pressure", "time", "mmHg"), ("flow", "flow_time", "ml/s")):
-        attrs = {"units": unit, "long_name": f"standard deviation of the {name} of the averaged beats"}
-        dataset[f"{name}_sd"] = (dim, getattr(average, f"{name}_sd"), attrs)
+        words = f"standard deviation of the {name} of the averaged beats"
+        dataset[f"{name}_sd"] = labelled(dim, getattr(average, f"{name}_sd"), unit, words)
     return dataset
 
 
@@ -58,18 +61,14 @@ def _excerpt(average: EnsembleAverage, raw: RawRecording) -> xr.Dataset:
     first = int(np.clip(middle - count / 2, 0, len(raw.pressure) - count))
     part = slice(first, first + count)
     traces = {
-        "trace_pressure": _along("trace_time", raw.pressure[part], "mmHg", "pressure as recorded"),
-        "trace_flow": _along("trace_time", raw.flow[part], "ml/s", "flow as recorded"),
+        "trace_pressure": labelled("trace_time", raw.pressure[part], "mmHg", "pressure as recorded"),
+        "trace_flow": labelled("trace_time", raw.flow[part], "ml/s", "flow as recorded"),
     }
     if raw.ecg is not None:
-        traces["trace_ecg"] = _along("trace_time", raw.ecg[part], "mV", "ECG as recorded")
-    return xr.Dataset(traces, coords={"trace_time": _along("trace_time", raw.time[part], "s", "time")})
+        traces["trace_ecg"] = labelled("trace_time", raw.ecg[part], "mV", "ECG as recorded")
+    return xr.Dataset(traces, coords={"trace_time": labelled("trace_time", raw.time[part], "s", "time")})
 
 
 def _why(beats: Sequence[Beat], text: Callable[[Finding], str], meaning: str) -> xr.Variable:
     words = [text(beat.rejected) if beat.rejected else "" for beat in beats]
     return xr.Variable("beat", np.array(words, dtype=object), {"long_name": meaning})
-
-
-def _along(dim: str, values: object, unit: str, meaning: str) -> xr.Variable:
-    return xr.Variable(dim, np.asarray(values), {"units": unit, "long_name": meaning})

@@ -5,13 +5,12 @@ from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 
+from vasowave.animal.labelled import labelled, table_dataset
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.calibration.result import Fit
 from vasowave.findings import as_json
-from vasowave.io.columns import split_unit
 from vasowave.model.laws import bed_quantities, full_name, identity, parameter_names
 from vasowave.model.nominal import Nominal
 from vasowave.network.network import Network
@@ -23,22 +22,22 @@ def recording_dataset(recording: Recording) -> xr.Dataset:
     """Return measured pressure and flow on their own time axes, and the indices of Table 1."""
     flow_time = np.arange(len(recording.flow)) * (recording.period / len(recording.flow))
     measured = {
-        "pressure": _variable("time", recording.pressure, "mmHg", "measured pressure"),
-        "flow": _variable("flow_time", recording.flow, "ml/s", "measured flow"),
+        "pressure": labelled("time", recording.pressure, "mmHg", "measured pressure"),
+        "flow": labelled("flow_time", recording.flow, "ml/s", "measured flow"),
     }
     for name, unit in (("pressure", "mmHg"), ("flow", "ml/s")):
         if (error := getattr(recording, f"{name}_error")) is not None:
             words = f"standard error of the amplitude of each harmonic of the {name}, the mean first"
-            measured[f"{name}_error"] = _variable(f"{name}_harmonic", error, unit, words)
+            measured[f"{name}_error"] = labelled(f"{name}_harmonic", error, unit, words)
     if recording.wedge_pressure:
         wedge = np.asarray(recording.wedge_pressure)
-        measured["wedge_pressure"] = _variable((), wedge, "mmHg", "pressure behind the vascular beds")
+        measured["wedge_pressure"] = labelled((), wedge, "mmHg", "pressure behind the vascular beds")
     indices = {name: _quantity(name, value) for name, value in recording.indices().items()}
     return xr.Dataset(
         measured | indices,
         coords={
-            "time": _variable("time", recording.time, "s", "time of the pressure samples"),
-            "flow_time": _variable("flow_time", flow_time, "s", "time of the flow samples"),
+            "time": labelled("time", recording.time, "s", "time of the pressure samples"),
+            "flow_time": labelled("flow_time", flow_time, "s", "time of the flow samples"),
         },
         attrs={"period": recording.period, "source": recording.source, "findings": as_json(recording.notes)},
     )
@@ -53,10 +52,10 @@ def nominal_dataset(nominal: Nominal, network: Network) -> xr.Dataset:
             "beta": _quantity("beta", nominal.beta, "nominal stiffness (eq. 9)"),
             "R_T": _quantity("R_T", nominal.total_resistance, "nominal total resistance"),
             "tau": _quantity("tau", nominal.time_constant, "time constant of the diastolic decay (eq. 12)"),
-            "upstroke_flow": _variable("upstroke", flow, "ml/s", "flow of the samples behind Z_c"),
-            "upstroke_pressure": _variable("upstroke", pressure, "mmHg", "pressure of the samples behind Z_c"),
-            "decay_time": _variable("decay", time, "s", "time of the samples behind tau"),
-            "decay_pressure": _variable("decay", falling, "mmHg", "pressure of the samples behind tau"),
+            "upstroke_flow": labelled("upstroke", flow, "ml/s", "flow of the samples behind Z_c"),
+            "upstroke_pressure": labelled("upstroke", pressure, "mmHg", "pressure of the samples behind Z_c"),
+            "decay_time": labelled("decay", time, "s", "time of the samples behind tau"),
+            "decay_pressure": labelled("decay", falling, "mmHg", "pressure of the samples behind tau"),
             **_outlets(nominal.outlets),
         },
         coords=_terminals(network),
@@ -87,7 +86,7 @@ def _fitted(fit: Fit) -> xr.Dataset:
     """Return the model that was fitted, the numbers that sum it up, its residual, and what is said of its law."""
     wall, kind, law = fit.model.wall, type(fit.model.wall), fit.model.wall.law()
     walls = {
-        name: _variable("vessel", value, what.unit, what.meaning)
+        name: labelled("vessel", value, what.unit, what.meaning)
         for name, value, what in zip(parameter_names(kind), wall, law.parameters, strict=True)
     }
     return xr.Dataset(
@@ -95,11 +94,11 @@ def _fitted(fit: Fit) -> xr.Dataset:
             **walls,
             **_outlets(fit.model.outlets),
             **scalars(fit),
-            "pressure_residual": _variable("time", fit.pressure_residual, "mmHg", "measured minus simulated pressure"),
+            "pressure_residual": labelled("time", fit.pressure_residual, "mmHg", "measured minus simulated pressure"),
         },
         coords={
             "vessel": np.array(fit.model.network.name, dtype=object),
-            "time": _variable("time", fit.compared.time, "s", "time of the compared pressure samples"),
+            "time": labelled("time", fit.compared.time, "s", "time of the compared pressure samples"),
             **_terminals(fit.model.network),
         },
         attrs={
@@ -125,11 +124,9 @@ def harmonics_dataset(fit: Fit) -> xr.Dataset:
         "discrepancy": "modulus of the residual beyond the error of the measurement",
     }
     table = fit.harmonics
-    variables = {name: _variable("harmonic", table[name].to_numpy(), "mmHg", text) for name, text in meanings.items()}
+    variables = {name: labelled("harmonic", table[name].to_numpy(), "mmHg", text) for name, text in meanings.items()}
     compared = fit.compared
-    variables["harmonics"] = _variable(
-        (), compared.harmonics, "1", "highest harmonic of the pressure that was compared"
-    )
+    variables["harmonics"] = labelled((), compared.harmonics, "1", "highest harmonic of the pressure that was compared")
     variables["harmonics"].attrs |= {
         "choice": compared.choice,
         "with_signal": compared.errors.with_signal,
@@ -143,37 +140,12 @@ def scalars(fit: Fit) -> dict[str, xr.Variable]:
     shares = {"a": fit.resistance_ratio, "C_p": fit.peripheral_compliance}
     return {
         "S": _quantity("S", fit.S),
-        "N": _variable((), fit.N, "1", "number of pressure samples compared"),
-        "mean_square": _variable((), fit.mean_square, "mmHg2", "S/N, mean square of the pressure residual"),
+        "N": labelled((), fit.N, "1", "number of pressure samples compared"),
+        "mean_square": labelled((), fit.mean_square, "mmHg2", "S/N, mean square of the pressure residual"),
         "RMSE": _quantity("RMSE", fit.rmse),
         "R_T": _quantity("R_T", fit.total_resistance),
         **{name: _quantity(name, value) for name, value in shares.items() if name not in lacking(fit.model.outlets)},
     }
-
-
-def table_dataset(frame: pd.DataFrame, dim: str, units: dict[str, str] | None = None) -> xr.Dataset:
-    """Return the columns of `frame` as variables along `dim`; a column ``S [mmHg2]`` becomes S with that unit."""
-    variables: dict[str, xr.Variable] = {}
-    for label in frame.columns:
-        name, unit = split_unit(str(label))
-        unit = unit or (units or {}).get(name, "")
-        variables[name] = xr.Variable(dim, plain(frame[label]), {"units": unit} if unit else {})
-    coordinate = {dim: variables.pop(dim)} if dim in variables else {}
-    return xr.Dataset(variables, coords=coordinate)
-
-
-def plain(column: pd.Series) -> np.ndarray:
-    """Return a column as Boolean, number or text array, the three kinds that netCDF and CSV keep."""
-    values = column.to_numpy()
-    if values.dtype.kind in "biuf":
-        return values
-    if all(isinstance(value, bool | np.bool_) for value in values):
-        return values.astype(bool)
-    return np.array(["" if value is None or value is pd.NA else str(value) for value in values], dtype=object)
-
-
-def _variable(dims: str | tuple[str, ...], values: Any, unit: str, meaning: str) -> xr.Variable:
-    return xr.Variable(dims, values, {"units": unit, "long_name": meaning})
 
 
 def _terminals(network: Network) -> dict[str, Any]:
@@ -181,13 +153,13 @@ def _terminals(network: Network) -> dict[str, Any]:
 
 
 def _quantity(name: str, value: float, meaning: str = "") -> xr.Variable:
-    return _variable((), value, QUANTITIES[name].unit, meaning or QUANTITIES[name].meaning)
+    return labelled((), value, QUANTITIES[name].unit, meaning or QUANTITIES[name].meaning)
 
 
 def _outlets(outlets: Any) -> dict[str, xr.Variable]:
     said = bed_quantities(type(outlets))
     return {
-        name: _variable("terminal", value, what.unit, what.meaning)
+        name: labelled("terminal", value, what.unit, what.meaning)
         for (name, what), value in zip(said.items(), outlets, strict=True)
     }
 

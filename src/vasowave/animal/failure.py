@@ -1,4 +1,4 @@
-"""What failed of an animal: as a whole, with one wall law, or a part of what was asked of that law."""
+"""Failures of an animal: as a whole, with one wall law, or in a part of what was asked of that law."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 class Stage(StrEnum):
-    """Where something failed."""
+    """The stages at which something can fail."""
 
     READING = "reading"
     FIT = "fit"
@@ -56,7 +56,7 @@ class Failure:
 
     @property
     def what(self) -> str:
-        """What failed: ``tangent wall, fit``."""
+        """The part that failed: ``tangent wall, fit``."""
         return f"{self.law} wall, {self.stage}" if self.law else str(self.stage)
 
     def __str__(self) -> str:

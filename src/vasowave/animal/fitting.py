@@ -1,4 +1,4 @@
-"""The fits and posteriors of one animal, law by law: one that fails is told, and the others go on."""
+"""The fits and posteriors of one animal, law by law: one that fails is recorded, and the others go on."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -16,7 +16,7 @@ Progress = Callable[[str, int, int, float], None]
 
 
 class Kept(Protocol):
-    """Where the unfinished work on one animal is kept."""
+    """The place where the unfinished work on one animal is kept."""
 
     def of(self, wall: str, starts: int) -> Ends:
         """Return where the ends of the searches with one wall law are kept."""

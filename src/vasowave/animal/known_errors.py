@@ -1,4 +1,4 @@
-"""What errors that a lab says move: the quantities of a recording and of a fit, each by one SD of every error."""
+"""The effects of a lab's errors on the quantities of a recording and of a fit, each by one SD of every error."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What the recording and every wall law say of an animal, as values."""
+"""The results of the recording and of every wall law of an animal, as values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ OVERSTRAINED = "solver.vessel-overstrained"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Measured:
-    """What the recording says, or a wall law's model in its place.
+    """The results of the recording, or of a wall law's model in its place.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Measured:
 
 @dataclass(frozen=True, eq=False)
 class PosteriorResult:
-    """What the posterior of one wall law says.
+    """The posterior of one wall law.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class PosteriorResult:
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What speaks against the numbers, and what they mean."""
+        """Findings against the numbers, and on their meaning."""
         return from_json(self.table.attrs.get("findings", "[]"))
 
     def draws(self, name: str) -> np.ndarray:
@@ -75,7 +75,7 @@ class PosteriorResult:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LawResult(Measured):
-    """What one wall law says of an animal.
+    """The results of one wall law for an animal.
 
     Attributes
     ----------
@@ -131,7 +131,7 @@ class LawResult(Measured):
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What a reader must know about the fit."""
+        """Findings that a reader must know about the fit."""
         return from_json(self.calibration.attrs.get("findings", "[]"))
 
     @property

@@ -3,6 +3,7 @@
 import numpy as np
 import xarray as xr
 
+from vasowave.animal.labelled import labelled
 from vasowave.network.network import MEASURED, Network
 
 _MEASURED = {
@@ -21,14 +22,12 @@ def network_dataset(network: Network) -> xr.Dataset:
         {
             "parent": ("vessel", np.array(parents, dtype=object), {"long_name": "name of the parent vessel"}),
             **{name: xr.Variable("vessel", node, {"long_name": f"number of the node where the vessel {verb}"})
-               for (name, node), verb in zip(ends.items(), ("begins", "ends"))},
-            "length": _by_vessel(network.length, "cm", "length"),
-            "radius": _by_vessel(network.radius, "cm", "radius at the pressure of the image"),
-            "image_pressure": (
-                (), network.pressure, {"units": "mmHg", "long_name": "pressure of the image, 0 where not known"}
-            ),
-            "flow_fraction": _by_vessel(network.flow_fraction, "1", "share of the root's mean flow (eq. 11)"),
-            **{name: _by_vessel(values, *_MEASURED[name]) for name, values in known.items()},
+               for (name, node), verb in zip(ends.items(), ("begins", "ends"), strict=False)},
+            "length": labelled("vessel", network.length, "cm", "length"),
+            "radius": labelled("vessel", network.radius, "cm", "radius at the pressure of the image"),
+            "image_pressure": labelled((), network.pressure, "mmHg", "pressure of the image, 0 where not known"),
+            "flow_fraction": labelled("vessel", network.flow_fraction, "1", "share of the root's mean flow (eq. 11)"),
+            **{name: labelled("vessel", values, *_MEASURED[name]) for name, values in known.items()},
         },
         coords={"vessel": np.array(network.name, dtype=object)},
     )  # fmt: skip
@@ -44,7 +43,3 @@ def network_of(data: xr.Dataset) -> Network:
         known["nodes"] = np.column_stack([data["start_node"].values, data["end_node"].values])
     pressure = float(data["image_pressure"]) if "image_pressure" in data else 0.0
     return Network(names, parent, data["length"].values, data["radius"].values, None, pressure, **known)
-
-
-def _by_vessel(values: np.ndarray, unit: str, meaning: str) -> xr.Variable:
-    return xr.Variable("vessel", values, {"units": unit, "long_name": meaning})

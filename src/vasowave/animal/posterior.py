@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from vasowave.animal.datasets import table_dataset
+from vasowave.animal.labelled import table_dataset
 from vasowave.animal.law_result import PosteriorResult
 from vasowave.findings import as_json
 from vasowave.inference import Posterior
@@ -15,7 +15,7 @@ def posterior_result(drawn: Posterior) -> PosteriorResult:
 
     The table has, by ``quantity``, ``median, interval_low, interval_high, prior_low, prior_high, contraction`` and the
     shares of the variance, ``share_recording, share_probe, share_calibration, share_image, share_model, share_prior``,
-    how well each ``block`` of harmonics is foretold by the others (``left_out``, ``left_out_k_hat``), and the
+    how well each ``block`` of harmonics is predicted by the others (``left_out``, ``left_out_k_hat``), and the
     diagnostics. Its attributes say whether it is ``trusted``, and the ``findings`` with their numbers (JSON).
     """
     summary = drawn.summary.rename(columns={name: f"share_{name}" for name in SOURCES})

@@ -124,12 +124,12 @@ class AnimalResult:
 
     @property
     def sources(self) -> dict[str, Measured]:
-        """Where numbers come from: ``measured``, and every wall law."""
+        """The sources of numbers: ``measured``, and every wall law."""
         return {"measured": self.measured, **self.laws}
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """What a reader must know: of the recording, the analysis, the fits and the posteriors."""
+        """Findings that a reader must know: of the recording, the analysis, the fits and the posteriors."""
         recorded = from_json(self.recording.attrs.get("findings", "[]"))
         fitted = shared({name: law.findings for name, law in self.laws.items()})
         posteriors = {name: law.posterior for name, law in self.laws.items() if law.posterior is not None}

@@ -15,6 +15,7 @@ from vasowave.analysis import (
     operating_point,
     wave_intensity,
 )
+from vasowave.animal.labelled import labelled
 from vasowave.calibration import Fit
 from vasowave.model.nominal import Nominal
 from vasowave.network.network import Network
@@ -93,25 +94,25 @@ def waves_dataset(station: Station, inertia: float) -> xr.Dataset:
     named = named_waves(waves, period)
     area = station.area
     variables = {
-        "pressure": _series(recording.pressure, "mmHg", "pressure"),
-        "p_plus": _series(waves.forward_pressure, "mmHg", "forward pressure wave (eq. 15)"),
-        "p_minus": _series(waves.backward_pressure, "mmHg", "backward pressure wave (eq. 15)"),
-        "q_plus": _series(area * waves.forward_velocity, "ml/s", "flow of the forward wave, A u+ (eq. 15)"),
-        "q_minus": _series(area * waves.backward_velocity, "ml/s", "flow of the backward wave, A u- (eq. 15)"),
-        "WI_plus": _series(waves.forward_intensity, "W/cm2/s2", "forward wave intensity (eq. 16)"),
-        "WI_minus": _series(waves.backward_intensity, "W/cm2/s2", "backward wave intensity (eq. 16)"),
-        "I_R": _number(waves.reflection_coefficient, "1", "reflection coefficient (eq. 17)"),
-        "drift": _number(waves.drift, "mmHg", "p+ after one period minus p+ at its start"),
+        "pressure": labelled("time", recording.pressure, "mmHg", "pressure"),
+        "p_plus": labelled("time", waves.forward_pressure, "mmHg", "forward pressure wave (eq. 15)"),
+        "p_minus": labelled("time", waves.backward_pressure, "mmHg", "backward pressure wave (eq. 15)"),
+        "q_plus": labelled("time", area * waves.forward_velocity, "ml/s", "flow of the forward wave, A u+ (eq. 15)"),
+        "q_minus": labelled("time", area * waves.backward_velocity, "ml/s", "flow of the backward wave, A u- (eq. 15)"),
+        "WI_plus": labelled("time", waves.forward_intensity, "W/cm2/s2", "forward wave intensity (eq. 16)"),
+        "WI_minus": labelled("time", waves.backward_intensity, "W/cm2/s2", "backward wave intensity (eq. 16)"),
+        "I_R": labelled((), waves.reflection_coefficient, "1", "reflection coefficient (eq. 17)"),
+        "drift": labelled((), waves.drift, "mmHg", "p+ after one period minus p+ at its start"),
         "wave_name": xr.Variable("wave", named["wave"].to_numpy(object), {"long_name": "kind of wave"}),
     }
     for column, (name, unit) in _WAVE_COLUMNS.items():
-        variables[name] = _along("wave", named[column].to_numpy(float), unit, f"{column.split(' [')[0]} of the wave")
+        variables[name] = labelled("wave", named[column].to_numpy(float), unit, f"{column.split(' [')[0]} of the wave")
     time = recording.time
     return xr.Dataset(
         variables,
         coords={
-            "time": ("time", time, {"units": "s", "long_name": "time"}),
-            "normalized_time": ("time", time / period, {"units": "1", "long_name": "time/T"}),
+            "time": labelled("time", time, "s", "time"),
+            "normalized_time": labelled("time", time / period, "1", "time/T"),
         },
         attrs={
             "period": period,
@@ -132,16 +133,16 @@ def impedance_dataset(station: Station, harmonics: int, noise: float) -> xr.Data
     per = "harmonic"
     return xr.Dataset(
         {
-            "modulus": _along(per, spectrum.modulus, "mmHg s/ml", "impedance modulus |Z| (eq. 19)"),
-            "phase": _along(per, spectrum.phase, "rad", "impedance phase (eq. 19)"),
-            "flow_amplitude": _along(per, amplitude, "ml/s", "amplitude of the flow harmonic (eq. 18)"),
-            "reliable": _along(per, (~spectrum.at_noise).astype(np.int8), "1", "whether the flow is above the noise"),
-            "Z_c": _along("estimator", estimates.to_numpy(float), "mmHg s/ml", "characteristic impedance (eq. 8)"),
-            "flow_noise": _number(noise, "ml/s", "noise of a flow harmonic"),
+            "modulus": labelled(per, spectrum.modulus, "mmHg s/ml", "impedance modulus |Z| (eq. 19)"),
+            "phase": labelled(per, spectrum.phase, "rad", "impedance phase (eq. 19)"),
+            "flow_amplitude": labelled(per, amplitude, "ml/s", "amplitude of the flow harmonic (eq. 18)"),
+            "reliable": labelled(per, (~spectrum.at_noise).astype(np.int8), "1", "whether the flow is above the noise"),
+            "Z_c": labelled("estimator", estimates.to_numpy(float), "mmHg s/ml", "characteristic impedance (eq. 8)"),
+            "flow_noise": labelled((), noise, "ml/s", "noise of a flow harmonic"),
         },
         coords={
             "harmonic": ("harmonic", np.arange(most + 1), {"units": "1"}),
-            "frequency": ("harmonic", spectrum.frequency, {"units": "Hz", "long_name": "frequency"}),
+            "frequency": labelled("harmonic", spectrum.frequency, "Hz", "frequency"),
             "estimator": ("estimator", np.array(estimates.index, dtype=object)),
         },
     )
@@ -160,15 +161,3 @@ def flow_noise(recording: Recording, beats: EnsembleAverage | None) -> float:
     carried = (len(recording.flow) - 1) // 2
     beyond = np.abs(fourier_series(recording.flow, carried))[_FLOOR + 1 :]
     return float(beyond.max()) if len(beyond) else 0.0
-
-
-def _series(values: np.ndarray, unit: str, meaning: str) -> xr.Variable:
-    return _along("time", values, unit, meaning)
-
-
-def _along(dim: str, values: np.ndarray, unit: str, meaning: str) -> xr.Variable:
-    return xr.Variable(dim, values, {"units": unit, "long_name": meaning})
-
-
-def _number(value: float | np.ndarray, unit: str, meaning: str) -> xr.Variable:
-    return xr.Variable((), float(value), {"units": unit, "long_name": meaning})

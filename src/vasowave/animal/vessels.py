@@ -1,10 +1,10 @@
-"""What changes along the tree of a calibrated model, vessel by vessel, as labelled data."""
+"""Changes along the tree of a calibrated model, vessel by vessel, as labelled data."""
 
 import numpy as np
 import xarray as xr
 
 from vasowave.analysis import compliance, pressure_drop, wave_speeds
-from vasowave.animal.datasets import table_dataset
+from vasowave.animal.labelled import labelled, table_dataset
 from vasowave.animal.quantities import quantities_dataset
 from vasowave.calibration import Fit
 from vasowave.model import walls
@@ -28,13 +28,11 @@ def vessels_dataset(fit: Fit) -> xr.Dataset:
     speeds = _renamed(table_dataset(wave_speeds(fit.model, mean).reset_index(), "vessel"))
     drops = _renamed(table_dataset(pressure_drop(network, inlet, ends).reset_index(), "terminal"))
     drops = drops.rename({"distance": "terminal_distance"})
-    meanings = {
-        "mean_pressure": (mean, "mmHg", "mean pressure at the middle of the vessel"),
-        "diastolic_pressure": (diastolic, "mmHg", "diastolic pressure at the middle of the vessel"),
-        "compliance": (at_diastole.vessel, "ml/mmHg", "volume compliance at diastolic pressure (eq. 25)"),
-    }
+    per = "vessel"
     own = {
-        name: ("vessel", values, {"units": unit, "long_name": text}) for name, (values, unit, text) in meanings.items()
+        "mean_pressure": labelled(per, mean, "mmHg", "mean pressure at the middle of the vessel"),
+        "diastolic_pressure": labelled(per, diastolic, "mmHg", "diastolic pressure at the middle of the vessel"),
+        "compliance": labelled(per, at_diastole.vessel, "ml/mmHg", "volume compliance at diastolic pressure (eq. 25)"),
     }
     dataset = xr.merge([speeds.assign(own), drops], combine_attrs="override", join="exact")
     sums = quantities_dataset({"C_v": at_diastole.network_published, "C_v_plain": at_diastole.network_sum}, QUANTITIES)
@@ -51,8 +49,8 @@ def _law_curve(fit: Fit) -> xr.Dataset:
     area = np.asarray(walls.area(wall, pressure, fit.model.area0[root]))
     return xr.Dataset(
         {
-            "law_pressure": ("law_point", pressure, {"units": "mmHg", "long_name": "pressure along the wall law"}),
-            "law_area": ("law_point", area, {"units": "cm2", "long_name": "area of the root vessel at that pressure"}),
+            "law_pressure": labelled("law_point", pressure, "mmHg", "pressure along the wall law"),
+            "law_area": labelled("law_point", area, "cm2", "area of the root vessel at that pressure"),
         }
     )
 

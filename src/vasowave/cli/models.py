@@ -1,4 +1,4 @@
-"""Where a command takes its model from: network and recording, the folder of a fit, or a file of openBF."""
+"""The model that a command works on: from network and recording, the folder of a fit, or a file of openBF."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -105,9 +105,9 @@ def animal_from(
 ) -> "Animal":
     """Return the animal of a network and a recording of any kind, as a study reads it; say what was noticed."""
     from vasowave.errors import InputError
-    from vasowave.study.alone import one_row
     from vasowave.study.loading import load_animal
     from vasowave.study.names import plain_name
+    from vasowave.study.single_animal import one_row
 
     if not recording:
         raise InputError(f"{network}: a network needs a recording too, whose flow enters it")

@@ -26,15 +26,8 @@ _OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "mode
 _REPEATED = {"outlets": "--outlet"}
 """Settings of several values, each given by an option of its own."""
 
-_CELLS = {
-    "period": "period [s]",
-    "wedge": "wedge [mmHg]",
-    "block": "block",
-    "start": "start [s]",
-    "end": "end [s]",
-    "sampling_rate": "sampling rate [1/s]",
-}
-"""Options that say of a recording what a table of animals says in a column."""
+_CELLS = ("period [s]", "wedge [mmHg]", "block", "start [s]", "end [s]", "sampling rate [1/s]")
+"""Columns of the table of animals that are options too."""
 
 _CELLS_OF = {
     "channel": ("pressure", "flow", "ecg"),
@@ -80,7 +73,9 @@ def row_cells(given: dict[str, Any]) -> dict[str, str]:
     InputError
         A channel or unit of something else than pressure, flow or ECG.
     """
-    cells = {title: given.pop(name).strip() for name, title in _CELLS.items() if name in given}
+    from vasowave.study.rows import field_of
+
+    cells = {title: given.pop(field_of(title)).strip() for title in _CELLS if field_of(title) in given}
     for option, names in _CELLS_OF.items():
         for text in given.pop(option, []):
             name, _, value = (part.strip() for part in text.partition("="))
@@ -134,10 +129,10 @@ def _options_of(name: str) -> dict[str, Any]:
 
 
 def _row_options() -> dict[str, Any]:
-    from vasowave.study.rows import COLUMNS
+    from vasowave.study.rows import COLUMNS, field_of
 
     several = {name: Setting(dict, {}, meaning) for name, meaning in _MEANINGS.items()}
-    plain = {name: Setting(str, None, f"{COLUMNS[title]} ({title})") for name, title in _CELLS.items()}
+    plain = {field_of(title): Setting(str, None, f"{COLUMNS[title]} ({title})") for title in _CELLS}
     return {name: _option(name, one, "recording") for name, one in (several | plain).items()}
 
 

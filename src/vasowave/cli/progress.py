@@ -1,4 +1,4 @@
-"""What is shown of work that is to be done, and of long work while it is done."""
+"""Tables of the work that is to be done, and signs of life while it is done."""
 
 import shutil
 import textwrap

@@ -76,8 +76,8 @@ def new(
 
 @app.command(
     epilog="Example: vasowave add my-study lab/control lab/hypoxia --network lung.csv. Groups and names are told by "
-    "names of files and folders; what nothing tells is said and left empty. In the study's folder its name may be left "
-    "out: vasowave add ../raw. Adding a file again fills what its row lacks."
+    "names of files and folders; fields that cannot be determined are left empty and listed. In the study's folder its "
+    "name may be left out: vasowave add ../raw. Adding a file again fills what its row lacks."
 )
 def add(
     study: Annotated[Path, _STUDY],

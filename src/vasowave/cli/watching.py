@@ -26,7 +26,7 @@ Searches = Mapping[str, Mapping[str, tuple[int, int]]]
 
 
 class Show(Protocol):
-    """What is told of a run."""
+    """Progress events emitted during a run."""
 
     def step(self, step: Progress) -> None:
         """Tell that an animal is done."""

@@ -1,4 +1,4 @@
-"""Where vessels run in space: along measured axes, or drawn as a flat tree of their true lengths."""
+"""The axes of vessels in space: measured, or drawn as a flat tree of their true lengths."""
 
 from pathlib import Path
 

@@ -1,1 +1,1 @@
-"""What a reader sees: panels that take ``ax`` and return it, and the figures made of them. Nothing is computed here."""
+"""Panels that take ``ax`` and return it, and the figures made of them. Nothing is computed here."""

@@ -1,4 +1,4 @@
-"""What was detected in a continuous recording, what of it was kept, and the average with its scatter."""
+"""Beats detected in a continuous recording, those that were kept, and the average with its scatter."""
 
 from typing import TYPE_CHECKING, Any
 

@@ -1,4 +1,4 @@
-"""What the wall laws leave of the pressure in each harmonic: of every animal, of all together, and of the beats."""
+"""The residual pressure of the wall laws in each harmonic: of every animal, of all together, and of the beats."""
 
 from typing import TYPE_CHECKING
 

@@ -32,7 +32,7 @@ _MOST_LANES = 12
 
 
 class Form(NamedTuple):
-    """How wide a forest plot is and its axis (a little less than its panel, cm), and where the words of a row stand.
+    """Widths of a forest plot and its axis (a little less than its panel, cm), and the place of the words of a row.
 
     `above` is how many lanes they stand above the interval; at 0 they stand beside it.
     """

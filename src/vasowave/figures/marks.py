@@ -1,4 +1,4 @@
-"""What a page can do with a drawing: words that appear over a part, the animal it is of, the scale of a panel.
+"""Marks by which a page works with a drawing: words that appear over a part, the animal it is of, the scale of a panel.
 
 Marks travel as the ids of matplotlib's SVG and become titles and data attributes; a browser shows titles by itself.
 """

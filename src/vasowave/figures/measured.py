@@ -72,7 +72,7 @@ def nominal_figure(cohort: Cohort) -> "Figure":
 
 
 def beats_figure(result: AnimalResult) -> "Figure":
-    """What was detected and kept of one animal's continuous recording, its baseline, and the averaged cycle."""
+    """Beats detected and kept of one animal's continuous recording, its baseline, and the averaged cycle."""
     beats = result.beats if result.beats is not None else xr.Dataset()
     signals = [name for name in ("ecg", "pressure", "flow") if f"trace_{name}" in beats.data_vars]
     levels = ["level"] if {"level", "drift"} <= set(beats.data_vars) else []

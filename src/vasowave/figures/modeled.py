@@ -135,7 +135,7 @@ def waves_figure(cohort: Cohort, group: str) -> "Figure":
 
 
 def waterfall_figure(cohort: Cohort) -> "Figure":
-    """Where the starts ended, one panel per wall law, one line per animal."""
+    """Ends of the starts, one panel per wall law, one line per animal."""
     figure = new_figure(NARROW if len(cohort.walls) == 1 else WIDEST, 7)
     axes = figure.subplots(1, len(cohort.walls), squeeze=False, sharey=True)[0]
     looks = group_looks(cohort.groups)

@@ -55,7 +55,7 @@ _SETTINGS: dict[Any, Any] = {
 
 
 class SourceLook(NamedTuple):
-    """How what comes from one source is drawn: measured, or a wall law.
+    """The look of what comes from one source: measured, or a wall law.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ _FURTHER = (
 
 
 class GroupLook(NamedTuple):
-    """How a group of animals is drawn."""
+    """The look of a group of animals."""
 
     color: str
     marker: str

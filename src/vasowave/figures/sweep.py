@@ -1,4 +1,4 @@
-"""What one or two parameters do to the pressure at the root: waves, and systolic, mean and diastolic pressure."""
+"""The effect of one or two parameters on the pressure at the root: waves, and systolic, mean and diastolic pressure."""
 
 from typing import TYPE_CHECKING
 

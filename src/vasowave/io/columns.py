@@ -68,7 +68,7 @@ class Columns:
     suspicions: tuple[Finding, ...] = ()
 
     def warn(self) -> None:
-        """Say aloud why the file may not be whole."""
+        """Warn that the file may be truncated."""
         for suspicion in self.suspicions:
             warn(suspicion.at(self.source), stacklevel=3)
 

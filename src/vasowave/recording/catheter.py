@@ -19,7 +19,7 @@ from vasowave.recording.harmonics import harmonic_errors
 _FIRST = 3
 """Below this harmonic reflections rule the impedance."""
 
-_FEWEST = 6
+_MIN_HARMONICS = 6
 """Harmonics needed: a constant, a delay and a response have four unknowns, each harmonic tells two."""
 
 _BETTER = 0.25
@@ -79,7 +79,7 @@ def suspect_catheter(recording: Recording) -> Catheter | None:
     recognized: it looks like the reflections of an artery.
     """
     last = min(_last_strong(recording, signal) for signal in ("pressure", "flow"))
-    if last - _FIRST + 1 < _FEWEST:
+    if last - _FIRST + 1 < _MIN_HARMONICS:
         return None
     harmonics = np.arange(_FIRST, last + 1)
     frequency = harmonics / recording.period

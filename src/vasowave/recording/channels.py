@@ -37,7 +37,7 @@ class Channel:
 
     @property
     def duration(self) -> float:
-        """How long the channel lasts, s."""
+        """Length of the channel, s."""
         return len(self.values) / self.sampling_rate
 
 

@@ -1,4 +1,4 @@
-"""Which channel holds pressure, which flow, which the ECG: by title, or by unit where that leaves one answer."""
+"""The choice of the channels of pressure, flow and ECG: by title, or by unit where that leaves one answer."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -50,7 +50,7 @@ T = TypeVar("T", bound=Titled)
 
 
 class Choice(NamedTuple, Generic[T]):
-    """Which channels were chosen.
+    """The channels that were chosen.
 
     Attributes
     ----------

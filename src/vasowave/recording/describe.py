@@ -1,4 +1,4 @@
-"""What a file holds before anyone says what it is: kind, blocks, channels, rate, length."""
+"""The content of a file before anyone says what it is: kind, blocks, channels, rate, length."""
 
 import math
 from collections.abc import Sequence
@@ -45,7 +45,7 @@ class BlockDescription(NamedTuple):
 
 
 class FileDescription(NamedTuple):
-    """What a file holds.
+    """The content of a file.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a person decided of single beats: a small table that the average follows and a reader understands."""
+"""Decisions of a person about single beats: a small table that the average follows and a reader understands."""
 
 from collections.abc import Sequence
 from pathlib import Path

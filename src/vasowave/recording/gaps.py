@@ -1,11 +1,11 @@
-"""Where samples are missing, in seconds, and the longest stretch where none is."""
+"""Gaps in a recording, in seconds, and the longest stretch without one."""
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-_MOST = 20
+_MAX_STRETCH = 20
 """Times may leap over this many times the samples there are; beyond that a clock is wrong."""
 
 _SELDOM = 0.01
@@ -94,7 +94,7 @@ def leaps_closed(time: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         return None
     leaping = steps > 1.5 * usual
     counts = np.where(leaping, np.round(steps / usual), 1.0)
-    if not 0 < leaping.sum() <= _SELDOM * len(steps) or not counts.sum() <= _MOST * len(time):
+    if not 0 < leaping.sum() <= _SELDOM * len(steps) or not counts.sum() <= _MAX_STRETCH * len(time):
         return None
     closed = time.astype(float).copy()
     closed[1:] -= np.cumsum(np.where(leaping, steps - usual, 0.0))

@@ -24,7 +24,7 @@ _NO_CLOCK = (
 
 
 class DecimalMark:
-    """Which decimal mark a file uses; both in one file would make values a thousandfold."""
+    """The decimal mark that a file uses; both in one file would make values a thousandfold."""
 
     def __init__(self, path: str | Path) -> None:
         self._path, self._seen = path, ""

@@ -1,4 +1,4 @@
-"""What a cycle of pressure and flow must satisfy before a number is read from it."""
+"""Conditions that a cycle of pressure and flow must satisfy before a number is read from it."""
 
 import numpy as np
 
@@ -24,7 +24,7 @@ _LOW = 0.25
 """It rests within this share of its range above the lowest flow."""
 
 _OFF_ZERO = 0.1
-"""A resting flow larger than this share of the mean flow is told."""
+"""A resting flow larger than this share of the mean flow is reported."""
 _NEVER_RESTS = 0.5  # of the mean: a flow that stays above this much flows all the time, as in a vein or a small artery
 
 OPEN_CYCLE = 0.05

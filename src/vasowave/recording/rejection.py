@@ -1,4 +1,4 @@
-"""Which beats may not be averaged, and why: by their length, their shape, and the breath they fall into."""
+"""The beats that may not be averaged, and the reasons: by their length, their shape, and the breath they fall into."""
 
 from collections import Counter
 

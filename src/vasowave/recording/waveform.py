@@ -1,4 +1,4 @@
-"""What is done to the waveform of beats and cycles: cut, closed, smoothed, set earlier, measured for its delay."""
+"""Operations on the waveform of beats and cycles: cut, closed, smoothed, set earlier, measured for its delay."""
 
 import numpy as np
 

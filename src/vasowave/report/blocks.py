@@ -1,4 +1,4 @@
-"""What a report is made of, before it is a page or a PDF: sections of sentences, tables, figures and warnings."""
+"""The parts of a report, before it is a page or a PDF: sections of sentences, tables, figures and warnings."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -53,7 +53,7 @@ class Answers:
 
 @dataclass(frozen=True)
 class Notice:
-    """What is wrong and must be considered, set apart as an alarm."""
+    """Problems that must be considered, set apart as an alarm."""
 
     title: str
     items: Sequence[str]
@@ -62,7 +62,7 @@ class Notice:
 
 @dataclass(frozen=True)
 class Remarks:
-    """What is good to know, set apart quietly."""
+    """Remarks that are good to know, set apart quietly."""
 
     title: str
     items: Sequence[str]

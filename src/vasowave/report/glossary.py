@@ -1,4 +1,4 @@
-"""What symbols mean: in a few words where they are spoken of, in full where a reader asks."""
+"""The meanings of symbols: in a few words where they are spoken of, in full where a reader asks."""
 
 import re
 from collections.abc import Callable, Mapping

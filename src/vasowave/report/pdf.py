@@ -45,8 +45,8 @@ _STYLE = """
 """
 _LEAST_SCALE = 0.7
 """To which a figure shrinks at most to stand under its words; one that is still too tall stands on the next page."""
-_KEPT_WHOLE = 24  # rows of a table that is not broken over pages
-_LONGEST = 36  # rows of a table that paper holds, about a page
+_UNBROKEN_ROWS = 24  # rows of a table that is not broken over pages
+_MAX_ROWS = 36  # rows of a table that paper holds, about a page
 _WIDE, _VERY_WIDE = 8, 12  # columns from which a table gets smaller letters
 
 NO_PDF = look_kind(
@@ -174,7 +174,7 @@ def _bullets(items: object) -> str:
 
 
 def _table(table: Table) -> str:
-    if table.name and len(table.rows) > _LONGEST:
+    if table.name and len(table.rows) > _MAX_ROWS:
         where = f"{len(table.rows)} rows: tables/{table.name}.csv, and the supplement's page."
         return f"#block[*#{quoted(table.caption)}.* #{quoted(where)}]"
     count = len(table.header)
@@ -188,4 +188,4 @@ def _table(table: Table) -> str:
     caption = f"#block(below: 0.4em, sticky: true)[*#{quoted(table.caption)}*]\n" if table.caption else ""
     note = f"\n#text(7pt, fill: luma(90), {quoted(table.note)})" if table.note else ""
     whole = f"{caption}{body}{note}"
-    return f"#block(breakable: false)[{whole}]" if len(table.rows) <= _KEPT_WHOLE else whole
+    return f"#block(breakable: false)[{whole}]" if len(table.rows) <= _UNBROKEN_ROWS else whole

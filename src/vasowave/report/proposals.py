@@ -10,7 +10,7 @@ from vasowave.imaging.witness.doubts import Doubt
 
 
 class Proposals(NamedTuple):
-    """What could be done; nothing of it is done unless a person takes it up.
+    """Edits that are proposed; none is made unless a person takes it up.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a study says of its report."""
+"""The settings of a study's report."""
 
 from vasowave.cohort.primary import Family
 from vasowave.settings import settings_class

@@ -12,7 +12,7 @@ from vasowave.errors import InputError
 from vasowave.figures.style import style
 from vasowave.io.files import write_folder
 from vasowave.report.blocks import REPORT, SUPPLEMENT, Report
-from vasowave.report.contents import report_of, supplement_of
+from vasowave.report.documents import report_of, supplement_of
 from vasowave.report.files import Each, write_figures, write_tables
 from vasowave.report.html import page
 from vasowave.report.pdf import write_pdf

@@ -1,1 +1,1 @@
-"""What the running process needs: compiled kernels, threads, memory, locks."""
+"""The needs of a running process: compiled kernels, threads, memory, locks."""

@@ -1,4 +1,4 @@
-"""How a lack of memory shows, and how much of the time goes to finding what is no longer used."""
+"""Signs of a lack of memory, and the time that goes to finding what is no longer used."""
 
 import errno
 import gc

@@ -1,4 +1,4 @@
-"""How many threads one process may use, so that several processes on one machine do not get in each other's way."""
+"""The threads that one process may use, so that several processes on one machine do not get in each other's way."""
 
 import os
 

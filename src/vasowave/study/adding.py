@@ -25,7 +25,7 @@ Ask = Callable[[str, str], str]
 
 @dataclass(frozen=True)
 class Added:
-    """What became of the files.
+    """The outcome of adding files.
 
     Attributes
     ----------
@@ -286,7 +286,7 @@ def _filled(one: _Row, explicit: set[str]) -> bool:
 def _missing(rows: Sequence[dict[str, str]], groups: Marks, networks: Sequence[Path]) -> list[str]:
     said = []
     if lost := [row["animal"] for row in rows if not row.get("group")]:
-        said.append(f"no group is told by name or folder of {', '.join(lost)}; the study has {', '.join(groups)}: "
+        said.append(f"neither name nor folder tells the group of {', '.join(lost)}; the study has {', '.join(groups)}: "
                     "give --group or --groups, or write it into the column 'group'")  # fmt: skip
     if lost := [row["animal"] for row in rows if not row.get("network")]:
         why = f"none of {len(networks)} networks carries their name or group" if networks else "there is no network"

@@ -19,24 +19,8 @@ from vasowave.io.columns import Columns, NoRowsError, read_columns, split_unit
 from vasowave.model.blood import relative_to_usual
 from vasowave.study.names import checked_name
 from vasowave.study.problems import UNREADABLE, Problem, unreadable
-from vasowave.study.rows import COLUMNS, ERRORS, NEEDED, AnimalRow
+from vasowave.study.rows import COLUMNS, ERRORS, NEEDED, NUMBERS, AnimalRow, field_of
 
-_NUMBERS = {
-    "image pressure [mmHg]": "image_pressure",
-    "period [s]": "period",
-    "wedge [mmHg]": "wedge",
-    "block": "block",
-    "start [s]": "start",
-    "end [s]": "end",
-    "zero [mmHg]": "zero",
-    "sampling rate [1/s]": "sampling_rate",
-    "R_T [mmHg s/ml]": "R_T",
-    "C_T [ml/mmHg]": "C_T",
-    "tau [s]": "tau",
-    "hematocrit [1]": "hematocrit",
-    "zero after [mmHg]": "zero_after",
-    **ERRORS,
-}
 _RAW_ONLY = ("pressure channel", "flow channel", "ecg channel", "block", "start [s]", "end [s]", "sampling rate [1/s]",
              "beat edits")  # fmt: skip
 _CYCLE_ONLY = ("flow", "period [s]")
@@ -222,10 +206,10 @@ def read_row(
     kind = cell["kind"].lower() or _implied_kind(cell)
     _check_words(cell, kind, groups, say)
     files = _files(cell, kind, folder, say)
-    numbers: dict[str, Any] = {field: _number(cell[title], title, say) for title, field in _NUMBERS.items()}
+    numbers: dict[str, Any] = {field: _number(cell[title], title, say) for title, field in NUMBERS.items()}
     if any(problem.error for problem in wrong):
         return None, wrong
-    texts: dict[str, Any] = {t.replace(" ", "_"): cell[t] for t in COLUMNS if t.endswith((" unit", " channel"))}
+    texts: dict[str, Any] = {field_of(title): cell[title] for title in COLUMNS if title.endswith((" unit", " channel"))}
     block, after = numbers.pop("block"), numbers.pop("zero_after")
     said = {name: value for name in ERRORS.values() if (value := numbers.pop(name)) is not None}
     if after is not None:

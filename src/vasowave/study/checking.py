@@ -98,7 +98,7 @@ SAME_CYCLE = error_kind(
 
 
 class Checked(NamedTuple):
-    """What is wrong or odd, in the order of the files, and what was read of every animal whose files are in order."""
+    """The problems in the order of the files, and what was read of every animal whose files are in order."""
 
     problems: list[Problem]
     read: list[AnimalRead]

@@ -44,7 +44,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Progress:
-    """What a run tells whenever a piece is done.
+    """The event that a run emits whenever a piece is done.
 
     Attributes
     ----------
@@ -219,7 +219,7 @@ def _is_lost(future: Future[Any]) -> bool:
 
 
 class Performed(NamedTuple):
-    """What a worker returns: the piece, and how long it took, s, without what happens once: starting and compiling."""
+    """The answer of a worker: the piece, and how long it took, s, without what happens once: starting and compiling."""
 
     piece: Any
     seconds: float

@@ -1,4 +1,4 @@
-"""Where animals are computed: a pool of processes on this machine, or a Dask cluster."""
+"""The places where animals are computed: a pool of processes on this machine, or a Dask cluster."""
 
 import logging
 import os
@@ -115,7 +115,7 @@ class _Pool(ProcessPoolExecutor):
 
     @contextmanager
     def watched(self) -> Iterator[None]:
-        """Hear of threads of this process that die, while the block runs."""
+        """Break the pool if one of its threads dies of a lack of memory while the block runs."""
         before = threading.excepthook
 
         def hear(died: threading.ExceptHookArgs) -> None:

@@ -1,4 +1,4 @@
-"""To which group of a study a recording belongs, told from the names of files and folders, or proposed from them."""
+"""The group of a study to which a recording belongs, told by the names of files and folders, or proposed from them."""
 
 import os
 import re
@@ -16,7 +16,7 @@ _REFERENCE = ("ctl", "ctrl", "control", "controls", "con", "wt", "wildtype", "wi
 
 _NO_GROUP = ("m", "f", "male", "female", "mouse", "mice", "rat", "animal", "rec", "recording", "recordings", "data",
              "raw", "day", "week", "left", "right", "copy", "export", "labchart")  # fmt: skip
-_MOST = 6  # groups that are proposed
+_MAX_GROUPS = 6  # groups that are proposed
 
 Marks = Mapping[str, Sequence[str]]
 """Labels of groups, and what names that belong to them hold."""
@@ -132,7 +132,7 @@ def _shares(said: Sequence[str]) -> bool:
     kinds = {word.casefold() for word in said}
     if not all(_letters(word) for word in said) or any(set(words(word)) & set(_NO_GROUP) for word in said):
         return False
-    return 2 <= len(kinds) <= min(_MOST, (len(said) + 1) // 2)
+    return 2 <= len(kinds) <= min(_MAX_GROUPS, (len(said) + 1) // 2)
 
 
 def _is_reference(word: str) -> bool:

@@ -1,4 +1,4 @@
-"""What an animal and a group may be called, so that every file, figure, table and program takes the name."""
+"""Names that an animal and a group may have, so that every file, figure, table and program takes the name."""
 
 import re
 import unicodedata

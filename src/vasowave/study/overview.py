@@ -1,4 +1,4 @@
-"""What was read of every animal, and how much work a study is: the table that a person looks at before it runs."""
+"""The animals that were read, and the work that a study is: the table that a person looks at before it runs."""
 
 import textwrap
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ _VESSELS = 21  # of the network for which the seconds were measured
 
 
 class AnimalRead(NamedTuple):
-    """What the files of one animal hold.
+    """The content of the files of one animal.
 
     `duration` (s) and `beats` (averaged, found) are those of a continuous recording; 0 of an averaged cycle. Heart rate
     in beats/min, mean pressure in mmHg, mean flow in ml/s; `drift` in mmHg over the recording.

@@ -1,4 +1,4 @@
-"""What an animal's recording and network say that no healthy or sick animal of its species has: mostly a slip."""
+"""Values of an animal that no healthy or sick animal of its species has: mostly a slip."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""How many animals a study needs, from a study's own spreads and errors or from the published ones."""
+"""The number of animals that a study needs, from a study's own spreads and errors or from the published ones."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""What is wrong or odd about a study, with the place where a person mends it."""
+"""Problems of a study, with the place where a person mends it."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -34,7 +34,7 @@ class Problem:
 
     @property
     def place(self) -> Place:
-        """Where a person mends it."""
+        """The place where a person mends it."""
         return self.finding.place
 
     @property

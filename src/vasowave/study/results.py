@@ -53,12 +53,12 @@ FORM = "vasowave study 3"
 
 _EARLIER = "results.nc"
 _NAMED = 6  # animals, in a sentence
-_LONGEST = 80  # bytes of an animal's name in that of its file
+_MAX_NAME_BYTES = 80  # bytes of an animal's name in that of its file
 
 
 @dataclass(frozen=True)
 class StoredAnimal:
-    """Where the result of one animal is.
+    """The place of the result of one animal.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class StoredAnimal:
 
 @dataclass(frozen=True, eq=False)
 class Results(Mapping[str, AnimalResult]):
-    """What came out of a study: a mapping of every animal's name to its result.
+    """The results of a study: a mapping of every animal's name to its result.
 
     The animals are read when they are asked for, each checked against its SHA-256. See `read_results`.
 
@@ -361,7 +361,7 @@ def _digest(content: Mapping[str, object]) -> str:
 def _file_name(animal: str) -> str:
     """Return an animal's name as far as every file system takes it."""
     plain = re.sub(r"[^\w .,+()-]", "_", unicodedata.normalize("NFC", animal))
-    return plain.encode()[:_LONGEST].decode(errors="ignore").strip(" .")
+    return plain.encode()[:_MAX_NAME_BYTES].decode(errors="ignore").strip(" .")
 
 
 def _put(piece: Path, place: Path) -> None:

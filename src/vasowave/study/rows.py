@@ -47,6 +47,15 @@ COLUMNS = {
 NEEDED = ("animal", "group", "network", "recording")
 
 
+def field_of(title: str) -> str:
+    """Return the name of a column without its unit, as `AnimalRow`, the errors and the options have it."""
+    return title.partition(" [")[0].replace(" ", "_")
+
+
+NUMBERS = {title: field_of(title) for title in COLUMNS if title.endswith("]") or title in ("block", *ERRORS)}
+"""Columns of numbers, and the names of what they say."""
+
+
 @dataclass(frozen=True)
 class AnimalRow:
     """One row of the table; a number is None and a text empty where the cell is.

@@ -41,7 +41,7 @@ NO_LONGER_THERE = look_kind(
 
 @dataclass(frozen=True)
 class Done:
-    """What a run did.
+    """The outcome of a run.
 
     Attributes
     ----------

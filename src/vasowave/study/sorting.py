@@ -1,4 +1,4 @@
-"""What the files of a lab are, told from their content and their names: networks, recordings, halves of a cycle."""
+"""The kinds of a lab's files, told by their content and their names: networks, recordings, halves of a cycle."""
 
 import os
 import re
@@ -44,7 +44,7 @@ class Recorded(NamedTuple):
 
 
 class Sorted(NamedTuple):
-    """What a set of files is; `refused` says of each other file why it is nothing of use."""
+    """The kinds of a set of files; `refused` says of each other file why it is nothing of use."""
 
     networks: tuple[Path, ...]
     recordings: tuple[Recorded, ...]
@@ -147,7 +147,7 @@ def _joined(halves: Sequence[tuple[str, str, Path]]) -> tuple[list[Recorded], li
 
 
 def _recorded(file: Path, described: FileDescription, titles: Mapping[str, str | None], number: int | None) -> Recorded:
-    """Return what is told of a recording in one file, with what was decided about its channels and gaps."""
+    """Return a recording that one file holds, with what was decided about its channels and gaps."""
     if described.kind == "cycle":
         return Recorded(file.stem, (file,), described.kind)
     block = _used(described, number)

@@ -1,4 +1,4 @@
-"""How far a study is: what is kept of every animal, read from the files of a run that may be going on elsewhere."""
+"""The progress of a study: what is kept of every animal, read from files of a run that may go on elsewhere."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,7 +21,7 @@ POSTERIOR = " posterior"
 
 
 class AnimalStatus(NamedTuple):
-    """How far one animal is.
+    """The progress of one animal.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class AnimalStatus(NamedTuple):
 
 
 class StudyStatus(NamedTuple):
-    """How far a study is; `runner` says who is running it now, None if nobody is."""
+    """The progress of a study; `runner` says who is running it now, None if nobody is."""
 
     animals: tuple[AnimalStatus, ...]
     runner: str | None

@@ -20,7 +20,7 @@ Wanted = Mapping[str, str | None]
 
 @dataclass(frozen=True)
 class RecordingFormat(Format):
-    """How files with signals of one kind are known and read.
+    """A format of recordings: how its files are known and read.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What one animal's recording and model say: numbers with their intervals, one sentence for each question."""
+"""The answers of one animal's recording and model: numbers with their intervals, one sentence for each question."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""How one group differs from another, as a value: the primary comparison, its table and its forest plot."""
+"""The difference of one group from another, as a value: the primary comparison, its table and its forest plot."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

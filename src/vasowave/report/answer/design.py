@@ -1,10 +1,10 @@
-"""How the animals were laid out, in words: what ratios are adjusted for, who belongs together, what is compared."""
+"""The design of a study in words: what ratios are adjusted for, who belongs together, what is compared."""
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.style import short
 from vasowave.report.wording import listed, some_of
 
-_LONGEST, _MOST = 40, 6
+_MAX_LETTERS, _MAX_LEVELS = 40, 6
 
 
 def design_text(cohort: Cohort) -> str:
@@ -36,14 +36,14 @@ def _second(cohort: Cohort) -> str:
     design, name = cohort.design, str(cohort.design.second)
     if design.dose:
         return f"compared is the trend with {_named(name)}, by the line through the means"
-    levels = some_of([*map(_named, cohort.variables[name].order)], _MOST) if name in cohort.variables else ""
+    levels = some_of([*map(_named, cohort.variables[name].order)], _MAX_LEVELS) if name in cohort.variables else ""
     several = len(cohort.groups) > 1
     own = "in each group of its own" if design.interaction else "alike in all groups"
     return f"{_named(name)} ({levels}) is a second factor{f', its effect {own}' if several else ''}"
 
 
 def _named(name: str) -> str:
-    return short(name, _LONGEST)
+    return short(name, _MAX_LETTERS)
 
 
 def _count(cohort: Cohort, name: str) -> int:

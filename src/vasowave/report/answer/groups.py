@@ -1,4 +1,4 @@
-"""How the groups differ: one sentence for each question, every effect with its interval and p."""
+"""The differences of the groups: one sentence for each question, every effect with its interval and p."""
 
 from collections.abc import Callable
 from math import comb
@@ -13,7 +13,7 @@ from vasowave.report.wording import listed, number, probability, ratio_with_inte
 CLEAR = 0.05
 """Family-wise p below which a difference is said to be shown."""
 
-_LONGEST = 40  # letters of a name in a sentence
+_MAX_LETTERS = 40  # letters of a name in a sentence
 Called = Callable[[str], str]
 """Returns a quantity in words with its symbol."""
 Mark = Callable[[list[str]], str]
@@ -41,7 +41,7 @@ def _marked(rows: pd.DataFrame, mark: Mark) -> str:
 
 
 def _answer(rows: pd.DataFrame, called: Called) -> str:
-    reference, other = (short(rows.iloc[0][which], _LONGEST) for which in ("reference", "other"))
+    reference, other = (short(rows.iloc[0][which], _MAX_LETTERS) for which in ("reference", "other"))
     where, between = _places(rows.iloc[0], reference, other)
 
     def effects(some: pd.DataFrame) -> str:
@@ -70,7 +70,7 @@ def _places(row: pd.Series, reference: str, other: str) -> tuple[str, str]:
         case "trend":
             return f"{{}} at {other} than at {reference} by the trend", f"from {reference} to {other} by the trend"
         case "interaction":
-            change = short(row["change"], _LONGEST)
+            change = short(row["change"], _MAX_LETTERS)
             return f"{change} {{}} in {other} than in {reference}", f"of {change} between {other} and {reference}"
         case "contrast":
             return f"{{}} by the contrast '{other}'", f"by the contrast '{other}'"
@@ -148,7 +148,7 @@ def influence(primary: Primary, called: Called) -> list[str]:
         else "; without any one animal every ratio stays inside its interval"
     )
     return [
-        f"One animal moves an effect most: without {short(row['without'], _LONGEST)}, {called(row['quantity'])} is "
+        f"One animal moves an effect most: without {short(row['without'], _MAX_LETTERS)}, {called(row['quantity'])} is "
         f"{number(float(row['ratio without']))} times instead of {number(float(row['ratio']))}{end}."
     ]
 

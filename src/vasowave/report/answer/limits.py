@@ -1,4 +1,4 @@
-"""What is not known: geometry that animals share, what data leave open, what a model cannot say of its own error."""
+"""The limits of the answer: geometry that animals share, what data leave open, the error of the model itself."""
 
 from collections import Counter
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What is wrong and must be looked at; routine notes are none of it."""
+"""Problems that must be looked at; routine notes are none of them."""
 
 from collections.abc import Mapping, Sequence
 
@@ -18,17 +18,17 @@ from vasowave.report.wording import number, some_of
 MARK = "*"
 """Stands behind an answer that rests on numbers of which the page says that they must not be used."""
 
-_MOST_NAMED = 4  # animals named in a sentence
-_MOST_FAILURES = 8  # told one by one
+_MAX_NAMES = 4  # animals named in a sentence
+_MAX_FAILURES = 8  # told one by one
 
 
 def problems(cohort: Cohort, primary: Primary) -> list[str]:
     """Return what is wrong: animals lost and what that may do to the comparison by the primary law, laws that failed or
     miss their data, a primary law that overstrains vessels, searches that found their optimum only once.
     """
-    sentences = [f"{one.animal} failed, {one}" for one in cohort.failures[:_MOST_FAILURES]]
-    if len(cohort.failures) > _MOST_FAILURES:
-        sentences.append(f"{len(cohort.failures) - _MOST_FAILURES} more failures stand in the table Failures.")
+    sentences = [f"{one.animal} failed, {one}" for one in cohort.failures[:_MAX_FAILURES]]
+    if len(cohort.failures) > _MAX_FAILURES:
+        sentences.append(f"{len(cohort.failures) - _MAX_FAILURES} more failures stand in the table Failures.")
     if not cohort.single:
         sentences += [missing_text(one, primary.law) for one in primary.missing]
     interrupted = [result.name for result in cohort.results if result.interrupted]
@@ -94,7 +94,7 @@ def _looks(warned: Mapping[str, Sequence[Finding]]) -> list[str]:
             of_kind.setdefault(one.code, []).append((short(name, 40), str(one)))
     said = []
     for pairs in of_kind.values():
-        if len(pairs) <= _MOST_NAMED:
+        if len(pairs) <= _MAX_NAMES:
             said += [f"{name}: {text}" for name, text in pairs]
         else:
             said.append(f"{_some(list(dict.fromkeys(name for name, _ in pairs)))}; of {pairs[0][0]}: {pairs[0][1]}")
@@ -150,4 +150,4 @@ def _alone(cohort: Cohort) -> list[str]:
 
 
 def _some(names: list[str]) -> str:
-    return some_of([short(name, 40) for name in names], _MOST_NAMED)
+    return some_of([short(name, 40) for name in names], _MAX_NAMES)

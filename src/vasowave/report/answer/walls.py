@@ -1,4 +1,4 @@
-"""Which wall law: what the posteriors say, where there are any, else what the residuals say, pooled over animals."""
+"""The answer to 'Which wall?': by the posteriors where there are any, else by the residuals, pooled over animals."""
 
 import numpy as np
 import pandas as pd

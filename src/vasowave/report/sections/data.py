@@ -1,4 +1,4 @@
-"""What was measured, and what follows from it without a model."""
+"""The measurements, and what follows from them without a model."""
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures import measured as figures
@@ -7,7 +7,7 @@ from vasowave.report.tables import data as tables
 
 
 def data_section(cohort: Cohort) -> Section:
-    """What failed, measured waveforms and indices, networks, nominal parameters."""
+    """Failures, measured waveforms and indices, networks, nominal parameters."""
     blocks: list[Block] = [
         *tables.failures(cohort),
         *tables.variables(cohort),

@@ -1,4 +1,4 @@
-"""What one calibration says, in sentences."""
+"""One calibration in sentences."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""What the calibrated models say: waveforms, walls, parameters, starts, waves, impedance, residuals, selection."""
+"""The calibrated models: waveforms, walls, parameters, starts, waves, impedance, residuals, selection."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -32,7 +32,7 @@ _MEANS = (
 
 
 def model_section(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> Section:
-    """What the calibrated models say."""
+    """The section of the calibrated models."""
     law = primary.law
     blocks = [
         *space_block(cohort, law or cohort.walls[0]),

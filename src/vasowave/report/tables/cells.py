@@ -1,4 +1,4 @@
-"""How the tables of a cohort write their cells: symbols, mean ± SD, intervals, ranges."""
+"""The cells of a cohort's tables: symbols, mean ± SD, intervals, ranges."""
 
 from collections.abc import Sequence
 

@@ -60,7 +60,7 @@ def contrasts(comparison: Comparison, source: str, written: dict[str, str]) -> T
 
 
 def without_one(comparison: Comparison, source: str, written: dict[str, str]) -> Table:
-    """How far leaving out any one animal moves the ratios."""
+    """The shifts of the ratios when any one animal is left out."""
     data, cells = comparison.without_one, []
     for (reference, other, label), part in data.groupby(["reference", "other", "quantity"], sort=False):
         farthest = part.loc[np.log(part["ratio shift"]).abs().idxmax()]

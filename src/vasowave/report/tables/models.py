@@ -57,7 +57,7 @@ def parameters(cohort: Cohort, wall: str) -> Table:
 
 
 def starts(cohort: Cohort) -> Table:
-    """How many starts of every calibration found its optimum."""
+    """The number of starts of every calibration that found its optimum."""
     rows = []
     for result in cohort.results:
         row = who(result)
@@ -117,7 +117,7 @@ def mark(fit: xr.Dataset, name: str) -> str:
 
 
 def laws_by_posterior(data: xr.Dataset) -> Table:
-    """Return evidence and weight of every law, and how well it foretells each block of harmonics from the others."""
+    """Return evidence and weight of every law, and how well it predicts each block of harmonics from the others."""
     from vasowave.inference.reweighting import UNTRUSTED  # loads the compiler, which few reports need
 
     blocks = [str(block) for block in data["block"].values]
@@ -125,8 +125,8 @@ def laws_by_posterior(data: xr.Dataset) -> Table:
     for wall in data["wall"].values:
         one = data.sel(wall=wall)
         evidence = f"{float(one['log_evidence']):.1f} ± {float(one['log_evidence_error']):.1f}"
-        foretold = zip(one["left_out"].values, one["left_out_k_hat"].values, strict=True)
-        cells = [f"{value:.1f}{'?' if k > UNTRUSTED else ''}" for value, k in foretold]
+        predicted = zip(one["left_out"].values, one["left_out_k_hat"].values, strict=True)
+        cells = [f"{value:.1f}{'?' if k > UNTRUSTED else ''}" for value, k in predicted]
         rows.append((str(wall), evidence, number(float(one["weight"]), 2), *cells))
     header = ("wall law", "log evidence", "probability", *(f"harmonic {block}" for block in blocks))
     note = (

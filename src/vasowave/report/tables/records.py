@@ -1,4 +1,4 @@
-"""What becomes a file but stands on no page as it is: tidy tables of all animals in full precision."""
+"""Tables that become files but stand on no page as they are: tidy data of all animals in full precision."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Which wall law the residuals prefer, for every animal ("AICcBIC") and pooled; how well the laws meet the data."""
+"""The wall law that the residuals prefer, for every animal ("AICcBIC") and pooled; how well the laws meet the data."""
 
 import pandas as pd
 
@@ -29,7 +29,7 @@ def selection_table(cohort: Cohort) -> Table:
 
 
 def preference_table(cohort: Cohort, law: str) -> Table:
-    """How much worse than `law` every other law is, pooled over animals, by noise model."""
+    """The difference of every other law from `law`, pooled over animals, by noise model."""
     parts = [differences(cohort.ballots, law).assign(noise="likeliest of each animal")]
     for covariance in dict.fromkeys(name for one in cohort.ballots for name in one.table["covariance"]):
         parts.append(differences(cohort.ballots, law, covariance=str(covariance)).assign(noise=str(covariance)))
@@ -59,7 +59,7 @@ def preference_table(cohort: Cohort, law: str) -> Table:
 
 
 def misfit_table(cohort: Cohort) -> Table:
-    """What every law leaves of the data, beside the error of the averaged cycle."""
+    """The residual of every law, beside the error of the averaged cycle."""
     data = cohort.misfits
     cells = [
         (row["animal"], row["group"], row["wall"], number(row["RMSE"], 2), number(row["error"], 2),

@@ -22,7 +22,7 @@ _OUTPUT = typer.Option("--output", "-o", help="Folder for results and report.")
     epilog="Example: vasowave fit network.csv recording.txt --output my-mouse. "
     "The network has the columns name, parent, length \\[cm], radius \\[cm]. The recording is one averaged cycle "
     "(time \\[s], pressure \\[mmHg], flow \\[ml/s], or two files of one column each) or a continuous one (LabChart, "
-    "EDF, CSV); which, is told from what is in it."
+    "EDF, CSV); its content tells which."
 )
 def fit(
     network: Annotated[Path, typer.Argument(help="Vessel table, CSV.")],
@@ -34,8 +34,8 @@ def fit(
 ) -> None:
     """Calibrate the model to one animal and write results, figures and report: a study of one."""
     from vasowave.cli.options import read_settings, row_cells
-    from vasowave.study.alone import animal_alone
     from vasowave.study.names import plain_name
+    from vasowave.study.single_animal import animal_alone
 
     name, options = animal or plain_name(recording[0].stem), dict(given or {})
     cells = row_cells(options)
@@ -46,10 +46,10 @@ def fit(
 def _fit(study: "Study") -> None:
     from vasowave.cli.progress import alive, tell
     from vasowave.cli.watching import watched
-    from vasowave.study.alone import fit_sentences
     from vasowave.study.reporting import report_study
     from vasowave.study.results import read_results
     from vasowave.study.running import run_alone
+    from vasowave.study.single_animal import fit_sentences
 
     with watched(study, as_json=False):
         done = run_alone(study)

@@ -1,4 +1,4 @@
-"""What the two documents hold: one result, and behind it every table and figure; and where everything came from."""
+"""The two documents: the one result, and behind it every table and figure; and where everything came from."""
 
 import json
 from collections.abc import Mapping
