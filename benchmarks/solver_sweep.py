@@ -133,7 +133,9 @@ def looped(network: Network, count: int, length: Callable[[], float], rng: np.ra
     """
     inner = np.setdiff1d(np.arange(len(network)), network.terminals)
     if not len(inner):
-        network = Network(("0", "1", "2"), np.array([-1, 0, 0]), np.repeat(network.length, 3), network.radius[[0, 0, 0]])
+        network = Network(
+            ("0", "1", "2"), np.array([-1, 0, 0]), np.repeat(network.length, 3), network.radius[[0, 0, 0]]
+        )
         inner = np.array([0])
     nodes, radii = [*np.column_stack([network.start, network.end]).tolist()], [*network.radius]
     for _ in range(count):

@@ -69,7 +69,9 @@ def test_branches_that_meet_in_equal_states_are_those_that_do_not(inflow, juncti
     """With friction: the ends of two equal branches have one state, so that joining them changes nothing."""
     sizes = [0.5, 0.6, 0.6, 0.5, 0.5], [0.05, 0.035, 0.035, 0.03, 0.03]
     met = network([[0, 1], [1, 2], [1, 2], [2, 4], [2, 5]], *sizes)
-    apart, joined = (vw.simulate(model(one, junctions=junctions), inflow, EXACT) for one in (network(FORKED, *sizes), met))
+    apart, joined = (
+        vw.simulate(model(one, junctions=junctions), inflow, EXACT) for one in (network(FORKED, *sizes), met)
+    )
     for name in ("pressure", "flow", "area"):
         assert largest(apart[name] - joined[name]) < SAME
 

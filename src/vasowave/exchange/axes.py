@@ -17,8 +17,8 @@ _APART = np.radians(75.0)  # between the outermost daughters of a vessel
 def drawn_axes(network: Network) -> list[np.ndarray]:
     """Return a straight axis for each vessel, shape (2, 3), x, y, z in cm: true lengths, ordered as in the figure.
 
-    Daughters leave their parent as arteries do: a wide one goes on nearly straight, a thin one turns away. A vessel that
-    closes a loop is a bow to where it ends; it is drawn longer than it is where that is too far away.
+    Daughters leave their parent as arteries do: a wide one goes on nearly straight, a thin one turns away. A vessel
+    that closes a loop is a bow to where it ends; it is drawn longer than it is where that is too far away.
     """
     angle = _angles(network)
     direction = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(len(network))])
@@ -38,7 +38,7 @@ def drawn_axes(network: Network) -> list[np.ndarray]:
 
 
 def _bow(start: np.ndarray, end: np.ndarray, length: float) -> np.ndarray:
-    """Return an arc of a parabola between two points, as long as the vessel where that is longer than their distance."""
+    """Return an arc of a parabola between two points, as long as a vessel that is longer than their distance."""
     chord = end - start
     distance = max(float(np.linalg.norm(chord)), 1e-9 * length)
     height = max(np.sqrt(3.0 / 8.0 * max(length / distance - 1.0, 0.0)), _LEAST_BOW) * distance

@@ -77,8 +77,9 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     Raises
     ------
     InputError
-        A file that is none of openBF's, a key that is missing or no number, nodes at which several inlets or beds meet, an outlet
-        without a Windkessel, an inlet file that is no table of time and flow, or lies outside the folder of the first.
+        A file that is none of openBF's, a key that is missing or no number, nodes at which several inlets or beds meet,
+        an outlet without a Windkessel, an inlet file that is no table of time and flow, or lies outside the folder of
+        the first.
 
     Warns
     -----
@@ -113,7 +114,8 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
         tuple(one.name for one in vessels), None, length, 1e2 * radius,
         where=lambda row: f"{path}, vessel {row + 1}", nodes=nodes,
     )  # fmt: skip
-    blood = Blood(1e-3 * density, 1e4 * viscosity / density, PowerLaw(_profile(network, vessels, _default_profile(config))))
+    profile = _profile(network, vessels, _default_profile(config))
+    blood = Blood(1e-3 * density, 1e4 * viscosity / density, PowerLaw(profile))
     ends = [(vessels[row], density, float(beta[row]), float(radius[row])) for row in network.terminals]
     outlets = _reflections(ends) or Windkessel(*np.array([_bed(*one) for one in ends]).T)
     stiffness, width = np.moveaxis(along / along[:, :, [len(_ALONG) // 2]], 1, 0)

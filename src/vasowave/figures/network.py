@@ -26,8 +26,8 @@ def plot_network(
     """Draw the network from the inlet at the left; width is the radius, to the scale drawn below, arrows are the flow.
 
     Lengths are not to scale, as in the paper's graph. Labels are names and shares of the flow; where there is no room
-    for both, names alone, then their beginnings, and none where they would touch each other. Where a loop closes, a dotted
-    line leads from the end of one vessel to that of the one with which it meets.
+    for both, names alone, then their beginnings, and none where they would touch each other. Where a loop closes, a
+    dotted line leads from the end of one vessel to that of the one with which it meets.
 
     Parameters
     ----------
@@ -121,8 +121,8 @@ def _draw_joints(ax: "Axes", network: Network, places: tuple[np.ndarray, np.ndar
         first = int(network.parent[one.beginning[0]])
         for row in (row for row in one.ending if row != first):
             ax.annotate("", (x[first] + 1.0, y[first]), (x[row] + 1.0, y[row]), zorder=1,
-                        arrowprops={"arrowstyle": "-", "linestyle": ":", "linewidth": 1.2, "color": "0.45", "shrinkA": 0,
-                                    "shrinkB": 0, "connectionstyle": "arc3,rad=0.25"})  # fmt: skip
+                        arrowprops={"arrowstyle": "-", "linestyle": ":", "linewidth": 1.2, "color": "0.45",
+                                    "shrinkA": 0, "shrinkB": 0, "connectionstyle": "arc3,rad=0.25"})  # fmt: skip
 
 
 def layout(network: Network) -> tuple[np.ndarray, np.ndarray]:

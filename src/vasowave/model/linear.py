@@ -106,8 +106,8 @@ class LinearSolution:
     mean_pressure : array, shape (vessel,)
         Mean pressure about which each vessel is linearized, mmHg.
     input_impedance : complex array, shape (harmonic, vessel)
-        Impedance at each vessel's inlet, mmHg s/ml: pressure over flow of what the inflow makes, so that the mean counts
-        from the pressure behind the outlets. Where no flow passes a vessel of a loop, it is infinite.
+        Impedance at each vessel's inlet, mmHg s/ml: pressure over flow of what the inflow makes, so that the mean
+        counts from the pressure behind the outlets. Where no flow passes a vessel of a loop, it is infinite.
     pressure, flow : complex array, shape (harmonic, vessel)
         Spectra at the vessels' inlets (mmHg, ml/s): p(t) = Re Σ P_k exp(iω_k t), the mean at k = 0.
     lines : tuple of Lines
@@ -185,7 +185,7 @@ def _mean_state(model: Model, inflow: np.ndarray, period: float) -> tuple[np.nda
         fall = fall + inlet.lost[0] if model.dynamic else fall
         if network.nodes is not None:
             fall = np.maximum(fall, _least_resistance(model, areas, period))
-        middle, flows = steady_means(network, fall, entered, inflow, model.outlet_pressure)
+        middle, flows = steady_means(network, fall, entered, inflow, np.asarray(model.outlet_pressure))
         if model.dynamic:
             middle = middle - 0.5 * (inlet.lost[0] + inlet.dynamic[0] + outlet.dynamic[0]) * flows
     return middle, flows
@@ -281,7 +281,7 @@ def _solve(
         with np.errstate(divide="ignore", invalid="ignore"):
             Z_in = P / flow
         from_behind = joined(network, TwoPort(*(one[:1] for one in ports)), end[:1], 0 * spectrum[:1],
-                             model.outlet_pressure)  # fmt: skip
+                             np.asarray(model.outlet_pressure))  # fmt: skip
         P[0], flow[0] = P[0] + from_behind[0][0], flow[0] + from_behind[1][0]
     if motion is not None:
         keeps, dynamic = motion[0].keeps, motion[0].dynamic
@@ -301,7 +301,7 @@ def _along_tree(
     if straight is not None:  # the same, rounded as the sum of what comes and what turns back
         cosh, sinh = _hyperbolic(straight.propagation[1:] * network.length)
         passed[1:] = cosh - straight.impedance[1:] / Z_in[1:] * sinh
-    behind = pressures_behind(network, Z_in[0].real, model.outlet_pressure)
+    behind = pressures_behind(network, Z_in[0].real, np.asarray(model.outlet_pressure))
     P = np.empty_like(Z_in)  # above the pressure behind each vessel
     P[:, network.root] = Z_in[:, network.root] * spectrum
     for rows in network.generations[1:]:

@@ -25,7 +25,7 @@ class Meeting(NamedTuple):
 
 
 def numbered(nodes: Sequence[Sequence[Hashable]]) -> np.ndarray:
-    """Return the two nodes of every vessel as numbers, in the order in which they are first named, shape (vessel, 2)."""
+    """Return the two nodes of every vessel as numbers, shape (vessel, 2), in the order in which they are named."""
     number: dict[Hashable, int] = {}
     return np.array([[number.setdefault(node, len(number)) for node in pair] for pair in nodes], dtype=np.int64)
 
@@ -44,7 +44,7 @@ def meetings(start: np.ndarray, end: np.ndarray) -> dict[int, Meeting]:
 def parents(name: tuple[str, ...], nodes: np.ndarray, where: Callable[[int], str]) -> np.ndarray:
     """Return the row of the vessel through which blood reaches each vessel on the shortest way, -1 at an inlet.
 
-    Ways are counted in vessels from the inlets on, from start to end; of ways as short as each other the first that is met.
+    Ways are counted in vessels from the inlets on, from start to end; of equal ones the first that is met counts.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def parents(name: tuple[str, ...], nodes: np.ndarray, where: Callable[[int], str
     level = sorted(row for one in met.values() if not one.ending for row in one.beginning)
     parent[level] = -1
     while level:
-        further = []
+        further: list[int] = []
         for row in level:
             if end[row] not in seen:
                 seen.add(int(end[row]))

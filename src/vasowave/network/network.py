@@ -79,7 +79,7 @@ class Network:
     """
 
     name: tuple[str, ...]
-    parent: np.ndarray
+    parent: Any
     length: np.ndarray
     radius: np.ndarray
     where: InitVar[Callable[[int], str] | None] = None

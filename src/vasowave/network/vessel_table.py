@@ -49,11 +49,11 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
     Columns: ``name, parent, length [cm], radius [cm], radius_sd [cm], taper [cm/cm], taper_sd [cm/cm], pressure [mmHg],
     vessels``; where vessels form loops or have several inlets, ``from, to`` in place of ``parent``.
 
-    The root's parent is empty. ``from`` and ``to`` name the nodes in which a vessel begins and ends, in any words; vessels
-    with a node in common meet there. Sizes and pressure may be in any unit that the header names. The pressure is that of the
-    image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and ``taper_sd`` are
-    those of `Network`; their columns may be left out, and their cells be empty. In place of a taper, ``radius end`` may
-    hold the radius at the outlet: ``radius`` is then that at the inlet. Other columns are ignored.
+    The root's parent is empty. ``from`` and ``to`` name the nodes in which a vessel begins and ends, in any words;
+    vessels with a node in common meet there. Sizes and pressure may be in any unit that the header names. The pressure
+    is that of the image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and
+    ``taper_sd`` are those of `Network`; their columns may be left out, and their cells be empty. In place of a taper,
+    ``radius end`` may hold the radius at the outlet: ``radius`` is then that at the inlet. Other columns are ignored.
 
     Raises
     ------
@@ -170,12 +170,12 @@ def _topology(
     table: Columns, names: Sequence[str], where: Callable[[int], str]
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Return rows of the parents, or numbers of the nodes in the order in which they are first named."""
-    ends = [table.find("from"), table.find("to")]
-    if None in ends:
+    if table.find("from") is None or table.find("to") is None:
         parents = [row[table.require("parent")] for row in table.cells]
         return np.array(_parent_rows(names, parents, where)), None
     if table.find("parent") is not None:
-        raise InputError(f"{table.path}: both 'parent' and 'from', 'to' say what joins the vessels; keep one of them")
+        raise InputError(f"{table.source}: both 'parent' and 'from', 'to' say what joins the vessels; keep one of them")
+    ends = [table.require("from"), table.require("to")]
     nodes = [[row[column].strip() for column in ends] for row in table.cells]
     empty = next((row for row, pair in enumerate(nodes) if not all(pair)), None)
     if empty is not None:

@@ -64,7 +64,8 @@ def read_input(path: Path, scale: float) -> tuple[Network, list[Finding]]:
         taper = (radii[:, 0] - radii[:, 1]) / length
     network = Network(
         tuple(one.name for one in segments), None, length, radii.mean(axis=1),
-        lambda row: f"{path}, line {segments[row].line}", nodes=numbered(nodes), **({"taper": taper} if np.any(taper) else {}),
+        lambda row: f"{path}, line {segments[row].line}", nodes=numbered(nodes),
+        **({"taper": taper} if np.any(taper) else {}),
     )  # fmt: skip
     left = [what for card, what in _LEFT_OUT.items() if card in cards]
     return network, [LEFT_OUT(what=", ".join(left))] if left else []
