@@ -23,7 +23,7 @@ AWAY, LEAST = 1.5, 0.4
 FIRST, WORTH, SAME = 3, 2.0, 0.1
 """After FIRST soft rounds a start is followed to its end unless its misfit is WORTH times the least, or its junction
 lies within SAME radii of that of a better one."""
-ALIKE = 0.15
+ALIKE = 0.1
 """A misfit that is larger by this share is less likely by the factor e."""
 BETTER = 0.95
 """A junction is moved where that brings the misfit below this share of what it was."""

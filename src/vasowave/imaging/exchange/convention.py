@@ -34,8 +34,8 @@ drawn, and no ball was laid into a surface."""
 SHARE = 0.14
 """SD of a junction's place without the surface, radii, besides what the fits show."""
 STEP, STEPPED = 0.05, 0.5
-"""Radii of balls in a surface differ by no more than their distance; where they step by STEP radii more, they were drawn
-and the balls show no junction: SD of its place, radii."""
+"""Radii of balls in a surface differ by no more than their distance; where they step by STEP radii more, they were
+drawn, and the balls show no junction: SD of its place, radii."""
 COARSE = 0.3
 """SD of a junction's place where points lie far apart and no surface is given, mean distances of points."""
 SURE = 0.15
@@ -98,10 +98,9 @@ def as_extracted(tree: Tree, surface: np.ndarray | None = None, ends: Ends = "au
     again = first.with_lines(lines)
     place = np.zeros(len(again))
     if surface is None:
-        place = np.hypot(
-            SHARE * _junction_radius(again),
-            COARSE * np.array([np.median(np.diff(line.run)) for line in tree.lines]).mean(),
-        )
+        share = STEPPED if _stepped(tree) else SHARE
+        step = float(np.mean([np.median(np.diff(line.run)) for line in tree.lines]))
+        place = np.hypot(share * _junction_radius(again), COARSE * step)
     return Alike(again, np.sqrt(found.open_sd**2 + place**2 + end_sd**2))
 
 
