@@ -59,7 +59,7 @@ def render_noise(voxels, rng):
 def measure(network, embedding, volume, lumen, guided):
     """Return errors as a dict, or None where the topology is wrong."""
     outlets = np.array([embedding.lines[t][-1] for t in network.terminals]) if guided else None
-    tree, cannula = without_cannula(tree_of(lumen, embedding.cannula[0], outlets), volume)
+    tree, cannula = without_cannula(tree_of(lumen, embedding.cannula[0], outlets).tree, volume)
     found = network_of(tree)
     pairs = match(network, found)
     if not len(found) == len(network) == len(pairs):

@@ -45,6 +45,8 @@ class Kind(NamedTuple):
     fall from inlet to outlet; `back` the flow that returns after ejection, over the peak; `changed` what the radius of
     one vessel is multiplied by; `behind` the pressure behind the beds, in mean pressures below zero; `spike` the height
     of a spike of one to four of 256 samples on the flow, over the peak.
+    fall from inlet to outlet; `back` the flow that returns after ejection, over the peak; `bridges` the vessels, at
+    most, that join junctions of the tree to loops.
     """
 
     radius: tuple[float, float]
@@ -60,6 +62,7 @@ class Kind(NamedTuple):
     changed: tuple[float, float] | None = None
     behind: tuple[float, float] | None = None
     spike: tuple[float, float] | None = None
+    bridges: int = 0
 
 
 KINDS = {
@@ -87,6 +90,9 @@ KINDS = {
     "spike *": Kind(
         (0.035, 1.0), (2, 30), (0.08, 1.2), (10, 110), (0.08, 0.8), (0.05, 0.3), (0.3, 0.5), spike=(0.1, 1.0)
     ),
+    "loop *": Kind(
+        (0.035, 1.0), (2, 30), (0.08, 1.2), (10, 110), (0.08, 0.8), (0.05, 0.4), (0.3, 0.5), back=0.2, bridges=4
+    ),
 }
 ORDER = (*sorted(list(KINDS)[:8]), *list(KINDS)[8:])
 """Which number a kind has in seeds: later ones come behind, so that earlier models stay what they were."""
@@ -104,6 +110,8 @@ def drawn(kind: Kind, rng: np.random.Generator) -> tuple[Model, Inflow]:
         radius = network.radius.copy()
         radius[rng.integers(len(radius))] *= draw("changed")
         network = replace(network, radius=radius)
+    if kind.bridges:
+        network = looped(network, int(rng.integers(1, kind.bridges + 1)), lambda: draw("length"), rng)
     period, mean, strain = draw("period"), draw("mean_pressure"), draw("strain")
     beta = mean / (np.sqrt(1 + strain) - 1)
     wall: Any = LinearWall(beta)
@@ -144,6 +152,34 @@ def tree(count: int, radius: float, length: Callable[[], float], rng: np.random.
             radii.append(max(0.002, radii[row] * part ** (1 / power)))
     lengths = np.array([length() for _ in radii]) * radii
     return Network(tuple(str(i) for i in range(len(parent))), np.array(parent), lengths, np.array(radii))
+
+
+def looped(network: Network, count: int, length: Callable[[], float], rng: np.random.Generator) -> Network:
+    """Return a tree with vessels more between the ends of two of its vessels that lead on, some of them parallel.
+
+    What one vessel leads to is enough for a loop: the new vessel then runs beside it.
+    """
+    inner = np.setdiff1d(np.arange(len(network)), network.terminals)
+    if not len(inner):
+        network = Network(
+            ("0", "1", "2"), np.array([-1, 0, 0]), np.repeat(network.length, 3), network.radius[[0, 0, 0]]
+        )
+        inner = np.array([0])
+    nodes, radii = [*np.column_stack([network.start, network.end]).tolist()], [*network.radius]
+    for _ in range(count):
+        first, last = rng.choice(inner), rng.choice(inner)
+        start = network.start[first] if first == last and first != network.root else network.end[first]
+        if start == network.end[last]:
+            continue
+        nodes.append([int(start), int(network.end[last])])
+        radii.append(rng.uniform(0.3, 1.0) * network.radius[last])
+    if len(nodes) == len(network):  # two ends in one: the tree's last vessels meet before one more
+        ends = network.end[network.terminals[-2:]].tolist()
+        nodes = [[start, ends[0] if end in ends else end] for start, end in nodes] + [[ends[0], ends[1]]]
+        radii.append(network.radius[network.terminals[-2:]].max())
+    new = np.array([length() for _ in nodes[len(network) :]]) * radii[len(network) :]
+    names = tuple(str(row) for row in range(len(nodes)))
+    return Network(names, None, np.concatenate([network.length, new]), np.array(radii), nodes=np.array(nodes))
 
 
 def simulated(model: Model, inflow: Inflow, repeat: bool) -> dict[str, Any]:

@@ -20,6 +20,10 @@ class Kind:
         Vessels of the tree, voxels along an edge.
     tortuosity : float
         Length of an axis over the distance of its ends.
+    bend : float
+        Least radius of curvature of an axis, in radii of its vessel; 0: as the tortuosity has it.
+    arcs : bool
+        Whether axes are straight pieces with arcs of `bend` radii between them; else they wave.
     taper : float
         Loss of radius along a vessel, as a share.
     aspect : float
@@ -57,6 +61,8 @@ class Kind:
     vessels: int = 11
     size: int = 160
     tortuosity: float = 1.01
+    bend: float = 0.0
+    arcs: bool = False
     taper: float = 0.0
     aspect: float = 1.0
     waves: float = 0.0
@@ -134,6 +140,10 @@ KINDS = {
     "bent and faded": Kind(tortuosity=1.05, fading=0.3, grain=1.0),
     "tapered and moved": Kind(taper=0.2, motion=0.8, cupping=10.0),
     "oval in a frame": Kind(aspect=0.85, frame=0.1, patches=0.1),
+    "tight bends 1.05": Kind(tortuosity=1.05, bend=1.2),
+    "tight bends 1.1": Kind(tortuosity=1.1, bend=1.2),
+    "tight bends 1.2": Kind(tortuosity=1.2, bend=1.2),
+    "tight bends 1.3": Kind(tortuosity=1.3, bend=1.2),
 }
 """Constants may be chosen on these, seeds below 3000."""
 
@@ -152,6 +162,9 @@ UNSEEN = {
     "rough and noisy": Kind(waves=0.06, noise=8.0),
     "blurred along y": Kind(motion=1.3, psf=0.7),
     "31 vessels": Kind(vessels=31, tortuosity=1.02),
+    "arcs 1.05": Kind(tortuosity=1.05, bend=1.2, arcs=True),
+    "arcs 1.15": Kind(tortuosity=1.15, bend=1.2, arcs=True),
+    "arcs 1.3": Kind(tortuosity=1.3, bend=1.2, arcs=True),
     "141 vessels": Kind(vessels=141, size=280, tortuosity=1.015),
 }
 """No constant is chosen on these kinds; of the others, seeds from 3000 on are unseen."""

@@ -83,7 +83,7 @@ def _fork(vessels, row, kind, rng):
 
 
 def _vessel(start, along, radius, length, parent, way, kind, rng):
-    axis = _curve(start, along, length, radius, kind.tortuosity, rng)
+    axis = _axis(start, along, length, radius, kind, rng)
     run = np.append(0, np.cumsum(np.linalg.norm(np.diff(axis, axis=0), axis=1)))
     radii = radius * (1 - kind.taper * run / run[-1])
     from_middle = run - run[-1] / 2
@@ -93,13 +93,57 @@ def _vessel(start, along, radius, length, parent, way, kind, rng):
     return Vessel(axis, radii, way + run, parent, rng.uniform(0, np.pi), contrast, rng.uniform(0, 2 * np.pi, 4))
 
 
-def _curve(start, along, length, radius, tortuosity, rng):
-    """Return a smooth random curve whose length over chord is `tortuosity`, bends no tighter than two radii."""
+def _axis(start, along, length, radius, kind, rng):
+    """Return the axis of a vessel by its kind: a random curve as it comes, one with tight bends, or arcs."""
+    if kind.arcs:
+        return _arcs(start, along, length, radius, kind, rng)
+    if not kind.bend:
+        waves = max(1.0, min(2.5, length / (5 * radius)))
+        return _curve(start, along, length, kind.tortuosity, waves, rng)
+    curves = [
+        _curve(start, along, length, kind.tortuosity, waves, rng)
+        for waves in np.geomspace(0.7, 5, 12)
+        for _ in range(4)
+    ]
+    return min(curves, key=lambda one: abs(np.log(_tightest(one) / (kind.bend * radius))))
+
+
+def _tightest(axis):
+    """Return the least radius of curvature of `axis`, without its ends."""
+    tangent = np.gradient(axis, axis=0)
+    step = np.linalg.norm(tangent, axis=1)
+    turn = np.linalg.norm(np.gradient(tangent / step[:, None], axis=0), axis=1) / step
+    return 1 / turn[6:-6].max()
+
+
+def _arcs(start, along, length, radius, kind, rng):
+    """Return straight pieces with arcs of `kind.bend` radii between them, in random planes, by turns to and fro."""
+    count, fine = int(rng.integers(2, 4)), 600
+    middles = (np.arange(count) + rng.uniform(0.25, 0.75, count)) / count * length
+    planes = [np.cross(along, rng.normal(size=3)) for _ in range(count)]
+    planes = [(-1) ** k * plane / np.linalg.norm(plane) for k, plane in enumerate(planes)]
+    at = (np.arange(fine) + 0.5) / fine * length
+    low, high = 0.0, 2.4
+    for _ in range(30):
+        angle = (low + high) / 2
+        tangent, points = along / np.linalg.norm(along), [start]
+        for run in at:
+            for middle, plane in zip(middles, planes, strict=True):
+                if abs(run - middle) < angle * kind.bend * radius / 2:
+                    tangent = tangent + np.cross(plane, tangent) * length / fine / (kind.bend * radius)
+                    tangent = tangent / np.linalg.norm(tangent)
+            points.append(points[-1] + tangent * length / fine)
+        ratio = length / np.linalg.norm(points[-1] - start)
+        low, high = (angle, high) if ratio < kind.tortuosity else (low, angle)
+    return np.array(points)[::5]
+
+
+def _curve(start, along, length, tortuosity, waves, rng):
+    """Return a smooth random curve whose length over chord is `tortuosity`."""
     t = np.linspace(0, 1, 121)
     u = np.cross(along, rng.normal(size=3))
     u /= np.linalg.norm(u)
     frame = np.array([u, np.cross(along, u)])
-    waves = max(1.0, min(2.5, length / (5 * radius)))
     shape = sum(
         rng.normal(size=2)[:, None] / order**1.5 * np.sin(np.pi * order * t + rng.uniform(0, 0.4))
         for order in (1, waves, 2 * waves)

@@ -197,7 +197,7 @@ def test_a_tapering_vessel_has_openbf_s_wall_of_one_thickness_everywhere(tmp_pat
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"tn": 1}, "cycle|not connected|no root"),
+        ({"tn": 1}, "ends in the node in which it begins"),
         ({"L": "long"}, "'L' is 'long', not a number"),
         ({"L": [1, [2]]}, "'L' is neither a number nor a text"),
         ({"label": {"a": 1}}, "'label' is neither a number nor a text"),
@@ -279,11 +279,11 @@ def test_an_inflow_at_uneven_times_is_followed_with_at_least_four_samples_a_step
     np.testing.assert_allclose(inflow.flow, 1 + np.sin(2 * np.pi * even), atol=2e-3)
 
 
-def test_two_vessels_that_end_at_one_node_are_no_tree(tmp_path):
+def test_two_vessels_that_end_in_one_bed_are_refused(tmp_path):
     (tmp_path / "x.yaml").write_text(
         yaml.safe_dump({"blood": {"rho": 1060, "mu": 4e-3}, "network": [VESSEL, VESSEL | {"label": "b", "sn": 3}]})
     )
-    with pytest.raises(InputError, match="'a' and 'b' both end at node 2"):
+    with pytest.raises(InputError, match="'a' and 'b' end in a node where none begins"):
         read_openbf(tmp_path / "x.yaml")
 
 

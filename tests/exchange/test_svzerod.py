@@ -66,7 +66,7 @@ def test_slow_waves_meet_the_impedance_of_transmission_lines(tangent, tmp_path):
     circuit, frequency = circuit_of(tangent, tmp_path), 2 * np.pi / tangent.inflow.period
     slow = replace(tangent, inflow=replace(tangent.inflow, period=10 * tangent.inflow.period))
     still = np.zeros(len(tangent.network))
-    line = _solve(tangent.model, np.ones(2, dtype=complex), tangent.mean_pressure, still, slow.inflow.period)
+    line = _solve(tangent.model, np.ones((2, 1), dtype=complex), tangent.mean_pressure, still, slow.inflow.period)
     ours = input_impedance(with_friction_of(circuit, slow), frequency / 10) / MMHG
     assert abs(ours / line.input_impedance[1, tangent.network.root] - 1) < 2e-3
 

@@ -24,7 +24,7 @@ NETWORK = Network(
     np.array([0.3, 0.3, 0.25, 0.2, 0.25]),
     np.array([0.052, 0.042, 0.032, 0.034, 0.03]),
 )
-ALL = {"image", "lumen", "loops", "axes", "elsewhere", "again", "witness", "profiles"}
+ALL = {"image", "lumen", "loops", "axes", "elsewhere", "witness", "profiles"}
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +72,7 @@ def middle(embedding, row):
     [
         ({"remove": 4}, {"profiles"}),
         ({"cut": 4, "merge": 1}, {"profiles"}),
-        ({"root": None}, {"lumen", "loops", "axes", "elsewhere", "again", "witness", "profiles"}),
+        ({"root": None}, {"lumen", "loops", "axes", "elsewhere", "witness", "profiles"}),
     ],
 )
 def test_after_an_edit_the_answer_is_that_of_an_extraction_from_nothing(scan, tmp_path, edits, made):

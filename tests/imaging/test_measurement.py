@@ -117,7 +117,7 @@ def test_the_cannula_has_its_known_radius_at_every_threshold(stubby):
     embedding, volume = stubby
     for threshold in (36, 45, 54):
         lumen = segment(volume, threshold, embedding.cannula[0])
-        _, line = without_cannula(tree_of(lumen, embedding.cannula[0]), volume)
+        _, line = without_cannula(tree_of(lumen, embedding.cannula[0]).tree, volume)
         assert cannula_radius(line, volume) == pytest.approx(0.043, rel=0.02)
 
 

@@ -42,7 +42,7 @@ def stub():
 def found_at(stub, threshold, outlets=None):
     _, embedding, volume = stub
     lumen = segment(volume, threshold, embedding.cannula[0] + [2 * SPACING, 0, 0])
-    tree = without_cannula(tree_of(lumen, embedding.cannula[0], outlets), volume)[0]
+    tree = without_cannula(tree_of(lumen, embedding.cannula[0], outlets).tree, volume)[0]
     return tree, network_of(tree)
 
 
@@ -79,7 +79,7 @@ def test_corners_of_a_flat_end_are_no_vessels():
     rng = np.random.default_rng(8)
     embedding = embed(network, rng, cannula=0.1)
     volume = render(embedding, 112, 0.0044, rng)
-    tree = tree_of(segment(volume, 45, embedding.cannula[0] + [0.01, 0, 0]), embedding.cannula[0])
+    tree = tree_of(segment(volume, 45, embedding.cannula[0] + [0.01, 0, 0]), embedding.cannula[0]).tree
     assert len(tree.lines) == 3
 
 
@@ -88,7 +88,7 @@ def test_vessels_that_bend_within_two_radii_or_are_not_round_have_no_branches_th
     made = make(KINDS[kind], 2000)
     root = made.root + np.array([0.02, 0, 0])
     lumen = segment(made.volume, seed=root)
-    tree = tree_of(lumen, root)
+    tree = tree_of(lumen, root).tree
     ends = np.array([tree.lines[row].points[-1] for row in tree.terminals])
     apart = np.linalg.norm(ends[:, None] - made.ends[made.terminals], axis=2)
     assert len(tree) == len(made.length)
@@ -99,7 +99,7 @@ def test_a_junction_that_one_fit_leaves_a_radius_too_early_is_found_by_one_that_
     made = make(KINDS["bent 1.15"], 2001)
     root = made.root + np.array([0.02, 0, 0])
     lumen = segment(made.volume, seed=root)
-    assert np.linalg.norm(tree_of(lumen, root).lines[0].points[-1] - made.ends[0]) < lumen.spacing
+    assert np.linalg.norm(tree_of(lumen, root).tree.lines[0].points[-1] - made.ends[0]) < lumen.spacing
 
 
 def test_smoothing_an_axis_takes_a_bump_and_leaves_an_arc():
@@ -235,7 +235,7 @@ def fine():
 @pytest.mark.parametrize("aside", [(-0.04, 0, -0.01), (-0.02, 0.01, 0.02), (0, 0, 0), (0.01, 0.03, 0)])
 def test_a_root_given_by_eye_at_the_end_of_a_wide_cannula_makes_no_false_branches(fine, aside):
     embedding, lumen = fine
-    tree = tree_of(lumen, embedding.cannula[0] + aside)
+    tree = tree_of(lumen, embedding.cannula[0] + aside).tree
     assert len(tree.lines) == 3
     assert np.linalg.norm(tree.lines[0].points[-1] - embedding.lines[0][-1]) < 0.005
 

@@ -7,6 +7,7 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.model.model import Model
 from vasowave.model.walls import area_compliance
+from vasowave.network.graph import steady_flows
 from vasowave.network.network import Network
 
 
@@ -96,7 +97,12 @@ def _mean_area_compliance(model: Model, pressure: float | np.ndarray) -> np.ndar
 
 
 def series_parallel(network: Network, vessel: np.ndarray) -> float:
-    """C_v, ml/mmHg, by the published rule: each vessel in series with its daughters in parallel (eqs. 28, 29)."""
+    """C_v, ml/mmHg, by the published rule: each vessel in series with its daughters in parallel (eqs. 28, 29).
+
+    Compliances are joined as conductances would be, which says what the rule is where vessels form loops.
+    """
+    if network.nodes is not None:
+        return float(steady_flows(network.start, network.end, vessel)[network.inlets].sum())
     tree = np.array(vessel, dtype=float)
     for rows in network.generations[::-1]:
         for row in rows:

@@ -14,12 +14,15 @@ _MEASURED = {
 
 
 def network_dataset(network: Network) -> xr.Dataset:
-    """Return topology and morphometry by vessel; the root's parent is empty."""
+    """Return topology and morphometry by vessel; the root's parent is empty; the nodes are those of graphs alone."""
     parents = [network.name[row] if row >= 0 else "" for row in network.parent]
     known = {name: values for name in MEASURED if (values := getattr(network, name)) is not None}
+    ends = {} if network.nodes is None else {"start_node": network.start, "end_node": network.end}
     return xr.Dataset(
         {
             "parent": ("vessel", np.array(parents, dtype=object), {"long_name": "name of the parent vessel"}),
+            **{name: xr.Variable("vessel", node, {"long_name": f"number of the node where the vessel {verb}"})
+               for (name, node), verb in zip(ends.items(), ("begins", "ends"), strict=False)},
             "length": labelled("vessel", network.length, "cm", "length"),
             "radius": labelled("vessel", network.radius, "cm", "radius at the pressure of the image"),
             "image_pressure": labelled((), network.pressure, "mmHg", "pressure of the image, 0 where not known"),
@@ -27,7 +30,7 @@ def network_dataset(network: Network) -> xr.Dataset:
             **{name: labelled("vessel", values, *_MEASURED[name]) for name, values in known.items()},
         },
         coords={"vessel": np.array(network.name, dtype=object)},
-    )
+    )  # fmt: skip
 
 
 def network_of(data: xr.Dataset) -> Network:
@@ -36,5 +39,7 @@ def network_of(data: xr.Dataset) -> Network:
     rows = {name: row for row, name in enumerate(names)} | {"": -1}
     parent = np.array([rows[str(name)] for name in data["parent"].values])
     known = {name: data[name].values for name in MEASURED if name in data}
+    if "start_node" in data:
+        known["nodes"] = np.column_stack([data["start_node"].values, data["end_node"].values])
     pressure = float(data["image_pressure"]) if "image_pressure" in data else 0.0
     return Network(names, parent, data["length"].values, data["radius"].values, None, pressure, **known)

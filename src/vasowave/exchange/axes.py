@@ -9,22 +9,42 @@ from vasowave.figures.network import layout
 from vasowave.io.columns import read_columns
 from vasowave.network.network import Network
 
+_BESIDE = 1.0  # distance between inlets, in lengths of their vessels
+_LEAST_BOW, _BOW_POINTS = 0.15, 13  # height over its chord, so that parallel vessels lie apart
 _APART = np.radians(75.0)  # between the outermost daughters of a vessel
 
 
 def drawn_axes(network: Network) -> list[np.ndarray]:
     """Return a straight axis for each vessel, shape (2, 3), x, y, z in cm: true lengths, ordered as in the figure.
 
-    Daughters leave their parent as arteries do: a wide one goes on nearly straight, a thin one turns away.
+    Daughters leave their parent as arteries do: a wide one goes on nearly straight, a thin one turns away. A vessel
+    that closes a loop is a bow to where it ends; it is drawn longer than it is where that is too far away.
     """
     angle = _angles(network)
     direction = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(len(network))])
     axes: list[np.ndarray] = [np.empty((0, 3))] * len(network)
+    places: dict[int, np.ndarray] = {}
+    for number, row in enumerate(network.inlets):
+        places[int(network.start[row])] = np.array([0.0, -_BESIDE * number * network.length[row], 0.0])
     for rows in network.generations:
         for row in rows:
-            start = axes[network.parent[row]][-1] if network.parent[row] >= 0 else np.zeros(3)
-            axes[row] = np.stack([start, start + network.length[row] * direction[row]])
+            start, node = places[int(network.start[row])], int(network.end[row])
+            if node in places:
+                axes[row] = _bow(start, places[node], float(network.length[row]))
+                continue
+            places[node] = start + network.length[row] * direction[row]
+            axes[row] = np.stack([start, places[node]])
     return axes
+
+
+def _bow(start: np.ndarray, end: np.ndarray, length: float) -> np.ndarray:
+    """Return an arc of a parabola between two points, as long as a vessel that is longer than their distance."""
+    chord = end - start
+    distance = max(float(np.linalg.norm(chord)), 1e-9 * length)
+    height = max(np.sqrt(3.0 / 8.0 * max(length / distance - 1.0, 0.0)), _LEAST_BOW) * distance
+    share = np.linspace(0.0, 1.0, _BOW_POINTS)[:, np.newaxis]
+    side = np.array([-chord[1], chord[0], 0.0]) / distance
+    return np.asarray(start + share * chord - 4.0 * height * share * (1.0 - share) * side)
 
 
 def _angles(network: Network) -> np.ndarray:

@@ -46,6 +46,7 @@ def _variables(solved: Solved) -> dict[str, Any]:
         "network": {
             "name": _cells(network.name), "parent": network.parent + 1.0, "length": network.length,
             "radius": network.radius, "image_pressure": network.pressure, "area0": model.area0,
+            **({} if network.nodes is None else {"start_node": network.start, "end_node": network.end}),
         },
         "wall": {"law": model.wall.law().name, **model.wall._asdict()},
         "outlets": {"vessel": _cells([network.name[row] for row in network.terminals]), **outlets,

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from vasowave.errors import InputError
 from vasowave.exchange.solved import Solved, circuit
 from vasowave.exchange.tube_law import LinearTube, linear_tube
 from vasowave.findings import look_kind, warn
@@ -30,7 +31,7 @@ _LEAST_PROFILE, _ROUNDED_PROFILE = 2, 10  # lowest exponent that openBF document
 
 CROWDED = look_kind(
     "openbf.more-than-two-daughters",
-    "vessel '{vessel}' has more than two daughters; openBF refuses that before its general junctions of 2026",
+    "more than three vessels meet where '{vessel}' ends; openBF refuses that before its general junctions of 2026",
     "Use a later openBF.",
 )
 
@@ -41,7 +42,7 @@ def write_openbf(solved: Solved, folder: Path) -> list[str]:
     Raises
     ------
     InputError
-        Outlets that are no Windkessels, or a wall that no linear law replaces.
+        Outlets that are no Windkessels, a wall that no linear law replaces, or several inlets.
 
     Warns
     -----
@@ -49,7 +50,9 @@ def write_openbf(solved: Solved, folder: Path) -> list[str]:
         A junction of more than three vessels, which earlier versions of openBF refuse.
     """
     network, tube = solved.network, linear_tube(solved)
-    crowded = [network.name[row] for row, daughters in enumerate(network.daughters) if len(daughters) > 2]
+    if len(network.inlets) > 1:
+        raise InputError(f"openBF has one inlet, this network {len(network.inlets)} ({', '.join(network.inlet_names)})")
+    crowded = [network.name[one.ending[0]] for one in network.junctions if len(one.ending + one.beginning) > 3]
     if crowded:
         warn(CROWDED().at(vessel=crowded[0]))
     viscosity, profiles, error = _friction(solved)
@@ -116,8 +119,8 @@ def _vessels(solved: Solved, tube: LinearTube, profiles: np.ndarray) -> list[dic
         cells = max(_FEWEST_CELLS, math.ceil(network.length[row] / _LONGEST_CELL))
         vessel: dict[str, Any] = {
             "label": network.name[row],
-            "sn": nodes[int(network.parent[row])],
-            "tn": nodes[row],
+            "sn": nodes[int(network.start[row])],
+            "tn": nodes[int(network.end[row])],
             "L": 1e-2 * float(network.length[row]),
             "M": cells,
             **_radii(solved, row, radius),
@@ -152,6 +155,8 @@ def _radii(solved: Solved, row: int, radius: float) -> dict[str, float]:
 
 
 def _nodes(solved: Solved) -> dict[int, int]:
-    """Return the number of the node at the end of each vessel; -1 stands for the inlet, which openBF numbers 1."""
-    order = np.concatenate(solved.network.generations).tolist()
-    return {-1: 1} | {row: number for number, row in enumerate(order, 2)}
+    """Return openBF's number of every node: 1 is the inlet, others follow as blood reaches them."""
+    network = solved.network
+    order = np.concatenate(network.generations)
+    nodes = dict.fromkeys([int(network.start[network.root]), *network.end[order].tolist()])
+    return {node: number for number, node in enumerate(nodes, 1)}

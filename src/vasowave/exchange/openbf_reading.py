@@ -1,6 +1,7 @@
 """openBF's YAML back to a model and its inflow."""
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,9 +9,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from vasowave.errors import InputError
+from vasowave.errors import InputError, did_you_mean
 from vasowave.exchange.openbf import PA, POISSON
-from vasowave.findings import Finding, note_kind, warn
+from vasowave.findings import Finding, look_kind, note_kind, warn
 from vasowave.io.textfile import read_lines, regular_file
 from vasowave.model.blood import Blood, PowerLaw
 from vasowave.model.model import Model
@@ -18,12 +19,19 @@ from vasowave.model.outlets import ReflectionCoefficient, Windkessel
 from vasowave.model.shape import Shape
 from vasowave.model.walls import LinearWall
 from vasowave.network.network import Network
-from vasowave.recording import Inflow
+from vasowave.recording import Inflow, resample
 
 _LARGEST = 8 << 20  # bytes; no network is longer
 _FEWEST_SAMPLES = 512  # of an inflow that is not even in time
 _MOST_FLOW = 1.0  # m³/s, a thousand hearts: the column is a pressure
-_PROFILE = 2.0  # openBF's default
+_PROFILE, _OLD_PROFILE = 2.0, 9.0  # openBF's defaults: from version 0.8 on, and before
+_SAME_PERIOD = 1e-6  # of the period: by so much those of several inlets may differ
+_BACK = 0.01  # of the period: by so much a row's time may lie before the one above it
+_KEYS = ("project_name", "inlet_file", "output_directory", "write_results", "blood", "solver", "network",
+         "project name", "inlet file")  # fmt: skip
+_VESSEL_KEYS = ("label", "sn", "tn", "L", "M", "E", "R0", "Rp", "Rd", "h0", "Pext", "gamma_profile", "visco-elastic",
+                "phi", "Rt", "R1", "R2", "Cc", "inlet_impedance_matching", "to_save", "initial_pressure",
+                "initial_flow", "outlet", "inlet", "inlet number", "inlet file", "inlet_file")  # fmt: skip
 _STRAIGHT = 1e-9  # two radii so near to each other differ by rounding
 _ALONG = np.linspace(0.0, 1.0, 9)  # places along a vessel that tapers
 _DEFAULT_THICKNESS = (0.2802, -505.3, 0.1324, -11.14)  # a, b, c, d of h0 = R0 (a exp(b R0) + c exp(d R0)), R0 in m
@@ -43,9 +51,18 @@ PROFILES = note_kind(
     "was taken for all",
 )
 
+DISORDERED = look_kind(
+    "openbf.times-in-disorder",
+    "{count} of its times lie before the one above them, by up to {most:.2g} ms; the rows were sorted",
+    "Sort the rows yourself, and look at the curve.",
+)
+UNKNOWN_KEY = note_kind("openbf.unknown-key", "'{key}' means nothing to openBF and was left out{hint}")
+
 
 def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
-    """Read a model and its inflow from the YAML file of openBF and the inlet file that it names.
+    """Read a model and its inflow from the YAML file of openBF and the inlet files that it names.
+
+    Loops and several inlets are taken as they are; keys are those of version 0.8 and later, or of 0.7 and earlier.
 
     The tube law is openBF's own; an external pressure becomes part of it: p = (β - P) (√(A/A0') - 1) with
     √(A0'/A0) = (β - P)/β. A vessel that tapers has one thickness of its wall, so that β goes with 1/R0. Junctions
@@ -60,8 +77,9 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
     Raises
     ------
     InputError
-        A file that is none of openBF's, a key that is missing or no number, a network that is no tree, an outlet
-        without a Windkessel, an inlet file that is no table of time and flow, or lies outside the folder of the first.
+        A file that is none of openBF's, a key that is missing or no number, nodes at which several inlets or beds meet,
+        an outlet without a Windkessel, an inlet file that is no table of time and flow, or lies outside the folder of
+        the first.
 
     Warns
     -----
@@ -87,19 +105,22 @@ def read_openbf(path: str | Path) -> tuple[Model, Inflow]:
         raise InputError(f"{path}: 'network' lists no vessel")
     fluid = _Vessel(path, 0, _part(path, config, "blood", dict))
     density, viscosity = fluid.number("rho"), fluid.number("mu")
-    parent, length = np.array(_parents(path, vessels)), np.array([1e2 * one.number("L") for one in vessels])
+    _say_unknown(path, config, vessels)
+    nodes = np.array([[one.node("sn"), one.node("tn")] for one in vessels])
+    length = np.array([1e2 * one.number("L") for one in vessels])
     along = np.array([_wall(one) for one in vessels])  # (vessel, β or radius, place)
     beta, radius = along[:, :, len(_ALONG) // 2].T
     network = Network(
-        tuple(one.name for one in vessels), parent, length, 1e2 * radius,
-        where=lambda row: f"{path}, vessel {row + 1}",
+        tuple(one.name for one in vessels), None, length, 1e2 * radius,
+        where=lambda row: f"{path}, vessel {row + 1}", nodes=nodes,
     )  # fmt: skip
-    blood = Blood(1e-3 * density, 1e4 * viscosity / density, PowerLaw(_profile(network, vessels)))
+    profile = _profile(network, vessels, _default_profile(config))
+    blood = Blood(1e-3 * density, 1e4 * viscosity / density, PowerLaw(profile))
     ends = [(vessels[row], density, float(beta[row]), float(radius[row])) for row in network.terminals]
     outlets = _reflections(ends) or Windkessel(*np.array([_bed(*one) for one in ends]).T)
     stiffness, width = np.moveaxis(along / along[:, :, [len(_ALONG) // 2]], 1, 0)
     model = Model(network, LinearWall(beta / PA), outlets, blood, shape=Shape(width, stiffness), junctions="static")
-    return model, _inflow(path, config)
+    return model, _inflow(path, config, [vessels[row] for row in network.inlets])
 
 
 class _Vessel:
@@ -165,18 +186,19 @@ def _part(path: Path, config: Mapping[str, Any], key: str, kind: type) -> Any:
     return part
 
 
-def _parents(path: Path, vessels: list[_Vessel]) -> list[int]:
-    """Return the row of each vessel's parent: the vessel that ends where it begins."""
-    ends: dict[int, int] = {}
-    for row, one in enumerate(vessels):
-        node = one.node("tn")
-        if node in ends:
-            raise InputError(
-                f"{path}: vessels '{vessels[ends[node]].name}' and '{one.name}' both end at node {node}; vasowave's "
-                "networks are trees"
-            )
-        ends[node] = row
-    return [ends.get(one.node("sn"), -1) for one in vessels]
+def _say_unknown(path: Path, config: Mapping[str, Any], vessels: list[_Vessel]) -> None:
+    """Say which keys mean nothing here; openBF itself passes over them, too."""
+    for key in (str(key) for key in config if key not in _KEYS):
+        warn(UNKNOWN_KEY(key=key, hint=did_you_mean(key, _KEYS)).at(str(path)), stacklevel=3)
+    counts = Counter(str(key) for one in vessels for key in one.values if key not in _VESSEL_KEYS)
+    for key, count in counts.items():
+        place = f"{path}, {count} of {len(vessels)} vessels"
+        warn(UNKNOWN_KEY(key=key, hint=did_you_mean(key, _VESSEL_KEYS)).at(place), stacklevel=3)
+
+
+def _default_profile(config: Mapping[str, Any]) -> float:
+    """Return the velocity profile of vessels that name none: that of openBF's version, by the words of its keys."""
+    return _OLD_PROFILE if "project name" in config else _PROFILE
 
 
 def _wall(one: _Vessel) -> tuple[np.ndarray, np.ndarray]:
@@ -187,7 +209,7 @@ def _wall(one: _Vessel) -> tuple[np.ndarray, np.ndarray]:
     radius = proximal + (0.0 if straight else distal - proximal) * _ALONG
     if not radius.min() > 0:
         raise InputError(f"{one.place}: its radius is zero")
-    if one.values.get("visco-elastic"):
+    if one.values.get("visco-elastic") or one.number("phi", 0.0) > 0:
         one.warn(VISCOELASTIC())
     a, b, c, d = _DEFAULT_THICKNESS
     middle = 0.5 * (proximal + distal)
@@ -237,9 +259,9 @@ def _bed(one: _Vessel, density: float, beta: float, radius: float) -> tuple[floa
     return first / (1e6 * PA), second / (1e6 * PA), 1e6 * PA * one.number("Cc")
 
 
-def _profile(network: Network, vessels: list[_Vessel]) -> float:
+def _profile(network: Network, vessels: list[_Vessel], default: float) -> float:
     """Return the exponent of the velocity profile that dissipates as much of the mean flow as the vessels' own."""
-    exponents = np.array([one.number("gamma_profile", _PROFILE, least=-1.9) for one in vessels])
+    exponents = np.array([one.number("gamma_profile", default, least=-1.9) for one in vessels])
     if np.ptp(exponents) == 0:
         return float(exponents[0])
     weight = network.flow_fraction**2 * network.length / network.radius**4
@@ -248,13 +270,38 @@ def _profile(network: Network, vessels: list[_Vessel]) -> float:
     return mean
 
 
-def _inflow(path: Path, config: Mapping[str, Any]) -> Inflow:
-    project = _word(str(path), "project_name", config.get("project_name", ""))
-    name = _word(str(path), "inlet_file", config.get("inlet_file") or f"{project}_inlet.dat")
+def _inflow(path: Path, config: Mapping[str, Any], inlets: list[_Vessel]) -> Inflow:
+    """Return the flow into all inlets, from the file that each names or, for the only one, the configuration."""
+    cycles = [_cycle(_inlet_file(path, config, one, len(inlets) == 1)) for one in inlets]
+    periods = [period for flow, period in cycles if np.ptp(flow) > 0] or [cycles[0][1]]  # a steady flow has any
+    if max(periods) - min(periods) > _SAME_PERIOD * max(periods):
+        raise InputError(f"{path}: the inlets' periods differ ({min(periods):g} to {max(periods):g} s); all vessels "
+                         "need one")  # fmt: skip
+    if len(cycles) == 1:
+        return Inflow(*cycles[0])
+    count = max(len(flow) for flow, _ in cycles)
+    return Inflow(np.column_stack([resample(flow, count) for flow, _ in cycles]), periods[0])
+
+
+def _inlet_file(path: Path, config: Mapping[str, Any], one: _Vessel, alone: bool) -> Path:
+    """Return the file of the flow into a vessel, which lies beside the configuration."""
+    if _word(one.place, "inlet", one.values.get("inlet", "Q")) != "Q":
+        raise InputError(f"{one.place}: its inlet is '{one.values['inlet']}', not a flow (Q); give it the flow into it")
+    given = one.values.get("inlet file", one.values.get("inlet_file"))
+    if given is None and not alone:
+        raise InputError(f"{one.place}: one of several inlets, and names no 'inlet file'; give it the flow into it")
+    if given is None:
+        project = _word(str(path), "project_name", config.get("project_name", config.get("project name", "")))
+        given = config.get("inlet_file") or config.get("inlet file") or f"{project}_inlet.dat"
+    name = _word(one.place, "inlet file", given)
     if Path(name).is_absolute() or ".." in Path(name).parts:
         raise InputError(f"{path}: names an inlet outside its own folder ({name}); put that file beside it")
-    file = path.parent / name
-    table = _two_columns(file)
+    return path.parent / name
+
+
+def _cycle(file: Path) -> tuple[np.ndarray, float]:
+    """Return evenly spaced samples of a flow, ml/s, and its period, s."""
+    table = _in_order(file, _two_columns(file))
     time, flow = table[:, 0], 1e6 * table[:, 1]
     if len(time) < 2 or time[0] != 0 or np.any(np.diff(time) <= 0):
         raise InputError(f"{file}: times must begin at 0 and increase; its last one is the period")
@@ -267,9 +314,18 @@ def _inflow(path: Path, config: Mapping[str, Any]) -> Inflow:
         flow[-1], flow[0], abs_tol=1e-3 * float(np.ptp(flow)) + 1e-300
     )
     if even and steps >= _FEWEST_SAMPLES // 16:
-        return Inflow(flow[:-1], period)
+        return flow[:-1], period
     count = max(_FEWEST_SAMPLES, 4 * steps)
-    return Inflow(np.interp(np.arange(count) * period / count, time, flow), period)
+    return np.interp(np.arange(count) * period / count, time, flow), period
+
+
+def _in_order(file: Path, table: np.ndarray) -> np.ndarray:
+    """Return the rows sorted by time where a few go back a little, as in a curve that was read off by hand."""
+    back = -np.diff(table[:, 0])
+    if not 0 < back.max(initial=0.0) <= _BACK * table[-1, 0]:
+        return table
+    warn(DISORDERED(count=int(np.sum(back > 0)), most=1e3 * float(back.max())).at(str(file)), stacklevel=3)
+    return table[np.argsort(table[:, 0], kind="stable")]
 
 
 def _two_columns(file: Path) -> np.ndarray:

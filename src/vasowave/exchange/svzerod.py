@@ -39,17 +39,16 @@ def write_svzerod(solved: Solved, folder: Path) -> list[str]:
             "number_of_time_pts_per_cardiac_cycle": _STEPS + 1,
             "output_all_cycles": False,
         },
-        "boundary_conditions": [_inflow(solved), *_beds(solved)],
+        "boundary_conditions": [*_inflows(solved), *_beds(solved)],
         "vessels": _vessels(solved),
         "junctions": [
             {
-                "junction_name": f"J{row}",
+                "junction_name": f"J{one.ending[0]}",
                 "junction_type": "NORMAL_JUNCTION",
-                "inlet_vessels": [row],
-                "outlet_vessels": list(daughters),
+                "inlet_vessels": list(one.ending),
+                "outlet_vessels": list(one.beginning),
             }
-            for row, daughters in enumerate(network.daughters)
-            if daughters
+            for one in network.junctions
         ],
     }
     (folder / FILE).write_text(json.dumps(content, indent=1), encoding="utf-8")
@@ -59,11 +58,18 @@ def write_svzerod(solved: Solved, folder: Path) -> list[str]:
     ]
 
 
-def _inflow(solved: Solved) -> dict[str, Any]:
-    flow, period = solved.inflow.flow, solved.inflow.period
-    time = np.linspace(0.0, period, len(flow) + 1)
-    return {"bc_name": _INFLOW, "bc_type": "FLOW",
-            "bc_values": {"t": time.tolist(), "Q": [*flow.tolist(), float(flow[0])]}}  # fmt: skip
+def _inflows(solved: Solved) -> list[dict[str, Any]]:
+    flows = solved.inflow.into(solved.network.inlet_names)
+    time = np.linspace(0.0, solved.inflow.period, len(flows) + 1)
+    return [{"bc_name": name, "bc_type": "FLOW",
+             "bc_values": {"t": time.tolist(), "Q": [*flow.tolist(), float(flow[0])]}}
+            for name, flow in zip(_inflow_names(solved).values(), flows.T, strict=True)]  # fmt: skip
+
+
+def _inflow_names(solved: Solved) -> dict[int, str]:
+    """Return what the flow into each inlet, by its row, is called."""
+    inlets = solved.network.inlets.tolist()
+    return {row: _INFLOW if len(inlets) == 1 else f"{_INFLOW}{row}" for row in inlets}
 
 
 def _beds(solved: Solved) -> list[dict[str, Any]]:
@@ -83,10 +89,10 @@ def _vessels(solved: Solved) -> list[dict[str, Any]]:
     network, model, area = solved.network, solved.model, solved.mean_area
     inertance = network.length * model.blood.density / area
     compliance = network.length * np.asarray(walls.area_compliance(model.wall, solved.mean_pressure, model.area0))
-    terminals = set(network.terminals.tolist())
+    terminals, inflows = set(network.terminals.tolist()), _inflow_names(solved)
     vessels = []
     for row, name in enumerate(network.name):
-        ends = {"inlet": _INFLOW} if row == network.root else {}
+        ends = {"inlet": inflows[row]} if row in inflows else {}
         ends |= {"outlet": f"OUT{row}"} if row in terminals else {}
         values = {"R_poiseuille": solved.resistance[row] * MMHG, "L": inertance[row],
                   "C": compliance[row] / MMHG, "stenosis_coefficient": 0.0}  # fmt: skip

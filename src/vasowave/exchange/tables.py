@@ -39,7 +39,8 @@ def write_tables(solved: Solved, folder: Path) -> list[str]:
     header = ["vessel", *(f"{name} [{unit}]" for name, unit in (units | beds).items())]
     _write(folder / PARAMETERS, header, rows)
     time = np.arange(len(inflow.flow)) * (inflow.period / len(inflow.flow))
-    _write(folder / INFLOW, ["time [s]", "flow [ml/s]"], zip(time, inflow.flow, strict=True))
+    titles = [f"flow into {name} [ml/s]" for name in network.inlet_names if inflow.flow.ndim > 1] or ["flow [ml/s]"]
+    _write(folder / INFLOW, ["time [s]", *titles], np.column_stack([time, inflow.flow]).tolist())
     return [f"{NETWORK} is the network that every command takes; {PARAMETERS} holds wall and outlets of each vessel."]
 
 

@@ -23,10 +23,11 @@ _PANEL = 0.77  # of a figure that its only panel has before the layout is made
 def plot_network(
     ax: "Axes", network: Network, color: str | Sequence[str] = CTL, tips: Sequence[str] = (), share: bool = True
 ) -> "Axes":
-    """Draw the tree from the inlet at the left; width is the radius, to the scale drawn below, arrows are the flow.
+    """Draw the network from the inlet at the left; width is the radius, to the scale drawn below, arrows are the flow.
 
     Lengths are not to scale, as in the paper's graph. Labels are names and shares of the flow; where there is no room
-    for both, names alone, then their beginnings, and none where they would touch each other.
+    for both, names alone, then their beginnings, and none where they would touch each other. Where a loop closes, a
+    dotted line leads from the end of one vessel to that of the one with which it meets.
 
     Parameters
     ----------
@@ -45,7 +46,8 @@ def plot_network(
     widths = np.maximum(_THINNEST, scale * network.radius)
     labels = _labels(ax, network, (x, y), widths, share)
     for row in range(len(network)):
-        drawn = ax.annotate("", (x[row] + 1.0, y[row]), (x[row], y[row]), arrowprops=_arrow(widths[row], colors[row]))
+        tail, head = (x[row], x[row] + 1.0) if network.flow_fraction[row] >= 0 else (x[row] + 1.0, x[row])
+        drawn = ax.annotate("", (head, y[row]), (tail, y[row]), arrowprops=_arrow(widths[row], colors[row]))
         if tips and drawn.arrow_patch is not None:
             mark(drawn.arrow_patch, tips[row])
         below = [y[daughter] for daughter in network.daughters[row]]
@@ -53,10 +55,11 @@ def plot_network(
             ax.plot([x[row] + 1.0] * 2, [min(below), max(below)], color=colors[row], linewidth=1.2)
         ax.annotate(labels[row], (x[row] + 0.45, y[row]), (0.0, 2.0 + widths[row] / 2), textcoords="offset points",
                     ha="center", va="bottom", fontsize=SMALL, color=DATA)  # fmt: skip
-    root = network.root
-    ax.plot([x[root]], [y[root]], "o", color=DATA, ms=5, zorder=5)
-    ax.annotate("inlet", (x[root], y[root]), (0.0, -2.0 - _WIDEST / 2), textcoords="offset points", ha="left", va="top",
-                fontsize=SMALL, fontstyle="italic")  # fmt: skip
+    _draw_joints(ax, network, (x, y))
+    for row in network.inlets:
+        ax.plot([x[row]], [y[row]], "o", color=DATA, ms=5, zorder=5)
+        ax.annotate("inlet", (x[row], y[row]), (0.0, -2.0 - _WIDEST / 2), textcoords="offset points", ha="left",
+                    va="top", fontsize=SMALL, fontstyle="italic")  # fmt: skip
     _draw_key(ax, y.min() - _KEY + 0.2, x.max() + 1.0, network.radius.max(), scale)
     ax.set_xlim(-0.1, x.max() + 1.05)
     ax.set_ylim(y.min() - _KEY, y.max() + 0.8)
@@ -89,7 +92,7 @@ def _labels(
 
     labels = []
     for name, flow in zip(network.name, network.flow_fraction, strict=True):
-        full = [f"{short(name, 12)} ({100 * flow:.0f} %)"] if share else []
+        full = [f"{short(name, 12)} ({100 * abs(flow):.0f} %)"] if share else []
         shorter = [short(name, most) for most in range(12, _SHORTEST - 1, -1)]
         labels.append(next((text for text in [*full, *shorter] if fits(text)), ""))
     return labels
@@ -111,6 +114,17 @@ def _rounded(value: float) -> float:
     return float(max(digit for digit in (1, 2, 5) if digit * decade <= value * (1 + 1e-9)) * decade)
 
 
+def _draw_joints(ax: "Axes", network: Network, places: tuple[np.ndarray, np.ndarray]) -> None:
+    """Join the ends of vessels that end in one node: the first carries on, the others are led to it."""
+    x, y = places
+    for one in network.junctions:
+        first = int(network.parent[one.beginning[0]])
+        for row in (row for row in one.ending if row != first):
+            ax.annotate("", (x[first] + 1.0, y[first]), (x[row] + 1.0, y[row]), zorder=1,
+                        arrowprops={"arrowstyle": "-", "linestyle": ":", "linewidth": 1.2, "color": "0.45",
+                                    "shrinkA": 0, "shrinkB": 0, "connectionstyle": "arc3,rad=0.25"})  # fmt: skip
+
+
 def layout(network: Network) -> tuple[np.ndarray, np.ndarray]:
     """Return the place of every vessel: x is its generation, y the middle of its daughters; each shape (vessel,)."""
     x, y = np.zeros(len(network)), np.zeros(len(network))
@@ -130,7 +144,7 @@ def _arrow(width: float, color: str) -> dict[str, Any]:
 
 
 def _terminals_in_order(network: Network) -> list[int]:
-    terminals, ahead = [], [network.root]
+    terminals, ahead = [], network.inlets[::-1].tolist()
     while ahead:
         row = ahead.pop()
         ahead.extend(reversed(network.daughters[row]))

@@ -129,7 +129,7 @@ def _tips(result: AnimalResult, wall: str, whole: Network, mean: np.ndarray) -> 
     speed = dict(zip(result.laws[wall].vessels["vessel"].values, result.laws[wall].vessels["wave_speed"].values))
     return [
         f"vessel {name}: radius {whole.radius[row]:.3g} cm, length {whole.length[row]:.3g} cm, "
-        f"{100 * whole.flow_fraction[row]:.2g} % of the flow; mean pressure {mean[row]:.1f} mmHg, wave speed "
+        f"{100 * abs(whole.flow_fraction[row]):.2g} % of the flow; mean pressure {mean[row]:.1f} mmHg, wave speed "
         f"{speed[name]:.0f} cm/s"
         for row, name in enumerate(whole.name)
     ]

@@ -12,14 +12,17 @@ def axes_in_space(network: Network) -> np.ndarray:
     """Return start and end of every vessel, cm, shape (vessel, 2, 3).
 
     Daughters leave in one plane, the thinner the more to the side, and planes of successive junctions stand across each
-    other. Lengths are those of the network.
+    other. Lengths are those of the network; a vessel that closes a loop is drawn to where it ends.
     """
     axes = np.zeros((len(network), 2, 3))
     along, across = np.zeros((2, len(network), 3))
-    along[network.root], across[network.root] = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
+    along[network.inlets], across[network.inlets] = (0.0, 0.0, 1.0), (0.0, 1.0, 0.0)
+    axes[network.inlets, 0, 0] = np.arange(len(network.inlets)) * network.length[network.root]
+    places: dict[int, np.ndarray] = {}
     for rows in network.generations:
         for row in rows:
-            axes[row, 1] = axes[row, 0] + network.length[row] * along[row]
+            end = axes[row, 0] + network.length[row] * along[row]
+            axes[row, 1] = places.setdefault(int(network.end[row]), end)
             aside = np.cross(across[row], along[row])
             for daughter, angle in zip(network.daughters[row], _angles(network, row), strict=True):
                 axes[daughter, 0] = axes[row, 1]

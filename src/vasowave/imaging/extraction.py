@@ -10,7 +10,8 @@ import numpy as np
 
 from vasowave.errors import VasowaveWarning
 from vasowave.findings import Finding, found_in, warn
-from vasowave.imaging.axes.vessels import begun_elsewhere, tree_of
+from vasowave.imaging.axes.starts import Settled, settled
+from vasowave.imaging.axes.vessels import tree_of
 from vasowave.imaging.entrances import check_root, deepest_near, require_reached, root_wanted
 from vasowave.imaging.given import Given, given
 from vasowave.imaging.kept.keys import image_key, keys_of, volume_key
@@ -29,10 +30,10 @@ from vasowave.imaging.revise.edits import Edit, edited, edited_alike
 from vasowave.imaging.revise.junctions import with_junctions_at
 from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.doubts import Doubt
+from vasowave.imaging.witness.doubts import Doubt, ranked, warn_of
 from vasowave.imaging.witness.loops import loop_doubts, told_loops
 from vasowave.imaging.witness.misfit import surface_misfit
-from vasowave.imaging.witness.skeleton import Branches, skeleton_branches
+from vasowave.imaging.witness.skeleton import Thinned, skeleton_branches, thinned
 from vasowave.imaging.witness.witness import doubts_about
 from vasowave.network.network import Network
 from vasowave.settings import given_values
@@ -62,9 +63,9 @@ class Extraction:
     misfit : float array, shape (vessel,)
         How far the lumen is from a round tube, as a share of the radius, see `surface_misfit`.
     doubts : tuple of Doubt
-        What contradicts the answer, by vessel.
+        What contradicts the answer or is left open, by vessel, the gravest first.
     notes : tuple of Finding
-        The warnings of this extraction.
+        The warnings of this extraction, first the gravest of the doubts.
     """
 
     measured: Measurement
@@ -121,7 +122,7 @@ def extract(
     -----
     VasowaveWarning
         The cannula contradicts the file's voxel size by more than 1 %; at another threshold vessels are not in the
-        lumen; the lumen closes loops; a vessel wider than the root; every doubt of the witness.
+        lumen; the lumen closes loops; a vessel wider than the root; the gravest doubts of the witness, first.
 
     Examples
     --------
@@ -144,7 +145,8 @@ def extract(
             warnings.simplefilter("always", VasowaveWarning)
             extraction = _extracted(image, wanted, say, stages or Stages())
     finally:  # an error is easier to understand with the warnings that led to it
-        notes = tuple(dict.fromkeys(found_in(told)))
+        # What is gravest comes first: doubts of the witness, in their order, before what was noticed on the way.
+        notes = tuple(sorted(dict.fromkeys(found_in(told)), key=lambda note: note.room != "witness"))
         for note in notes:
             warn(note)
     return replace(extraction, notes=notes)
@@ -171,8 +173,8 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
         "loops", keys.loops, lambda: told_loops(lumen, options.loops, said.outlets is not None, level_set)
     )
     say("axes")
-    unedited, cannula = stages.kept("axes", keys.axes, lambda: _tree(lumen, root, said, options))
-    tree = edited(unedited, said.edits)
+    found, cannula = stages.kept("axes", keys.axes, lambda: _tree(lumen, root, said, options))
+    unedited, tree = found.tree, edited(found.tree, said.edits)
     say("radii")
     look = Profiles(stages.stored("profiles", keys.profiles))
     measured = measured_in(tree, volume, look)
@@ -184,23 +186,26 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
         "elsewhere", keys.elsewhere, lambda: elsewhere(unedited, volume, inside, options.threshold, said.segmenter)
     )
     skeleton, surface = stages.kept("witness", keys.witness, lambda: _witness(lumen, root))
-    again = stages.kept("again", keys.elsewhere, lambda: begun_elsewhere(unedited, lumen, surface))
+    if tree is not unedited:
+        found = settled(tree, surface, lumen.spacing, lumen.roughness)
     begin_sd = 0.0 if cannula is None else tip_sd(cannula, unedited.lines[unedited.root], volume)
-    measured = with_spread(measured, *_edited_too(unedited, others, again, said.edits), volume, look, begin_sd)
+    open_sd = np.hypot(found.open_sd, begin_sd * (np.arange(len(tree)) == tree.root))
+    measured = with_spread(measured, _edited_too(unedited, others, said.edits), open_sd, volume, look)
     stages.keep("profiles", keys.profiles, look.used)
     say("witness")
     all_ends = said.outlets is None and not said.edits
     misfit = surface_misfit(measured.tree, measured.network.radius, surface, lumen.spacing)
-    doubts = doubts_about(measured, lumen, skeleton, misfit, all_ends)
+    ends = None if all_ends else np.array([tree.lines[row].points[-1] for row in tree.terminals])
+    branches = skeleton_branches(skeleton, ends)
+    doubts = doubts_about(measured, lumen, branches, misfit, found.place_sd, all_ends)
     doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
     factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
     measured = replace(measured, tree=measured.tree.moved(world))
     whole = scaled(with_junctions_at(measured, options.junction), factor)
     kept = wanted_part(whole, options.generations, options.vessels, options.min_radius)
     told = (one for one in doubts if not one.vessels or set(one.vessels) & set(kept.network.name))
-    doubts = tuple(replace(one, places=world(one.places)) for one in told)
-    for doubt in doubts:
-        warn(doubt.finding)
+    doubts = ranked((replace(one, places=world(one.places)) for one in told), measured.network)
+    warn_of(doubts)
     misfit = misfit[[measured.network.name.index(name) for name in kept.network.name]]
     kept = with_errors(filled_at(kept, options.pressure))
     return Extraction(kept, scale, factor, lumen, image, None, world(root), options, misfit, doubts)
@@ -223,23 +228,22 @@ def _lumen(said: Given, options: Options) -> Segmentation:
     return said.segmenter(said.volume, options.threshold, said.seed)
 
 
-def _tree(lumen: Segmentation, root: np.ndarray, said: Given, options: Options) -> tuple[Tree, Line | None]:
+def _tree(lumen: Segmentation, root: np.ndarray, said: Given, options: Options) -> tuple[Settled, Line | None]:
     """Return the tree without its cannula, and the cannula's line if there is one."""
     if said.outlets is not None:
         require_reached(lumen, said.outlets)
-    tree = tree_of(lumen, root, said.outlets)
-    return without_cannula(tree, said.volume) if options.cannula else (tree, None)
+    found = tree_of(lumen, root, said.outlets)
+    tree, cannula = without_cannula(found.tree, said.volume) if options.cannula else (found.tree, None)
+    return replace(found, tree=tree), cannula
 
 
-def _witness(lumen: Segmentation, root: np.ndarray) -> tuple[Branches, np.ndarray]:
-    """Return the second tree of the lumen, and the points of its surface."""
+def _witness(lumen: Segmentation, root: np.ndarray) -> tuple[Thinned, np.ndarray]:
+    """Return the skeleton of the lumen, and the points of its surface."""
     surface = surface_points(lumen)
-    return skeleton_branches(lumen, root, surface), surface
+    return thinned(lumen, root, surface), surface
 
 
-def _edited_too(
-    tree: Tree, others: tuple[Elsewhere, ...], again: Tree, edits: tuple[Edit, ...]
-) -> tuple[tuple[Elsewhere, ...], Tree]:
-    """Return the tree at other thresholds, and as it is fitted `again`, after the edits of `tree`."""
-    _, again, *after = edited_alike((tree, again, *(other.tree for other in others)), edits)
-    return tuple(replace(other, tree=own) for other, own in zip(others, after, strict=True)), again
+def _edited_too(tree: Tree, others: tuple[Elsewhere, ...], edits: tuple[Edit, ...]) -> tuple[Elsewhere, ...]:
+    """Return the tree at other thresholds after the edits of `tree`."""
+    _, *after = edited_alike((tree, *(other.tree for other in others)), edits)
+    return tuple(replace(other, tree=own) for other, own in zip(others, after, strict=True))

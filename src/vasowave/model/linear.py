@@ -16,10 +16,12 @@ import numpy as np
 
 from vasowave.model import walls
 from vasowave.model.model import Model
+from vasowave.model.two_ports import TwoPort, input_impedances, joined, pressures_behind, steady_means
 from vasowave.recording import Inflow
 
 _PARTS = 6  # lines that a vessel makes where one changes along its way
 _FASTEST = 0.8  # u²/c² of the mean flow, at most: beyond, no linear theory knows the waves
+_UNHINDERED = 1e-4  # of ρL/(A T), the resistance that a vessel of a graph has at least
 _GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)  # places in a line whose mean is right to third order
 
 
@@ -55,14 +57,14 @@ class Lines(NamedTuple):
         p[0], q[0] = P[0] - self.resistance[vessel] * x * Q[0], Q[0]
         return p, q
 
-    def passage(self, length: np.ndarray) -> "_Passage":
+    def passage(self, length: np.ndarray) -> TwoPort:
         """Return what lines of these lengths (cm) do to waves."""
         cosh, sinh = _hyperbolic(self.propagation * length)
         across, along = self.impedance * sinh / cosh, sinh / cosh / self.impedance
         across[0], along[0] = self.resistance * length, 0.0  # a steady flow meets resistance alone
         if self.carried is not None:
             cosh = cosh * np.exp(-self.carried * length)
-        return _Passage(cosh, np.ones_like(cosh), across, along)
+        return TwoPort(cosh, np.ones_like(cosh), across, along)
 
 
 class Motion(NamedTuple):
@@ -93,25 +95,6 @@ class Motion(NamedTuple):
         return keeps, dynamic
 
 
-class _Passage(NamedTuple):
-    """P_in = d (turn P_out + across Q_out), Q_in = d (along P_out + Q_out); shapes (harmonic, vessel)."""
-
-    d: np.ndarray
-    turn: np.ndarray
-    across: np.ndarray
-    along: np.ndarray
-
-    def then(self, after: "_Passage") -> "_Passage":
-        """Return both, one behind the other."""
-        share = 1.0 + self.along * after.across
-        return _Passage(
-            self.d * after.d * share,
-            (self.turn * after.turn + self.across * after.along) / share,
-            (self.turn * after.across + self.across) / share,
-            (self.along * after.turn + after.along) / share,
-        )
-
-
 @dataclass(frozen=True, eq=False)
 class LinearSolution:
     """Harmonics of pressure and flow in every vessel.
@@ -123,7 +106,8 @@ class LinearSolution:
     mean_pressure : array, shape (vessel,)
         Mean pressure about which each vessel is linearized, mmHg.
     input_impedance : complex array, shape (harmonic, vessel)
-        Impedance at each vessel's inlet, mmHg s/ml; that of the mean counts from the pressure behind the outlets.
+        Impedance at each vessel's inlet, mmHg s/ml: pressure over flow of what the inflow makes, so that the mean
+        counts from the pressure behind the outlets. Where no flow passes a vessel of a loop, it is infinite.
     pressure, flow : complex array, shape (harmonic, vessel)
         Spectra at the vessels' inlets (mmHg, ml/s): p(t) = Re Σ P_k exp(iω_k t), the mean at k = 0.
     lines : tuple of Lines
@@ -179,44 +163,37 @@ class LinearSolution:
 def linear_solution(model: Model, inflow: Inflow, harmonics: int = 32) -> LinearSolution:
     """Solve the linearized network for the harmonics 0 … `harmonics` of the inflow."""
     count = min(harmonics, (len(inflow.flow) - 1) // 2) + 1
-    spectrum = np.fft.rfft(inflow.flow)[:count] / len(inflow.flow)
+    entering = inflow.into(model.network.inlet_names)
+    spectrum = np.fft.rfft(np.ascontiguousarray(entering.T))[:, :count].T / len(inflow.flow)
     spectrum[1:] *= 2
-    return _solve(model, spectrum, *_mean_state(model, float(spectrum[0].real), inflow.period), inflow.period)
+    return _solve(model, spectrum, *_mean_state(model, spectrum[0].real, inflow.period), inflow.period)
 
 
-def _mean_state(model: Model, flow: float, period: float) -> tuple[np.ndarray, np.ndarray]:
+def _mean_state(model: Model, inflow: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
     """Mean pressure in the middle of every vessel (mmHg) and flow: areas fix friction, that the pressure, it areas."""
     network, blood = model.network, model.blood
-    parent, downward = network.parent.tolist(), np.concatenate(network.generations).tolist()
-    beds, pulled, flows = np.zeros(len(network)), np.zeros(len(network)), np.zeros(len(network))
-    bed = entered = model.outlets.impedance_at(1, period)[0].real
+    flows, bed = np.zeros(len(network)), model.outlets.impedance_at(1, period)[0].real
+    entered = bed
     k0, k1 = blood.friction.coefficients(blood.viscosity, period)
     middle, parts = np.full(len(network), np.mean(model.outlet_pressure)), _parts(model)
     for _ in range(4):
         if model.dynamic:
             inlet, outlet = _motions(model, middle, flows, 1)
             entered = bed + outlet.dynamic[0, network.terminals]
-        beds[network.terminals] = 1.0 / entered
-        pulled[network.terminals] = beds[network.terminals] * model.outlet_pressure
-        areas = (np.asarray(walls.area(wall, middle, area0)) for wall, area0 in parts)
+        areas = [np.asarray(walls.area(wall, middle, area0)) for wall, area0 in parts]
         fall = _mean([blood.inertia * network.length * (k0 + k1 * np.sqrt(A)) / A**2 for A in areas])
         fall = fall + inlet.lost[0] if model.dynamic else fall
-        resistance, conductance, behind = fall.tolist(), beds.tolist(), pulled.tolist()
-        for row in reversed(downward):  # plain numbers: arrays of a few vessels cost more
-            resistance[row] += 1.0 / conductance[row]
-            behind[row] /= conductance[row]
-            if parent[row] >= 0:
-                conductance[parent[row]] += 1.0 / resistance[row]
-                behind[parent[row]] += behind[row] / resistance[row]
-        kept, above = 1.0 - fall / resistance, [flow * resistance[network.root]] * len(network)
-        for row in downward[1:]:
-            before = parent[row]
-            above[row] = above[before] * float(kept[before]) + behind[before] - behind[row]
-        middle = np.asarray(behind) + 0.5 * (1.0 + kept) * above
+        if network.nodes is not None:
+            fall = np.maximum(fall, _least_resistance(model, areas, period))
+        middle, flows = steady_means(network, fall, entered, inflow, np.asarray(model.outlet_pressure))
         if model.dynamic:
-            flows = np.asarray(above) / resistance
             middle = middle - 0.5 * (inlet.lost[0] + inlet.dynamic[0] + outlet.dynamic[0]) * flows
     return middle, flows
+
+
+def _least_resistance(model: Model, areas: list[np.ndarray], period: float) -> np.ndarray:
+    """Resistance, mmHg s/ml, by which a steady flow divides between vessels without friction: as one that starts."""
+    return _UNHINDERED / period * _mean([model.blood.inertia * model.network.length / A for A in areas])
 
 
 def _motions(model: Model, pressure: np.ndarray, flow: np.ndarray, count: int) -> tuple[Motion, Motion]:
@@ -287,19 +264,44 @@ def _solve(
     network, motion = model.network, None
     omega = 2 * np.pi / period * np.arange(len(spectrum))[:, np.newaxis]
     lines = _lines(model, mean_pressure, mean_flow, omega, period)
-    passage = reduce(_Passage.then, (line.passage(network.length / len(lines)) for line in lines))
+    ports = reduce(TwoPort.then, (line.passage(network.length / len(lines)) for line in lines))
     end = model.outlets.impedance_at(len(spectrum), period)
     if model.dynamic:
         motion = _motions(model, mean_pressure, mean_flow, len(spectrum))
         end = motion[1].keeps[:, network.terminals] * end + motion[1].dynamic[:, network.terminals]
         left, lost = motion[0].left, motion[0].lost
-        passage = passage._replace(turn=left * passage.turn + lost * passage.along, across=left * passage.across + lost)
-    Z_in = _input_impedance(model, end, passage)
-    passed = passage.d * (1.0 - passage.across / Z_in)
-    if len(lines) == 1 and motion is None:  # the same, rounded as the sum of what comes and what turns back
-        cosh, sinh = _hyperbolic(lines[0].propagation[1:] * network.length)
-        passed[1:] = cosh - lines[0].impedance[1:] / Z_in[1:] * sinh
-    behind = _behind(model, Z_in[0].real)
+        ports = ports._replace(turn=left * ports.turn + lost * ports.along, across=left * ports.across + lost)
+    if network.nodes is None:
+        straight = lines[0] if len(lines) == 1 and motion is None else None
+        Z_in, P, flow = _along_tree(model, ports, end, spectrum[:, 0], straight)
+    else:
+        areas = [np.asarray(walls.area(wall, mean_pressure, area0)) for wall, area0 in _parts(model)]
+        ports.across[0] = np.maximum(ports.across[0].real, _least_resistance(model, areas, period))
+        P, flow = joined(network, ports, end, spectrum)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            Z_in = P / flow
+        from_behind = joined(network, TwoPort(*(one[:1] for one in ports)), end[:1], 0 * spectrum[:1],
+                             np.asarray(model.outlet_pressure))  # fmt: skip
+        P[0], flow[0] = P[0] + from_behind[0][0], flow[0] + from_behind[1][0]
+    if motion is not None:
+        keeps, dynamic = motion[0].keeps, motion[0].dynamic
+        P = ((P - lost * flow) / left - dynamic * flow) / keeps
+        with np.errstate(invalid="ignore"):  # infinite where no flow passes
+            Z_in = ((Z_in - lost) / left - dynamic) / keeps
+    return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length, motion)
+
+
+def _along_tree(
+    model: Model, ports: TwoPort, end: np.ndarray, spectrum: np.ndarray, straight: Lines | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return input impedance, pressure and flow at all inlets of a tree; `straight` is its only lines, if it is."""
+    network = model.network
+    Z_in = input_impedances(network, end, ports)
+    passed = ports.d * (1.0 - ports.across / Z_in)
+    if straight is not None:  # the same, rounded as the sum of what comes and what turns back
+        cosh, sinh = _hyperbolic(straight.propagation[1:] * network.length)
+        passed[1:] = cosh - straight.impedance[1:] / Z_in[1:] * sinh
+    behind = pressures_behind(network, Z_in[0].real, np.asarray(model.outlet_pressure))
     P = np.empty_like(Z_in)  # above the pressure behind each vessel
     P[:, network.root] = Z_in[:, network.root] * spectrum
     for rows in network.generations[1:]:
@@ -308,23 +310,7 @@ def _solve(
         P[0, rows] += behind[parents] - behind[rows]
     flow = P / Z_in
     P[0] += behind
-    if motion is not None:
-        keeps, dynamic = motion[0].keeps, motion[0].dynamic
-        P, Z_in = (((P - lost * flow) / left) - dynamic * flow) / keeps, ((Z_in - lost) / left - dynamic) / keeps
-    return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length, motion)
-
-
-def _behind(model: Model, resistance: np.ndarray) -> np.ndarray:
-    """Pressure that each vessel's inlet would have without flow into it, mmHg, shape (vessel,): its outlets' mean."""
-    network = model.network
-    behind, weight = np.zeros(len(network)), np.zeros(len(network))
-    behind[network.terminals], weight[network.terminals] = model.outlet_pressure, 1.0
-    for rows in reversed(network.generations):
-        behind[rows] /= weight[rows]
-        if (parents := network.parent[rows])[0] >= 0:
-            np.add.at(behind, parents, behind[rows] / resistance[rows])
-            np.add.at(weight, parents, 1.0 / resistance[rows])
-    return behind
+    return Z_in, P, flow
 
 
 def _hyperbolic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -332,17 +318,3 @@ def _hyperbolic(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     grown = np.exp(x)
     decayed = 1.0 / grown
     return 0.5 * (grown + decayed), 0.5 * (grown - decayed)
-
-
-def _input_impedance(model: Model, end: np.ndarray, passage: _Passage) -> np.ndarray:
-    """Impedance at every inlet, from the outlets (whose impedance is `end`) up, one generation at a time."""
-    network = model.network
-    load_admittance = np.zeros((len(end), len(network)), dtype=complex)
-    load_admittance[:, network.terminals] = 1.0 / end
-    Z_in, (_, turn, across, along) = np.empty_like(load_admittance), passage
-    for rows in reversed(network.generations):
-        admittance, parents = load_admittance[:, rows], network.parent[rows]
-        Z_in[:, rows] = (turn[:, rows] + admittance * across[:, rows]) / (admittance + along[:, rows])
-        if parents[0] >= 0:
-            np.add.at(load_admittance.T, parents, (1.0 / Z_in[:, rows]).T)
-    return Z_in

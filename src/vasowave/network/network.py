@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vasowave.errors import InputError, did_you_mean
+from vasowave.network.graph import Meeting, meetings, parents, steady_shares
 from vasowave.notebook import card, upstairs
 
 if TYPE_CHECKING:
@@ -28,14 +29,15 @@ MEASURED = ("radius_sd", "taper", "taper_sd")
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """A tree of vessels; row i of every array is the same vessel.
+    """Vessels that hang together, a tree or a graph with loops and several inlets; row i of every array is a vessel.
 
     Attributes
     ----------
     name : tuple of str
         Unique name of each vessel.
     parent : int array, shape (vessel,)
-        Row of the vessel's parent, -1 for the root. Any number of daughters; any order of rows.
+        Row of the vessel's parent, -1 for the root. Any number of daughters; any order of rows. Where `nodes` are
+        given, it is that of the first vessel on the shortest way from an inlet; give None.
     length : float array, shape (vessel,)
         Length L, cm.
     radius : float array, shape (vessel,)
@@ -49,23 +51,35 @@ class Network:
         Fall of the radius along the vessel, -dr/ds, cm/cm, around the middle, where the radius is `radius`; and its
         standard deviation. NaN where it was not measured. Models have straight vessels unless they are
         given a shape (`Shape.of`); the posterior knows of it.
+    nodes : int array, shape (vessel, 2), optional
+        Numbers of the nodes in which each vessel begins and ends, in place of parents: vessels that share a node meet
+        there, whichever of their ends it is. Nodes in which nothing ends are inlets, those in which nothing begins lead
+        to beds. None where the vessels are a tree.
 
     Raises
     ------
     InputError
         No or two roots, a cycle, an unknown parent, a duplicate name, a size that is not a positive number, or that no
         animal has (`POSSIBLE`); the row is named. A pressure below 0 or above 100 mmHg. A standard deviation that is
-        not a positive number, a taper that closes the vessel.
+        not a positive number, a taper that closes the vessel. Nodes that no blood reaches, or at which several vessels
+        take it in or hand it to a bed.
 
     Examples
     --------
     >>> import vasowave as vw
     >>> vw.Network(("main", "left", "right"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037])
     Network(3 vessels, 2 terminals, root 'main' r0 0.047 cm, total length 1.23 cm)
+
+    A vessel in two parallel ones:
+
+    >>> ring = vw.Network(("in", "a", "b", "out"), None, [1.0, 0.5, 0.5, 1.0], [0.05, 0.035, 0.035, 0.05],
+    ...                   nodes=[[0, 1], [1, 2], [1, 2], [2, 3]])
+    >>> ring.flow_fraction.tolist()
+    [1.0, 0.5, 0.5, 1.0]
     """
 
     name: tuple[str, ...]
-    parent: np.ndarray
+    parent: Any
     length: np.ndarray
     radius: np.ndarray
     where: InitVar[Callable[[int], str] | None] = None
@@ -73,10 +87,14 @@ class Network:
     radius_sd: np.ndarray | None = None
     taper: np.ndarray | None = None
     taper_sd: np.ndarray | None = None
+    nodes: np.ndarray | None = None
 
     def __post_init__(self, where: Callable[[int], str] | None) -> None:
-        """Check the tree once and freeze the arrays; `where` says for a row how errors call it."""
+        """Check the topology once and freeze the arrays; `where` says for a row how errors call it."""
+        where = where or (lambda row: f"row {row + 1}")
         object.__setattr__(self, "name", tuple(str(name) for name in self.name))
+        if self.nodes is not None:
+            _take_nodes(self, where)
         object.__setattr__(self, "parent", _frozen(self.parent, np.int64))
         object.__setattr__(self, "length", _frozen(self.length, np.float64))
         object.__setattr__(self, "radius", _frozen(self.radius, np.float64))
@@ -84,8 +102,9 @@ class Network:
         for field in MEASURED:
             given = getattr(self, field)
             object.__setattr__(self, field, None if given is None else _frozen(given, np.float64))
-        where = where or (lambda row: f"row {row + 1}")
-        _check_tree(self, where)
+        _check_vessels(self, where)
+        if self.nodes is None:
+            _check_tree(self, where)
         _check_measured(self, where)
 
     def __len__(self) -> int:
@@ -109,8 +128,34 @@ class Network:
 
     @cached_property
     def root(self) -> int:
-        """Row of the root vessel."""
-        return int(np.flatnonzero(self.parent < 0)[0])
+        """Row of the root vessel; the first of the inlets where there are several."""
+        return int(self.inlets[0])
+
+    @cached_property
+    def inlets(self) -> np.ndarray:
+        """Rows of the vessels into which blood flows from outside, in the order of the rows; the root, in a tree."""
+        return np.flatnonzero(self.parent < 0)
+
+    @property
+    def inlet_names(self) -> list[str]:
+        """Names of the inlets."""
+        return [self.name[row] for row in self.inlets]
+
+    @cached_property
+    def start(self) -> np.ndarray:
+        """Number of the node in which each vessel begins, shape (vessel,)."""
+        return self.parent + 1 if self.nodes is None else self.nodes[:, 0]
+
+    @cached_property
+    def end(self) -> np.ndarray:
+        """Number of the node in which each vessel ends, shape (vessel,)."""
+        return np.arange(1, len(self) + 1) if self.nodes is None else self.nodes[:, 1]
+
+    @cached_property
+    def junctions(self) -> tuple[Meeting, ...]:
+        """Rows that end and that begin where vessels meet, by the first that ends there."""
+        met = sorted((one for one in meetings(self.start, self.end).values() if one.ending), key=lambda one: one.ending)
+        return tuple(one for one in met if one.beginning)
 
     @cached_property
     def area(self) -> np.ndarray:
@@ -119,7 +164,7 @@ class Network:
 
     @cached_property
     def daughters(self) -> tuple[tuple[int, ...], ...]:
-        """Rows of the daughters of each vessel, in the order of the rows."""
+        """Rows of the daughters of each vessel, whose `parent` it is, in the order of the rows."""
         daughters: list[list[int]] = [[] for _ in self.name]
         for row, parent in enumerate(self.parent):
             if parent >= 0:
@@ -128,18 +173,16 @@ class Network:
 
     @cached_property
     def terminals(self) -> np.ndarray:
-        """Rows of the vessels without daughters, in the order of the rows."""
-        has_daughters = np.zeros(len(self), dtype=bool)
-        has_daughters[self.parent[self.parent >= 0]] = True
-        return np.flatnonzero(~has_daughters)
+        """Rows of the vessels behind which none begins, in the order of the rows."""
+        return np.flatnonzero(~np.isin(self.end, self.start))
 
     @cached_property
     def generations(self) -> tuple[np.ndarray, ...]:
-        """Rows by distance from the root: the root alone, its daughters, and so on."""
+        """Rows by the number of vessels from the inlets: those alone, their daughters, and so on."""
         by_parent = np.argsort(self.parent, kind="stable")
         first = np.searchsorted(self.parent[by_parent], np.arange(len(self)))
         last = np.searchsorted(self.parent[by_parent], np.arange(len(self)), side="right")
-        levels, current = [], np.array([self.root])
+        levels, current = [], self.inlets
         while len(current):
             levels.append(current)
             slices = [by_parent[first[row] : last[row]] for row in current]
@@ -148,11 +191,15 @@ class Network:
 
     @cached_property
     def flow_fraction(self) -> np.ndarray:
-        """Share of the root's mean flow in each vessel, by Poiseuille's law (eq. 11), shape (vessel,).
+        """Share of the mean inflow in each vessel, by Poiseuille's law (eq. 11), shape (vessel,).
 
-        At every junction the flow divides as the conductances π r0⁴/(8 μ L) of the daughters; the viscosity cancels.
+        At every junction of a tree the flow divides as the conductances π r0⁴/(8 μ L) of the daughters; the viscosity
+        cancels. In other networks it divides as if one pressure stood before all inlets and another behind all
+        terminals, and is negative in a vessel in which it runs from the end to the start.
         """
         conductance = self.radius**4 / self.length
+        if self.nodes is not None:
+            return steady_shares(self.start, self.end, conductance)
         siblings = np.bincount(self.parent[self.parent >= 0], conductance[self.parent >= 0], minlength=len(self))
         fraction = np.ones(len(self))
         for rows in self.generations[1:]:
@@ -168,9 +215,14 @@ class Network:
         """Return the vessels as a table in the form of a network file, indexed by name, lengths in cm."""
         import pandas as pd
 
-        parents = [self.name[row] if row >= 0 else "" for row in self.parent]
         known = {f"{name.replace('_', ' ')} [cm]": getattr(self, name) for name in ("length", "radius")}
-        return pd.DataFrame({"parent": parents} | known, pd.Index(self.name, name="vessel"))
+        return pd.DataFrame(self.topology() | known, pd.Index(self.name, name="vessel"))
+
+    def topology(self) -> dict[str, list[str]]:
+        """Return what joins the vessels as columns of a table: the name of each one's parent, or its two nodes."""
+        if self.nodes is not None:
+            return {"from": list(map(str, self.start)), "to": list(map(str, self.end))}
+        return {"parent": [self.name[row] if row >= 0 else "" for row in self.parent]}
 
     def row(self, name: str | int) -> int:
         """Return the row of the vessel called `name`; `InputError` if there is none."""
@@ -211,8 +263,21 @@ def _frozen(values: object, dtype: type) -> np.ndarray:
     return array
 
 
-def _check_tree(network: Network, where: Callable[[int], str]) -> None:
-    """Raise `InputError`, naming the row through `where`, unless the arrays describe one tree of real vessels."""
+def _take_nodes(network: Network, where: Callable[[int], str]) -> None:
+    """Check the nodes of a network that was given some and set its parents; a tree keeps its parents alone."""
+    nodes = _frozen(network.nodes, np.int64)
+    if nodes.shape != (len(network.name), 2) or not len(nodes):
+        raise InputError(f"network: {len(network.name)} names but nodes have shape {nodes.shape}; give two per vessel")
+    parent = parents(network.name, nodes, where)
+    if network.parent is not None and not np.array_equal(network.parent, parent):
+        raise InputError("network: parents are given that are not those of its nodes; give None for them")
+    alone = np.bincount(np.unique(nodes[:, 1], return_inverse=True)[1]).max() == 1
+    object.__setattr__(network, "parent", parent)
+    object.__setattr__(network, "nodes", None if alone and np.sum(parent < 0) == 1 else nodes)
+
+
+def _check_vessels(network: Network, where: Callable[[int], str]) -> None:
+    """Raise `InputError`, naming the row through `where`, unless every row is a real vessel."""
     count = len(network.name)
     if count == 0:
         raise InputError("the network has no vessels")
@@ -241,12 +306,18 @@ def _check_tree(network: Network, where: Callable[[int], str]) -> None:
                 )
         if not -1 <= network.parent[row] < count:
             raise InputError(f"{where(row)} (vessel '{name}'): parent row {network.parent[row]} does not exist")
+
+
+def _check_tree(network: Network, where: Callable[[int], str]) -> None:
+    """Raise `InputError`, naming the row through `where`, unless the parents are those of one tree."""
+    count = len(network)
     roots = np.flatnonzero(network.parent < 0)
     if len(roots) == 0:
         raise InputError(f"{where(0)}: no root; leave the parent of the vessel that carries the inflow empty")
     if len(roots) > 1:
         both = ", ".join(f"'{network.name[row]}' ({where(row)})" for row in roots[:3])
-        raise InputError(f"{len(roots)} vessels have no parent: {both}; one network has one root")
+        raise InputError(f"{len(roots)} vessels have no parent: {both}; one network has one root, or says by "
+                         "its nodes (columns from, to) where the vessels meet")  # fmt: skip
     reached = np.concatenate(network.generations)
     if len(reached) < count:
         row = int(np.setdiff1d(np.arange(count), reached)[0])
@@ -312,7 +383,7 @@ def tapers(network: Network) -> bool:
 
 
 def from_root(network: Network, per_vessel: np.ndarray) -> np.ndarray:
-    """Sum of a quantity over all vessels from the root to the end of each vessel, shape (vessel,)."""
+    """Sum of a quantity over all vessels from an inlet to the end of each vessel, on the shortest way, (vessel,)."""
     total = np.array(per_vessel, dtype=float)
     for rows in network.generations[1:]:
         total[rows] += total[network.parent[rows]]

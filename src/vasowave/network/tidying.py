@@ -14,6 +14,7 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.findings import Finding, look_kind
+from vasowave.network.graph import meetings
 from vasowave.network.network import MEASURED, Network
 
 SHORTEST = 0.25
@@ -125,7 +126,8 @@ def tidy(network: Network, shortest: float = SHORTEST, *, chains: bool = True) -
 
     Two vessels in line become one with the sum of their resistances to Poiseuille flow, ∝ Σ L/r⁴, and of their
     compliances at equal stiffness, ∝ Σ L r². A vessel shorter than `shortest` of its own radii hands both on to its
-    daughters, as they share its flow; one without daughters is made `shortest` long; the root, too.
+    daughters, as they share its flow; one without daughters is made `shortest` long, and so is an inlet, and one whose
+    end others meet.
 
     Parameters
     ----------
@@ -153,37 +155,45 @@ def tidy(network: Network, shortest: float = SHORTEST, *, chains: bool = True) -
     """
     if not (np.isfinite(shortest) and shortest >= 0):
         raise InputError(f"the shortest vessel, {shortest:g} radii, must be a number of at least 0")
-    tree = _Tree(network)
-    repairs = [*tree.join_chains(shortest, chains)]
+    vessels = _Vessels(network)
+    repairs = [*vessels.join_chains(shortest, chains)]
     before = float(network.length @ network.radius**2)
-    while (row := tree.shortest(shortest)) is not None:
-        repairs += [tree.merge(row, shortest), *tree.join_chains(shortest, chains)]
-    repairs += tree.lengthen(shortest)
+    while (row := vessels.shortest(shortest)) is not None:
+        repairs += [vessels.merge(row, shortest), *vessels.join_chains(shortest, chains)]
+    repairs += vessels.lengthen(shortest)
     if not repairs:
         return Tidied(network, (), 0.0)
-    after = tree.network()
+    after = vessels.network()
     added = float(after.length @ after.radius**2) / before - 1.0
     return Tidied(after, tuple(repairs), max(added, 0.0) if added > 1e-12 else 0.0)
 
 
-class _Tree:
+class _Vessels:
     """The vessels while they are repaired, by their rows in the network."""
 
     def __init__(self, network: Network) -> None:
         self.given = network
-        self.parent = dict(enumerate(network.parent.tolist()))
-        self.daughters = {row: list(rows) for row, rows in enumerate(network.daughters)}
+        self.start, self.end = (dict(enumerate(nodes.tolist())) for nodes in (network.start, network.end))
+        self.met = {node: (list(one.ending), list(one.beginning))
+                    for node, one in meetings(network.start, network.end).items()}  # fmt: skip
         self.length, self.radius = network.length.copy(), network.radius.copy()
         self.measured = {name: None if (values := getattr(network, name)) is None else values.copy()
                          for name in MEASURED}  # fmt: skip
+
+    def daughters(self, row: int) -> list[int]:
+        """Return the vessels that a vessel alone leads to."""
+        ending, beginning = self.met[self.end[row]]
+        return beginning if len(ending) == 1 else []
 
     def join_chains(self, shortest: float, whole: bool) -> list[Repair]:
         """Join every vessel that is the only daughter of another to it, all of them or if one of both is too short."""
         repairs = []
         for rows in self.given.generations:
             for row in rows.tolist():
-                while row in self.daughters and len(self.daughters[row]) == 1:
-                    (next_row,) = self.daughters[row]
+                while row in self.end and len(self.daughters(row)) == 1:
+                    (next_row,) = self.daughters(row)
+                    if self.end[next_row] == self.start[row]:  # both are a ring
+                        break
                     if not whole and all(self.length[one] >= shortest * self.radius[one] for one in (row, next_row)):
                         break
                     repairs.append(self._repair("joined", next_row, row, shortest))
@@ -192,27 +202,34 @@ class _Tree:
 
     def shortest(self, factor: float) -> int | None:
         """Return the shortest vessel, in its own radii, that is too short and can be merged into its daughters."""
-        inner = [row for row, rows in self.daughters.items() if rows and self.parent[row] >= 0]
+        inner = [row for row in self.end if self.daughters(row) and self.met[self.start[row]][0]]
+        inner = [row for row in inner if self._opens(row)]
         ratios = {row: self.length[row] / self.radius[row] for row in inner}
         return min((row for row in inner if ratios[row] < factor), key=ratios.__getitem__, default=None)
 
+    def _opens(self, row: int) -> bool:
+        """Return whether no daughter would end where it then began."""
+        return all(self.end[daughter] != self.start[row] for daughter in self.daughters(row))
+
     def merge(self, row: int, shortest: float) -> Repair:
         """Let the daughters of a vessel start where it did, with its resistance and compliance."""
-        rows = self.daughters[row]
+        rows = self.daughters(row)
         repair = self._repair("merged", row, rows[0], shortest)
         conductance = self.radius[rows] ** 4 / self.length[rows]
         for daughter, share in zip(rows, conductance / conductance.sum(), strict=True):
             self._in_line(daughter, row, share)
-        parent = self.parent.pop(row)
-        place = self.daughters[parent].index(row)
-        self.daughters[parent][place : place + 1] = self.daughters.pop(row)
-        self.parent |= dict.fromkeys(rows, parent)
+        node = self.start.pop(row)
+        del self.met[self.end.pop(row)]
+        beginning = self.met[node][1]
+        place = beginning.index(row)
+        beginning[place : place + 1] = rows
+        self.start |= dict.fromkeys(rows, node)
         return repair
 
     def lengthen(self, shortest: float) -> list[Repair]:
-        """Make the vessels long enough that cannot hand anything on: the root and those without daughters."""
+        """Make the vessels long enough that cannot hand anything on: inlets, and those that none follows alone."""
         repairs = []
-        for row in self.parent:
+        for row in self.end:
             if self.length[row] < shortest * self.radius[row] * (1 - 1e-12):
                 repairs.append(self._repair("lengthened", row, row, shortest))
                 self.length[row] = shortest * self.radius[row]
@@ -220,11 +237,10 @@ class _Tree:
 
     def network(self) -> Network:
         """Return what is left, in the order of the rows."""
-        kept = sorted(self.parent)
-        number = {row: i for i, row in enumerate(kept)} | {-1: -1}
+        kept = sorted(self.end)
         return Network(
-            tuple(self.given.name[row] for row in kept), np.array([number[self.parent[row]] for row in kept]),
-            self.length[kept], self.radius[kept], pressure=self.given.pressure,
+            tuple(self.given.name[row] for row in kept), None, self.length[kept], self.radius[kept],
+            pressure=self.given.pressure, nodes=np.array([[self.start[row], self.end[row]] for row in kept]),
             **{name: None if values is None else values[kept] for name, values in self.measured.items()},
         )  # fmt: skip
 
@@ -239,9 +255,10 @@ class _Tree:
             if values is not None:
                 values[row] = _mean(values[[row, next_row]], [first, second])
         self._in_line(row, next_row, 1.0)
-        self.daughters[row] = self.daughters.pop(next_row)
-        self.parent |= dict.fromkeys(self.daughters[row], row)
-        del self.parent[next_row]
+        del self.met[self.end[row]], self.start[next_row]
+        self.end[row] = self.end.pop(next_row)
+        ending = self.met[self.end[row]][0]
+        ending[ending.index(next_row)] = row
 
     def _in_line(self, row: int, added: int, share: float) -> None:
         """Give a vessel the resistance and the compliance of another that carries `share` of its own flow to it.

@@ -12,6 +12,7 @@ from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import Finding, look_kind
 from vasowave.io.columns import Columns, read_columns, read_titles
 from vasowave.io.files import write_file
+from vasowave.network.graph import numbered
 from vasowave.network.network import Network, image_pressure
 from vasowave.units import CANONICAL
 
@@ -37,26 +38,28 @@ SINGLE_DAUGHTERS = look_kind(
 
 
 def is_vessel_table(path: Path, start: bytes) -> bool:
-    """Return whether a file is a table with a column `parent`."""
-    return "parent" in read_titles(path, start)
+    """Return whether a file is a table with a column `parent`, or with `from` and `to`."""
+    titles = read_titles(path, start)
+    return "parent" in titles or {"from", "to"} <= set(titles)
 
 
 def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
     """Read a network from CSV, TSV or Excel, and why it may not be whole.
 
     Columns: ``name, parent, length [cm], radius [cm], radius_sd [cm], taper [cm/cm], taper_sd [cm/cm], pressure [mmHg],
-    vessels``.
+    vessels``; where vessels form loops or have several inlets, ``from, to`` in place of ``parent``.
 
-    The root's parent is empty. Sizes and pressure may be in any unit that the header names. The pressure is that of the
-    image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and ``taper_sd`` are
-    those of `Network`; their columns may be left out, and their cells be empty. In place of a taper, ``radius end`` may
-    hold the radius at the outlet: ``radius`` is then that at the inlet. Other columns are ignored.
+    The root's parent is empty. ``from`` and ``to`` name the nodes in which a vessel begins and ends, in any words;
+    vessels with a node in common meet there. Sizes and pressure may be in any unit that the header names. The pressure
+    is that of the image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and
+    ``taper_sd`` are those of `Network`; their columns may be left out, and their cells be empty. In place of a taper,
+    ``radius end`` may hold the radius at the outlet: ``radius`` is then that at the inlet. Other columns are ignored.
 
     Raises
     ------
     InputError
         As `Network`, with the line of the file; also for a missing column, a missing unit, one of another quantity,
-        pressures that differ, or tapers that are given twice.
+        pressures that differ, tapers or topology that are given twice.
 
     Returns
     -------
@@ -69,14 +72,13 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
     if not table.names:
         raise InputError(f"{path}: no header; the first line must read: name,parent,length [cm],radius [cm]")
     names = [row[table.require("name")] for row in table.cells]
-    parents = [row[table.require("parent")] for row in table.cells]
     length = table.numbers(table.require("length"), "length")
     radius = table.numbers(table.require("radius"), "length")
 
     def where(row: int) -> str:
         return f"{path}, line {table.lines[row]}"
 
-    parent = np.array(_parent_rows(names, parents, where))
+    parent, nodes = _topology(table, names, where)
     known = {field: _known_in(table, field, quantity) for field, quantity in _QUANTITIES.items()}
     end = _known_in(table, _END, "length")
     if end is not None:
@@ -85,7 +87,7 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
         with np.errstate(divide="ignore"):  # a length of zero is refused by its line
             known["taper"] = (radius - end) / length
         radius = np.where(np.isnan(end), radius, 0.5 * (radius + end))
-    network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where), **known)
+    network = Network(tuple(names), parent, length, radius, where, _pressure_in(table, where), nodes=nodes, **known)
     return network, [*table.suspicions, *_lost(table, network)]
 
 
@@ -103,12 +105,13 @@ def write_network(network: Network, path: str | Path) -> None:
     measured = measured_columns(network)
     text = io.StringIO()
     writer = csv.writer(text)
-    writer.writerow(["name", "parent", "length [cm]", "radius [cm]", *measured, *known, COUNT])
+    topology = network.topology()
+    writer.writerow(["name", *topology, "length [cm]", "radius [cm]", *measured, *known, COUNT])
     for row, name in enumerate(network.name):
-        parent = network.name[network.parent[row]] if network.parent[row] >= 0 else ""
+        joined = (column[row] for column in topology.values())
         sizes = [repr(float(size)) for size in (network.length[row], network.radius[row])]
         cells = (column[row] for column in measured.values())
-        writer.writerow([name, parent, *sizes, *cells, *known.values(), len(network)])
+        writer.writerow([name, *joined, *sizes, *cells, *known.values(), len(network)])
     write_file(Path(path), text.getvalue())
 
 
@@ -141,7 +144,7 @@ def _lost(table: Columns, network: Network) -> list[Finding]:
     if column is not None:
         counts = {row[column] for row in table.cells} - {str(len(network))}
         return [OTHER_COUNT(vessels=len(network), column=COUNT, count=count) for count in sorted(counts)]
-    alone = [name for name, daughters in zip(network.name, network.daughters, strict=True) if len(daughters) == 1]
+    alone = [network.name[one.ending[0]] for one in network.junctions if len(one.ending) == len(one.beginning) == 1]
     some = ", ".join(f"'{name}'" for name in alone[:5]) + (", …" if len(alone) > 5 else "")
     return [SINGLE_DAUGHTERS(count=len(alone), some=some)] if alone else []
 
@@ -161,6 +164,23 @@ def _pressure_in(table: Columns, where: Callable[[int], str]) -> float:
         return image_pressure(float(values[0]))
     except InputError as error:
         raise InputError(f"{where(0)}: {error}") from None
+
+
+def _topology(
+    table: Columns, names: Sequence[str], where: Callable[[int], str]
+) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Return rows of the parents, or numbers of the nodes in the order in which they are first named."""
+    if table.find("from") is None or table.find("to") is None:
+        parents = [row[table.require("parent")] for row in table.cells]
+        return np.array(_parent_rows(names, parents, where)), None
+    if table.find("parent") is not None:
+        raise InputError(f"{table.source}: both 'parent' and 'from', 'to' say what joins the vessels; keep one of them")
+    ends = [table.require("from"), table.require("to")]
+    nodes = [[row[column].strip() for column in ends] for row in table.cells]
+    empty = next((row for row, pair in enumerate(nodes) if not all(pair)), None)
+    if empty is not None:
+        raise InputError(f"{where(empty)} (vessel '{names[empty]}'): no node in 'from' or 'to'; every vessel has two")
+    return None, numbered(nodes)
 
 
 def _parent_rows(names: Sequence[str], parents: Sequence[str], where: Callable[[int], str]) -> list[int]:

@@ -9,10 +9,10 @@ from vasowave.errors import InputError
 from vasowave.findings import Finding
 from vasowave.io.columns import NO_END
 from vasowave.io.textfile import read_lines
+from vasowave.network.graph import numbered
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT
 from vasowave.network_formats import NETWORKS, NetworkFormat
-from vasowave.network_formats.nodes import parents_of_edges
 
 _VESSELS = ("vis", "vis_f")
 _NODES = ("heart", "node", "perif")
@@ -58,13 +58,13 @@ def read_edges(path: Path, scale: float) -> tuple[Network, list[Finding]]:
         raise InputError(f"{path}: has no vessel (a row of type {' or '.join(_VESSELS)})")
     first, last, length = np.array([[_number(path, line, one[title]) for title in _SIZES]
                                     for line, one in zip(lines, cells, strict=True)]).T * _CM  # fmt: skip
-    parent = parents_of_edges(path, [(one["ID"], one["start_node"], one["end_node"]) for one in cells])
+    joined = numbered([(one["start_node"], one["end_node"]) for one in cells])
     _check_ends(path, cells, nodes)
     with np.errstate(invalid="ignore", divide="ignore"):
         taper = (0.5 * (first - last)) / length
     network = Network(
-        tuple(one["ID"] for one in cells), np.array(parent), length, 0.25 * (first + last),
-        lambda row: f"{path}, line {lines[row]}", **({"taper": taper} if np.any(taper) else {}),
+        tuple(one["ID"] for one in cells), None, length, 0.25 * (first + last),
+        lambda row: f"{path}, line {lines[row]}", nodes=joined, **({"taper": taper} if np.any(taper) else {}),
     )  # fmt: skip
     left = ", ".join(sorted(set(nodes.values())))
     return network, [*looks, LEFT_OUT(what=f"rows of the types {left}, walls and beds" if left else "walls and beds")]

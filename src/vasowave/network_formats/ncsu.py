@@ -8,6 +8,7 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.findings import Finding
 from vasowave.io.textfile import read_lines
+from vasowave.network.graph import numbered
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT, UNKNOWN_VARIABLE
 from vasowave.network_formats import NETWORKS, NetworkFormat
@@ -34,14 +35,14 @@ def read_mat_network(path: Path, scale: float) -> tuple[Network, list[Finding]]:
     sizes, rows = _matrix(path, variables, "dim_mat", 3), _matrix(path, variables, "ves_conn", 2)
     numbers, length, radius = sizes[:, 0], scale * sizes[:, 1], scale * sizes[:, 2]
     spread = _spread(path, variables, len(numbers), scale)
-    parent = _parents(path, numbers, rows)
+    nodes = _nodes(path, numbers, rows)
     names = tuple(f"{number:g}" for number in numbers)
     where = _placed(f"{path}, dim_mat row")
     read = {"alpha", "beta", "lrr", "net3D", "term", "dim_mat", "ves_conn", "r_std"}
     left = [name for name in variables if name in ("alpha", "beta", "lrr")]
     found = [LEFT_OUT(what=f"{', '.join(left)} (of structured trees)")] if left else []
     found += [UNKNOWN_VARIABLE(name=name) for name in variables if name not in read]
-    return Network(names, np.array(parent), length, radius, where, radius_sd=spread), found
+    return Network(names, None, length, radius, where, radius_sd=spread, nodes=nodes), found
 
 
 def is_dimensions(path: Path, start: bytes) -> bool:
@@ -62,21 +63,24 @@ def read_dimensions(path: Path, scale: float) -> tuple[Network, list[Finding]]:
             f"{beside[CONNECTIVITY]}: {len(rows)} rows for {len(sizes)} vessels; every vessel has one row, which "
             "begins with its number, counted from 0"
         )
-    parent = _parents(beside[CONNECTIVITY], np.arange(len(sizes), dtype=float), rows)
+    nodes = _nodes(beside[CONNECTIVITY], np.arange(len(sizes), dtype=float), rows)
     where = _placed(f"{beside[DIMENSIONS]}, line")
     names = tuple(str(number) for number in range(len(sizes)))
     with np.errstate(invalid="ignore", divide="ignore"):
         taper = (first - last) / length
     tapers = {"taper": taper} if np.any(taper) else {}
-    return Network(names, np.array(parent), length, 0.5 * (first + last), where, **tapers), []
+    return Network(names, None, length, 0.5 * (first + last), where, nodes=nodes, **tapers), []
 
 
-def _parents(path: Path, numbers: np.ndarray, rows: np.ndarray) -> list[int]:
-    """Return the row of every vessel's parent, -1 for none; a daughter of number 0 or NaN is none."""
+def _nodes(path: Path, numbers: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the two nodes of every vessel; a daughter of number 0 or NaN is none.
+
+    Vessels that one vessel leads to begin where it ends, and so do others that another of their parents leads to.
+    """
     place = {float(number): row for row, number in enumerate(numbers)}
     if len(place) < len(numbers):
         raise InputError(f"{path}: a vessel's number stands twice; number the vessels anew")
-    parent = [-1] * len(numbers)
+    start, end = [("start", row) for row in range(len(numbers))], [("end", row) for row in range(len(numbers))]
     for line, (number, *daughters) in enumerate(rows.tolist(), 1):
         for daughter in daughters:
             if not daughter or np.isnan(daughter):
@@ -84,12 +88,10 @@ def _parents(path: Path, numbers: np.ndarray, rows: np.ndarray) -> list[int]:
             unknown = next((one for one in (number, daughter) if one not in place), None)
             if unknown is not None:
                 raise InputError(f"{path}, row {line} of what joins what: there is no vessel {unknown:g}")
-            if parent[place[daughter]] >= 0:
-                raise InputError(
-                    f"{path}: vessel {daughter:g} has two parents; a network with loops cannot be simulated, cut it"
-                )
-            parent[place[daughter]] = place[number]
-    return parent
+            old, new = start[place[daughter]], end[place[number]]
+            start = [new if node == old else node for node in start]
+            end = [new if node == old else node for node in end]
+    return numbered(list(zip(start, end, strict=True)))
 
 
 def _matrix(path: Path, variables: dict, name: str, columns: int) -> np.ndarray:

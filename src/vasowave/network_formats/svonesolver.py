@@ -8,10 +8,10 @@ import numpy as np
 from vasowave.errors import InputError
 from vasowave.findings import Finding
 from vasowave.io.textfile import read_lines
+from vasowave.network.graph import numbered
 from vasowave.network.network import Network
 from vasowave.network.remarks import LEFT_OUT
 from vasowave.network_formats import NETWORKS, NetworkFormat
-from vasowave.network_formats.nodes import parents_of_edges
 
 _SEGMENT_WORDS = 8  # of a segment, that say its place and its size
 _LEFT_OUT = {
@@ -57,14 +57,15 @@ def read_input(path: Path, scale: float) -> tuple[Network, list[Finding]]:
                 pairs.append((_word(path, line, words, 2), _word(path, line, words, 3)))
     if not segments:
         raise InputError(f"{path}: has no SEGMENT; is it an input of svOneDSolver?")
-    parent = _joined(path, segments, joints, pairs) if pairs else _shared(path, segments)
+    nodes = _joined(path, segments, joints, pairs) if pairs else [(one.start, one.end) for one in segments]
     radii = np.sqrt(np.array([one.area for one in segments]) / np.pi)
     length = np.array([one.length for one in segments])
     with np.errstate(invalid="ignore", divide="ignore"):
         taper = (radii[:, 0] - radii[:, 1]) / length
     network = Network(
-        tuple(one.name for one in segments), np.array(parent), length, radii.mean(axis=1),
-        lambda row: f"{path}, line {segments[row].line}", **({"taper": taper} if np.any(taper) else {}),
+        tuple(one.name for one in segments), None, length, radii.mean(axis=1),
+        lambda row: f"{path}, line {segments[row].line}", nodes=numbered(nodes),
+        **({"taper": taper} if np.any(taper) else {}),
     )  # fmt: skip
     left = [what for card, what in _LEFT_OUT.items() if card in cards]
     return network, [LEFT_OUT(what=", ".join(left))] if left else []
@@ -93,28 +94,23 @@ def _segment(path: Path, line: int, words: list[str]) -> _Segment:
 
 def _joined(
     path: Path, segments: list[_Segment], joints: dict[str, list[int]], pairs: list[tuple[str, str]]
-) -> list[int]:
-    """Return every segment's parent by the joints."""
+) -> list[tuple[int, int]]:
+    """Return every segment's two nodes by the joints: each is one, and so is an end that is in none."""
     place = {one.number: row for row, one in enumerate(segments)}
-    parent = [-1] * len(segments)
-    for inlet, outlet in pairs:
-        above, below = joints.get(inlet, []), joints.get(outlet, [])
-        unknown = [number for number in (*above, *below) if number not in place]
-        if len(above) != 1 or not below or unknown:
-            raise InputError(
-                f"{path}: the joint of {inlet} and {outlet} must join one known segment to others; loops and flows "
-                "that meet cannot be simulated"
-            )
-        for number in below:
-            if parent[place[number]] >= 0:
-                raise InputError(f"{path}: segment {number} has two parents; cut the loop")
-            parent[place[number]] = place[above[0]]
-    return parent
-
-
-def _shared(path: Path, segments: list[_Segment]) -> list[int]:
-    """Return every segment's parent by the nodes they share."""
-    return parents_of_edges(path, [(one.name, str(one.start), str(one.end)) for one in segments])
+    starts, ends = ([-1] * len(segments) for _ in range(2))
+    for joint, (inlet, outlet) in enumerate(pairs):
+        for what, names, side in (("end", inlet, ends), ("begin", outlet, starts)):
+            numbers = joints.get(names, [])
+            unknown = [number for number in numbers if number not in place]
+            if not numbers or unknown:
+                raise InputError(f"{path}: the joint of {inlet} and {outlet} needs known segments that {what} in it")
+            for number in numbers:
+                if side[place[number]] >= 0:
+                    raise InputError(f"{path}: segment {number} {what}s in two joints; name it in one")
+                side[place[number]] = joint
+    first, after = len(pairs), len(pairs) + len(segments)
+    starts = [first + row if node < 0 else node for row, node in enumerate(starts)]
+    return list(zip(starts, (after + row if node < 0 else node for row, node in enumerate(ends)), strict=True))
 
 
 def _word(path: Path, line: int, words: list[str], index: int) -> str:

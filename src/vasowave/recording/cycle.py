@@ -1,5 +1,6 @@
 """One averaged cycle of pressure and flow, and the hemodynamic indices of the paper's Table 1."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -24,12 +25,13 @@ RESAMPLED = note_kind("recording.resampled", "resampled to {count} samples")
 
 @dataclass(frozen=True, eq=False)
 class Inflow:
-    """A periodic flow into the root vessel.
+    """A periodic flow into the root vessel, or into every inlet of a network with several.
 
     Attributes
     ----------
-    flow : float array, shape (sample,)
-        Evenly spaced over one period, the first sample at t = 0, not repeated at the end; ml/s.
+    flow : float array, shape (sample,) or (sample, inlet)
+        Evenly spaced over one period, the first sample at t = 0, not repeated at the end; ml/s. A column for each of
+        ``network.inlets``, in their order.
     period : float
         Period T, s.
 
@@ -48,12 +50,25 @@ class Inflow:
 
     def __post_init__(self) -> None:
         """Check the values and freeze the array."""
-        object.__setattr__(self, "flow", _samples(self.flow, "flow"))
+        flow = np.array(self.flow, dtype=float)
+        columns = flow.T if flow.ndim == 2 and flow.size else [flow]
+        checked = [_samples(one, "flow") for one in columns]
+        object.__setattr__(self, "flow", _frozen(np.stack(checked, axis=1)) if flow.ndim == 2 else checked[0])
         object.__setattr__(self, "period", _period(self.period))
 
     def resampled(self, count: int) -> np.ndarray:
         """Return `count` evenly spaced samples of the flow, ml/s, by Fourier interpolation."""
         return resample(self.flow, count)
+
+    def into(self, inlets: Sequence[str]) -> np.ndarray:
+        """Return the flow into each of these vessels, ml/s, shape (sample, inlet); `InputError` for other numbers."""
+        columns = self.flow.reshape(len(self.flow), -1)
+        if columns.shape[1] != len(inlets):
+            raise InputError(
+                f"the network has {len(inlets)} inlet(s) ({', '.join(map(repr, inlets[:5]))}) and {columns.shape[1]} "
+                "inflow(s) are given; give Inflow(flow, period) a column of flow for each inlet, in this order"
+            )
+        return columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,6 +263,11 @@ def samples_needed(signal: np.ndarray) -> int:
     return min(len(signal), 2 * int(np.flatnonzero(modulus > _CUT_OFF * modulus.max())[-1]) + 1)
 
 
+def _frozen(array: np.ndarray) -> np.ndarray:
+    array.setflags(write=False)
+    return array
+
+
 def _samples(values: object, what: str) -> np.ndarray:
     array = np.array(values, dtype=np.float64)
     if array.ndim != 1 or len(array) < FEWEST_SAMPLES:
@@ -255,8 +275,7 @@ def _samples(values: object, what: str) -> np.ndarray:
     bad = np.flatnonzero(~np.isfinite(array))
     if len(bad):
         raise InputError(f"{what}: sample {bad[0] + 1} is {array[bad[0]]}; fill the gap first")
-    array.setflags(write=False)
-    return array
+    return _frozen(array)
 
 
 def _errors(values: object, what: str) -> np.ndarray:

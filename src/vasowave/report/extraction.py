@@ -152,9 +152,17 @@ def network_figure(network: Network) -> "Figure":
 
 
 def _told(extraction: Extraction) -> list[dict[str, Any]]:
-    """Return the doubts as they are stored; places are x, y, z in cm, in the world."""
+    """Return the doubts as they are stored, the gravest first; places are x, y, z in cm, in the world."""
     return [
-        {"about": one.about, "text": one.text, "vessels": one.vessels, "places [cm]": one.places[:, ::-1].tolist()}
+        {
+            "grade": one.grade.value,
+            "flow": round(one.flow, 4),
+            "about": one.about,
+            "code": one.finding.code,
+            "text": one.text,
+            "vessels": one.vessels,
+            "places [cm]": one.places[:, ::-1].tolist(),
+        }
         for one in extraction.doubts
     ]
 

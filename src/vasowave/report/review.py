@@ -10,6 +10,7 @@ from vasowave.findings import texts
 from vasowave.imaging.extraction import Extraction
 from vasowave.imaging.measure.taper import taper
 from vasowave.imaging.places import written
+from vasowave.imaging.witness.doubts import Grade, gravest
 from vasowave.imaging.witness.witness import UNEVEN
 from vasowave.report.environment import templates
 from vasowave.report.proposals import proposals
@@ -52,6 +53,7 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         f"a radius of {_number(network.radius[network.root])} cm. Scale of the cannula against the file: {scale}"
         f"{', applied' if extraction.options.scale == 'cannula' else ''}.",
         notes=texts(extraction.notes),
+        doubts=[(one.grade.value, _share(one.flow), one.text) for one in extraction.doubts],
         actions=("remove", "cut", "merge", "root"),
         proposals=suggested.edits,
         missing=len(suggested.outlets),
@@ -68,7 +70,8 @@ def render(extraction: Extraction, drawings: dict[str, str], origin: dict[str, s
         "thresholds of 0.8, 1 and 1.2 times the chosen one, and of the grey levels. Misfit: how far half of the "
         "lumen's surface lies from a round tube at least, in percent of the radius; it is doubted above "
         f"{100 * UNEVEN:g}. Aspect: small over large half axis of the section. Taper: fall of the radius per length. "
-        "Doubted: what a warning above questions (orange). Both estimators of the radius stand in network.csv.",
+        "Doubted: the gravest grade, and what it is about; orange: wrong or to be looked at. Both estimators of the "
+        "radius stand in network.csv.",
         table=_page_table(extraction),
         settings=settings_rows(extraction),
         provenance=origin,
@@ -96,9 +99,20 @@ def _page_table(extraction: Extraction) -> tuple[tuple[str, ...], list[tuple[str
              _number(100 * extraction.misfit[row], 2), _number(aspect[row], 2),
              _number(one.tree.lines[row].tortuosity, 4), _number(slopes.slope[row], 2),
              _number(100 * network.flow_fraction[row]),
-             ", ".join(sorted({doubt.about for doubt in extraction.doubts if name in doubt.vessels})))
+             _doubted(extraction, name))
         )  # fmt: skip
     return header, rows
+
+
+def _doubted(extraction: Extraction, vessel: str) -> str:
+    """Return the gravest grade of the doubts about a vessel, and what they are about; empty without one."""
+    grade = gravest(extraction.doubts, vessel)
+    about = sorted({doubt.about for doubt in extraction.doubts if vessel in doubt.vessels})
+    return "" if grade is None else f"{grade.value}: {', '.join(about)}"
+
+
+def _share(flow: float) -> str:
+    return f"{100 * flow:.0f} %"
 
 
 def _source(extraction: Extraction) -> str:
@@ -112,8 +126,10 @@ def _tree_data(extraction: Extraction, ends: np.ndarray) -> str:
         few = np.unique(np.linspace(0, len(line) - 1, min(len(line), _MOST_POINTS)).round().astype(int))
         points = np.round(np.column_stack([line.points[few, ::-1], line.radius[few]]), 5).tolist()
         sizes = {"radius": _number(network.radius[row]), "length": _number(network.length[row])}
-        sizes["doubts"] = "; ".join(doubt.text for doubt in extraction.doubts if network.name[row] in doubt.vessels)
-        vessels.append({"name": network.name[row], "terminal": row in terminals, "points": points, **sizes})
+        name = network.name[row]
+        sizes["doubts"] = "; ".join(doubt.text for doubt in extraction.doubts if name in doubt.vessels)
+        marked = gravest(extraction.doubts, name) in (Grade.WRONG, Grade.LOOK)
+        vessels.append({"name": name, "terminal": row in terminals, "points": points, "marked": marked, **sizes})
     # A name may hold "</script>".
     root = np.round(extraction.factor * extraction.root[::-1], 5).tolist()
     places = [

@@ -127,7 +127,8 @@ def _compiled() -> Any:
             continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
             if cells_kept:
                 center_cells(n // of_cells, area, flow, cell_out)
-            report[INFLOW] += inflow[n]
+            for i in range(inflow.shape[1]):
+                report[INFLOW] += inflow[n, i]
             for k in range(ends.first_terminal, len(nodes.step)):
                 report[OUTFLOW] += faces.flow[ends.face[k]]
         if not find_fluxes(area, flow, cells, wall, fluid, fluxes):

@@ -46,13 +46,13 @@ class Changing(NamedTuple):
 class Ends(NamedTuple):
     """How vessel ends meet.
 
-    Nodes are sorted by the number of their ends: junctions, then the inlet of the root, then the terminals' outlets.
+    Nodes are sorted by the number of their ends: junctions, then the inlets, then the terminals' outlets.
     Ends are sorted by rank: the first end of every node, then the second of those that have one, and so on. The end of
     rank r at node k is start[r] + k: ends of one rank lie side by side, as their nodes do.
     """
 
     start: np.ndarray  # (rank + 1,)
-    inlet: int  # node
+    inlet: int  # node of the root's inlet, before those of other inlets
     first_terminal: int  # node
     vessel: np.ndarray  # (end,)
     side: np.ndarray  # (end,) 1 at an outlet, -1 at an inlet
@@ -130,16 +130,15 @@ class Grid:
 
     @cached_property
     def _ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where each rank of ends starts, and vessel and side of every end; the first end is the parent's."""
+        """Where each rank of ends starts, and vessel and side of every end; first come those of vessels that end."""
         network = self.model.network
-        junctions = [[row, *daughters] for row, daughters in enumerate(network.daughters) if daughters]
+        junctions = [[(row, 1.0) for row in one.ending] + [(row, -1.0) for row in one.beginning]
+                     for one in network.junctions]  # fmt: skip
         junctions.sort(key=len, reverse=True)
-        nodes = [*junctions, [network.root], *([row] for row in network.terminals)]
-        ranks = [[rows[r] for rows in nodes if len(rows) > r] for r in range(len(nodes[0]))]
-        side = -np.ones(2 * len(network))
-        side[: len(nodes)] = 1.0
-        side[len(junctions)] = -1.0
-        return np.cumsum([0, *map(len, ranks)]), np.array([row for rows in ranks for row in rows]), side
+        nodes = [*junctions, *([(row, -1.0)] for row in network.inlets), *([(row, 1.0)] for row in network.terminals)]
+        ranks = [[ends[r] for ends in nodes if len(ends) > r] for r in range(len(nodes[0]))]
+        vessel, side = zip(*(end for ends in ranks for end in ends), strict=True)
+        return np.cumsum([0, *map(len, ranks)]), np.array(vessel), np.array(side)
 
     def ends(self, dt: float) -> Ends:
         """Return the vessel ends' constants for the time step `dt` (s)."""
@@ -152,7 +151,7 @@ class Grid:
         density, loss = self._densities(vessel, side)
         return Ends(
             start=start.astype(np.uintp),
-            inlet=first_terminal - 1,
+            inlet=first_terminal - len(self.model.network.inlets),
             first_terminal=first_terminal,
             vessel=vessel,
             side=side,
@@ -173,8 +172,8 @@ class Grid:
         model, (start, *_) = self.model, self._ends
         density, loss = np.zeros((2, len(vessel)))
         if model.dynamic:
-            terminals = len(model.network.terminals)
-            at_junction = np.r_[: start[1] - 1 - terminals, start[1] : len(vessel)]
+            open_ends = len(model.network.inlets) + len(model.network.terminals)
+            at_junction = np.r_[: start[1] - open_ends, start[1] : len(vessel)]
             density[at_junction] = model.blood.inertia * model.total_pressure
             losses = model.blood.inertia * np.broadcast_to(model.loss, len(model.network))[vessel]
             loss[at_junction] = np.where(side < 0, losses, 0.0)[at_junction]

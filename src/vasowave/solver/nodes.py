@@ -4,12 +4,12 @@ It is the static pressure or, at junctions that keep energy, the total one: p + 
 loses between the two (`Ends.density`, `Ends.loss`). The dynamic pressure of an end is one more unknown of Newton's
 method, which is eliminated end by end.
 
-Every vessel end gives a straight line q = α + m A from the characteristic that leaves its vessel. The inlet, a junction
-of any number of vessels, and an outlet are then the same equation for the node's pressure p::
+Every vessel end gives a straight line q = α + m A from the characteristic that leaves its vessel. An inlet, a junction
+of any vessels' starts and ends, and an outlet are then the same equation for the node's pressure p::
 
     weight · (source + Σ ± q(p)) = outlet · (p - memory)
 
-with weight 1 and outlet 0 at the inlet (whose source is the inflow) and at junctions (without source), and weight R,
+with weight 1 and outlet 0 at inlets (whose source is the inflow) and at junctions (without source), and weight R,
 outlet 1 where a bed with p = memory + R q is connected. Newton's method solves all nodes together, end by end in
 arrays, which the compiler turns into vector instructions.
 """
@@ -216,7 +216,8 @@ def close_ends(ends, nodes, faces):
 @njit(**OPTIONS)
 def solve_nodes(inflow, step, outlet, memory, ends, wall, nodes, faces):
     """State of all vessel ends at the half step (eqs. 6, 7); returns the node that has no solution, or -1."""
-    nodes.source[ends.inlet] = inflow
+    for i in range(len(inflow)):
+        nodes.source[ends.inlet + i] = inflow[i]
     for k in range(ends.first_terminal, len(nodes.step)):
         j = k - ends.first_terminal
         nodes.memory[k], nodes.weight[k] = bed_pressure(outlet, memory, j), outlet.resistance[j]

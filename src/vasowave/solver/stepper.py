@@ -3,6 +3,7 @@
 import numpy as np
 
 from vasowave.recording import Inflow
+from vasowave.recording.cycle import resample
 from vasowave.solver import cycle as cycles
 from vasowave.solver.beds import bed_steps
 from vasowave.solver.cells import Faces, Fluid, Fluxes
@@ -28,7 +29,8 @@ class Stepper:
 
     def __init__(self, grid: Grid, inflow: Inflow, numerics: Numerics, steps: int) -> None:
         self.grid, self.numerics, self.steps, self.period = grid, numerics, steps, inflow.period
-        self.inflow = inflow.resampled(steps)
+        entering = inflow.into(grid.model.network.inlet_names)
+        self.inflow = np.ascontiguousarray(resample(entering, steps))
         dt = inflow.period / steps
         self.beds = grid.model.outlets.rational(inflow.period)
         self.outlets = bed_steps(self.beds, dt, grid.model.outlet_pressure)
@@ -69,7 +71,7 @@ class Stepper:
         self._check(report, State(area, flow, memory))
         self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)
         stored = np.sum((area - state.area)[self.grid.is_cell] * self.grid.spacing[self.grid.is_cell])
-        passed = self.period * float(np.mean(np.abs(self.inflow)))  # not its mean, which may be zero
+        passed = self.period * float(np.mean(np.abs(self.inflow).sum(axis=1)))  # not of q: it may be zero
         balance = float((report[cycles.INFLOW] - report[cycles.OUTFLOW]) * self.period / self.steps - stored)
         self.volume_error = balance / passed if passed > 0 else balance
         return State(area, flow, memory)

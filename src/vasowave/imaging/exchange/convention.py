@@ -12,7 +12,8 @@ from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError
 from vasowave.imaging.axes.ends import to_the_surface, with_ends_at_the_surface
-from vasowave.imaging.axes.junctions import with_earlier_junctions, with_met_axes, without_short_vessels
+from vasowave.imaging.axes.junctions import with_met_axes, without_short_vessels
+from vasowave.imaging.axes.starts import settled
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.sections import across, tangents
 from vasowave.imaging.tree import Line, Tree
@@ -30,8 +31,11 @@ TOUCHING, THIN, UNEVEN, DRAWN = 0.02, 0.5, 0.5, 1e-4
 line thinner there than the second share of its vessel ends at the wall; steps that scatter by the third share of their
 mean are those of a Voronoi diagram, whose last ball touches the wall; radii that run smooth within the fourth were
 drawn, and no ball was laid into a surface."""
-SHARE = {True: 0.06, False: 0.15}
-"""SD of a junction's place that no fit shows, radii: with and without the surface."""
+SHARE = 0.14
+"""SD of a junction's place without the surface, radii, besides what the fits show."""
+STEP, STEPPED = 0.05, 0.5
+"""Radii of balls in a surface differ by no more than their distance; where they step by STEP radii more, they were
+drawn, and the balls show no junction: SD of its place, radii."""
 COARSE = 0.3
 """SD of a junction's place where points lie far apart and no surface is given, mean distances of points."""
 SURE = 0.15
@@ -84,18 +88,31 @@ def as_extracted(tree: Tree, surface: np.ndarray | None = None, ends: Ends = "au
     if len(whole) < len(first):
         end_sd = end_sd[[any(line is kept for kept in whole.lines) for line in first.lines]]
         first = fitted(whole, points, spacing)
-    again = fitted(with_earlier_junctions(first), points, spacing)
+    found = settled(first, points, spacing)
+    first = found.tree
     if surface is not None:
-        first, again = (_ending_at(one, surface) for one in (first, again))
+        first = _ending_at(first, surface)
         end_sd = np.where(_at(first, surface), ENDS * spacing, end_sd)
-    moved = np.array([b.length - a.length for a, b in zip(first.lines, again.lines, strict=True)]) / np.sqrt(2)
     nearest = cKDTree(longer.line.points)  # the radii are the file's: a surface may be coarser than they are
     lines = [Line(line.points, longer.line.radius[nearest.query(line.points)[1]]) for line in first.lines]
-    found = first.with_lines(lines)
-    place = SHARE[surface is not None] * _junction_radius(found)
+    again = first.with_lines(lines)
+    place = np.zeros(len(again))
     if surface is None:
-        place = np.hypot(place, COARSE * np.array([np.median(np.diff(line.run)) for line in tree.lines]).mean())
-    return Alike(found, np.sqrt(moved**2 + place**2 + end_sd**2))
+        share = STEPPED if _stepped(tree) else SHARE
+        step = float(np.mean([np.median(np.diff(line.run)) for line in tree.lines]))
+        place = np.hypot(share * _junction_radius(again), COARSE * step)
+    return Alike(again, np.sqrt(found.open_sd**2 + place**2 + end_sd**2))
+
+
+def _stepped(tree: Tree) -> bool:
+    """Return whether radii step where vessels meet, as those that were drawn do and those of balls cannot."""
+    for row, parent in enumerate(tree.parent.tolist()):
+        if parent >= 0:
+            way = tree.lines[parent][-3:].then(tree.lines[row][:3])
+            excess = np.abs(np.diff(way.radius)) - np.linalg.norm(np.diff(way.points, axis=0), axis=1)
+            if excess.max() > STEP * way.radius.max():
+                return True
+    return False
 
 
 def _to_the_wall(tree: Tree, ends: Ends) -> tuple[Tree, np.ndarray]:

@@ -9,7 +9,7 @@ from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.measure.beside import signal_beside
 from vasowave.imaging.measure.contrast import blur_of, contrasts
 from vasowave.imaging.measure.evening import Evened, evened_sections, moderated
-from vasowave.imaging.measure.profiles import Look, Profile, profile
+from vasowave.imaging.measure.profiles import CLEARANCE, RING, Look, Profile, profile
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line, Tree
 
@@ -114,9 +114,10 @@ class _Looked(NamedTuple):
 
 
 def _looked(tree: Tree, volume: Volume, inscribed: np.ndarray, window: np.ndarray, look: Look) -> _Looked:
-    stretches = clear_stretches(tree)
+    stretches, others = clear_stretches(tree), _neighbors(tree, window + (RING + CLEARANCE) * float(volume.spacing[0]))
     profiles = [
-        _profile(tree, row, stretches[row], inscribed[row], window[row], volume, look) for row in range(len(tree))
+        _profile(tree, row, stretches[row], inscribed[row], window[row], volume, look, others[row])
+        for row in range(len(tree))
     ]
     blur = blur_of(profiles, inscribed, float(volume.spacing[0]))
     contrast, error = contrasts(profiles, _ways(tree), blur)
@@ -134,15 +135,33 @@ def windows(radius: np.ndarray, inscribed: np.ndarray, spacing: float) -> np.nda
     return np.asarray(np.ceil(held / (WINDOW * spacing)) * WINDOW * spacing)
 
 
+def _neighbors(tree: Tree, reach: np.ndarray) -> list[list[Line]]:
+    """Return the other vessels that may come within `reach` (cm, by vessel) of each vessel's axis."""
+    low, high = (np.array([side(line.points, axis=0) for line in tree.lines]) for side in (np.min, np.max))
+    wide = np.array([line.radius.max() for line in tree.lines])[:, None]
+    found = []
+    for row, far in enumerate(reach):
+        near = ((low - wide <= high[row] + far) & (high + wide >= low[row] - far)).all(axis=1)
+        near[row] = False
+        found.append([tree.lines[other] for other in np.flatnonzero(near)])
+    return found
+
+
 def _profile(
-    tree: Tree, row: int, stretch: tuple[float, float], inscribed: float, window: float, volume: Volume, look: Look
+    tree: Tree,
+    row: int,
+    stretch: tuple[float, float],
+    inscribed: float,
+    window: float,
+    volume: Volume,
+    look: Look,
+    others: list[Line],
 ) -> Profile | None:
     """Return the profile of a vessel over its clear stretch."""
     line, (begin, end) = tree.lines[row], stretch
     tail = 1.3 * inscribed if row in tree.terminals else 1.5 * line.radius[-1]
     first = max(begin, 1.5 * line.radius[0] + 0.5 * inscribed)
     free = np.flatnonzero((line.run > first) & (line.run < min(end, line.length - tail)))
-    others = [other for k, other in enumerate(tree.lines) if k != row]
     return look(line, free, window, volume, others)
 
 

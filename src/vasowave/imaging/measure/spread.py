@@ -93,14 +93,11 @@ def elsewhere(
 def with_spread(
     measured: Measurement,
     others: Sequence[Elsewhere],
-    again: Tree,
+    open_sd: np.ndarray,
     volume: Volume,
     look: Look = profile,
-    begin_sd: float = 0.0,
 ) -> Measurement:
     """Return `measured` with the SD of each vessel's radius and length over three thresholds.
-
-    A length that is another one where the fit begins elsewhere is one of two: its SD is 1/√2 of what they differ.
 
     All radii are measured anew at the other thresholds, each by the estimator that it has in `measured`.
 
@@ -109,13 +106,11 @@ def with_spread(
     measured : Measurement
     others : sequence of Elsewhere
         The same vessels at the other thresholds; without one of them the SD is unknown.
-    again : Tree
-        The same vessels, see `begun_elsewhere`.
+    open_sd : float array, shape (vessel,)
+        SD of the lengths for what no threshold shows, cm: where vessels meet (`settled`), where the root begins.
     volume : Volume
     look : callable
         See `densitometry`.
-    begin_sd : float
-        Standard deviation of the place where the root begins, cm.
 
     Warns
     -----
@@ -134,9 +129,7 @@ def with_spread(
         lengths.append(unknown[1])
     grey = np.zeros(len(radius)) if measured.grey is None else np.nan_to_num(measured.grey.sd)
     spread = np.hypot(np.std(radii, axis=0, ddof=1), grey)
-    moved = (np.array([line.length for line in again.lines]) - lengths[0]) / np.sqrt(2)
-    fixed = np.hypot(moved, ENDS * float(volume.spacing[0]))
-    fixed[measured.tree.root] = np.hypot(fixed[measured.tree.root], begin_sd)
+    fixed = np.hypot(open_sd, ENDS * float(volume.spacing[0]))
     return replace(measured, radius_sd=spread, length_sd=np.hypot(np.std(lengths, axis=0, ddof=1), fixed))
 
 

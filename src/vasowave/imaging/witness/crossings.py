@@ -4,10 +4,9 @@ from itertools import combinations
 
 import numpy as np
 
-from vasowave.findings import look_kind
 from vasowave.imaging.axes.stretches import clear_stretches
 from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.doubts import Doubt
+from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
 
 STRAIGHT = 150.0
 """Two vessels that leave a junction in directions so far apart (degrees) may be one that passes: daughters lie within
@@ -16,8 +15,9 @@ NEAR, OVER = 2.0, 3.0
 """Their beginnings lie within so many times the sum of their radii; directions are taken over so many radii from where
 they have left their junction and their sisters: before, they bend toward the vessel that they only cross."""
 
-PASSING = look_kind(
+PASSING = doubt_kind(
     "witness.passing-vessel",
+    Grade.LOOK,
     "vessel(s) {vessels}: run on straight into one another, as one vessel does that touches or crosses another: "
     "{remedy}",
     "if it is not of this tree, remove both",

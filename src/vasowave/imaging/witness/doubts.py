@@ -1,13 +1,45 @@
-"""A doubt about an answer: what contradicts it, where, and which vessels it concerns."""
+"""A doubt about an answer: what contradicts it, how grave that is, where, and which vessels it concerns."""
 
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from typing import Literal
 
 import numpy as np
 
-from vasowave.findings import Finding
+from vasowave.findings import Finding, Kind, Severity, kind, note_kind, warn
+from vasowave.network.network import Network
 
 About = Literal["topology", "length", "radius", "loop"]
+FIRST = 5
+"""So many doubts are said at once; the others stand in the page and in extraction.json."""
+
+
+class Grade(StrEnum):
+    """How grave a doubt is, the gravest first."""
+
+    WRONG = "wrong"
+    """The answer contradicts the image: do not use what is named."""
+    LOOK = "look"
+    """The image shows what the answer does not explain: look before you use it."""
+    UNCERTAIN = "uncertain"
+    """A number is known no better than its SD says, and the SD goes on with it."""
+
+
+_SEVERITIES = {Grade.WRONG: Severity.ERROR, Grade.LOOK: Severity.LOOK, Grade.UNCERTAIN: Severity.NOTE}
+_GRADES = {severity: grade for grade, severity in _SEVERITIES.items()}
+
+
+def doubt_kind(code: str, grade: Grade, text: str, remedy: str = "") -> Kind:
+    """Declare a kind of finding that a doubt is made of; its text begins with the grade; raises as `kind`."""
+    return kind(code, _SEVERITIES[grade], f"{grade}: {text}", remedy)
+
+
+MORE = note_kind(
+    "witness.more",
+    "{count} more doubts ({wrong} wrong, {look} to look at, {uncertain} uncertain as the SD says) stand in review.html "
+    "and extraction.json",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,14 +56,58 @@ class Doubt:
         Names of the vessels that may be wrong.
     places : float array, shape (place, 3)
         Where, z, y, x, cm; may be empty.
+    flow : float
+        Share of the mean flow (eq. 11) that passes at least one of the vessels; NaN before `ranked`.
     """
 
     about: About
     finding: Finding
     vessels: tuple[str, ...] = ()
     places: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    flow: float = np.nan
 
     @property
     def text(self) -> str:
         """The finding in words."""
         return str(self.finding)
+
+    @property
+    def grade(self) -> Grade:
+        """How grave it is."""
+        return _GRADES[self.finding.severity]
+
+
+def ranked(doubts: Iterable[Doubt], network: Network) -> tuple[Doubt, ...]:
+    """Return the doubts with their share of the flow, the gravest first, of one grade the largest share first."""
+    graded = [replace(one, flow=_flow(one.vessels, network)) for one in doubts]
+    return tuple(sorted(graded, key=lambda one: (list(Grade).index(one.grade), -one.flow)))
+
+
+def warn_of(doubts: tuple[Doubt, ...]) -> None:
+    """Warn of the first of the `ranked` doubts, and say how many more there are."""
+    for doubt in doubts[:FIRST]:
+        warn(doubt.finding)
+    if rest := [one.grade for one in doubts[FIRST:]]:
+        warn(MORE(count=len(rest), **{grade.value: rest.count(grade) for grade in Grade}))
+
+
+def gravest(doubts: Iterable[Doubt], vessel: str) -> Grade | None:
+    """Return the gravest grade that a doubt gives a vessel; None without a doubt."""
+    grades = {one.grade for one in doubts if vessel in one.vessels}
+    return next((grade for grade in Grade if grade in grades), None)
+
+
+def _flow(vessels: tuple[str, ...], network: Network) -> float:
+    rows = {network.name.index(name) for name in vessels}
+    if not rows:
+        return 1.0
+    return float(sum(network.flow_fraction[row] for row in rows if not _above(row, network) & rows))
+
+
+def _above(row: int, network: Network) -> set[int]:
+    """Return all rows between a vessel and the root."""
+    rows, at = set(), int(network.parent[row])
+    while at >= 0:
+        rows.add(at)
+        at = int(network.parent[at])
+    return rows

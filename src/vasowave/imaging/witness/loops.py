@@ -13,7 +13,7 @@ from vasowave.findings import look_kind, warn
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.places import written
 from vasowave.imaging.tree import Tree
-from vasowave.imaging.witness.doubts import Doubt
+from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
 
 SMALLEST = 5.0
 """The least ring of voxels around a hole is longer, voxels; shorter ones are voxels that all touch each other."""
@@ -23,8 +23,9 @@ APART = 3.0
 NAMED = 6
 """A message names so many rings."""
 
-LOOP = look_kind(
+LOOP = doubt_kind(
     "witness.loop",
+    Grade.LOOK,
     "vessel(s) {vessels}: the lumen closes a loop here, which the tree cuts",
     "Cut it in the mask, or give the outlets.",
 )

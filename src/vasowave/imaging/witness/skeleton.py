@@ -15,6 +15,32 @@ SPUR = 1.0, 4.0
 
 
 @dataclass(frozen=True, eq=False)
+class Thinned:
+    """The lumen's skeleton and the way from each of its points to the root.
+
+    Attributes
+    ----------
+    places : float array, shape (point, 3)
+        z, y, x, cm.
+    depth, way : float array, shape (point,)
+        Distance to the wall, and along the skeleton to the root, cm; infinite where it does not lead there.
+    above : int array, shape (point,)
+        The next point toward the root; negative at the root.
+    start : int
+        The root's point.
+    spacing : float
+        Voxel size, cm.
+    """
+
+    places: np.ndarray
+    depth: np.ndarray
+    way: np.ndarray
+    above: np.ndarray
+    start: int
+    spacing: float
+
+
+@dataclass(frozen=True, eq=False)
 class Branches:
     """A tree of branches of the skeleton; row i of every field is the same branch.
 
@@ -37,8 +63,8 @@ class Branches:
     radius: np.ndarray
 
 
-def skeleton_branches(lumen: Segmentation, root: np.ndarray, surface: np.ndarray) -> Branches:
-    """Return the branches of the lumen's skeleton (Lee's thinning), without spurs, seen from `root` (z, y, x, cm).
+def thinned(lumen: Segmentation, root: np.ndarray, surface: np.ndarray) -> Thinned:
+    """Return the lumen's skeleton (Lee's thinning), seen from `root` (z, y, x, cm).
 
     Parameters
     ----------
@@ -46,6 +72,11 @@ def skeleton_branches(lumen: Segmentation, root: np.ndarray, surface: np.ndarray
     root : float array, shape (3,)
     surface : float array, shape (corner, 3)
         Points of the lumen's surface, cm.
+
+    Raises
+    ------
+    InputError
+        Without the extra 'imaging'.
     """
     try:
         from skimage.morphology import skeletonize
@@ -60,32 +91,53 @@ def skeleton_branches(lumen: Segmentation, root: np.ndarray, surface: np.ndarray
     start = int(np.argmin(np.linalg.norm(places - root, axis=1)))
     way, above = dijkstra(graph, directed=False, indices=start, return_predecessors=True)
     above[~np.isfinite(way)] = start
-    kept = _without_spurs(places, depth, way, above, start, lumen.spacing)
-    return _branches(places, depth, way, above, kept, start)
+    return Thinned(places, depth, way, above, start, lumen.spacing)
 
 
-def _without_spurs(
-    places: np.ndarray, depth: np.ndarray, way: np.ndarray, above: np.ndarray, start: int, spacing: float
-) -> np.ndarray:
-    """Return which points lie on ways to tips that are farther from longer ways than spurs of noise reach."""
-    leaf = np.ones(len(places), dtype=bool)
-    leaf[above[above >= 0]] = False
-    kept = np.zeros(len(places), dtype=bool)
-    kept[start] = True
-    for tip in sorted(np.flatnonzero(leaf & np.isfinite(way)), key=lambda at: -way[at]):
-        run, at = [], int(tip)
-        while not kept[at]:
-            run.append(at)
-            at = int(above[at])
-        if np.linalg.norm(places[tip] - places[at]) > SPUR[0] * depth[at] + SPUR[1] * spacing:
+def skeleton_branches(skeleton: Thinned, ends: np.ndarray | None = None) -> Branches:
+    """Return the branches of a skeleton: those to its tips, without spurs, or to the points nearest to given `ends`.
+
+    Parameters
+    ----------
+    skeleton : Thinned
+    ends : float array, shape (end, 3), optional
+        Where vessels end by what the user gave, outlets or edits, be it inside a vessel that goes on; z, y, x, cm.
+    """
+    kept = np.zeros(len(skeleton.places), dtype=bool)
+    kept[skeleton.start] = True
+    if ends is None:
+        _keep_vessels(skeleton, kept)
+    else:
+        reached = np.flatnonzero(np.isfinite(skeleton.way))
+        for tip in reached[cKDTree(skeleton.places[reached]).query(ends)[1]].tolist():
+            kept[_run(skeleton, kept, tip)] = True
+    return _branches(skeleton, kept)
+
+
+def _run(skeleton: Thinned, kept: np.ndarray, tip: int) -> list[int]:
+    """Return the points from `tip` to the first that is kept, without that."""
+    run, at = [], tip
+    while not kept[at]:
+        run.append(at)
+        at = int(skeleton.above[at])
+    return run
+
+
+def _keep_vessels(skeleton: Thinned, kept: np.ndarray) -> None:
+    """Mark the ways to tips that are farther from longer ways than spurs of noise reach."""
+    leaf = np.ones(len(kept), dtype=bool)
+    leaf[skeleton.above[skeleton.above >= 0]] = False
+    places, depth = skeleton.places, skeleton.depth
+    for tip in sorted(np.flatnonzero(leaf & np.isfinite(skeleton.way)).tolist(), key=lambda at: -skeleton.way[at]):
+        run = _run(skeleton, kept, tip)
+        at = int(skeleton.above[run[-1]]) if run else tip
+        if np.linalg.norm(places[tip] - places[at]) > SPUR[0] * depth[at] + SPUR[1] * skeleton.spacing:
             kept[run] = True
-    return kept
 
 
-def _branches(
-    places: np.ndarray, depth: np.ndarray, way: np.ndarray, above: np.ndarray, kept: np.ndarray, start: int
-) -> Branches:
+def _branches(skeleton: Thinned, kept: np.ndarray) -> Branches:
     """Cut the kept points where they branch."""
+    way, above, start = skeleton.way, skeleton.above, skeleton.start
     points = np.flatnonzero(kept & (np.arange(len(kept)) != start))
     count = np.bincount(above[points], minlength=len(kept))
     rows: list[tuple[int, int, int]] = []
@@ -99,4 +151,5 @@ def _branches(
         number[point] = len(rows)
         rows.append((at, point, number[at]))
     begin, end, parent = np.array(rows).reshape(-1, 3).T
-    return Branches(places[begin], places[end], parent, way[end] - way[begin], np.maximum(depth[begin], depth[end]))
+    radius = np.maximum(skeleton.depth[begin], skeleton.depth[end])
+    return Branches(skeleton.places[begin], skeleton.places[end], parent, way[end] - way[begin], radius)

@@ -3,10 +3,9 @@
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from vasowave.findings import look_kind
 from vasowave.imaging.places import written
 from vasowave.imaging.tree import Tree
-from vasowave.imaging.witness.doubts import Doubt
+from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
 from vasowave.imaging.witness.skeleton import Branches
 
 NEAR = 2.0, 4.0
@@ -16,23 +15,27 @@ LONG = 1.5
 shorter for sure is one for the witness."""
 
 _SECOND = "a second, independent tree of the lumen"
-NOT_SEEN = look_kind(
+NOT_SEEN = doubt_kind(
     "witness.not-seen",
+    Grade.LOOK,
     f"{_SECOND} does not have vessel(s) {{vessels}}: {{remedy}}",
     "look whether they are there",
 )
-MORE_ENDS = look_kind(
+MORE_ENDS = doubt_kind(
     "witness.more-ends",
+    Grade.LOOK,
     f"{_SECOND} has {{ends}} more end(s), at (x,y,z, cm) {{places}}: a vessel may be missing there; {{remedy}}",
     "look, and give outlets or edits",
 )
-OTHER_JOINTS = look_kind(
+OTHER_JOINTS = doubt_kind(
     "witness.other-joints",
+    Grade.LOOK,
     f"{_SECOND} joins other vessels than vessel(s) {{vessels}} do: {{remedy}}",
     "look at their ends",
 )
-SHORT = look_kind(
+SHORT = doubt_kind(
     "witness.short-vessel",
+    Grade.LOOK,
     "vessel(s) {vessels}: perhaps shorter than {radii:g} radii between two junctions, which may be one that more than "
     "two vessels leave: {remedy}",
     "look, and merge what is no vessel",

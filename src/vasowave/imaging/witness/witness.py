@@ -1,14 +1,15 @@
 """No answer without its witness: everything that contradicts a measured tree, or that it does not settle, by vessel."""
 
+from dataclasses import replace
 from statistics import NormalDist
 
 import numpy as np
 
-from vasowave.findings import Kind, look_kind
+from vasowave.findings import Kind
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.witness.crossings import crossing_doubts
-from vasowave.imaging.witness.doubts import About, Doubt
+from vasowave.imaging.witness.doubts import About, Doubt, Grade, doubt_kind
 from vasowave.imaging.witness.skeleton import Branches
 from vasowave.imaging.witness.topology import topology_doubts
 
@@ -25,45 +26,66 @@ UNEVEN = 0.06
 FILLED = 0.7
 """A vessel with less than this share of the root's contrast is partly filled."""
 
-SHATTER = look_kind(
+SHATTER = doubt_kind(
     "witness.shattered",
+    Grade.WRONG,
     "{short} of {vessels} vessels are too short between junctions to be measured, as where vessels are flat or rough "
     "and their ridges are taken for branches: {remedy}",
     "do not use this tree, give the outlets",
 )
 _VESSELS = "vessel(s) {vessels}: "
-CUT = look_kind(
-    "witness.cut", f"{_VESSELS}cut by the border of the image: longer than what is seen", "Scan or crop wider."
+CUT = doubt_kind(
+    "witness.cut",
+    Grade.LOOK,
+    f"{_VESSELS}cut by the border of the image: longer than what is seen",
+    "Scan or crop wider.",
 )
-UNSURE_LENGTH = look_kind(
+UNSURE_LENGTH = doubt_kind(
     "witness.length",
+    Grade.UNCERTAIN,
     f"{_VESSELS}the length is uncertain by more than {{share:.0%}} ({{deviations:g}} SD): {{remedy}}",
     "look at its junctions, of the root at the end of the cannula too",
 )
-UNSURE_RADIUS = look_kind(
+UNSURE_RADIUS = doubt_kind(
     "witness.radius",
+    Grade.UNCERTAIN,
     f"{_VESSELS}the radius is uncertain by more than {{share:.0%}} ({{deviations:.1f}} SD)",
     "Scan finer, or give the model this uncertainty.",
 )
-NO_RADIUS = look_kind(
+JUNCTION = doubt_kind(
+    "witness.junction",
+    Grade.UNCERTAIN,
+    f"{_VESSELS}the surface does not settle where they meet ({{radii:.2f}} radii, 1 SD), so all their lengths are "
+    "uncertain: {remedy}",
+    "look at the junction",
+)
+NO_RADIUS = doubt_kind(
     "witness.short-for-radius",
+    Grade.UNCERTAIN,
     f"{_VESSELS}too short between junctions, sisters and ends: the radius is not reliable",
     "Look at it, and merge what is no vessel.",
 )
-NOT_ROUND = look_kind(
+NOT_ROUND = doubt_kind(
     "witness.not-round",
+    Grade.LOOK,
     f"{_VESSELS}the surface is not that of a round tube: not round, touched by another vessel, or badly segmented",
     "Look at the lumen there.",
 )
-PARTLY_FILLED = look_kind(
+PARTLY_FILLED = doubt_kind(
     "witness.partly-filled",
+    Grade.LOOK,
     f"{_VESSELS}less than {{share:.0%}} of the root's contrast: partly filled, and what lies beyond may be missing",
     "Look at the image beyond it.",
 )
 
 
 def doubts_about(
-    measured: Measurement, lumen: Segmentation, skeleton: Branches, misfit: np.ndarray, all_ends: bool
+    measured: Measurement,
+    lumen: Segmentation,
+    skeleton: Branches,
+    misfit: np.ndarray,
+    place_sd: np.ndarray,
+    all_ends: bool,
 ) -> tuple[Doubt, ...]:
     """Return what speaks against `measured`.
 
@@ -75,13 +97,21 @@ def doubts_about(
         The second tree of the lumen.
     misfit : float array, shape (vessel,)
         See `surface_misfit`.
+    place_sd : float array, shape (vessel,)
+        SD of the place where each vessel's daughters leave it, cm, see `settled`.
     all_ends : bool
         Whether the tree should have every end of the lumen, see `topology_doubts`.
     """
     least = measured.network.length - SURE * measured.length_sd
     doubts = topology_doubts(measured.tree, skeleton, lumen.spacing, all_ends, least)
     doubts += crossing_doubts(measured.tree) + (_shattered(measured) if all_ends else [])
-    return (*doubts, *_cut(measured, lumen), *_unsettled(measured), *_uneven(measured, misfit))
+    return (
+        *doubts,
+        *_cut(measured, lumen),
+        *_junctions(measured, place_sd),
+        *_unsettled(measured),
+        *_uneven(measured, misfit),
+    )
 
 
 def _shattered(measured: Measurement) -> list[Doubt]:
@@ -120,6 +150,20 @@ def _unsettled(measured: Measurement) -> list[Doubt]:
         ("radius", ~measured.reliable, NO_RADIUS, {}),
     ]
     return [_doubt(measured, about, rows, which, **values) for about, rows, which, values in found if rows.any()]
+
+
+def _junctions(measured: Measurement, place_sd: np.ndarray) -> list[Doubt]:
+    """Return a doubt about all vessels of each junction whose place leaves the length of one of them unsettled."""
+    doubts, length = [], measured.network.length
+    for row in np.setdiff1d(np.arange(len(length)), measured.tree.terminals).tolist():
+        rows = np.append(row, measured.tree.daughters(row))
+        if SURE * place_sd[row] <= LENGTH * length[rows].min():
+            continue
+        meet = np.isin(np.arange(len(length)), rows)
+        radii = float(place_sd[row] / measured.tree.lines[row].typical_radius)
+        doubt = _doubt(measured, "length", meet, JUNCTION, radii=radii)
+        doubts.append(replace(doubt, places=measured.tree.lines[row].points[-1:]))
+    return doubts
 
 
 def _uneven(measured: Measurement, misfit: np.ndarray) -> list[Doubt]:

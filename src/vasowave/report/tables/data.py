@@ -53,7 +53,7 @@ def networks(cohort: Cohort) -> list[Table]:
     by_topology: dict[tuple[str, ...], dict[str, AnimalResult]] = {}
     for group, result in cohort.shown.items():
         vessels = result.network
-        by_topology.setdefault((*vessels.name, *map(str, vessels.parent)), {})[group] = result
+        by_topology.setdefault((*vessels.name, *map(str, (*vessels.start, *vessels.end))), {})[group] = result
     return [
         _network("Network" if place == 1 else f"Network-{place}", results, cohort.single)
         for place, results in enumerate(by_topology.values(), start=1)
@@ -62,7 +62,8 @@ def networks(cohort: Cohort) -> list[Table]:
 
 def _network(name: str, results: dict[str, AnimalResult], single: bool) -> Table:
     first = next(iter(results.values())).network
-    daughters = [", ".join(first.name[row] for row in rows) or "–" for rows in first.daughters]
+    behind = {row: one.beginning for one in first.junctions for row in one.ending}
+    daughters = [", ".join(first.name[next_] for next_ in behind.get(row, ())) or "–" for row in range(len(first))]
     data = pd.DataFrame({"vessel": first.name, "daughters": daughters})
     for group, result in results.items():
         vessels, label = result.network, "" if single else f" {group}"

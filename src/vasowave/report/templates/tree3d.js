@@ -23,7 +23,7 @@
     });
     pieces.sort((a, b) => b[0] - a[0]);
     for (const [far, a, b, width, vessel] of pieces) {
-      view.line(a, b, width, shade(far, vessel === (chosen && chosen.vessel), vessel.doubts));
+      view.line(a, b, width, shade(far, vessel === (chosen && chosen.vessel), vessel.marked));
     }
     const [outside, inlet] = [view.seen(data.root), view.seen(data.vessels[0].points[0])];
     view.line(outside, inlet, 1, "#d6259b", [4, 4]);

@@ -1,0 +1,121 @@
+"""Two-ports joined in nodes: spectra of pressure and flow in every vessel of a network, from inflows and beds.
+
+A tree is eliminated from its beds up and filled from its root down; a graph with loops is one linear system of its
+nodes' pressures a harmonic.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.network.network import Network
+
+
+class TwoPort(NamedTuple):
+    """P_in = d (turn P_out + across Q_out), Q_in = d (along P_out + Q_out); shapes (harmonic, vessel)."""
+
+    d: np.ndarray
+    turn: np.ndarray
+    across: np.ndarray
+    along: np.ndarray
+
+    def then(self, after: "TwoPort") -> "TwoPort":
+        """Return both, one behind the other."""
+        share = 1.0 + self.along * after.across
+        return TwoPort(
+            self.d * after.d * share,
+            (self.turn * after.turn + self.across * after.along) / share,
+            (self.turn * after.across + self.across) / share,
+            (self.along * after.turn + after.along) / share,
+        )
+
+
+def input_impedances(network: Network, end: np.ndarray, ports: TwoPort) -> np.ndarray:
+    """Impedance at every inlet of a tree, from the beds (whose impedance is `end`) up, one generation at a time."""
+    load_admittance = np.zeros((len(end), len(network)), dtype=complex)
+    load_admittance[:, network.terminals] = 1.0 / end
+    Z_in, (_, turn, across, along) = np.empty_like(load_admittance), ports
+    for rows in reversed(network.generations):
+        admittance, parents = load_admittance[:, rows], network.parent[rows]
+        Z_in[:, rows] = (turn[:, rows] + admittance * across[:, rows]) / (admittance + along[:, rows])
+        if parents[0] >= 0:
+            np.add.at(load_admittance.T, parents, (1.0 / Z_in[:, rows]).T)
+    return Z_in
+
+
+def pressures_behind(network: Network, resistance: np.ndarray, outlet_pressure: np.ndarray) -> np.ndarray:
+    """Pressure that each inlet of a tree would have without flow into it, mmHg, shape (vessel,): its outlets' mean."""
+    behind, weight = np.zeros(len(network)), np.zeros(len(network))
+    behind[network.terminals], weight[network.terminals] = outlet_pressure, 1.0
+    for rows in reversed(network.generations):
+        behind[rows] /= weight[rows]
+        if (parents := network.parent[rows])[0] >= 0:
+            np.add.at(behind, parents, behind[rows] / resistance[rows])
+            np.add.at(weight, parents, 1.0 / resistance[rows])
+    return behind
+
+
+def joined(
+    network: Network, ports: TwoPort, end: np.ndarray, inflow: np.ndarray, behind: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return spectra of pressure and flow at the start of every vessel of any network, shape (harmonic, vessel).
+
+    Parameters
+    ----------
+    network : Network
+    ports : TwoPort
+        Vessels, none without anything `across`.
+    end : complex array, shape (harmonic, terminal)
+        Impedance of the beds.
+    inflow : complex array, shape (harmonic, inlet)
+        ml/s.
+    behind : array, shape (harmonic, terminal), optional
+        Pressure behind the beds, mmHg; none by default.
+    """
+    number, ends = np.unique(np.concatenate([network.start, network.end]), return_inverse=True)
+    first, last = ends[: len(network)], ends[len(network) :]
+    d, turn, across, along = ports
+    by_start, by_end = 1.0 / across, d * (along - turn / across)  # of the flow that enters a vessel
+    passed, held = 1.0 / (d * across), -turn / across  # of the flow that leaves it
+    balance = np.zeros((len(end), len(number), len(number)), dtype=complex)
+    given = np.zeros((len(end), len(number)), dtype=complex)
+    for rows, columns, values in ((first, first, by_start), (first, last, by_end), (last, first, -passed),
+                                  (last, last, -held)):  # fmt: skip
+        np.add.at(balance.transpose(1, 2, 0), (rows, columns), values.T)
+    given[:, first[network.inlets]] = inflow
+    beds = last[network.terminals]
+    balance[:, beds, beds] += 1.0 / end
+    if behind is not None:
+        given[:, beds] = behind / end
+    pressure = np.linalg.solve(balance, given[..., np.newaxis])[..., 0]
+    return pressure[:, first], by_start * pressure[:, first] + by_end * pressure[:, last]
+
+
+def steady_means(
+    network: Network, fall: np.ndarray, bed: np.ndarray, inflow: np.ndarray, behind: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean pressure in the middle (mmHg) and flow (ml/s) of vessels with steady resistances `fall`, (vessel,).
+
+    `bed` and the pressure `behind` are those of the terminals, `inflow` is that into the inlets.
+    """
+    if network.nodes is not None:
+        one = np.ones((1, len(network)))
+        pressure, flow = joined(network, TwoPort(one, one, fall[np.newaxis], 0 * one), bed[np.newaxis],
+                                inflow[np.newaxis], behind[np.newaxis])  # fmt: skip
+        return pressure[0].real - 0.5 * fall * flow[0].real, flow[0].real
+    parent, downward = network.parent.tolist(), np.concatenate(network.generations).tolist()
+    beds, pulled = np.zeros(len(network)), np.zeros(len(network))
+    beds[network.terminals] = 1.0 / bed
+    pulled[network.terminals] = beds[network.terminals] * behind
+    resistance, conductance, without = fall.tolist(), beds.tolist(), pulled.tolist()
+    for row in reversed(downward):  # plain numbers: arrays of a few vessels cost more
+        resistance[row] += 1.0 / conductance[row]
+        without[row] /= conductance[row]
+        if parent[row] >= 0:
+            conductance[parent[row]] += 1.0 / resistance[row]
+            without[parent[row]] += without[row] / resistance[row]
+    kept, above = 1.0 - fall / resistance, [float(inflow[0]) * resistance[network.root]] * len(network)
+    for row in downward[1:]:
+        before = parent[row]
+        above[row] = above[before] * float(kept[before]) + without[before] - without[row]
+    return np.asarray(without) + 0.5 * (1.0 + kept) * above, np.asarray(above) / resistance

@@ -1,0 +1,146 @@
+"""Vessels as edges between numbered nodes: which are inlets, in what order blood reaches the others, how flow divides.
+
+A tree is the graph in which one vessel ends wherever others begin.
+"""
+
+from collections.abc import Callable, Hashable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vasowave.errors import InputError
+
+
+class Meeting(NamedTuple):
+    """Vessels that meet in one node.
+
+    Attributes
+    ----------
+    ending, beginning : tuple of int
+        Rows, in their order.
+    """
+
+    ending: tuple[int, ...]
+    beginning: tuple[int, ...]
+
+
+def numbered(nodes: Sequence[Sequence[Hashable]]) -> np.ndarray:
+    """Return the two nodes of every vessel as numbers, shape (vessel, 2), in the order in which they are named."""
+    number: dict[Hashable, int] = {}
+    return np.array([[number.setdefault(node, len(number)) for node in pair] for pair in nodes], dtype=np.int64)
+
+
+def meetings(start: np.ndarray, end: np.ndarray) -> dict[int, Meeting]:
+    """Return what meets in every node, by its number; nodes in the order in which vessels end in them, then others."""
+    ending: dict[int, list[int]] = {}
+    beginning: dict[int, list[int]] = {}
+    for row, (first, last) in enumerate(zip(start.tolist(), end.tolist(), strict=True)):
+        ending.setdefault(last, []).append(row)
+        beginning.setdefault(first, []).append(row)
+    nodes = dict.fromkeys([*ending, *beginning])
+    return {node: Meeting(tuple(ending.get(node, ())), tuple(beginning.get(node, ()))) for node in nodes}
+
+
+def parents(name: tuple[str, ...], nodes: np.ndarray, where: Callable[[int], str]) -> np.ndarray:
+    """Return the row of the vessel through which blood reaches each vessel on the shortest way, -1 at an inlet.
+
+    Ways are counted in vessels from the inlets on, from start to end; of equal ones the first that is met counts.
+
+    Raises
+    ------
+    InputError
+        A vessel that ends where it begins, no inlet or no end, several vessels at an inlet or an end, vessels that are
+        not reached; the row is named through `where`.
+    """
+    start, end = nodes.T
+    bad = np.flatnonzero(start == end)
+    if len(bad):
+        raise InputError(f"{where(int(bad[0]))} (vessel '{name[bad[0]]}'): ends in the node in which it begins")
+    met = meetings(start, end)
+    _check_open_ends(name, met, where)
+    parent, seen = np.full(len(name), -2), set[int]()
+    level = sorted(row for one in met.values() if not one.ending for row in one.beginning)
+    parent[level] = -1
+    while level:
+        further: list[int] = []
+        for row in level:
+            if end[row] not in seen:
+                seen.add(int(end[row]))
+                below = met[int(end[row])].beginning
+                parent[list(below)] = row
+                further += below
+        level = further
+    lost = np.flatnonzero(parent == -2)
+    if len(lost):
+        raise InputError(
+            f"{where(int(lost[0]))} (vessel '{name[lost[0]]}'): not reached from an inlet along the vessels, from "
+            "their starts to their ends; join it to the others, or turn those that are drawn against the way of blood"
+        )
+    _check_whole(name, start, end, np.flatnonzero(parent == -1), where)
+    return parent
+
+
+def _check_open_ends(name: tuple[str, ...], met: dict[int, Meeting], where: Callable[[int], str]) -> None:
+    """Refuse graphs without an inlet or an end, and those where several vessels share one."""
+    for what, one_side, advice in (
+        ("begin", [one.beginning for one in met.values() if not one.ending], "let one vessel lead to them"),
+        ("end", [one.ending for one in met.values() if not one.beginning], "let them lead to one vessel"),
+    ):
+        if not one_side:
+            raise InputError(f"{where(0)}: no vessel {what}s in a node of its own, where blood could "
+                             f"{'enter' if what == 'begin' else 'leave'}; the vessels form a ring")  # fmt: skip
+        several = next((rows for rows in one_side if len(rows) > 1), None)
+        if several:
+            some = " and ".join(f"'{name[row]}'" for row in several[:2])
+            raise InputError(
+                f"{where(several[0])}: {some} {what} in a node where none {'ends' if what == 'begin' else 'begins'}; "
+                f"{advice}, or turn one that is drawn against the way of blood"
+            )
+
+
+def _check_whole(
+    name: tuple[str, ...], start: np.ndarray, end: np.ndarray, inlets: np.ndarray, where: Callable[[int], str]
+) -> None:
+    """Refuse several inlets whose vessels never meet."""
+    if len(inlets) < 2:
+        return
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    number, ends = np.unique(np.concatenate([start, end]), return_inverse=True)
+    first, last = ends[: len(start)], ends[len(start) :]
+    part = connected_components(coo_array((np.ones(len(start)), (first, last)), shape=2 * (len(number),)), False)[1]
+    apart = inlets[part[first[inlets]] != part[first[inlets[0]]]]
+    if len(apart):
+        raise InputError(
+            f"{where(int(apart[0]))}: vessel '{name[apart[0]]}' and what follows it never meet the vessels behind "
+            f"'{name[inlets[0]]}'; give each network a file of its own"
+        )
+
+
+def steady_shares(start: np.ndarray, end: np.ndarray, conductance: np.ndarray) -> np.ndarray:
+    """Return the share of the whole flow in each vessel, negative where it runs from end to start.
+
+    One pressure stands before all inlets and another behind all ends.
+    """
+    flow = steady_flows(start, end, conductance)
+    return np.asarray(flow / flow[~np.isin(start, end)].sum())
+
+
+def steady_flows(start: np.ndarray, end: np.ndarray, conductance: np.ndarray) -> np.ndarray:
+    """Return the flow in each vessel where the pressure is 1 at all inlets and 0 behind all ends."""
+    number, ends = np.unique(np.concatenate([start, end]), return_inverse=True)
+    first, last = ends[: len(start)], ends[len(start) :]
+    entered, left = np.zeros(len(number), bool), np.zeros(len(number), bool)
+    entered[last], left[first] = True, True
+    laplacian = np.zeros((len(number),) * 2)
+    np.add.at(laplacian, (first, first), conductance)
+    np.add.at(laplacian, (last, last), conductance)
+    np.add.at(laplacian, (first, last), -conductance)
+    np.add.at(laplacian, (last, first), -conductance)
+    pressure = np.where(entered, 0.0, 1.0)
+    inner = np.flatnonzero(entered & left)
+    known = np.flatnonzero(~(entered & left))
+    pulled = laplacian[np.ix_(inner, known)] @ pressure[known]
+    pressure[inner] = -np.linalg.solve(laplacian[np.ix_(inner, inner)], pulled)
+    return np.asarray(conductance * (pressure[first] - pressure[last]))
