@@ -142,7 +142,7 @@ def test_an_external_pressure_moves_the_law_and_nothing_else(linear, tmp_path):
 def test_more_than_two_daughters_are_told_because_openbf_may_refuse_them(linear, tmp_path):
     network = Network(("a", "b", "c", "d"), [-1, 0, 0, 0], [0.4] * 4, [0.05, 0.03, 0.03, 0.03])
     crowded = solve(Model(network, walls.LinearWall(57.0), windkessels(network, 76.0, 0.11, a=0.12)), linear.inflow)
-    with pytest.warns(VasowaveWarning, match="'a' has more than two daughters"):
+    with pytest.warns(VasowaveWarning, match="more than three vessels meet where 'a' ends"):
         write_openbf(crowded, tmp_path)
 
 

@@ -17,12 +17,14 @@ def network_dataset(network: Network) -> xr.Dataset:
     """Return topology and morphometry by vessel; the root's parent is empty; the nodes are those of graphs alone."""
     parents = [network.name[row] if row >= 0 else "" for row in network.parent]
     known = {name: values for name in MEASURED if (values := getattr(network, name)) is not None}
-    ends = {} if network.nodes is None else {"start_node": network.start, "end_node": network.end}
+    ends = {} if network.nodes is None else {"start": network.start, "end": network.end}
     return xr.Dataset(
         {
             "parent": ("vessel", np.array(parents, dtype=object), {"long_name": "name of the parent vessel"}),
-            **{name: xr.Variable("vessel", node, {"long_name": f"number of the node where the vessel {verb}"})
-               for (name, node), verb in zip(ends.items(), ("begins", "ends"), strict=False)},
+            **{
+                f"{end}_node": xr.Variable("vessel", node, {"long_name": f"number of the node at its {end}"})
+                for end, node in ends.items()
+            },
             "length": labelled("vessel", network.length, "cm", "length"),
             "radius": labelled("vessel", network.radius, "cm", "radius at the pressure of the image"),
             "image_pressure": labelled((), network.pressure, "mmHg", "pressure of the image, 0 where not known"),

@@ -73,7 +73,7 @@ class Trace:
         return found
 
 
-@dataclass
+@dataclass(eq=False)
 class Opened:
     """A continuous recording in memory: signals, what the file says of its channels, and the beats averaged last.
 
