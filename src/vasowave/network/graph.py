@@ -76,6 +76,7 @@ def parents(name: tuple[str, ...], nodes: np.ndarray, where: Callable[[int], str
             f"{where(int(lost[0]))} (vessel '{name[lost[0]]}'): not reached from an inlet along the vessels, from "
             "their starts to their ends; join it to the others, or turn those that are drawn against the way of blood"
         )
+    _check_outlets(name, met, where)
     _check_whole(name, start, end, np.flatnonzero(parent == -1), where)
     return parent
 
@@ -98,18 +99,31 @@ def _check_open_ends(name: tuple[str, ...], met: dict[int, Meeting], where: Call
             )
 
 
+def _check_outlets(name: tuple[str, ...], met: dict[int, Meeting], where: Callable[[int], str]) -> None:
+    """Refuse vessels that lead to no end."""
+    level = [row for one in met.values() if not one.beginning for row in one.ending]
+    leads = set(level)
+    starts = {row: one for one in met.values() for row in one.beginning}
+    while level:
+        before = {row for later in level for row in starts[later].ending} - leads
+        leads |= before
+        level = list(before)
+    lost = sorted(set(range(len(name))) - leads)
+    if lost:
+        raise InputError(
+            f"{where(lost[0])} (vessel '{name[lost[0]]}'): leads to no vessel that ends in a bed; turn those that are "
+            "drawn against the way of blood"
+        )
+
+
 def _check_whole(
     name: tuple[str, ...], start: np.ndarray, end: np.ndarray, inlets: np.ndarray, where: Callable[[int], str]
 ) -> None:
     """Refuse several inlets whose vessels never meet."""
     if len(inlets) < 2:
         return
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    number, ends = np.unique(np.concatenate([start, end]), return_inverse=True)
-    first, last = ends[: len(start)], ends[len(start) :]
-    part = connected_components(coo_array((np.ones(len(start)), (first, last)), shape=2 * (len(number),)), False)[1]
+    first, last, count = _places(start, end)
+    part = _parts(first, last, count)
     apart = inlets[part[first[inlets]] != part[first[inlets[0]]]]
     if len(apart):
         raise InputError(
@@ -118,29 +132,91 @@ def _check_whole(
         )
 
 
-def steady_shares(start: np.ndarray, end: np.ndarray, conductance: np.ndarray) -> np.ndarray:
+def in_loops(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Return which vessels are part of a loop: of a flow led into one end and out of the other some takes another way.
+
+    In a network of n nodes at least 1/n of it does, between resistors of one size.
+    """
+    first, last, count = _places(start, end)
+    between = np.linalg.pinv(_laplacian(first, last, np.ones(len(start)), count), hermitian=True)
+    through = between[first, first] + between[last, last] - 2.0 * between[first, last]
+    return np.asarray(through < 1.0 - 0.5 / count)
+
+
+def shares_by_conductance(start: np.ndarray, end: np.ndarray, conductance: np.ndarray) -> np.ndarray:
     """Return the share of the whole flow in each vessel, negative where it runs from end to start.
 
-    One pressure stands before all inlets and another behind all ends.
+    What arrives at a junction, or at vessels that form loops together, divides as if one pressure stood at the ends of
+    all vessels that lead away from there. Inlets share as their conductances.
     """
-    flow = steady_flows(start, end, conductance)
-    return np.asarray(flow / flow[~np.isin(start, end)].sum())
+    first, last, count = _places(start, end)
+    loops, inlets = in_loops(start, end), ~np.isin(start, end)
+    part = _parts(first[loops], last[loops], count)  # a junction alone, or nodes that loops join
+    flow = np.zeros(len(start))
+    flow[inlets] = conductance[inlets] / conductance[inlets].sum()
+    awaited = np.bincount(part[last[~loops]], minlength=count)
+    arrived = list(np.flatnonzero(inlets))
+    while arrived:
+        into = part[last[arrived.pop()]]
+        awaited[into] -= 1
+        if awaited[into] == 0:
+            leaving = np.flatnonzero((part[first] == into) & ~loops)
+            _divide(np.flatnonzero(part == into), first, last, loops, conductance, flow)
+            arrived += leaving.tolist()
+    return flow
+
+
+def _divide(
+    nodes: np.ndarray, first: np.ndarray, last: np.ndarray, loops: np.ndarray, conductance: np.ndarray, flow: np.ndarray
+) -> None:
+    """Set the flows in all vessels between some nodes, and in those that leave them, by those that enter them."""
+    here = np.zeros(max(first.max(), last.max()) + 1, dtype=bool)
+    here[nodes] = True
+    inner = np.flatnonzero(loops & here[first])
+    entering, leaving = np.flatnonzero(~loops & here[last]), np.flatnonzero(~loops & here[first])
+    if not len(leaving):
+        return
+    place = np.zeros(len(here), dtype=np.int64)
+    place[nodes] = np.arange(len(nodes))
+    balance = _laplacian(place[first[inner]], place[last[inner]], conductance[inner], len(nodes))
+    np.add.at(balance, (place[first[leaving]],) * 2, conductance[leaving])
+    pressure = np.linalg.solve(balance, np.bincount(place[last[entering]], flow[entering], len(nodes)))
+    flow[leaving] = conductance[leaving] * pressure[place[first[leaving]]]
+    flow[inner] = conductance[inner] * (pressure[place[first[inner]]] - pressure[place[last[inner]]])
+
+
+def _places(start: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """Return both nodes of every vessel as places from 0 on, and how many there are."""
+    number, places = np.unique(np.concatenate([start, end]), return_inverse=True)
+    return places[: len(start)], places[len(start) :], len(number)
+
+
+def _parts(first: np.ndarray, last: np.ndarray, count: int) -> np.ndarray:
+    """Return for each of `count` nodes the number of the part to which these vessels join it, shape (node,)."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    return np.asarray(
+        connected_components(coo_array((np.ones(len(first)), (first, last)), shape=2 * (count,)), False)[1]
+    )
+
+
+def _laplacian(first: np.ndarray, last: np.ndarray, conductance: np.ndarray, count: int) -> np.ndarray:
+    """Return what pressures are multiplied by to have the flows out of the nodes, shape (node, node)."""
+    laplacian = np.zeros((count, count))
+    for one, other in ((first, last), (last, first)):
+        np.add.at(laplacian, (one, one), conductance)
+        np.add.at(laplacian, (one, other), -conductance)
+    return laplacian
 
 
 def steady_flows(start: np.ndarray, end: np.ndarray, conductance: np.ndarray) -> np.ndarray:
     """Return the flow in each vessel where the pressure is 1 at all inlets and 0 behind all ends."""
-    number, ends = np.unique(np.concatenate([start, end]), return_inverse=True)
-    first, last = ends[: len(start)], ends[len(start) :]
-    entered, left = np.zeros(len(number), bool), np.zeros(len(number), bool)
+    first, last, count = _places(start, end)
+    entered, left = np.zeros(count, bool), np.zeros(count, bool)
     entered[last], left[first] = True, True
-    laplacian = np.zeros((len(number),) * 2)
-    np.add.at(laplacian, (first, first), conductance)
-    np.add.at(laplacian, (last, last), conductance)
-    np.add.at(laplacian, (first, last), -conductance)
-    np.add.at(laplacian, (last, first), -conductance)
-    pressure = np.where(entered, 0.0, 1.0)
-    inner = np.flatnonzero(entered & left)
-    known = np.flatnonzero(~(entered & left))
+    laplacian, pressure = _laplacian(first, last, conductance, count), np.where(entered, 0.0, 1.0)
+    inner, known = np.flatnonzero(entered & left), np.flatnonzero(~(entered & left))
     pulled = laplacian[np.ix_(inner, known)] @ pressure[known]
     pressure[inner] = -np.linalg.solve(laplacian[np.ix_(inner, inner)], pulled)
     return np.asarray(conductance * (pressure[first] - pressure[last]))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vasowave.errors import InputError, did_you_mean
-from vasowave.network.graph import Meeting, meetings, parents, steady_shares
+from vasowave.network.graph import Meeting, meetings, parents, shares_by_conductance
 from vasowave.notebook import card, upstairs
 
 if TYPE_CHECKING:
@@ -193,13 +193,13 @@ class Network:
     def flow_fraction(self) -> np.ndarray:
         """Share of the mean inflow in each vessel, by Poiseuille's law (eq. 11), shape (vessel,).
 
-        At every junction of a tree the flow divides as the conductances π r0⁴/(8 μ L) of the daughters; the viscosity
-        cancels. In other networks it divides as if one pressure stood before all inlets and another behind all
-        terminals, and is negative in a vessel in which it runs from the end to the start.
+        At every junction the flow divides as the conductances π r0⁴/(8 μ L) of the daughters; the viscosity cancels.
+        Vessels that form loops divide it together with those that lead out of them, at whose ends one pressure stands;
+        in a vessel in which it runs from the end to the start it is negative. Inlets share as their conductances.
         """
         conductance = self.radius**4 / self.length
         if self.nodes is not None:
-            return steady_shares(self.start, self.end, conductance)
+            return shares_by_conductance(self.start, self.end, conductance)
         siblings = np.bincount(self.parent[self.parent >= 0], conductance[self.parent >= 0], minlength=len(self))
         fraction = np.ones(len(self))
         for rows in self.generations[1:]:
