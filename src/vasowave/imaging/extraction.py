@@ -25,7 +25,7 @@ from vasowave.imaging.options import Options
 from vasowave.imaging.places import written_in_the_world
 from vasowave.imaging.read.files import read_volume
 from vasowave.imaging.read.volume import Volume, is_cubic, isotropic
-from vasowave.imaging.revise.edits import Edit, edited, edited_alike
+from vasowave.imaging.revise.edits import Edit, edited, edited_alike, with_radii
 from vasowave.imaging.revise.junctions import with_junctions_at
 from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
@@ -187,6 +187,7 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
     again = stages.kept("again", keys.elsewhere, lambda: begun_elsewhere(unedited, lumen, surface))
     begin_sd = 0.0 if cannula is None else tip_sd(cannula, unedited.lines[unedited.root], volume)
     measured = with_spread(measured, *_edited_too(unedited, others, again, said.edits), volume, look, begin_sd)
+    measured = with_radii(measured, said.edits)
     stages.keep("profiles", keys.profiles, look.used)
     say("witness")
     all_ends = said.outlets is None and not said.edits
