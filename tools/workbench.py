@@ -5,6 +5,7 @@ uv run python tools/workbench.py pictures demo
 uv run python tools/workbench.py speed demo
 """
 
+import json
 import subprocess
 import sys
 import tempfile
@@ -127,6 +128,23 @@ def scroll(page: Page) -> None:
         told(f"scroll, zoom {2 ** (4 * (zoomed + 1))} times", page.js(DRAWN % ("canvas.signals", COUNT, SCROLL)))
 
 
+def edits(page: Page) -> None:
+    """Time from a key that rejects or restores a beat to the numbers and the table that follow."""
+    page.js("document.querySelector('canvas.signals').focus()")
+    page.key("n")
+    took = []
+    for _ in range(6):
+        before = page.js("document.body.dataset.told")
+        begun = time.monotonic()
+        page.key("x")
+        page.until(f"document.body.dataset.told !== {json.dumps(before)}", 120)
+        took.append(1000 * (time.monotonic() - begun))
+    told("edit of a beat", took)
+    page.ask("Performance.enable")
+    heap = next(one for one in page.ask("Performance.getMetrics")["metrics"] if one["name"] == "JSHeapUsedSize")
+    print(f"memory of the page's values: {heap['value'] / 2**20:.0f} MiB")
+
+
 def long_study(folder: Path) -> Path:
     """Make a study of one recording of two hours at 1000 samples a second."""
     import scipy.io
@@ -158,6 +176,7 @@ def main(what: str, study: str) -> None:
                 page = browser.page(address + "#recording")
                 print(f"two hours are open after {time.monotonic() - begun:.1f} s")
                 scroll(page)
+                edits(page)
 
 
 if __name__ == "__main__":

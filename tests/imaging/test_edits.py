@@ -5,12 +5,15 @@ import pytest
 from made_tree import forked_tree, straight
 
 from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging.measure.measurement import measured_alone
 from vasowave.imaging.measure.sizes import network_of
 from vasowave.imaging.measure.taper import taper
-from vasowave.imaging.revise.edits import _cut, edited, read_edits, root_of
+from vasowave.imaging.revise.edits import Edit, _cut, edited, outlets_of, read_edits, root_of, with_radii
 from vasowave.imaging.revise.parts import first_generations, largest_vessels, wider_than
 from vasowave.imaging.tree import Tree
 from vasowave.network.network import Network
+
+AT = Edit("cut", np.zeros(3), "line 1")
 
 
 @pytest.fixture
@@ -138,6 +141,56 @@ def test_the_standard_error_of_the_taper_is_that_of_repeated_measurements():
 
 def test_a_vessel_may_be_cut_as_soon_as_something_of_it_is_left():
     tree = forked_tree()  # 41 points a vessel
-    assert len(_cut(tree, 4, 1 / 40, "line 1").lines[4]) == 2
+    assert len(_cut(tree, 4, 1 / 40, AT).lines[4]) == 2
     with pytest.raises(InputError, match="line 1: the place is where the vessel begins"):
-        _cut(tree, 4, 0.4 / 40, "line 1")
+        _cut(tree, 4, 0.4 / 40, AT)
+
+
+def test_a_moved_junction_takes_its_three_vessels_along_and_leaves_their_other_ends(tree, tmp_path):
+    found = after(tree, tmp_path, "move 1 0 0  1.1 0.2 0.05\n")
+    np.testing.assert_array_equal(found.parent, tree.parent)
+    for row, end in ((0, -1), (1, 0), (2, 0)):
+        np.testing.assert_allclose(found.lines[row].points[end], [0.05, 0.2, 1.1], atol=1e-12)
+        np.testing.assert_array_equal(found.lines[row].points[-1 - end], tree.lines[row].points[-1 - end])
+    for row in (3, 4):
+        np.testing.assert_array_equal(found.lines[row].points, tree.lines[row].points)
+
+
+def test_a_moved_outlet_and_a_moved_inlet_change_one_vessel_alone(tree, tmp_path):
+    for row, end in ((4, -1), (0, 0)):
+        old = tree.lines[row].points[end]
+        x, y, z = old[::-1]
+        found = after(tree, tmp_path, f"move {x} {y} {z} {x} {y} {z + 0.1}\n")
+        np.testing.assert_allclose(found.lines[row].points[end], old + np.array([0.1, 0, 0]), atol=1e-12)
+        assert [one for one in range(5) if not np.array_equal(found.lines[one].points, tree.lines[one].points)] == [row]
+
+
+def test_a_move_that_is_longer_than_a_vessel_is_refused(tree, tmp_path):
+    with pytest.raises(InputError, match=r"line 1: the move of 3 cm is longer than the shortest vessel .* \(1 cm\)"):
+        after(tree, tmp_path, "move 1 0 0 1 0 3\n")
+
+
+def test_a_radius_that_is_set_is_that_of_the_vessel_in_the_end(tree, tmp_path):
+    """In the unit of the file; the vessel is looked for after the merge, which takes vessel 2 away."""
+    file = tmp_path / "edits.txt"
+    file.write_text("unit mm\nmerge 15 5 0\nradius 25 10 0 1.7\n")
+    edits = read_edits(file)
+    left = measured_alone(edited(tree, edits))
+    found = with_radii(left, edits)
+    changed = np.flatnonzero(found.network.radius != left.network.radius)
+    assert found.network.radius[changed] == pytest.approx([0.17])
+    np.testing.assert_allclose(found.tree.lines[changed[0]].points[-1], tree.lines[4].points[-1])
+    assert found.reliable[changed].all()
+
+
+def test_outlets_among_the_edits_are_places(tmp_path):
+    (tmp_path / "e.txt").write_text("outlet 1 2 3\nunit mm\noutlet 10 20 35\n")
+    np.testing.assert_allclose(outlets_of(read_edits(tmp_path / "e.txt")), [[3, 2, 1], [3.5, 2, 1]])
+    assert outlets_of(()) is None
+
+
+@pytest.mark.parametrize("line", ["radius 1 2 3", "radius 1 2 3 0", "radius 1 2 3 -1", "move 1 2 3 4 5", "outlet 1 2"])
+def test_an_edit_with_other_numbers_than_it_needs_names_its_line(line, tmp_path):
+    (tmp_path / "e.txt").write_text(f"# made by hand\n{line}\n")
+    with pytest.raises(InputError, match=r"e.txt, line 2: '\w+' takes "):
+        read_edits(tmp_path / "e.txt")

@@ -30,13 +30,14 @@ from vasowave.study.reading import read_settings
 from vasowave.study.table import read_rows
 from vasowave.workbench.actions import Workplace, act
 from vasowave.workbench.desk import Desk
+from vasowave.workbench.lungs import Lungs
 from vasowave.workbench.recordings import Recordings, Trace
 from vasowave.workbench.running import Runs
 from vasowave.workbench.studies import checked, shown
 
 
 def place(folder):
-    return Workplace(Desk(folder), Recordings(), Runs())
+    return Workplace(Desk(folder), Recordings(), Runs(), Lungs())
 
 
 def rows(folder):

@@ -7,7 +7,7 @@ import typer
 
 from vasowave.cli.app import app
 
-_WHAT = typer.Argument(help="A study, the folder of a fit, a recording, or a folder that is to become a study.")
+_WHAT = typer.Argument(help="A study, a fit, a recording, an image, or a folder that is to become a study.")
 
 
 @app.command(
@@ -20,7 +20,7 @@ def open_workbench(
     browser: Annotated[bool, typer.Option(help="Open the page in a browser; else the address is printed only.")] = True,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; by default one that is free.")] = 0,
 ) -> None:
-    """Open the workbench in a browser: look at recordings, choose beats, run, and see what the model does.
+    """Open the workbench in a browser: look at recordings and images, choose beats, mend vessels, run, explore.
 
     It answers on this machine alone.
     """
@@ -37,7 +37,7 @@ def open_workbench(
     from vasowave.workbench.opening import opened
     from vasowave.workbench.server import serve
 
-    folder, desk, said = opened(place)
+    folder, desk, said, image = opened(place)
     for sentence in said:
         typer.echo(sentence)
 
@@ -46,7 +46,7 @@ def open_workbench(
         if browser:
             webbrowser.open(address + desk)
 
-    goes_on = serve(folder, port, tell)
+    goes_on = serve(folder, port, tell, image)
     typer.echo("Ended." + (f" The run goes on; see vasowave status {folder}" if goes_on else ""))
     sys.stdout.flush()
     os._exit(0)  # at once: nobody waits for what is still being read, and files are written whole or not at all

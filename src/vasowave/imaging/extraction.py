@@ -26,7 +26,7 @@ from vasowave.imaging.options import Options
 from vasowave.imaging.places import written_in_the_world
 from vasowave.imaging.read.files import read_volume
 from vasowave.imaging.read.volume import Volume, is_cubic, isotropic
-from vasowave.imaging.revise.edits import Edit, edited, edited_alike
+from vasowave.imaging.revise.edits import Edit, edited, edited_alike, with_radii
 from vasowave.imaging.revise.junctions import with_junctions_at
 from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
@@ -191,6 +191,7 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
     begin_sd = 0.0 if cannula is None else tip_sd(cannula, unedited.lines[unedited.root], volume)
     open_sd = np.hypot(found.open_sd, begin_sd * (np.arange(len(tree)) == tree.root))
     measured = with_spread(measured, _edited_too(unedited, others, said.edits), open_sd, volume, look)
+    measured = with_radii(measured, said.edits)
     stages.keep("profiles", keys.profiles, look.used)
     say("witness")
     all_ends = said.outlets is None and not said.edits

@@ -1,6 +1,6 @@
 """What the user gave, files read and put on one grid."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from vasowave.imaging.lumen.segmentation import Segmenter, segment
 from vasowave.imaging.options import Options
 from vasowave.imaging.read.labels import ROOT, marks, on_grid_of, read_labels
 from vasowave.imaging.read.volume import Volume
-from vasowave.imaging.revise.edits import Edit, read_edits, root_of
+from vasowave.imaging.revise.edits import Edit, outlets_of, read_edits, root_of
 
 _METHODS: dict[str, Segmenter] = {"threshold": segment, "level-set": level_set}
 
@@ -50,11 +50,11 @@ def given(image: Volume, volume: Volume, options: Options) -> Given:
         As `read_labels`, `read_edits`, `box_region`.
     """
     own = image.frame.own
-    edits = tuple(replace(edit, point=own(edit.point)) for edit in read_edits(options.edits)) if options.edits else ()
+    edits = tuple(edit.turned(own) for edit in read_edits(options.edits)) if options.edits else ()
     labels = on_grid_of(read_labels(options.mask, image, options.voxel), image, volume) if options.mask else None
     entrances = marks(labels, volume) if labels is not None else {}
     painted: Any = [place for label, place in entrances.items() if label > ROOT]
-    outlets: Any = own(options.outlets) if options.outlets is not None else painted or None
+    outlets: Any = own(options.outlets) if options.outlets is not None else painted or outlets_of(edits)
     said: Any = None if options.root is None else own(options.root)
     root: Any = next((place for place in (root_of(edits), said, entrances.get(ROOT)) if place is not None), None)
     seed: Any = root if options.seed is None else own(options.seed)

@@ -155,7 +155,7 @@ def shares_by_conductance(start: np.ndarray, end: np.ndarray, conductance: np.nd
     flow = np.zeros(len(start))
     flow[inlets] = conductance[inlets] / conductance[inlets].sum()
     awaited = np.bincount(part[last[~loops]], minlength=count)
-    arrived = list(np.flatnonzero(inlets))
+    arrived: list[int] = np.flatnonzero(inlets).tolist()
     while arrived:
         into = part[last[arrived.pop()]]
         awaited[into] -= 1

@@ -22,6 +22,8 @@ from vasowave.study.rows import COLUMNS
 from vasowave.study.table import read_rows, written_rows
 from vasowave.study.template import new_study, with_groups, with_value
 from vasowave.workbench.desk import Desk, unchanged
+from vasowave.workbench.lung_actions import LUNG_ACTIONS
+from vasowave.workbench.lungs import Lungs
 from vasowave.workbench.recordings import Recordings, edits_file, mean_between, row_of
 from vasowave.workbench.running import Runs
 
@@ -35,6 +37,7 @@ class Workplace(NamedTuple):
     desk: Desk
     recordings: Recordings
     runs: Runs
+    lungs: Lungs
 
 
 @settings_class
@@ -255,6 +258,7 @@ ACTIONS: Mapping[str, Callable[..., Any]] = {
     "run": Run,
     "stop": Stop,
     "at-end": AtEnd,
+    **LUNG_ACTIONS,
 }
 """By the name that the page gives."""
 

@@ -17,7 +17,7 @@ from vasowave.study.reading import STUDY_FILE, read_settings
 from vasowave.study.settings import StudyFile
 
 EDITS = "edits"
-"""Folder of the files that hold what was decided of beats."""
+"""Folder of the files that hold what was decided of beats, and corrections of trees."""
 
 _LOCK = ".vasowave-workbench.lock"
 _PATIENCE = 5.0  # s to wait for another workbench that writes into the same study
@@ -132,7 +132,7 @@ class Desk:
         files = [self.file, self.results / "index.json", *sorted(self.results.glob("*.json")), self.results]
         with suppress(InputError):
             files.append(self.table)
-        files += sorted((self.folder / EDITS).glob("*.csv"))
+        files += sorted((self.folder / EDITS).glob("*.*"))
         digest = hashlib.sha256()
         for file in files:
             try:

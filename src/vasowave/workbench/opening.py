@@ -1,37 +1,43 @@
-"""What a person may open: a study, a fit, a folder that becomes one, or a recording alone."""
+"""What a person may open: a study, a fit, a folder that becomes one, a recording or an image alone."""
 
 from pathlib import Path
 from typing import NamedTuple
 
 from vasowave.errors import InputError
 from vasowave.io.files import check_writable
+from vasowave.io.textfile import look
 from vasowave.recording.formats import RECORDINGS
 from vasowave.study.adding import add_files
+from vasowave.study.names import plain_name
 from vasowave.study.plan import RESULTS
 from vasowave.study.reading import STUDY_FILE
 from vasowave.study.table import read_rows
 from vasowave.study.template import new_study
+from vasowave.workbench.lungs import IMAGES, is_image, name_of
 
 
 class Opened(NamedTuple):
-    """The folder of the study, which desk is shown first (the address behind its ``#``), and what was decided."""
+    """The folder of the study, which desk is shown first (the address behind its ``#``), what was decided, an image."""
 
     folder: Path
     desk: str
     said: tuple[str, ...] = ()
+    image: Path | None = None
 
 
 def opened(place: Path) -> Opened:
     """Return what is to be opened.
 
-    A recording needs a study, whose table holds what is chosen of it: the one it lies in and is listed in, or a new one
-    beside it, called after it.
+    A recording or an image needs a study, which holds what is chosen of it: the one it lies in and is listed in, or a
+    new one beside it, called after it. A folder of DICOM slices is an image.
 
     Raises
     ------
     InputError
         It is nothing that can be opened.
     """
+    if is_image(place) or _slices(place):
+        return _image(place)
     if place.is_dir() or not place.suffix:
         return _folder(place)
     if place.name == STUDY_FILE:
@@ -39,7 +45,7 @@ def opened(place: Path) -> Opened:
     if not place.is_file():
         raise InputError(f"{place}: there is no such file")
     if place.suffix.lower() not in RECORDINGS.suffixes:
-        raise InputError(f"{place}: the workbench opens studies, fits and recordings; for an image, `vasowave extract`")
+        raise InputError(f"{place}: the workbench opens studies, fits, recordings and images")
     for folder in place.absolute().parents[:3]:
         if (folder / STUDY_FILE).is_file() and (name := _animal(folder, place)):
             return Opened(folder, f"#recording/{name}")
@@ -48,6 +54,27 @@ def opened(place: Path) -> Opened:
         new_study(folder)
         add_files(folder, [place.absolute()])
     return Opened(folder, f"#recording/{_animal(folder, place)}", (f"Its study, which holds what is chosen: {folder}",))
+
+
+def _image(place: Path) -> Opened:
+    from urllib.parse import quote
+
+    if not place.exists():
+        raise InputError(f"{place}: there is no such file")
+    place = place.absolute()
+    home = next((one for one in place.parents[:2] if (one / STUDY_FILE).is_file()), None)
+    folder = home or place.with_name(f"{name_of(place)} study")
+    if home is None and not (folder / STUDY_FILE).is_file():
+        new_study(folder)
+    inside = place.parent == folder / IMAGES
+    said = () if home else (f"Its study, which holds what is found: {folder}",)
+    return Opened(folder, f"#lung/{quote(plain_name(name_of(place)))}", said, None if inside else place)
+
+
+def _slices(place: Path) -> bool:
+    """Whether a folder holds DICOM slices."""
+    files = sorted(one for one in place.iterdir() if one.is_file()) if place.is_dir() else []
+    return any(one.suffix.lower() == ".dcm" or look(one).start[128:132] == b"DICM" for one in files[:1])
 
 
 def _folder(place: Path) -> Opened:

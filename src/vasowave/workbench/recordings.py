@@ -4,7 +4,7 @@ import threading
 import warnings
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -73,11 +73,10 @@ class Trace:
         return found
 
 
-@dataclass(eq=False)
 class Opened:
     """A continuous recording in memory: signals, what the file says of its channels, and the beats averaged last.
 
-    Attributes
+    Parameters
     ----------
     traces : dict of Trace
     rate : float
@@ -88,16 +87,14 @@ class Opened:
         The recording, where it has no gap and one rate, so that any stretch of it is at hand.
     channels : dict
         See `_channels`.
-    prepared : pair, optional
-        Stretch and settings, and the beats that were cut for them.
     """
 
-    traces: dict[str, Trace]
-    rate: float
-    duration: float
-    whole: RawRecording | None
-    channels: dict[str, Any]
-    prepared: tuple[Any, Prepared] | None = None
+    def __init__(
+        self, traces: dict[str, Trace], rate: float, duration: float, whole: RawRecording | None,
+        channels: dict[str, Any],
+    ) -> None:  # fmt: skip
+        self.traces, self.rate, self.duration, self.whole, self.channels = traces, rate, duration, whole, channels
+        self.prepared: tuple[Any, Prepared] | None = None
 
     def beats(self, row: AnimalRow, study: Study, edits: Sequence[BeatEdit]) -> Prepared:
         """Return the beats of the stretch of a row, cut anew only if the stretch or the settings changed."""

@@ -23,6 +23,7 @@ from vasowave.workbench.actions import Workplace, act
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.explorer import Explorer
 from vasowave.workbench.figures import figure_file
+from vasowave.workbench.lungs import Lungs, Wishes
 from vasowave.workbench.recordings import Recordings
 from vasowave.workbench.running import Runs
 from vasowave.workbench.studies import checked, shown, state
@@ -40,9 +41,10 @@ _LAST_WORD = 1  # s that answers under way have when the workbench ends
 class Workbench:
     """One study that is open, and the application that answers for it."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, image: Path | None = None) -> None:
         self.desk, self.recordings, self.runs, self.explorer = Desk(folder), Recordings(), Runs(), Explorer()
-        self.at = Workplace(self.desk, self.recordings, self.runs)
+        self.lungs = Lungs(image)
+        self.at = Workplace(self.desk, self.recordings, self.runs, self.lungs)
 
     def app(self) -> App:
         """Return the application, without its guard."""
@@ -58,6 +60,9 @@ class Workbench:
             Route("/results", of(lambda ask: self.explorer.animals(desk))),
             Route("/model", of(lambda ask: self.explorer.described(desk, ask("animal"), ask("law")))),
             Route("/band", of(lambda ask: self.explorer.band(desk, ask("animal"), ask("law")))),
+            Route("/lung", of(lambda ask: self.lungs.described(desk, ask("image")))),
+            Route("/volume", of(lambda ask: _bytes(self.lungs.reduced(desk, ask("image"), _size(ask("voxel")))))),
+            Route("/vessels", self._posted(self._vessels), methods=["POST"]),
             Route("/act", self._posted(lambda message: {"said": act(self.at, message)}), methods=["POST"]),
             Route("/simulate", self._posted(self._simulated), methods=["POST"]),
             Route("/figure", self._posted(self._figure), methods=["POST"]),
@@ -91,7 +96,7 @@ class Workbench:
         except ValueError:
             raise InputError("a part of a signal has a start, an end, and a width in pixels") from None
         found = self.recordings.trace(self.desk, ask("animal"), ask("signal"), start, end, width)
-        return Response(found.astype("<f4").tobytes(), media_type="application/octet-stream")
+        return _bytes(found.astype("<f4").tobytes())
 
     def _simulated(self, message: Any) -> Any:
         values = message.get("values", {})
@@ -99,6 +104,11 @@ class Workbench:
             raise InputError("values are numbers by the names of parameters")
         animal, law = (str(message.get(one, "")) for one in ("animal", "law"))
         return self.explorer.simulated(self.desk, animal, law, {name: float(one) for name, one in values.items()})
+
+    def _vessels(self, message: Any) -> Any:
+        if not isinstance(message.get("wishes"), dict):
+            raise InputError("vessels are looked for with settings")
+        return self.lungs.shown(self.desk, str(message.get("image", "")), Wishes(**message["wishes"]))
 
     def _figure(self, message: Any) -> Any:
         content, kind, line = figure_file(self.desk, message)
@@ -141,7 +151,7 @@ class Workbench:
         return FileResponse(path, headers={"content-security-policy": REPORT_POLICY})
 
 
-def serve(folder: Path, port: int, opened: Callable[[str], None]) -> bool:
+def serve(folder: Path, port: int, opened: Callable[[str], None], image: Path | None = None) -> bool:
     """Serve a study until it is interrupted; return whether a run that was begun here goes on.
 
     Parameters
@@ -151,13 +161,15 @@ def serve(folder: Path, port: int, opened: Callable[[str], None]) -> bool:
         0 for any that is free.
     opened : callable
         Called with the address once it can be opened.
+    image : Path, optional
+        An image that lies elsewhere and is to be looked at.
 
     Raises
     ------
     InputError
         The port is taken.
     """
-    workbench = Workbench(folder)
+    workbench = Workbench(folder, image)
     with _door(port) as door, suppress(KeyboardInterrupt):
         server_of(workbench, door, opened).run(sockets=[door])
     return workbench.runs.close()
@@ -206,6 +218,17 @@ def _message(body: bytes) -> Any:
     if not isinstance(message, dict):
         raise InputError("this is no message of the workbench")
     return message
+
+
+def _size(text: str) -> float | None:
+    try:
+        return float(text) if text else None
+    except ValueError:
+        raise InputError(f"'{text[:40]}' is no size of a voxel in cm") from None
+
+
+def _bytes(content: bytes) -> Response:
+    return Response(content, media_type="application/octet-stream")
 
 
 def _json(content: Any) -> Response:

@@ -17,6 +17,7 @@ from vasowave.study.status import study_status
 from vasowave.study.table import read_rows
 from vasowave.study.template import written
 from vasowave.workbench.desk import Desk
+from vasowave.workbench.lungs import LUNGS
 from vasowave.workbench.running import Runs
 
 _SETTINGS = ("title", "species", "calibration.walls", "calibration.starts", "calibration.beds", "averaging.beats",
@@ -61,7 +62,7 @@ def shown(desk: Desk) -> dict[str, Any]:
         "columns": [[title, meaning, title in NEEDED] for title, meaning in COLUMNS.items()],
         "titles": list(titles),
         "rows": rows,
-        "networks": _files(desk, "networks"),
+        "networks": [*_files(desk, "networks"), *_extracted(desk)],
         "problems": [_problem(one, rows) for one in problems],
         "settings": [_setting(settings, key) for key in _SETTINGS],
         "status": {name: {"state": one.state, "text": str(one)} for name, one in statuses.items()},
@@ -124,6 +125,12 @@ def _files(desk: Desk, folder: str) -> list[str]:
     place = desk.folder / folder
     return [one.relative_to(desk.folder).as_posix() for one in sorted(place.rglob("*"))
             if one.is_file() and not one.name.startswith(".")]  # fmt: skip
+
+
+def _extracted(desk: Desk) -> list[str]:
+    """Return the networks that were extracted from images here."""
+    found = sorted((desk.folder / LUNGS).glob("*/network.csv"))
+    return [one.relative_to(desk.folder).as_posix() for one in found]
 
 
 def _outdated(desk: Desk, statuses: dict[str, Any]) -> list[str]:

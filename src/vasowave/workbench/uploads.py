@@ -4,12 +4,14 @@ import unicodedata
 from pathlib import Path, PurePosixPath
 
 from vasowave.errors import InputError
+from vasowave.imaging.read.formats import VOLUMES
 from vasowave.io.files import made_inside
 from vasowave.io.textfile import look
 from vasowave.network_formats import NETWORKS
 from vasowave.recording.formats import RECORDINGS
 from vasowave.study.template import FOLDERS
 from vasowave.workbench.desk import Desk
+from vasowave.workbench.lungs import IMAGES, is_image
 
 _NETWORKS, _RECORDINGS = FOLDERS
 _DEEPEST, _LONGEST = 8, 120  # folders, and letters of a name
@@ -17,7 +19,9 @@ _FORBIDDEN = set('<>:"|?*\\')  # which one of the systems has no files of
 
 
 def place_of(desk: Desk, name: str) -> Path:
-    """Return where a file that is dropped as `name`, with the folders it was in, is to lie: below ``recordings``.
+    """Return where a file that is dropped as `name`, with the folders it was in, is to lie.
+
+    Below ``recordings``, an image below ``images``.
 
     Raises
     ------
@@ -32,12 +36,13 @@ def place_of(desk: Desk, name: str) -> Path:
     )  # fmt: skip
     if not good:
         raise InputError(f"'{name[:80]}' is no name of a file inside this study; rename it and drop it again")
-    known = {*RECORDINGS.suffixes, *NETWORKS.suffixes}
-    if PurePosixPath(name).suffix.lower() not in known:
-        raise InputError(f"{parts[-1]}: files that are read end in {', '.join(sorted(known))}")
-    path = desk.inside(str(PurePosixPath(_RECORDINGS, *parts)))
+    image, known = is_image(Path(name)), {*RECORDINGS.suffixes, *NETWORKS.suffixes}
+    if not image and PurePosixPath(name).suffix.lower() not in known:
+        raise InputError(f"{parts[-1]}: files that are read end in {', '.join(sorted({*known, *VOLUMES.suffixes}))}")
+    place = PurePosixPath(IMAGES, parts[-1]) if image else PurePosixPath(_RECORDINGS, *parts)
+    path = desk.inside(str(place))
     desk.folder.mkdir(parents=True, exist_ok=True)
-    made_inside(desk.folder, str(PurePosixPath(_RECORDINGS, *parts[:-1])))
+    made_inside(desk.folder, str(place.parent))
     return path
 
 
@@ -53,7 +58,7 @@ def sorted_in(desk: Desk, part: Path, place: Path) -> str:
     part.rename(named)
     try:
         try:
-            network = NETWORKS.known(named) is not None
+            network = not is_image(place) and NETWORKS.known(named) is not None
         except InputError:
             network = False
         if network:

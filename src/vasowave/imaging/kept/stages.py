@@ -28,10 +28,13 @@ class Stages:
     ----------
     parent : Path, optional
         The extraction's folder, in which they are kept in a folder of their own; without it nothing is kept.
+    hold : bool, optional
+        Whether values stay in memory too, so that asking again reads no file.
     """
 
-    def __init__(self, parent: Path | None = None) -> None:
-        self.parent = parent
+    def __init__(self, parent: Path | None = None, hold: bool = False) -> None:
+        self.parent, self.hold = parent, hold
+        self._held: dict[str, tuple[str, Any, tuple[Finding, ...]]] = {}
         self._asked: set[str] = set()
         self._fresh: dict[str, tuple[str, Any, tuple[Finding, ...]]] = {}
 
@@ -43,7 +46,7 @@ class Stages:
         stored = self._read(name, key)
         if stored is None:
             value, notes = _made(make)
-            self._fresh[name] = key, value, notes
+            self._fresh[name] = self._remembered(name, key, value, notes)
             return value
         value, notes = stored
         _warn(notes)
@@ -57,7 +60,7 @@ class Stages:
     def keep(self, name: str, key: str, value: Any) -> None:
         """Keep a value that was made with the help of what was `stored`."""
         self._asked.add(name)
-        self._fresh[name] = key, value, ()
+        self._fresh[name] = self._remembered(name, key, value, ())
 
     def save(self) -> None:
         """Write the stages that were made anew, each whole or not at all, and remove those that were not asked for.
@@ -84,11 +87,21 @@ class Stages:
     def _read(self, name: str, key: str) -> tuple[Any, tuple[Finding, ...]] | None:
         """Return value and warnings of a stage; None where it is not there, not whole, or of something else."""
         assert self.parent is not None
+        held = self._held.get(name)
+        if held is not None and held[0] == key:
+            return held[1:]
         try:
             notes, value = read_value(self.parent / FOLDER / f"{name}{_SUFFIX}", key)
-            return value, from_json(notes)
+            return self._remembered(name, key, value, from_json(notes))[1:]
         except Exception:  # whatever stands there, the stage can be made anew
             return None
+
+    def _remembered(
+        self, name: str, key: str, value: Any, notes: tuple[Finding, ...]
+    ) -> tuple[str, Any, tuple[Finding, ...]]:
+        if self.hold:
+            self._held[name] = key, value, notes
+        return key, value, notes
 
 
 def forget_stages(parent: Path) -> None:

@@ -4,16 +4,19 @@ One edit a line; ``#`` begins a comment; a place is x y z, as a viewer shows the
 
     unit   mm               unit of the places below it: cm (where none is given), mm, um
     root   12.1 3.4 5.0     the blood enters here, whatever the option says; once
+    outlet 15.0 9.1 2.2     the network reaches these and no other; where no outlets are given otherwise
     remove 14.0 6.2 7.7     the vessel here goes, and all beyond it; a sister left alone continues the parent
     cut    14.0 6.2 7.7     the vessel here ends here; all beyond goes
     merge  14.0 6.2 7.7     the inner vessel here shrinks to a point: its two junctions are one
+    move   14.0 6.2 7.7 14.2 6.2 7.9    the end of a vessel nearest to the first place goes to the second
+    radius 14.0 6.2 7.7 0.31            the vessel here, of those that are left in the end, has this radius
 
 Edits name places and not vessels, because vessels are numbered anew in every extraction. They act in the order of
 the lines, each on what the ones above left.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +24,9 @@ import numpy as np
 from vasowave import units
 from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import warn
+from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.places import place, written
-from vasowave.imaging.tree import Tree, without
+from vasowave.imaging.tree import Line, Tree, without
 from vasowave.io.columns import NO_END
 from vasowave.io.textfile import read_lines
 
@@ -36,16 +40,26 @@ class Edit:
 
     Attributes
     ----------
-    action : {"root", "remove", "cut", "merge"}
+    action : {"root", "outlet", "remove", "cut", "merge", "move", "radius"}
     point : float array, shape (3,)
         Place, z, y, x, cm.
     where : str
         File and line, for messages.
+    to : float array, shape (3,), optional
+        Where a moved end goes, z, y, x, cm.
+    radius : float, optional
+        cm.
     """
 
     action: str
     point: np.ndarray
     where: str
+    to: np.ndarray | None = None
+    radius: float | None = None
+
+    def turned(self, turn: Callable[[np.ndarray], np.ndarray]) -> "Edit":
+        """Return the edit with its places where `turn` puts them."""
+        return replace(self, point=turn(self.point), to=None if self.to is None else turn(self.to))
 
 
 def read_edits(path: str | Path) -> tuple[Edit, ...]:
@@ -73,11 +87,11 @@ def read_edits(path: str | Path) -> tuple[Edit, ...]:
         if action == "unit":
             unit = _unit(words, where)
             continue
-        if action not in ("root", *_ACTIONS):
-            known = ("unit", "root", *_ACTIONS)
+        if action not in _NUMBERS:
+            known = ("unit", *_NUMBERS)
             hint = did_you_mean(action, known)
             raise InputError(f"{where}: unknown edit '{words[0]}'{hint}; there are: {', '.join(known)}")
-        edits.append(Edit(action, _place(words, unit, where), where))
+        edits.append(_edit(action, words, unit, where))
         if action == "root" and sum(edit.action == "root" for edit in edits) > 1:
             raise InputError(f"{where}: a second root; a tree has one")
         same = (
@@ -105,6 +119,12 @@ def root_of(edits: tuple[Edit, ...]) -> np.ndarray | None:
     return next((edit.point for edit in edits if edit.action == "root"), None)
 
 
+def outlets_of(edits: tuple[Edit, ...]) -> np.ndarray | None:
+    """Return the outlets that `edits` set, shape (outlet, 3), z, y, x, cm, or None without any."""
+    found = [edit.point for edit in edits if edit.action == "outlet"]
+    return np.array(found) if found else None
+
+
 def edited(tree: Tree, edits: tuple[Edit, ...]) -> Tree:
     """Return `tree` after `edits`; the root is not moved here, since its place is an input of the extraction.
 
@@ -122,10 +142,10 @@ def edited_alike(trees: Sequence[Tree], edits: tuple[Edit, ...]) -> tuple[Tree, 
     The vessel that an edit means is looked up in the first tree alone.
     """
     for edit in edits:
-        if edit.action != "root":
+        if edit.action in _ACTIONS:
             row, point = _vessel_at(trees[0], edit)
             share = trees[0].lines[row].run[point] / trees[0].lines[row].length
-            trees = tuple(_ACTIONS[edit.action](tree, row, share, edit.where) for tree in trees)
+            trees = tuple(_ACTIONS[edit.action](tree, row, share, edit) for tree in trees)
     return tuple(trees)
 
 
@@ -138,12 +158,20 @@ def _unit(words: list[str], where: str) -> float:
         raise InputError(f"{where}: {error}") from None
 
 
-def _place(words: list[str], unit: float, where: str) -> np.ndarray:
+def _edit(action: str, words: list[str], unit: float, where: str) -> Edit:
+    """Return the edit of one line."""
     try:
-        return place([float(word) for word in words[1:4]] if len(words) == 4 else [np.nan], unit)
+        numbers = [float(word) for word in words[1:]]
+        if len(numbers) != _NUMBERS[action][0]:
+            raise ValueError
+        to = place(numbers[3:], unit) if action == "move" else None
+        radius = unit * numbers[3] if action == "radius" else None
+        if radius is not None and not (np.isfinite(radius) and radius > 0):
+            raise ValueError
+        return Edit(action, place(numbers[:3], unit), where, to, radius)
     except (ValueError, InputError):
         given = " ".join(words[1:]) or "nothing"
-        raise InputError(f"{where}: '{words[0]}' takes three finite numbers x y z, not {given}") from None
+        raise InputError(f"{where}: '{words[0]}' takes {_NUMBERS[action][1]}, not {given}") from None
 
 
 def _vessel_at(tree: Tree, edit: Edit) -> tuple[int, int]:
@@ -160,10 +188,10 @@ def _vessel_at(tree: Tree, edit: Edit) -> tuple[int, int]:
     return row, point
 
 
-def _removed(tree: Tree, row: int, share: float, where: str) -> Tree:
+def _removed(tree: Tree, row: int, share: float, edit: Edit) -> Tree:
     parent = int(tree.parent[row])
     if parent < 0:
-        raise InputError(f"{where}: this is the root; without it there is no tree")
+        raise InputError(f"{edit.where}: this is the root; without it there is no tree")
     left = [daughter for daughter in tree.daughters(parent) if daughter != row]
     lines, parents = list(tree.lines), tree.parent.copy()
     gone = _beyond(tree, row)
@@ -175,25 +203,70 @@ def _removed(tree: Tree, row: int, share: float, where: str) -> Tree:
     return without(lines, parents, gone)
 
 
-def _cut(tree: Tree, row: int, share: float, where: str) -> Tree:
+def _cut(tree: Tree, row: int, share: float, edit: Edit) -> Tree:
     """Return `tree` with the vessel ending at a `share` of its length."""
     lines = list(tree.lines)
     point = int(np.argmin(np.abs(lines[row].run - share * lines[row].length)))
     if point < 1:
-        raise InputError(f"{where}: the place is where the vessel begins; use 'remove' to drop the whole vessel")
+        raise InputError(f"{edit.where}: the place is where the vessel begins; use 'remove' to drop the whole vessel")
     lines[row] = lines[row][: point + 1]
     return without(lines, tree.parent.copy(), _beyond(tree, row) - {row})
 
 
-def _merged(tree: Tree, row: int, share: float, where: str) -> Tree:
+def _merged(tree: Tree, row: int, share: float, edit: Edit) -> Tree:
     is_root = tree.parent[row] < 0
     if is_root or len(tree.daughters(row)) == 0:
         which = "root" if is_root else "terminal vessel; use 'remove'"
-        raise InputError(f"{where}: 'merge' makes an inner vessel a point, but this is a {which}")
+        raise InputError(f"{edit.where}: 'merge' makes an inner vessel a point, but this is a {which}")
     return tree.merged(row)
 
 
-_ACTIONS: dict[str, Callable[[Tree, int, float, str], Tree]] = {"remove": _removed, "cut": _cut, "merge": _merged}
+def _moved(tree: Tree, row: int, share: float, edit: Edit) -> Tree:
+    """Return `tree` with the end of the vessel nearest to the place moved; what runs there bends with it."""
+    assert edit.to is not None
+    before = row if share >= 0.5 else int(tree.parent[row])  # the vessel that ends at what moves; -1: the inlet moves
+    after = tree.daughters(before)
+    here = tree.lines[row].points[-1 if before == row else 0]
+    by = edit.to - here
+    touched = [*([before] if before >= 0 else []), *after.tolist()]
+    shortest = min(tree.lines[one].length for one in touched)
+    if np.linalg.norm(by) > shortest:
+        raise InputError(
+            f"{edit.where}: the move of {np.linalg.norm(by):.3g} cm is longer than the shortest vessel that ends there "
+            f"({shortest:.3g} cm); remove or merge it, or move by less"
+        )
+    lines = list(tree.lines)
+    for one in touched:
+        along = lines[one].run / lines[one].length
+        weight = along if one == before else 1.0 - along
+        lines[one] = Line(lines[one].points + weight[:, None] * by, lines[one].radius)
+    return tree.with_lines(lines)
+
+
+def with_radii(measured: Measurement, edits: tuple[Edit, ...]) -> Measurement:
+    """Return `measured` with the radii that a person set; their SD is not known, and they count as reliable.
+
+    Raises
+    ------
+    InputError
+        No vessel at a place; with the line.
+    """
+    radius, sd, reliable = measured.network.radius.copy(), measured.radius_sd.copy(), measured.reliable.copy()
+    for edit in edits:
+        if edit.radius is not None:
+            row, _ = _vessel_at(measured.tree, edit)
+            radius[row], sd[row], reliable[row] = edit.radius, np.nan, True
+    return replace(measured, network=replace(measured.network, radius=radius), radius_sd=sd, reliable=reliable)
+
+
+_ACTIONS: dict[str, Callable[[Tree, int, float, Edit], Tree]] = {
+    "remove": _removed, "cut": _cut, "merge": _merged, "move": _moved
+}  # fmt: skip
+_PLACE = (3, "three finite numbers x y z")
+_NUMBERS = dict.fromkeys(("root", "outlet", "remove", "cut", "merge"), _PLACE) | {
+    "move": (6, "two places x y z"), "radius": (4, "a place x y z and a radius above 0")
+}  # fmt: skip
+"""How many numbers stand behind each word, and what they are."""
 
 
 def _beyond(tree: Tree, row: int) -> set[int]:

@@ -28,6 +28,9 @@ export const ask = async (what, given = {}, signal = undefined) => (await fetche
 export const numbers = async (what, given, signal = undefined) =>
   new Float32Array(await (await fetched(address(what, given), { signal })).arrayBuffer());
 
+/** What is at an address, byte by byte. */
+export const bytes = async (what, given) => (await fetched(address(what, given))).arrayBuffer();
+
 const posted = (what, message, signal) => fetched(what, {
   method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(message), signal });
 

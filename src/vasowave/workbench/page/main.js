@@ -3,10 +3,11 @@ import { act, afterChange, ask, say } from "./ask.js";
 import { h } from "./dom.js";
 import * as explorer from "./explorer.js";
 import * as figures from "./figures.js";
+import * as lung from "./lung.js";
 import * as recording from "./recording.js";
 import * as study from "./study.js";
 
-const DESKS = { study, recording, explorer, figures };
+const DESKS = { study, recording, lung, explorer, figures };
 const place = document.getElementById("desk"), running = document.getElementById("running");
 let open = null, state = null;
 

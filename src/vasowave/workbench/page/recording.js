@@ -44,6 +44,7 @@ export async function renew(place, rest) {
   if (told.duration) { const before = JSON.stringify(told.cells); if (kept.of !== before) { kept = { of: before }; whole = {}; } }
   fill(parts.error, told.error ? h("div", { class: "finding bad" }, told.error) : null);
   drawAverage(); tools(); given(); findings();
+  document.body.dataset.told = String(Number(document.body.dataset.told || 0) + 1);
   if (told.duration) { await overview(); draw(); }
 }
 

@@ -1,0 +1,280 @@
+"""What the Lung desk shows: an image at the size of a screen, the vessels that are found in it, and their doubts."""
+
+import json
+import threading
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from annotated_types import Ge
+
+from vasowave.errors import InputError, VasowaveError, VasowaveWarning
+from vasowave.findings import texts
+from vasowave.imaging import Extraction, Options, Volume, extract, read_volume
+from vasowave.imaging.kept.stages import Stages
+from vasowave.imaging.read.formats import VOLUMES
+from vasowave.report.extraction import SETTINGS, write_extraction
+from vasowave.settings import settings_class
+from vasowave.species import SpeciesName
+from vasowave.study.names import plain_name
+from vasowave.workbench.desk import EDITS, Desk
+
+IMAGES, LUNGS = "images", "lungs"
+"""Folders of the images that are dropped, and of what is extracted from each."""
+
+_FINEST = 144  # voxels along an edge of what is sent to the page
+_POINTS = 40  # of a vessel, likewise
+_LEVELS = 65535  # grey levels, likewise
+
+
+@settings_class
+class Wishes:
+    """What the desk lets a person choose of an extraction; all else are the defaults of `vasowave extract`."""
+
+    threshold: float = 45.0
+    cannula: Annotated[float, Ge(0)] = 0.086
+    pressure: Annotated[float, Ge(0)] = 0.0
+    species: SpeciesName = "mouse"
+    open_loops: bool = False
+    voxel: float | None = None
+
+
+class Found(NamedTuple):
+    """An extraction, and what it was made of."""
+
+    key: tuple[Any, ...]
+    extraction: Extraction
+
+
+class Lungs:
+    """The image that was looked at last, and what was found in it; one at a time, for images are large.
+
+    Parameters
+    ----------
+    given : Path, optional
+        An image that was opened by its name and lies elsewhere.
+    """
+
+    def __init__(self, given: Path | None = None) -> None:
+        self.given = given
+        self.stage = ""
+        self._volume: tuple[Any, Volume] | None = None
+        self._found: Found | None = None
+        self._stages: tuple[Path, Stages] | None = None
+        self._lock = threading.Lock()
+
+    def images(self, desk: Desk) -> dict[str, Path]:
+        """Return the images of a study by their names."""
+        folder = desk.folder.absolute() / IMAGES
+        inside = [one for one in sorted(folder.iterdir()) if not one.name.startswith(".")] if folder.is_dir() else []
+        known = [one for one in inside if one.is_dir() or is_image(one)]
+        before = [_stored(one).get("image", "") for one in sorted((desk.folder / LUNGS).glob(f"*/{SETTINGS}"))]
+        elsewhere = [*map(Path, before), *([] if self.given is None else [self.given])]
+        return {plain_name(name_of(one)): one for one in (*elsewhere, *known) if one.is_absolute() and one.exists()}
+
+    def image(self, desk: Desk, name: str) -> Path:
+        """Return the image of a name; `InputError` if there is none."""
+        found = self.images(desk)
+        if name not in found:
+            raise InputError(f"there is no image '{name[:80]}'; there are: {', '.join(found) or 'none'}")
+        return found[name]
+
+    def described(self, desk: Desk, name: str) -> dict[str, Any]:
+        """Return which images there are, and of one what was chosen and edited, and whether its network is current."""
+        names = list(self.images(desk))
+        name = name if name in names else next(iter(names), "")
+        if not name:
+            return {"images": [], "image": ""}
+        path, edits = self.image(desk, name), edits_of(desk, name)
+        lines = edits.read_text(encoding="utf-8").splitlines() if edits.is_file() else []
+        done = folder_of(desk, name) / SETTINGS
+        return {
+            "images": names, "image": name, "file": path.name, "stage": self.stage,
+            "wishes": {one: getattr(stored_wishes(done), one) for one in Wishes.__dataclass_fields__},
+            "edits": [[number, line] for number, line in enumerate(lines, 1) if line.split("#")[0].strip()],
+            "root": any(line.split()[:1] == ["root"] for line in lines), "file of edits": edits.name,
+            "written": done.is_file(),
+            "outdated": done.is_file() and edits.is_file() and edits.stat().st_mtime_ns > done.stat().st_mtime_ns,
+        }  # fmt: skip
+
+    def volume(self, desk: Desk, name: str, voxel: float | None = None) -> Volume:
+        """Return an image as it is read."""
+        path = self.image(desk, name)
+        key = (path, voxel, _mark(path))
+        with self._lock:
+            if self._volume is None or self._volume[0] != key:
+                self._volume, self._found, self._stages = None, None, None  # room for the next
+                self._volume = key, read_volume(path, voxel)
+            return self._volume[1]
+
+    def reduced(self, desk: Desk, name: str, voxel: float | None = None) -> bytes:
+        """Return an image as small as a screen shows: a line of JSON, then grey levels of 16 bits, x fastest."""
+        volume = self.volume(desk, name, voxel)
+        grey, step = smaller(volume.grey)
+        low, high = float(grey.min()), float(grey.max())
+        levels = np.round((grey - low) * (_LEVELS / (high - low or 1.0))).astype("<u2")
+        spacing = volume.spacing * step
+        about = {
+            "shape": list(grey.shape), "low": low, "high": high, "spacing": spacing.tolist(),
+            "origin": (volume.origin + 0.5 * (step - 1) * volume.spacing).tolist(),
+            "voxels": list(volume.grey.shape), "voxel": volume.spacing.tolist(),
+        }  # fmt: skip
+        return json.dumps(about).encode() + b"\n" + levels.tobytes()
+
+    def extracted(self, desk: Desk, name: str, wishes: Wishes) -> Extraction:
+        """Return what `vasowave extract` finds with the edits as they stand; what still holds is not computed again.
+
+        Raises
+        ------
+        InputError, NumericalError
+            As `extract`.
+        """
+        path, edits = self.image(desk, name), edits_of(desk, name)
+        with self._lock:
+            key = (path, _mark(path), wishes, edits.read_bytes() if edits.is_file() else b"")
+            if self._found is None or self._found.key != key:
+                options = options_of(wishes, edits)
+                try:
+                    with warnings.catch_warnings():
+                        warnings.simplefilter("ignore", VasowaveWarning)  # they stand in the extraction
+                        found = extract(path, options, self._say, self._kept(folder_of(desk, name)))
+                finally:
+                    self.stage = ""
+                self._found = Found(key, found)
+                self._volume = (path, wishes.voxel, _mark(path)), found.image  # the one that the stages hold
+            return self._found.extraction
+
+    def shown(self, desk: Desk, name: str, wishes: Wishes) -> dict[str, Any]:
+        """Return the vessels that are found, as the desk draws them; places: x, y, z in cm along the image's axes."""
+        return _shown(self.extracted(desk, name, wishes))
+
+    def write(self, desk: Desk, name: str, wishes: Wishes) -> Path:
+        """Write the folder of an extraction as `vasowave extract` does; return it."""
+        folder, extraction = folder_of(desk, name), self.extracted(desk, name, wishes)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        write_extraction(extraction, folder)
+        with self._lock:
+            self._kept(folder).save()
+        return folder
+
+    def own(self, desk: Desk, name: str, place: tuple[float, float, float]) -> np.ndarray:
+        """Return x, y, z of the page as x, y, z in the world, cm."""
+        if self._volume is None:
+            raise InputError("look at the image first")
+        return self._volume[1].frame.world(np.array(place[::-1]))[::-1]
+
+    def finds(self, desk: Desk, name: str) -> Wishes | None:
+        """Return with what an image's vessels were looked for last here, None if they were not."""
+        if self._found is None or self._found.key[0] != self.image(desk, name):
+            return None
+        return self._found.key[2]
+
+    def _say(self, stage: str) -> None:
+        self.stage = stage
+
+    def _kept(self, folder: Path) -> Stages:
+        if self._stages is None or self._stages[0] != folder:
+            self._stages = folder, Stages(folder, hold=True)
+        return self._stages[1]
+
+
+def folder_of(desk: Desk, name: str) -> Path:
+    """Return the folder of the extraction of an image."""
+    return desk.inside(f"{LUNGS}/{name}")
+
+
+def edits_of(desk: Desk, name: str) -> Path:
+    """Return the file of the edits of an image's tree."""
+    return desk.inside(f"{EDITS}/{name}.txt")
+
+
+def name_of(image: Path) -> str:
+    """Return the name of an image without what says its format."""
+    return image.name if image.is_dir() else image.name.removesuffix(".gz").rpartition(".")[0]
+
+
+def is_image(path: Path) -> bool:
+    """Whether a file's name is one of an image."""
+    return path.name.lower().removesuffix(".gz").endswith(tuple(VOLUMES.suffixes))
+
+
+def options_of(wishes: Wishes, edits: Path) -> Options:
+    """Return the options of `vasowave extract` for what the desk lets a person choose."""
+    return Options(
+        threshold=wishes.threshold, cannula=wishes.cannula, pressure=wishes.pressure, species=wishes.species,
+        loops="open" if wishes.open_loops else "refuse", voxel=wishes.voxel, edits=edits if edits.is_file() else None,
+    )  # fmt: skip
+
+
+def stored_wishes(settings: Path) -> Wishes:
+    """Return what an extraction was made with, the defaults where there is none."""
+    rows = _stored(settings)
+    try:
+        known = {name: rows[name] for name in ("threshold", "cannula", "pressure", "species", "voxel") if name in rows}
+        given: Any = {name: text if name == "species" else float(text) for name, text in known.items()}
+        return Wishes(**given, open_loops=rows.get("loops") == "open")
+    except (ValueError, VasowaveError):
+        return Wishes()
+
+
+def _stored(settings: Path) -> Mapping[str, str]:
+    """Return the settings of an extraction as it was written, nothing where there is none."""
+    try:
+        rows = json.loads(settings.read_text(encoding="utf-8"))["settings"]
+        return {str(name): str(value) for name, value in rows.items()}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def smaller(grey: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return the means of cubes of voxels, so large that no edge has more than 144, and their edge in voxels."""
+    step = -(-max(grey.shape) // _FINEST)
+    if step == 1:
+        return grey, 1
+    counts = [max(1, length // step) for length in grey.shape]
+    cut = grey[tuple(slice(0, min(count * step, length)) for count, length in zip(counts, grey.shape, strict=True))]
+    shape = [number for count, length in zip(counts, cut.shape, strict=True) for number in (count, length // count)]
+    return cut.reshape(shape).mean(axis=(1, 3, 5), dtype=np.float32), step
+
+
+def _mark(path: Path) -> tuple[Any, ...]:
+    files = [path] if path.is_file() else sorted(one for one in path.iterdir() if one.is_file())
+    return tuple((one.name, one.stat().st_mtime_ns, one.stat().st_size) for one in files)
+
+
+def _shown(extraction: Extraction) -> dict[str, Any]:
+    network, measured, own = extraction.network, extraction.measured, extraction.image.frame.own
+    terminals = set(network.terminals.tolist())
+    vessels = []
+    for row, line in enumerate(extraction.tree.lines):
+        few = np.unique(np.linspace(0, len(line) - 1, min(len(line), _POINTS)).round().astype(int))
+        name = network.name[row]
+        vessels.append({
+            "name": name, "parent": network.name[network.parent[row]] if network.parent[row] >= 0 else "",
+            "terminal": row in terminals, "length": _number(network.length[row]),
+            "radius": _number(network.radius[row]), "sd": _number(measured.radius_sd[row]),
+            "reliable": bool(measured.reliable[row]),
+            "points": np.round(np.column_stack([own(line.points[few])[:, ::-1], line.radius[few]]), 5).tolist(),
+            "doubts": sorted({one.about for one in extraction.doubts if name in one.vessels}),
+        })  # fmt: skip
+    doubts = [
+        {
+            "about": one.about,
+            "text": one.text,
+            "vessels": list(one.vessels),
+            "places": own(one.places)[:, ::-1].tolist(),
+        }
+        for one in extraction.doubts
+    ]
+    return {
+        "vessels": vessels, "doubts": doubts, "notes": texts(extraction.notes),
+        "root": own(extraction.root)[::-1].tolist(),
+        "scale": 100 * (extraction.scale - 1) if extraction.options.cannula else None,
+        "generations": len(network.generations), "total": _number(float(network.length.sum())),
+    }  # fmt: skip
+
+
+def _number(value: float) -> float | None:
+    return float(f"{value:.5g}") if np.isfinite(value) else None
