@@ -20,7 +20,7 @@ from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.outlets import Windkessel
 from vasowave.model.walls import LinearWall, TangentWall
-from vasowave.noise import NOISE, CirculantNoise, fit_noise
+from vasowave.noise import OF_PAPER, CirculantNoise, fit_noise
 from vasowave.noise.likelihood import FAMILIES, concentrated, maximize
 from vasowave.recording import Inflow
 from vasowave.selection import UNDECIDED, aicc, bic
@@ -189,7 +189,7 @@ def main():
     for wall in TRUTH:
         emulators[wall], error, failed = emulator(wall, rng)
         print(f"{wall}: emulator's error {error:.4f} mmHg RMS at {TEST} new points; {failed} sets not simulated")
-    covariances = ("circulant", "independent") if chosen.cheap else NOISE
+    covariances = ("circulant", "independent") if chosen.cheap else OF_PAPER
     factor = np.linalg.cholesky(true_noise(chosen.sd).covariance)
     print(f"seed {chosen.seed}, N {SAMPLES}, noise {chosen.sd} mmHg, {chosen.sets} sets of each truth", flush=True)
     for truth in TRUTH:

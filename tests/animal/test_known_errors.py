@@ -68,6 +68,9 @@ def test_intervals_and_shares_of_a_result_hold_the_errors_that_are_said():
     told = analyze(animal, SETTINGS)
     R_T, exact = (one.laws["linear"].quantities["R_T"] for one in (told, plain))
     assert R_T.attrs["standard_error"] > exact.attrs["standard_error"]
+    most = MOUSE.vascular_resistance * np.exp(1.96 * np.hypot(0.07, 0.5 / MOUSE.mean_pressure))
+    assert exact.attrs["interval_high"] <= MOUSE.vascular_resistance  # vessels take pressure …
+    assert R_T.attrs["interval_high"] >= 0.99 * min(most, R_T * np.exp(1.96 * R_T.attrs["standard_error"] / R_T))
     assert R_T.attrs["share_probe"] > 0.3
     assert "share_probe" not in exact.attrs
     measured = told.measured.quantities

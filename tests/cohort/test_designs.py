@@ -116,6 +116,31 @@ def test_litters_and_sex_are_statsmodels_mixed_model():
     assert fit.components == pytest.approx([other.scale, float(other.cov_re.iloc[0, 0])], abs=1e-4)
 
 
+@pytest.mark.parametrize(("times", "formula"), [(("0", "3", "6"), "y ~ 0 + C(time)"), (("0", "0"), "y ~ 1")])
+def test_occasions_and_second_recordings_of_a_mouse_are_statsmodels_random_effects_in_each_group(times, formula):
+    """No mouse is in two groups, so that each group has variances of its own: one `MixedLM` for each is the model."""
+    smf = pytest.importorskip("statsmodels.formula.api")
+    rng, count = np.random.default_rng(12), len(times)
+    table = pd.DataFrame({"group": (["A"] * 7 + ["B"] * 6) * count, "mouse": [*range(13)] * count,
+                          "time": np.repeat(times, 13)})  # fmt: skip
+    y = 0.8 * rng.normal(size=13)[table["mouse"]] + rng.normal(size=13 * count) * (0.5 + 0.3 * (table["group"] == "B"))
+    design = Design(subject="mouse", occasion="time" if len(set(times)) > 1 else None)
+    found = layout(design, table)
+    fit = fitted(found, y.to_numpy())
+    components = dict(zip(found.random, fit.components, strict=True))
+    errors = np.sqrt(np.einsum("ca,ab,cb->c", found.means, fit.plain, found.means))
+    for group in ("A", "B"):
+        own = table["group"] == group
+        other = smf.mixedlm(formula, table.assign(y=y)[own], groups="mouse").fit(reml=True, method=["powell", "lbfgs"])
+        cells = [place for place, cell in enumerate(found.cells) if cell.startswith(group)]
+        fixed = len(other.fe_params)
+        assert found.means[cells] @ fit.coefficients == pytest.approx(other.fe_params.to_numpy(), abs=1e-4)
+        assert errors[cells] == pytest.approx(other.bse.to_numpy()[:fixed], abs=1e-4)
+        part = found.cell[own.to_numpy()].min()
+        of_group = [components[f"{kind} {part}"] for kind in ("animals", "subjects")]
+        assert of_group == pytest.approx([other.scale, float(other.cov_re.iloc[0, 0])], abs=1e-4)
+
+
 @pytest.mark.skipif(shutil.which("Rscript") is None, reason="R with lme4 and pbkrtest is not installed")
 def test_standard_errors_and_degrees_of_freedom_are_kenward_and_rogers_of_pbkrtest(tmp_path):
     table, y = litters()

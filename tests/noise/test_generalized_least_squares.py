@@ -1,7 +1,6 @@
 """Generalized least squares and profiles, on recordings that a simulation made."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,8 +15,6 @@ from vasowave.model.nominal import windkessels
 from vasowave.model.walls import LinearWall
 from vasowave.noise import CirculantNoise
 from vasowave.recording import Recording
-from vasowave.selection import Comparing, compare, compare_models
-from vasowave.selection.compare import explained_away
 from vasowave.solver import Numerics, simulate
 
 COUNT = 64
@@ -89,25 +86,3 @@ def test_a_profile_of_a_parameter_that_is_not_free_is_refused(fit):
         profile_likelihood(fit, "gamma")
     with pytest.raises(InputError, match="at least four points"):
         profile_likelihood(fit, "beta", points=2)
-
-
-@pytest.mark.validation
-def test_scores_at_the_generalized_optimum_are_never_worse_than_at_the_least_squares_one(fit):
-    tangent = calibrate(fit.model.network, fit.recording, "tangent", search=WHOLE)
-    table = compare_models([fit, tangent], Comparing(("Matern 5/2", "circulant")), optima=("OLS", "GLS"))
-    frame = table.to_dataframe().set_index(["covariance", "sharing", "wall", "optimum"])["loglik"].unstack()
-    assert (frame["GLS"] >= frame["OLS"] - 1e-3).all()
-
-
-@pytest.mark.parametrize(("off", "discarded"), [(0.0, False), (20.0, True)])
-def test_only_a_generalized_optimum_that_misses_the_data_is_discarded(fit, monkeypatch, off, discarded):
-    end = SimpleNamespace(residual=fit.pressure_residual - off)
-    monkeypatch.setattr(compare, "reoptimize", lambda *_, **__: end)
-    how = Comparing(("circulant",), ("joint",), starts=1)
-    frame = compare_models([fit, replace(fit, wall="tangent")], how, optima=("OLS", "GLS")).to_dataframe()
-    assert frame.groupby("optimum")["discarded"].unique().map(list).to_dict() == {"OLS": [False], "GLS": [discarded]}
-
-
-def test_noise_that_explains_the_data_away_is_refused(fit):
-    assert not explained_away(fit, 1.9 * fit.pressure_residual)
-    assert explained_away(fit, fit.pressure_residual - 20.0)

@@ -76,7 +76,6 @@ def test_no_weight_of_512_samples_reaches_a_tenth():
 
 
 def compared(residuals, **how):
-    how = {"sharings": ("joint",)} | how
     return selection.compare_residuals(residuals, D, T, selection.Comparing(**how)).to_dataframe()
 
 
@@ -96,19 +95,15 @@ def test_the_table_has_the_scores_of_eq_21_to_23_best_first():
 
 def test_approved_the_scores_under_each_kind_of_covariance():
     few, kinds = two_series(), ("circulant", "independent", "Matern 3/2")
-    how = selection.Comparing(kinds, sharings=("joint",), starts=1)
+    how = selection.Comparing(kinds, starts=1)
     found = selection.compare_residuals({wall: series[::2] for wall, series in few.items()}, D, T, how)
     told = (f"{row.wall}, {row.covariance}: {row.loglik:.3f} {row.AICc:.3f} {row.BIC:.3f} {row.AICc_verdict} "
             f"{row.BIC_verdict} {row.discarded}" for row in found.to_dataframe().itertuples())  # fmt: skip
     approve("selection", [*tree(xr.DataTree(found.drop_vars("hyperparameters"))), *told], 2e-3, 1e-3)
 
 
-@pytest.mark.parametrize("sharing", ["joint", "average"])
-def test_another_unit_of_pressure_changes_no_difference(sharing):
-    residuals, how = (
-        two_series(),
-        {"sharings": (sharing,), "covariances": ("neural network", "Matern 3/2", "circulant")},
-    )
+def test_another_unit_of_pressure_changes_no_difference():
+    residuals, how = two_series(), {"covariances": ("neural network", "Matern 3/2", "circulant")}
     plain = compared(residuals, **how)
     scaled = compared({k: 0.1333 * r for k, r in residuals.items()}, **how)
     np.testing.assert_allclose(scaled["AICc_difference"], plain["AICc_difference"], atol=1e-3)
@@ -157,10 +152,10 @@ def test_an_unknown_noise_model_is_named_with_the_known_ones():
         compared(two_series(), covariances=("Matern 7/2",))
 
 
-def test_preferred_is_the_first_noise_of_the_joint_likelihood_that_is_not_discarded():
-    def block(covariance, sharing, discarded):
-        return [{"covariance": covariance, "sharing": sharing, "discarded": discarded}]
+def test_preferred_is_the_first_noise_that_is_not_discarded():
+    def block(covariance, discarded):
+        return [{"covariance": covariance, "discarded": discarded}]
 
-    others = [block("ARMA", "joint", True), block("periodic", "mean", False), block("periodic", "mean", True)]
-    assert preferred([*others, block("circulant", "joint", False), block("Matern 3/2", "joint", False)]) == "circulant"
+    others = [block("ARMA", True), block("periodic", True)]
+    assert preferred([*others, block("circulant", False), block("Matern 3/2", False)]) == "circulant"
     assert preferred(others) == ""

@@ -57,7 +57,7 @@ def test_all_slips_are_named_at_once_with_line_column_and_nearest_key():
         "study.yaml, line 1, column 1: unknown key 'speces' (did you mean 'species'?); known here: "
         "title, animals, species, groups, image_pressure, catheter, practice, averaging, calibration, "
         "radius_scale_sd, length_scale_sd, k_sd, image_pressure_sd, flow_gain_sd, flow_delay_sd, zero_sd, "
-        "viscosity_sd, model_selection, selection_optima, waves_at, inference, blood, numerics, design, report",
+        "viscosity_sd, model_selection, noise_models, waves_at, inference, blood, numerics, design, report",
         "study.yaml, line 3, column 11: calibration.starts: 'four' is not a whole number",
         "study.yaml, line 4, column 19: calibration.walls.1: unknown wall law 'tangnt' "
         "(did you mean 'tangent'?); choose from: linear, tangent, "

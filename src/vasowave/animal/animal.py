@@ -20,6 +20,7 @@ from vasowave.model.blood import Blood
 from vasowave.model.law_files import is_unread, named
 from vasowave.model.laws import BEDS, ENTRY_POINTS, LAWS, find_bed, find_law
 from vasowave.network.network import Network
+from vasowave.noise.fitting import NOISE, Name
 from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
 from vasowave.settings import Check, Names, settings_class, settings_of
 from vasowave.solver import Numerics
@@ -135,9 +136,8 @@ class Analysis(KnownErrors):
 
     model_selection: bool = True
     """Whether the wall laws are compared by AICc and BIC."""
-    selection_optima: Annotated[tuple[Literal["OLS", "GLS"], ...], Check(_each_once)] = ("OLS",)
-    """Where they are compared: at the optimum of ordinary least squares, of generalized least squares under the same
-    noise model (about a minute an animal), or both."""
+    noise_models: Annotated[tuple[Name, ...], Check(_each_once)] = NOISE
+    """Under which models of the noise; the paper's practice asks for its own, too."""
     waves_at: WavesAt = "mean pressure"
     """Where waves take area and wave speed from: at mean pressure, measurement and models alike, or as the paper: A0
     and A0 Z_c/ρ for the measurement, those of each instant for a model."""

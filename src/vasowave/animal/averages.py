@@ -17,8 +17,7 @@ def compared_laws(
     fits: Sequence[Fit], settings: Settings, quantities: Mapping[str, xr.Dataset]
 ) -> dict[str, xr.Dataset | None]:
     """Return AICc and BIC of every wall law, ``selection``, and the ``averages`` of `quantities` over the laws."""
-    comparing = Comparing(seed=settings.seed)
-    selection = compare_models(fits, comparing, optima=settings.selection_optima, numerics=settings.numerics)
+    selection = compare_models(fits, Comparing(settings.noise_models, seed=settings.seed))
     return {"selection": selection, "averages": averages_dataset(selection, quantities)}
 
 

@@ -9,11 +9,11 @@ import pandas as pd
 import xarray as xr
 
 from vasowave.animal.animal import Settings
-from vasowave.animal.known_errors import effects_on_fit
+from vasowave.animal.known_errors import effects_on_fit, effects_on_measured
 from vasowave.animal.signals import Station
 from vasowave.calibration import Fit
 from vasowave.descriptions import LEVEL, NORMAL, Quantity
-from vasowave.inference.known_errors import SHARED, kinds
+from vasowave.inference.known_errors import SHARED, Seen, kinds
 from vasowave.model.laws import bed_factors, full_name, parameter_names
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
@@ -91,14 +91,25 @@ def model_quantities(
     )  # fmt: skip
     bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
     bounds |= dict.fromkeys(SHARES, (0.0, 1.0))
-    # passive vessels take pressure: what is left for the beds is no more than all of it
-    bounds["R_T"] = (0.0, max(fit.recording.vascular_resistance, fit.total_resistance))
+    bounds["R_T"] = (0.0, max(_most_resistance(fit, settings), fit.total_resistance))
     for name, value in dataset.data_vars.items():
         low, high = bounds.get(str(name), (0.0, np.inf))
         if "interval_low" in value.attrs:  # beyond its bounds a parameter is not bounded by the data
             value.attrs["interval_low"] = max(value.attrs["interval_low"], low)
             value.attrs["interval_high"] = min(value.attrs["interval_high"], high)
     return dataset
+
+
+def _most_resistance(fit: Fit, settings: Settings) -> float:
+    """Return the upper end of the 95 % interval of pressure over flow, mmHg s/ml.
+
+    Passive vessels take pressure: what is left for the beds is no more than all of it. How much that is hangs on
+    probe and zero: an end that took them for exact would cut off what their errors, once told, have widened.
+    """
+    seen = Seen(fit.model.network, fit.recording, fit.model.blood)
+    moved = effects_on_measured(seen, settings, lambda one: {"PVR": one.recording.vascular_resistance})
+    error = float(np.linalg.norm(moved.fillna(0.0).to_numpy()))
+    return float(fit.recording.vascular_resistance * np.exp(NORMAL * error))
 
 
 def derived_of(fit: Fit, values: Mapping[str, float], diastolic: np.ndarray) -> dict[str, float]:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _NOT_FOR_ONE = ("title", "animals", "groups", "design")
 """Keys of a study file that say nothing of a single animal."""
 
-_OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "model_selection", "selection_optima",
+_OF_FITS = ("walls", "beds", "starts", "method", "paper_bounds", "bounds", "model_selection", "noise_models",
             "waves_at", "inference", "pdf", "law", "quantities")  # fmt: skip
 """Settings of a fit and its report that a posterior does not know."""
 

@@ -10,8 +10,6 @@ import xarray as xr
 from vasowave.descriptions import TAILS
 
 UNDECIDED, DISCARDED = "undecided", "discarded"
-NOISE = ("covariance", "sharing", "optimum")
-"""Columns that tell one noise model, and the optimum at which it was asked, from another."""
 CRITERIA = ("AICc", "BIC")
 DECISIVE = 5.0
 """Difference of AICc, over all animals together, below which nothing is decided; the verdicts on one animal use it."""
@@ -20,15 +18,14 @@ DECISIVE = 5.0
 def ballots(selection: xr.Dataset) -> pd.DataFrame:
     """Return one row per noise model of one animal, in the order stored, discarded ones last.
 
-    Columns: those of `NOISE` that there are; ``CRITERION LAW`` and ``CRITERION prefers`` (a law, "undecided" where
+    Columns: ``covariance``; ``CRITERION LAW`` and ``CRITERION prefers`` (a law, "undecided" where
     the runner-up is too close, or "discarded"); ``λ``, ``N``, and ``D LAW``.
     """
     candidates = selection.to_dataframe().reset_index(drop=True)
-    keys = [key for key in NOISE if key in candidates.columns]
     rows = []
-    for which, laws in candidates.groupby(keys, sort=False):
+    for covariance, laws in candidates.groupby("covariance", sort=False):
         by_law = laws.set_index("wall")
-        row: dict[Hashable, object] = dict(zip(keys, which, strict=True))
+        row: dict[Hashable, object] = {"covariance": covariance}
         for criterion in CRITERIA:
             row |= {f"{criterion} {wall}": float(score) for wall, score in by_law[criterion].items()}
             row[f"{criterion} prefers"] = _preferred(by_law, criterion)
@@ -39,7 +36,7 @@ def ballots(selection: xr.Dataset) -> pd.DataFrame:
 
 
 def vote(selection: xr.Dataset) -> str:
-    """Return the law that AICc prefers under the likeliest noise model at the least-squares optimum.
+    """Return the law that AICc prefers under the likeliest noise model.
 
     "undecided" where the runner-up is too close, "discarded" where no noise model is kept.
     """
@@ -63,7 +60,7 @@ def stored(selection: xr.Dataset) -> Ballots:
 def differences(animals: Sequence[Ballots], reference: str, covariance: str = "") -> pd.DataFrame:
     """Return by how much AICc of every other wall law exceeds that of `reference`, pooled over animals.
 
-    Of each animal counts the noise model that is likeliest for it, or the one named, at the least-squares optimum.
+    Of each animal counts the noise model that is likeliest for it, or the one named.
 
     Returns
     -------
@@ -123,10 +120,7 @@ def _mean_and_interval(values: np.ndarray) -> tuple[float, float, float]:
 
 def _under(animal: Ballots, covariance: str) -> pd.Series:
     """Return the row of a noise model; it says "discarded" if there is none."""
-    table = animal.table
-    for key, value in zip(NOISE, (covariance, "joint", "OLS"), strict=True):
-        if key in table:
-            table = table[table[key] == value]
+    table = animal.table[animal.table["covariance"] == covariance]
     return table.iloc[0] if len(table) else pd.Series({f"{one} prefers": DISCARDED for one in CRITERIA})
 
 

@@ -73,5 +73,5 @@ def _errors(result: AnimalResult) -> dict[str, float]:
 
 
 def _error(result: AnimalResult) -> float:
-    """Return the error of the law that fits best, mmHg."""
-    return min(_errors(result).values())
+    """Return the error of the law that fits best, mmHg; errors that rounding makes unlike are one, in any order."""
+    return round(min(_errors(result).values()), 6)

@@ -2,7 +2,7 @@
 
 from vasowave.noise.arma import Arma, fit_arma
 from vasowave.noise.covariance import matern32, matern52, neural_network, periodic, regularize, squared_exponential
-from vasowave.noise.fitting import NOISE, Sharing, fit_noise
+from vasowave.noise.fitting import NOISE, OF_PAPER, fit_noise
 from vasowave.noise.gaussian import log_likelihood, whiten
 from vasowave.noise.likelihood import KERNELS, Kernel, fit_kernel
 from vasowave.noise.models import CirculantNoise, DenseNoise, Noise
@@ -11,12 +11,12 @@ from vasowave.noise.spectrum import Spectra, likely_spectra
 __all__ = [
     "KERNELS",
     "NOISE",
+    "OF_PAPER",
     "Arma",
     "CirculantNoise",
     "DenseNoise",
     "Kernel",
     "Noise",
-    "Sharing",
     "Spectra",
     "fit_arma",
     "fit_kernel",

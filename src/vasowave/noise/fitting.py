@@ -1,6 +1,6 @@
 """One noise model, chosen by its name, fitted to the residuals of several models at once."""
 
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -9,10 +9,12 @@ from vasowave.noise.arma import fit_arma
 from vasowave.noise.likelihood import FAMILIES, KERNELS, Family, fit_kernel, maximize, named, regularized
 from vasowave.noise.models import CirculantNoise, Noise
 
-Sharing = Literal["joint", "average"]
-
-NOISE = (*KERNELS, "circulant", "ARMA", "independent")
-"""Names of the noise models: the paper's, the periodic stationary process, and white noise."""
+Own = Literal["circulant", "ARMA", "independent"]
+Name = Literal[Own, "squared exponential", "Matern 3/2", "Matern 5/2", "neural network", "periodic"]
+NOISE: tuple[Own, ...] = get_args(Own)
+"""Noise models of a closed cycle: the periodic stationary process, ARMA, and white noise."""
+OF_PAPER: tuple[Name, ...] = get_args(Name)
+"""Those and the paper's kernels."""
 
 
 def fit_noise(
@@ -20,22 +22,19 @@ def fit_noise(
     residuals: np.ndarray,
     period: float,
     *,
-    sharing: Sharing = "joint",
     starts: int = 4,
     rng: np.random.Generator,
 ) -> Noise:
-    """Fit one noise model to residuals, shape (model, sample), mmHg.
+    """Fit one noise model to residuals of all models, shape (model, sample), mmHg, by their joint likelihood.
 
     Parameters
     ----------
     name : str
-        Of `NOISE`.
+        Of `OF_PAPER`.
     residuals : array, shape (model, sample)
         Evenly spaced over one period, mmHg.
     period : float
         T, s.
-    sharing : {"joint", "average"}
-        One covariance of all models by their joint likelihood, or the mean of separate ones.
     starts : int
         Of the maximization of the likelihood.
     rng : numpy.random.Generator
@@ -43,21 +42,15 @@ def fit_noise(
     Raises
     ------
     InputError
-        An unknown noise model or sharing.
+        An unknown noise model.
     """
-    if name not in NOISE:
-        raise InputError(f"unknown noise model '{name}'{did_you_mean(name, NOISE)}; known: {', '.join(NOISE)}")
-    if sharing not in ("joint", "average"):
-        raise InputError(f"sharing '{sharing}': give 'joint' or 'average'")
-    groups = [residuals] if sharing == "joint" else [r[np.newaxis] for r in residuals]
+    if name not in OF_PAPER:
+        raise InputError(f"unknown noise model '{name}'{did_you_mean(name, OF_PAPER)}; known: {', '.join(OF_PAPER)}")
     if name in KERNELS:
-        pairs = [fit_kernel(KERNELS[name], group, period, rng, starts) for group in groups]
-    elif name == "ARMA":
-        pairs = [_arma(group) for group in groups]
-    else:
-        return _circulant(FAMILIES[name], groups, period, rng, starts)
-    sigma = np.mean([matrix for matrix, _ in pairs], axis=0)
-    return regularized(sigma, _mean([values for _, values in pairs]))
+        return regularized(*fit_kernel(KERNELS[name], residuals, period, rng, starts))
+    return (
+        regularized(*_arma(residuals)) if name == "ARMA" else _circulant(FAMILIES[name], residuals, period, rng, starts)
+    )
 
 
 def _arma(residuals: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:
@@ -70,17 +63,9 @@ def _arma(residuals: np.ndarray) -> tuple[np.ndarray, dict[str, float]]:
 
 
 def _circulant(
-    family: Family, groups: list[np.ndarray], period: float, rng: np.random.Generator, starts: int
+    family: Family, residuals: np.ndarray, period: float, rng: np.random.Generator, starts: int
 ) -> CirculantNoise:
-    powers, values, count = [], [], groups[0].shape[1]
-    for group in groups:
-        theta, amplitude = maximize(family, group, rng, starts)
-        powers.append(amplitude * family.noise(count, theta).power)  # type: ignore[attr-defined]
-        values.append(named(family, theta, period, amplitude))
-    return CirculantNoise(np.mean(powers, axis=0), count, _mean(values))
-
-
-def _mean(fits: list[dict[str, float]]) -> dict[str, float]:
-    """Return the means of what all fits have: ARMA models of different orders share few."""
-    shared = [name for name in fits[0] if all(name in fit for fit in fits)]
-    return {name: float(np.mean([fit[name] for fit in fits])) for name in shared}
+    count = residuals.shape[1]
+    theta, amplitude = maximize(family, residuals, rng, starts)
+    power = amplitude * family.noise(count, theta).power  # type: ignore[attr-defined]
+    return CirculantNoise(power, count, named(family, theta, period, amplitude))

@@ -24,16 +24,6 @@ def log_likelihood(residuals: np.ndarray, covariance: np.ndarray) -> float:
     return float(-0.5 * len(white) * np.log(2 * np.pi) - np.log(np.diag(factor)).sum() - 0.5 * white @ white)
 
 
-def without_fit(white: np.ndarray, white_jacobian: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return what the fitted parameters could not take from whitened residuals, and log det JᵀΣ⁻¹J.
-
-    Both enter a restricted likelihood: that of what remains of the residuals when the parameters are free, so that a
-    fit does not hide the noise which it has absorbed.
-    """
-    Q, R = np.linalg.qr(white_jacobian)
-    return white - Q @ (Q.T @ white), 2 * float(np.log(np.abs(np.diag(R))).sum())
-
-
 def cholesky_factor(covariance: np.ndarray) -> np.ndarray:
     """Return the lower triangular L with Σ = LLᵀ; `NumericalError` if Σ is not positive definite."""
     try:

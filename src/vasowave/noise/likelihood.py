@@ -1,6 +1,6 @@
-"""Hyperparameters of noise models by maximum likelihood, full or restricted, from series of residuals."""
+"""Hyperparameters of noise models by maximum likelihood, from series of residuals."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -8,7 +8,6 @@ import numpy as np
 
 from vasowave.errors import NumericalError
 from vasowave.noise import covariance
-from vasowave.noise.gaussian import without_fit
 from vasowave.noise.models import CirculantNoise, DenseNoise, Noise
 from vasowave.noise.spectrum import falling_power
 
@@ -150,9 +149,7 @@ def regularized(sigma: np.ndarray, hyperparameters: dict[str, float]) -> DenseNo
     return DenseNoise(better, weight, hyperparameters)
 
 
-def concentrated(
-    noise: Noise, residuals: np.ndarray, jacobians: Sequence[np.ndarray] | None = None
-) -> tuple[float, float]:
+def concentrated(noise: Noise, residuals: np.ndarray) -> tuple[float, float]:
     """Log-likelihood of all series, maximized over the amplitude of the noise, and that amplitude.
 
     Parameters
@@ -160,40 +157,26 @@ def concentrated(
     noise : Noise
         Of unit amplitude.
     residuals : array, shape (series, sample)
-    jacobians : sequence of array, shape (sample, parameter), optional
-        Derivatives of each series by the parameters fitted to it. With them the likelihood is the restricted one
-        (REML): that of what remains of the residuals when those parameters are free, so that a fit does not hide the
-        noise which it has absorbed.
     """
     white = noise.whiten(residuals.T)
     log_det, count = len(residuals) * noise.log_determinant, residuals.size
-    if jacobians is not None:
-        for column, jacobian in enumerate(jacobians):
-            white[:, column], information = without_fit(white[:, column], noise.whiten(jacobian))
-            log_det += information
-            count -= jacobian.shape[1]
     amplitude = float(np.sum(white**2)) / count
     return -0.5 * (count * (np.log(2 * np.pi * amplitude) + 1) + log_det), amplitude
 
 
 def maximize(
-    family: Family,
-    residuals: np.ndarray,
-    rng: np.random.Generator,
-    starts: int = 4,
-    jacobians: Sequence[np.ndarray] | None = None,
+    family: Family, residuals: np.ndarray, rng: np.random.Generator, starts: int = 4
 ) -> tuple[np.ndarray, float]:
     """Return the hyperparameters of the greatest likelihood (units of T) and the amplitude; see `concentrated`."""
     count = residuals.shape[1]
     low, high = _log_bounds(family)
     begin = [0.5 * (low + high), *(rng.uniform(low, high) for _ in range(starts - 1))] if len(low) else []
     step = max(1, count // _EXPLORED) if family.dense else 1
-    thinned = None if jacobians is None else [one[::step] for one in jacobians]
-    ends = [_climb(family, residuals[:, ::step], thinned, x) for x in begin]
+    ends = [_climb(family, residuals[:, ::step], x) for x in begin]
     if ends and step > 1:
-        ends = [_climb(family, residuals, jacobians, min(ends, key=lambda end: end[1])[0])]
+        ends = [_climb(family, residuals, min(ends, key=lambda end: end[1])[0])]
     x = min(ends, key=lambda end: end[1])[0] if ends else low
-    value, amplitude = concentrated(family.noise(count, np.exp(x)), residuals, jacobians)
+    value, amplitude = concentrated(family.noise(count, np.exp(x)), residuals)
     if not (np.isfinite(value) and amplitude > 0):
         raise NumericalError(f"no optimum of the likelihood from {starts} starts; are the residuals all zero?")
     return np.exp(x), amplitude
@@ -210,9 +193,7 @@ def _log_bounds(family: Family) -> tuple[np.ndarray, np.ndarray]:
     return low, high
 
 
-def _climb(
-    family: Family, residuals: np.ndarray, jacobians: Sequence[np.ndarray] | None, x: np.ndarray
-) -> tuple[np.ndarray, float]:
+def _climb(family: Family, residuals: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, float]:
     """Return the top of the likelihood near x, and minus its height per sample."""
     from scipy.optimize import minimize
 
@@ -220,7 +201,7 @@ def _climb(
     level = float(np.log(np.mean(residuals**2)))  # without it the unit of pressure would enter the tolerances
 
     def objective(x: np.ndarray) -> float:
-        value = concentrated(family.noise(residuals.shape[1], np.exp(x)), residuals, jacobians)[0] / residuals.size
+        value = concentrated(family.noise(residuals.shape[1], np.exp(x)), residuals)[0] / residuals.size
         return -value - 0.5 * level if np.isfinite(value) else 1e3
 
     options = {"ftol": 1e-10, "gtol": 1e-7, "eps": 1e-6, "maxiter": 60}

@@ -35,8 +35,7 @@ def law_weights(selection: xr.Dataset) -> xr.DataArray:
     Parameters
     ----------
     selection : Dataset
-        From `compare_models`. Rows at the least-squares optimum with the covariance from the joint likelihood are read,
-        where there are any, that are not discarded.
+        From `compare_models`. Rows that are not discarded are read.
 
     Returns
     -------
@@ -50,9 +49,7 @@ def law_weights(selection: xr.Dataset) -> xr.DataArray:
         No noise model is left.
     """
     table = selection.to_dataframe()
-    table = table[~table["discarded"].astype(bool) & (table["optimum"] == table["optimum"].iloc[0])]
-    joint = table[table["sharing"] == "joint"]
-    table = joint if len(joint) else table.drop_duplicates(["covariance", "wall"])
+    table = table[~table["discarded"].astype(bool)]
     if not len(table):
         raise InputError("every noise model of the comparison is discarded; there are no weights")
     differences = table.pivot(index="covariance", columns="wall", values="AICc_difference")

@@ -46,7 +46,7 @@ def answers_by_harmonics(
         As `Search.pressure_harmonics`.
     search : Search, optional
     covariance : str
-        Noise model of the comparison, of `noise.NOISE`; one for all laws, from their joint likelihood.
+        Noise model of the comparison, of `noise.OF_PAPER`; one for all laws, from their joint likelihood.
     progress : callable, optional
         Called with finished and all fits.
 
@@ -130,7 +130,7 @@ def answers(fits: Sequence[Fit], covariance: str = "circulant") -> pd.DataFrame:
     """One row for each fit of one recording, indexed by ``wall``; columns as in `answers_by_harmonics`."""
     table = pd.DataFrame([answer(fit) for fit in fits], index=pd.Index([fit.wall for fit in fits], name="wall"))
     if len(fits) > 1:
-        compared = compare_models(fits, Comparing(covariances=(covariance,), sharings=("joint",)), samples=None)
+        compared = compare_models(fits, Comparing(covariances=(covariance,)), samples=None)
         differences = pd.Series(compared["AICc_difference"].values, index=compared["wall"].values.astype(str))
         table.insert(3, "AICc difference", differences)
     return table

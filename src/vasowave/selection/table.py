@@ -9,7 +9,7 @@ import xarray as xr
 from vasowave.noise.models import CirculantNoise, Noise
 from vasowave.selection.criteria import UNDECIDED, aicc, bic, verdicts
 
-_TEXT = ("covariance", "wall", "sharing", "optimum", "AICc_verdict", "BIC_verdict", "hyperparameters")
+_TEXT = ("covariance", "wall", "AICc_verdict", "BIC_verdict", "hyperparameters")
 _MEANINGS = {
     "loglik": "log-likelihood (eq. 23)",
     "D": "fitted parameters",
@@ -21,11 +21,9 @@ _MEANINGS = {
     "AICc_verdict": f"what AICc says; a difference below {UNDECIDED:g} is undecided",
     "BIC_verdict": f"what BIC says; a difference below {UNDECIDED:g} is undecided",
     "lambda": "weight of the regularization",
-    "discarded": "1 where the covariance needs too large a weight of the regularization, or explains the data away",
+    "discarded": "1 where the covariance needs too large a weight of the regularization",
     "covariance": "noise model",
     "wall": "wall law",
-    "sharing": "one covariance of all wall laws from their joint likelihood, or the average of separate ones",
-    "optimum": "parameters of ordinary (OLS) or generalized (GLS) least squares",
     "hyperparameters": "hyperparameters of the noise model, JSON",
 }
 
@@ -52,9 +50,8 @@ def noise_bic(rows: list[dict]) -> float:
 
 
 def preferred(blocks: list[list[dict]]) -> str:
-    """Return the likeliest noise model of the joint likelihood that is not discarded, empty if there is none."""
-    kept = [rows for rows in blocks if rows[0]["sharing"] == "joint" and not rows[0]["discarded"]]
-    return str(kept[0][0]["covariance"]) if kept else ""
+    """Return the likeliest noise model that is not discarded, empty if there is none."""
+    return next((str(rows[0]["covariance"]) for rows in blocks if not rows[0]["discarded"]), "")
 
 
 def dataset(rows: list[dict]) -> xr.Dataset:

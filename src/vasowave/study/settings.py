@@ -22,6 +22,7 @@ from vasowave.model.blood import (
     relative_to_usual,
 )
 from vasowave.network.network import HIGHEST
+from vasowave.noise.fitting import OF_PAPER
 from vasowave.recording import Averaging
 from vasowave.report.settings import ReportSettings
 from vasowave.settings import Check, Positive, settings_class, settings_of
@@ -100,7 +101,8 @@ class Inputs:
     practice: Literal["vasowave", "paper"] = "vasowave"
     """paper: compute as the paper's program did, to compare with its tables: friction as at 0.07 cm everywhere, its
     constants and bounds, eight cycles from rest, lengths rounded down to 0.025 cm, all harmonics at the places of its
-    samples, radii as at zero pressure; `blood`, `numerics` and `waves_at` are then its own."""
+    samples, radii as at zero pressure, its noise models beside ours; `blood`, `numerics`, `waves_at` and `noise_models`
+    are then its own."""
     averaging: Averaging = field(default_factory=Averaging)
     calibration: Calibration = field(default_factory=Calibration)
 
@@ -116,7 +118,9 @@ class StudyFile(Analysis, Inputs):
 
     def __post_init__(self) -> None:
         """Refuse what the paper's practice sets itself."""
-        own = [name for name in ("blood", "numerics", "waves_at") if getattr(self, name) != _default(name)]
+        own = [
+            name for name in ("blood", "numerics", "waves_at", "noise_models") if getattr(self, name) != _default(name)
+        ]
         if self.calibration.pressure_harmonics not in (Calibration.pressure_harmonics, "all"):
             own.append("calibration.pressure_harmonics")
         if self.practice == "paper" and own:
@@ -151,5 +155,5 @@ def animal_settings(study: StudyFile, row: AnimalRow | None = None) -> Settings:
 def _as_paper(settings: Settings) -> Settings:
     return replace(
         settings, paper_bounds=True, pressure_harmonics="all", waves_at="paper", blood=PAPER.blood,
-        numerics=PAPER.numerics,
+        numerics=PAPER.numerics, noise_models=OF_PAPER,
     )  # fmt: skip

@@ -13,6 +13,8 @@ from vasowave.report.wording import listed, number, probability, ratio_with_inte
 CLEAR = 0.05
 """Family-wise p below which a difference is said to be shown."""
 
+_UNEVEN = 1.4  # times as many animals in one group as in the other: 7 + 5, where a skew was seen to matter
+_MIN_ANIMALS = 8  # animals of the smaller group, below which it was seen
 _MAX_LETTERS = 40  # letters of a name in a sentence
 Called = Callable[[str], str]
 """Returns a quantity in words with its symbol."""
@@ -111,6 +113,14 @@ def _limits(rows: pd.DataFrame, pairs: int, called: Called) -> list[tuple[str, s
         said.append(
             f"No rank or permutation test{counted} can fall below p = {limits}; p and intervals rest on normal "
             "distributions of logarithms alone."
+        )
+    sizes = rows.loc[rows["smallest p"].notna(), ["n reference", "n other"]].drop_duplicates()
+    uneven = sizes[(sizes.max(axis=1) >= _UNEVEN * sizes.min(axis=1)) & (sizes.min(axis=1) < _MIN_ANIMALS)]
+    if len(uneven):
+        counts = listed([f"{one} + {other}" for one, other in uneven.itertuples(index=False)])
+        said.append(
+            f"Groups of {counts} animals cannot show whether logarithms are skewed; if they are, and the smaller group "
+            "varies more, p < 0.05 comes without any effect in one of ten studies or more, not in one of twenty."
         )
     untested = rows[rows["untested"] != ""]
     if len(untested):

@@ -9,18 +9,16 @@ import xarray as xr
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import Cohort
-from vasowave.cohort.discrepancy import all_discrepancies
 from vasowave.cohort.primary import Primary
 from vasowave.cohort.table import column, rows_of
 from vasowave.figures import modeled as figures
 from vasowave.figures.compared import means_figure
-from vasowave.figures.discrepancy import discrepancy_figure
 from vasowave.figures.space import axes_in_space
 from vasowave.figures.style import color_stops, group_looks
-from vasowave.report.blocks import Block, Bullets, Drawing, Fold, Section, Space, Table
+from vasowave.report.blocks import Block, Drawing, Fold, Section, Space, Table
 from vasowave.report.tables import models as tables
 from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
-from vasowave.report.wording import column_label, number, probability
+from vasowave.report.wording import column_label, probability
 
 _SAME = 1e-9  # logarithms that differ by less are equal but for rounding
 _BEDS = ("R_T", "C_T", "C_p_over_C_T", "tau", "a")
@@ -50,7 +48,6 @@ def model_section(cohort: Cohort, primary: Primary, written: Mapping[str, str]) 
         Drawing("Residuals", "Measured minus simulated pressure and its autocorrelation; inside the grey band an "
                 "autocorrelation cannot be told from that of independent noise.", figures.residuals_figure(cohort)),
         misfit_table(cohort),
-        *discrepancy_blocks(cohort),
         *_selection(cohort, law),
     ]  # fmt: skip
     return Section("models", "Calibrated model" if cohort.single else "Calibrated models", blocks)
@@ -149,49 +146,6 @@ def _harmonics(cohort: Cohort) -> int:
 
 def _whose(cohort: Cohort) -> str:
     return "" if cohort.single else " of the shown animals"
-
-
-def discrepancy_blocks(cohort: Cohort) -> list[Block]:
-    """Return sentences, figure and table; nothing where there are too few animals to see what they share."""
-    found = all_discrepancies(cohort)
-    if not found:
-        return []
-    caption = (
-        "What each law leaves of the pressure by harmonic: every animal (thin), the root mean square of all (black), "
-        "what all have in common (dotted), and the error of the averaged beats (dashed). Dots: phases agree more than "
-        "chance would have it."
-    )
-    data = pd.concat([table.assign(wall=wall) for wall, table in found.items()], ignore_index=True)
-    table = Table.of("Discrepancy", "What the laws leave in every harmonic, and what of it all animals share", data)
-    return [
-        Bullets([left_alike(wall, table, len(cohort.calibrated(wall))) for wall, table in found.items()]),
-        Drawing("Discrepancy", caption, discrepancy_figure(cohort, found)),
-        Fold(table.caption, [table]),
-    ]
-
-
-def left_alike(wall: str, found: pd.DataFrame, animals: int) -> str:
-    """Return what one law leaves of the pressure of so many animals, and whether in all of them alike."""
-    left, error = (np.sqrt((found[name] ** 2).sum() / 2) for name in ("residual [mmHg]", "error [mmHg]"))
-    alike = [
-        f"{row['harmonic']} ({number(row['common [mmHg]'], 1)} mmHg)"
-        for row in found[found["alike"]].to_dict("records")
-    ]
-    beats = f", the error of the averaged beats is {number(error, 2)}" if error > 0 else ""
-    return (
-        f"{wall.capitalize()} wall: {number(left, 2)} mmHg r.m.s. of the pressure are left{beats}; "
-        f"{_shared(alike, animals)}."
-    )
-
-
-def _shared(alike: list[str], animals: int) -> str:
-    if not alike:
-        return "none of its harmonics is alike in all animals: what is left differs from animal to animal"
-    which = f"harmonic {alike[0]} of it is" if len(alike) == 1 else f"harmonics {', '.join(alike)} of it are"
-    return (
-        f"{which} alike in all {animals} animals: there the model or the way of measuring errs, not chance, and more "
-        "animals do not average it out"
-    )
 
 
 _SAMPLES, _FEWER, _MANY = 64, 32, 100  # of each waveform; of each where there are many vessels

@@ -49,7 +49,7 @@ def preference_table(cohort: Cohort, law: str) -> Table:
     note = (
         f"Positive numbers speak for the {law} wall. AICc is the price of a law's parameters, whatever the data say, "
         "and the residuals' own part, minus twice the log-likelihood. Intervals are Student's, from the scatter of the "
-        "animals; joint covariance, least-squares optimum. A law is named where the whole and the residuals' own part "
+        "animals. A law is named where the whole and the residuals' own part "
         f"both speak for it, beyond that scatter and by {DECISIVE:g} over all animals. What the noise model changes, "
         "the data have not decided."
     )
