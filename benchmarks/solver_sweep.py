@@ -35,6 +35,7 @@ from vasowave.solver import Numerics
 from vasowave.solver.run import run_to_periodic
 
 WRONG = 0.02  # of the largest pressure
+RIGHT = 0.0025  # likewise: a note about the grid of a model that is less wrong is false
 
 
 class Kind(NamedTuple):
@@ -194,6 +195,7 @@ def simulated(model: Model, inflow: Inflow, repeat: bool) -> dict[str, Any]:
     found: dict[str, Any] = {name: getattr(extremes, name).value for name in extremes._fields}
     pressure = run.pressure
     found |= {"peak": float(np.abs(pressure).max()), "range": float(np.ptp(pressure)), "mach": run.mach.value}
+    found["of grid"] = sum(one.code.startswith("solver.depends-on-grid") for one in run.notes)
     found |= {"notes": list(map(str, run.notes)), "steps": run.steps, "cycles": len(run.convergence.changes)}
     found["seconds"] = time.process_time() - started
     if repeat:
@@ -219,6 +221,7 @@ COLUMNS = [
     "errors",
     "false_reason",
     "noted",
+    "false_note",
     "repeated",
     "wrong",
     "wrong_in_silence",
@@ -235,7 +238,8 @@ def summary(name: str, rows: list[dict[str, Any]]) -> str:
     silent = [row for row in wrong if not row["notes"]]
     noted = sum(bool(row["notes"]) for row in done)
     worst = max((row["wrong"] for row in judged if not row["notes"]), default=0.0)
-    cells = [name, len(rows), len(rows) - len(done), false, noted, len(judged), len(wrong), len(silent)]
+    idle = sum(bool(row["of grid"]) and row["wrong"] < RIGHT for row in judged)
+    cells = [name, len(rows), len(rows) - len(done), false, noted, idle, len(judged), len(wrong), len(silent)]
     return f"| {' | '.join(map(str, cells))} | {100 * worst:.2f} % |"
 
 
