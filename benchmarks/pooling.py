@@ -2,10 +2,7 @@
 
 Run: python benchmarks/pooling.py [--cohorts 1000] [--seed 5]
 
-    python benchmarks/pooling.py --posteriors found.csv     cohorts of real posteriors, from `interval_coverage`
-
-Cohorts are drawn at the level of estimates: nothing is simulated. With `--posteriors` they are put together of animals
-that were simulated and have a posterior, each animal in one cohort only. The method (each group by itself, standard
+Cohorts are drawn at the level of estimates: nothing is simulated. The method (each group by itself, standard
 errors as stored, never less than the errors alone) was chosen among eight on the kinds `CHOSEN_ON`; the others were not
 looked at before.
 """
@@ -15,14 +12,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from robustness_page import put
 from vasowave.cohort import pooled_ratio
-from vasowave.descriptions import NORMAL
 
 TRUE_RATIO = 2.6
-SIMULATED, FOUR = ("linear", "geometry", "stiffening", "taper"), 4  # rows of `interval_coverage`; animals of a group
 PAGE = Path(__file__).parents[1] / "docs" / "statistics.md"
 
 
@@ -98,30 +92,6 @@ def one_image(kind: Kind, cohorts: int, seed: int) -> tuple[float, ...]:
     return (*np.mean(inside, axis=0), *np.exp(np.median(width, axis=0)))
 
 
-def of_posteriors(path: Path) -> str:
-    """Return how often ratios of groups of animals of one population, so that 1 is true, hold it; by quantity."""
-    data = pd.read_csv(path)
-    data = data[(data["method"] == "posterior") & data["row"].isin(SIMULATED)]
-    count = {name: one["animal"].nunique() // (2 * FOUR) for name, one in data.groupby("row")}
-    lines = [
-        "| quantity | cohorts of 4 + 4 | pooled: hold 1 | Welch: hold 1 | pooled: × ÷ | Welch: × ÷ |",
-        "|---|---|---|---|---|---|",
-    ]
-    for quantity, one in data.groupby("quantity", sort=False):
-        found = []
-        for row, animals in one.groupby("row"):
-            logs = np.log(animals.sort_values("animal")["middle"].to_numpy())
-            errors = np.log((animals["high"] / animals["low"]).to_numpy())[np.argsort(animals["animal"])] / (2 * NORMAL)
-            for first in range(0, 2 * FOUR * count[row], 2 * FOUR):
-                halves = slice(first, first + FOUR), slice(first + FOUR, first + 2 * FOUR)
-                groups = [(logs[half], errors[half]) for half in halves]
-                found.append([pooled_ratio(*groups), pooled_ratio(*((own, np.zeros(FOUR)) for own, _ in groups))])
-        hold = np.sum([[ratio.low <= 1 <= ratio.high for ratio in both] for both in found], axis=0)
-        width = np.median([[np.sqrt(ratio.high / ratio.low) for ratio in both] for both in found], axis=0)
-        lines.append(f"| {quantity} | {len(found)} | {hold[0]} | {hold[1]} | {width[0]:.2f} | {width[1]:.2f} |")
-    return "\n".join(lines)
-
-
 def pooling_table(options: argparse.Namespace) -> str:
     """Return the table of the kinds whose animals have errors of their own only."""
     lines = [
@@ -154,14 +124,7 @@ def main() -> None:
     parser.add_argument("--cohorts", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=5)
     parser.add_argument("--docs", action="store_true", help="put the tables into docs/statistics.md")
-    parser.add_argument("--posteriors", type=Path, help="file of `interval_coverage`; this table only")
     options = parser.parse_args()
-    if options.posteriors:
-        table = of_posteriors(options.posteriors)
-        print(table)
-        if options.docs:
-            put("real posteriors", table, PAGE)
-        return
     for name, table in (("pooling", pooling_table(options)), ("one image", image_table(options))):
         print(table, flush=True)
         if options.docs:

@@ -44,7 +44,7 @@ SLIDE = """(canvas, k) => {
   slider.dispatchEvent(new Event("input"));
 }"""
 SCROLL = """(canvas, k, count) => canvas.dispatchEvent(
-  new KeyboardEvent("keydown", {key: k %% 50 < 5 ? "+" : k %% 50 < 10 ? "-" : "ArrowRight"}))"""
+  new KeyboardEvent("keydown", {key: k % 50 < 5 ? "+" : k % 50 < 10 ? "-" : "ArrowRight"}))"""
 
 
 @contextmanager

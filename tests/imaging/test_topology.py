@@ -7,7 +7,8 @@ from phantom import embed, render
 from unlike import KINDS, make
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
-from vasowave.imaging.axes.junctions import _rerouted, with_met_axes
+from vasowave.imaging.axes.junctions import with_met_axes
+from vasowave.imaging.axes.starts import rerouted
 from vasowave.imaging.axes.protrusions import _calm, _highest
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.axes.vessels import tree_of
@@ -217,7 +218,7 @@ def test_a_vessel_that_begins_elsewhere_keeps_at_least_half_of_its_way(within, k
     """41 points on 1 cm; the junction moves by 0.1 cm to the side."""
     way = np.zeros((41, 3))
     way[:, 0] = np.linspace(0, 1, 41)
-    moved = _rerouted(Line(way, np.full(41, 0.05)), np.array([0.0, 0.1, 0.0]), within)
+    moved = rerouted(Line(way, np.full(41, 0.05)), np.array([0.0, 0.1, 0.0]), within)
     np.testing.assert_array_equal(moved.points[0], [0, 0.1, 0])
     np.testing.assert_array_equal(moved.points[-kept:], way[-kept:])
     assert (moved.points[:-kept, 1] > 0).all()

@@ -12,7 +12,7 @@ export async function show(place, rest) {
   all = await ask("results");
   const names = all.animals.map((one) => one.name), animal = names.includes(rest[0]) ? rest[0] : names[0];
   told = await ask("model", { animal, law: rest[1] || "" });
-  values = {}; beside = []; now = fit = null; band = {}; frame = 0;
+  values = {}; beside = []; now = fit = view = null; band = {}; frame = 0;
   const go = (name, wall) => { location.hash = `explorer/${encodeURIComponent(name)}/${encodeURIComponent(wall)}`; };
   const panel = (name, text) => { const canvas = h("canvas", { class: "panel", role: "img", "aria-label": text, data: { panel: name } }); return [canvas, h("figure", {}, canvas, h("figcaption", {}, text))]; };
   const list = { pressure: "pressure [mmHg] at the inlet by time [ms]", flow: "flow [ml/s] at the inlet by time [ms]", loop: "pressure [mmHg] by flow [ml/s]", waves: "forward and backward pressure wave [mmHg]", modulus: "impedance modulus [mmHg s/ml] by harmonic" };
