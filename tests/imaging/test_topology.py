@@ -8,8 +8,8 @@ from unlike import KINDS, make
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, extract
 from vasowave.imaging.axes.junctions import with_met_axes
-from vasowave.imaging.axes.starts import rerouted
 from vasowave.imaging.axes.protrusions import _calm, _highest
+from vasowave.imaging.axes.starts import rerouted
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.axes.vessels import tree_of
 from vasowave.imaging.lumen.segmentation import segment
