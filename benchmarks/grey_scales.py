@@ -128,9 +128,9 @@ def _after(made, image, root, text):
 
 
 def main():
-    path, *numbers = sys.argv[1:]
+    name, *numbers = sys.argv[1:]
     count, first = [*map(int, numbers), *(40, 7000)[len(numbers) :]]
-    path, names = Path(path), list(SCALES)
+    path, names = Path(name), list(SCALES)
     done = [Outcome(**json.loads(line)) for line in path.read_text().splitlines()] if path.exists() else []
     for number in range(count):
         job = (VOLUMES[number % len(VOLUMES)], names[number * 5 % len(names)], (8, 16)[number % 2], first + number)

@@ -1,7 +1,7 @@
 """The command for the first look at an image."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, cast
 
 import typer
 
@@ -27,7 +27,7 @@ def look(
 
     if output is not None:
         check_look_file(output)
-    seen = looked(volume, threshold, cannula=cannula, species=species, voxel=voxel)
+    seen = looked(volume, threshold, cannula=cannula, species=cast(Any, species), voxel=voxel)
     typer.echo(look_text(seen))
     if output is not None:
         typer.echo(f"Look at it: {write_look(seen, output)}")

@@ -81,9 +81,7 @@ def _scale(seen: Overview) -> str:
         return f"not known: too little noise, or too few clear vessels{radii}"
     said = f"off by {scale.bend:+.0%} of the contrast at most, by the noise at each level{radii}"
     if seen.grey.offered:
-        return (
-            f"{said}; with --grey {grey_text(seen.grey.offered)} it is linear, and the cannula has its known diameter"
-        )
+        return f"{said}; --grey makes it linear and gives the cannula its known diameter"
     return said
 
 

@@ -15,7 +15,7 @@ FINEST = 200
 SMOOTH = 0.7
 """Standard deviation of the smoothing, voxels of that grid."""
 FIRST, CORE = 99.9, 0.8
-"""The lumen is first taken to be as bright as this percentile, then as the deepest of its voxels beyond this quantile."""
+"""The lumen is first as bright as this percentile, then as its deepest voxels, those beyond this quantile."""
 ROUNDS, SETTLED = 8, 0.01
 """Rounds at most, until the contrast changes by less than this share."""
 

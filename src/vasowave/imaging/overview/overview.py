@@ -25,6 +25,7 @@ from vasowave.imaging.read.volume import Volume, isotropic
 from vasowave.imaging.tree import Line
 from vasowave.imaging.witness.grey import GreyLook, grey_doubts, grey_look, saturation
 from vasowave.imaging.witness.loops import Loop, loop_count, loops_of, opening_threshold
+from vasowave.species import SpeciesName
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +89,7 @@ def look(
     threshold: float | None = None,
     *,
     cannula: float = 0.086,
-    species: str = "mouse",
+    species: SpeciesName = "mouse",
     voxel: float | None = None,
 ) -> Overview:
     """Return what `scan` shows at a first look, and the options with which to extract its network.
@@ -209,7 +210,7 @@ def _proposed(
     if pairs:
         threshold = levels_of(corrected(volume, pairs)).threshold
     return Options(
-        root=None if not ends else np.round(ends[0].place, 5),
+        root=None if not ends else np.round(ends[0].place, 5).tolist(),
         threshold=threshold,
         method="level-set" if closed else "threshold",
         cannula=first.cannula,
