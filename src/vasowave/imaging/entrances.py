@@ -94,7 +94,7 @@ def _ways_from_ends(ways: MinimalPaths) -> list[Line]:
 
 
 def _entrance(way: Line, volume: Volume) -> Entrance:
-    """Return the end at which `way` begins; the sections beyond its first ball and before its last say how wide it is."""
+    """Return the end at which `way` begins; sections beyond its first ball and before its last say how wide it is."""
     wide, spacing = float(np.median(way.radius)), float(volume.spacing[0])
     inner = np.flatnonzero((way.run > 1.2 * wide) & (way.run < way.run[-1] - 0.3 * wide))
     one = profile(way, inner, WIDER * wide, volume)

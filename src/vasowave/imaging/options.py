@@ -34,7 +34,7 @@ def parse_grey(text: str) -> tuple[tuple[float, float], ...]:
 
 def grey_text(pairs: Sequence[tuple[float, float]]) -> str:
     """Return what `parse_grey` reads."""
-    return ",".join(f"{measured:.5g}:{linear:.5g}" for measured, linear in pairs)
+    return ",".join(f"{measured:.4g}:{linear:.4g}" for measured, linear in pairs)
 
 
 def _grey(value: Any) -> Any:

@@ -23,6 +23,7 @@ AGREE, CONTRADICT = 0.02, 0.01
 """A correction is right if the cannula then has its known radius within the first share; a bend is none if it has it
 within the second as the image is, and not after a correction."""
 
+LINEAR = "export the image on a linear scale, or give its linear levels (option 'grey')"
 IMAGE_CLIPPED = doubt_kind(
     "image.clipped",
     Grade.WRONG,
@@ -35,14 +36,15 @@ IMAGE_FLAT = doubt_kind(
     Grade.LOOK,
     "the grey scale is nearly flat at one end: noise there is {flatness:.0%} of what it is on average, so the image "
     "was windowed or saturates, and all radii may be off; {way}",
+    LINEAR,
 )
 IMAGE_BENT = doubt_kind(
     "image.bent-grey-scale",
     Grade.LOOK,
     "the grey scale is bent by {bend:+.0%} of the contrast, as the noise at each grey level shows, so all radii are "
     "off; {way}",
+    LINEAR,
 )
-_LINEAR = "export the image on a linear scale, or give its linear levels (option 'grey')"
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +112,7 @@ def grey_doubts(look: GreyLook, vessels: Sequence[str]) -> list[Doubt]:
     scale = look.scale
     if scale is None or look.contradicted or not _is_off(scale):
         return []
-    way = _LINEAR
+    way = LINEAR
     if look.offered:
         way = f"with it corrected, grey {grey_text(look.offered)}, the cannula has its known diameter: extract again so"
     if scale.flatness < FLAT:
