@@ -23,6 +23,7 @@ def histogram_figure(seen: Overview) -> "Figure":
         ax = figure.subplots()
         ax.stairs(np.maximum(seen.histogram.counts, 0.5), seen.histogram.edges, fill=True, color=FAINT)
         ax.set_yscale("log")
+        ax.yaxis.set_major_formatter(lambda count, _: f"{count:,.0f}")
         marks = ((seen.levels.background, "background", DATA, ":"), (seen.options.threshold, "threshold", HPH, "-"),
                  (seen.levels.lumen, "lumen", CTL, "--"))  # fmt: skip
         for level, name, color, dash in marks:

@@ -16,9 +16,9 @@ from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
 
 CLIPPED = 0.05
 """A lumen with a larger share of voxels at its highest grey level is cut off there."""
-BENT, FLAT = 0.05, 0.4
-"""A scale that is off by a larger share of the contrast is bent (radii are off by about half as much); one whose end is
-flatter than this share of its mean slope is flat there."""
+BENT, SURELY, FLAT = 0.035, 0.06, 0.4
+"""A scale that is off by more than the first share of the contrast is bent (radii are off by about half as much), by more
+than the second whatever the cannula says; one whose end is flatter than the third of its mean slope is flat there."""
 AGREE, CONTRADICT = 0.02, 0.01
 """A correction is right if the cannula then has its known radius within the first share; a bend is none if it has it
 within the second as the image is, and not after a correction."""
@@ -80,12 +80,12 @@ def grey_look(tree: Tree, volume: Volume, lumen: Segmentation, cannula: Line | N
         return GreyLook(share, highest, scale)
     try:
         before, after = (
-            abs(np.log(cannula_radius(cannula, one) / known)) for one in (volume, corrected(volume, scale.pairs))
+            abs(float(np.log(cannula_radius(cannula, one) / known))) for one in (volume, corrected(volume, scale.pairs))
         )
     except InputError:  # too little of the cannula is seen
         return GreyLook(share, highest, scale)
     offered = scale.pairs if _is_off(scale) and after < AGREE else ()
-    return GreyLook(share, highest, scale, offered, bool(before < CONTRADICT and after > AGREE))
+    return GreyLook(share, highest, scale, offered, before < CONTRADICT and after > AGREE and abs(scale.bend) < SURELY)
 
 
 def saturation(volume: Volume, lumen: Segmentation) -> tuple[float, float]:
