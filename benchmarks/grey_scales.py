@@ -1,10 +1,11 @@
 """Radii in images whose grey levels are not linear: what is named, and what the offered correction makes of them.
 
-Usage: python benchmarks/grey_scales.py FILE.jsonl [volumes, 40] [first seed, 7000]
+Usage: python benchmarks/grey_scales.py FILE.jsonl [volumes, 40] [first seed, 8000]
 Volumes are those of `unlike`, each brought to 8 or 16 bits by one of `SCALES`, from the darkest level to the brightest.
 The threshold is the one that `vasowave look` proposes; the root is given. A volume is silent if a radius is off by more
 than 5 % and no doubt names the vessel. Where a correction is offered, the volume is extracted again with it. Limits
-were chosen on seed 11, on linear volumes of seeds 41 to 43, and on 40 volumes from seed 7000 on. Errors in percent: median / 95th percentile / worst.
+were chosen on seed 11, on linear volumes of seeds 41 to 43, and on 40 volumes from seed 7000 on. Errors in percent:
+median / 95th percentile / worst.
 """
 
 import json
@@ -129,7 +130,7 @@ def _after(made, image, root, text):
 
 def main():
     name, *numbers = sys.argv[1:]
-    count, first = [*map(int, numbers), *(40, 7000)[len(numbers) :]]
+    count, first = [*map(int, numbers), *(40, 8000)[len(numbers) :]]
     path, names = Path(name), list(SCALES)
     done = [Outcome(**json.loads(line)) for line in path.read_text().splitlines()] if path.exists() else []
     for number in range(count):

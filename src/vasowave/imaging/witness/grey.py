@@ -17,8 +17,8 @@ from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
 CLIPPED = 0.05
 """A lumen with a larger share of voxels at its highest grey level is cut off there."""
 BENT, SURELY, FLAT = 0.035, 0.06, 0.4
-"""A scale that is off by more than the first share of the contrast is bent (radii are off by about half as much), by more
-than the second whatever the cannula says; one whose end is flatter than the third of its mean slope is flat there."""
+"""A scale that is off by more than the first share of the contrast is bent (radii are off by about half as much), by
+more than the second whatever the cannula says; an end flatter than the third of the mean slope is flat."""
 AGREE, CONTRADICT = 0.02, 0.01
 """A correction is right if the cannula then has its known radius within the first share; a bend is none if it has it
 within the second as the image is, and not after a correction."""
