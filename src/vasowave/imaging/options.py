@@ -34,7 +34,8 @@ def parse_grey(text: str) -> tuple[tuple[float, float], ...]:
 
 def grey_text(pairs: Sequence[tuple[float, float]]) -> str:
     """Return what `parse_grey` reads."""
-    return ",".join(f"{measured:.4g}:{linear:.4g}" for measured, linear in pairs)
+    rounded = ((float(f"{one:.4g}"), float(f"{other:.4g}")) for one, other in pairs)
+    return ",".join(f"{measured:g}:{linear:g}" for measured, linear in rounded)
 
 
 def _grey(value: Any) -> Any:
