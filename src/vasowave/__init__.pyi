@@ -53,6 +53,7 @@ from vasowave.recording import Averaging as Averaging
 from vasowave.recording import BeatEdit as BeatEdit
 from vasowave.recording import EnsembleAverage as EnsembleAverage
 from vasowave.recording import Inflow as Inflow
+from vasowave.recording import InletPressure as InletPressure
 from vasowave.recording import RawRecording as RawRecording
 from vasowave.recording import Reading as Reading
 from vasowave.recording import Recording as Recording
