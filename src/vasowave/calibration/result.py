@@ -174,6 +174,8 @@ class Fit:
         held = {str(name): float(row["value"]) for name, row in self.parameters.iterrows() if not row["free"]}
         search = upstairs("calibration:Search")(fixed=held)
         own = {"bed": type(self.model.outlets), "fit": self, "blood": self.model.blood, "search": search}
+        sites = self.compared.sites
+        own["sites"] = () if sites is None else sites.observations
         drawn: Posterior = upstairs("inference:posterior")(
             self.model.network, self.recording, type(self.model.wall), **own | settings
         )

@@ -1,7 +1,7 @@
 """The posterior of one animal under one wall law, from network and recording to draws and words."""
 
-from collections.abc import Callable
-from dataclasses import field
+from collections.abc import Callable, Sequence
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +11,7 @@ from annotated_types import Ge
 from vasowave.calibration import Fit, Search
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
+from vasowave.calibration.sites import sites_of
 from vasowave.errors import InputError
 from vasowave.inference.findings import Optimum
 from vasowave.inference.mixture import explore
@@ -27,7 +28,7 @@ from vasowave.model.laws import find_bed
 from vasowave.model.nominal import estimate_nominal
 from vasowave.network.network import Network, a_network
 from vasowave.quantities import derived
-from vasowave.recording import EnsembleAverage, Recording, one_cycle
+from vasowave.recording import EnsembleAverage, Observation, Recording, one_cycle
 from vasowave.runtime.threads import threads
 from vasowave.settings import given_values, settings_class
 from vasowave.solver.simulate import Numerics
@@ -69,6 +70,7 @@ def posterior(
     recording: Recording | EnsembleAverage,
     wall: str | type = "linear",
     *,
+    sites: Sequence[Observation] = (),
     fit: Fit | None = None,
     path: str | Path | None = None,
     progress: Callable[[int], None] | None = None,
@@ -88,6 +90,8 @@ def posterior(
         One that comes from averaged beats brings the standard errors of its harmonics along.
     wall : str or class
         As for `calibrate`.
+    sites : sequence of Observation, optional
+        What was observed elsewhere, as for `calibrate`.
     fit : Fit, optional
         Of the same animal and law: one more start. If the posterior lies elsewhere, that is one of the findings.
     path : str or Path, optional
@@ -115,7 +119,7 @@ def posterior(
     Posterior(linear wall: beta ... [..., ...], stiffness ...; Pareto k ...)
     """
     how = given_values(Sampling, None, settings)
-    problem = problem_of(a_network(network), one_cycle(recording), wall, how)
+    problem = problem_of(a_network(network), one_cycle(recording), wall, how, sites)
     return posterior_of(problem, how, fit, None if path is None else Path(path), progress)
 
 
@@ -138,14 +142,16 @@ def posterior_of(
     return reported(problem, noise, explored, simulations.asked, np.random.default_rng([how.seed, 1]), optimum)
 
 
-def problem_of(network: Network, recording: Recording, wall: str | type, how: Sampling) -> Problem:
+def problem_of(
+    network: Network, recording: Recording, wall: str | type, how: Sampling, sites: Sequence[Observation] = ()
+) -> Problem:
     """Return an animal as a problem of inference; raises as `posterior`."""
     nominal = estimate_nominal(network, recording, how.blood, find_bed(how.bed))
     space = parameter_space(wall, network, nominal, how.blood, {}, how.search.fixed, False)
     unknowns = Unknowns(space, nominal, how.priors, recording)
-    return Problem(
-        unknowns, compared_part(recording, how.search.pressure_harmonics), how.numerics, how.workers or threads()
-    )
+    compared = compared_part(recording, how.search.pressure_harmonics)
+    compared = replace(compared, sites=sites_of(sites, network, compared))
+    return Problem(unknowns, compared, how.numerics, how.workers or threads())
 
 
 def _scores(unknowns: Unknowns, fit: Fit) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 from vasowave import units
 from vasowave.errors import InputError, did_you_mean
 from vasowave.io.columns import Columns, number, read_columns
-from vasowave.recording.observation import NUMBERS, QUANTITIES, Observation
+from vasowave.recording.observation import NUMBERS, QUANTITIES, ZERO_SD, Observation
 from vasowave.recording.plausibility import repeats_first
 from vasowave.recording.signal import ALIASES, even_step, written_to
 
@@ -81,12 +81,15 @@ def _site(table: Columns, row: int) -> Observation:
         place, (error, zero) = _number(cell, "place"), (_number(cell, name) for name in ("error", "zero sd"))
         if error is None:
             raise InputError("the cell 'error' is empty; give the SD of the error of each value")
-        at = "cm" if "place" in table.names and table.units[table.names.index("place")] not in ("", "1") else "place"
-        if at == "cm" and place is not None:
-            place *= units.factor(table.units[table.names.index("place")], "length")
-        more = {"zero_sd": zero * scale} if zero is not None else {}
-        return Observation(quantity, cell["vessel"], error * scale, waveform=waveform, period=period,
-                           gain_sd=_number(cell, "gain sd"), **{at: place}, **values, **more)  # fmt: skip
+        unit = dict(zip(table.names, table.units, strict=True)).get("place", "")
+        cm = place * units.factor(unit, "length") if place is not None and unit not in ("", "1") else None
+        zero_sd = ZERO_SD if zero is None else zero * scale
+        share = place if cm is None else None
+        numbers = (values.get(name) for name in NUMBERS)
+        gain = _number(cell, "gain sd")
+        return Observation(
+            quantity, cell["vessel"], error * scale, share, cm, waveform, *numbers, zero_sd, gain, period
+        )
     except InputError as problem:
         raise InputError(f"{where}: {problem}") from None
 
