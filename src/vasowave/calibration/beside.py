@@ -20,6 +20,7 @@ from vasowave.findings import Finding, look_kind
 from vasowave.model.walls import wave_speed
 from vasowave.noise.spectrum import SIZE
 from vasowave.recording import resample
+from vasowave.recording.observation import NUMBERS
 from vasowave.runtime.threads import threads
 from vasowave.solver.simulate import Numerics
 from vasowave.units import ratios
@@ -62,7 +63,8 @@ def what_sites_add(
     Returns
     -------
     Dataset
-        By ``site``: ``vessel, observed`` (the quantity), ``place`` (share of the length), ``unit, error``;
+        By ``site``: ``vessel, observed`` (the quantity), ``place`` (share of the length), ``unit, error, zero_sd,
+        gain_sd``, and ``mean, systolic, diastolic`` where it is numbers;
         ``measured, simulated, predicted`` by ``time`` (s; NaN of a site that is numbers; predicted by the fit without
         it); ``misfit`` (r.m.s. of what the prediction misses, over what was expected) and ``ratio`` (measured over what
         the fit of the inlet alone predicts). By ``quantity`` (wave_speed, R_T and the free parameters):
@@ -181,6 +183,9 @@ def _dataset(
     numbers = {
         "place": sites.places.share,
         "error": [one.error for one in sites.observations],
+        "zero_sd": [one.zero_sd for one in sites.observations],
+        "gain_sd": [one.gain for one in sites.observations],
+        **{name: [one.numbers.get(name, np.nan) for one in sites.observations] for name in NUMBERS},
         "ratio": [ratio for _, ratio, _ in ends],
         "misfit": [misfit for _, _, misfit in ends],
     }

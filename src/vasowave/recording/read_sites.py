@@ -66,6 +66,17 @@ def read_sites(path: str | Path) -> tuple[Observation, ...]:
     return tuple(_site(table, row) for row in range(len(table.cells)))
 
 
+def site_files(path: Path) -> tuple[Path, ...]:
+    """Return the waveforms that a table of sites names, those that are there; none of a table that cannot be read."""
+    try:
+        table = read_columns(path, _ALIASES)
+        column = table.find("file")
+    except InputError:
+        return ()
+    names = [] if column is None else [cells[column].strip() for cells in table.cells]
+    return tuple(file for name in dict.fromkeys(filter(None, names)) if (file := path.parent / name).is_file())
+
+
 def _site(table: Columns, row: int) -> Observation:
     where = f"{table.source}, line {table.lines[row]}"
     cell = {name: table.cells[row][i].strip() for i, name in enumerate(table.names)}
@@ -85,10 +96,10 @@ def _site(table: Columns, row: int) -> Observation:
         cm = place * units.factor(unit, "length") if place is not None and unit not in ("", "1") else None
         zero_sd = ZERO_SD if zero is None else zero * scale
         share = place if cm is None else None
-        numbers = (values.get(name) for name in NUMBERS)
+        mean, largest, smallest = (values.get(name) for name in NUMBERS)
         gain = _number(cell, "gain sd")
         return Observation(
-            quantity, cell["vessel"], error * scale, share, cm, waveform, *numbers, zero_sd, gain, period
+            quantity, cell["vessel"], error * scale, share, cm, waveform, mean, largest, smallest, zero_sd, gain, period
         )
     except InputError as problem:
         raise InputError(f"{where}: {problem}") from None
