@@ -44,6 +44,33 @@ SITE_APART = look_kind(
 )
 
 
+_SAID = {
+    "vessel": "vessel of the site",
+    "observed": "what was observed",
+    "unit": "unit of what was observed",
+    "place": "share of the vessel's length from its inlet",
+    "error": "SD of the error of each value",
+    "zero_sd": "SD of the zero of a pressure",
+    "gain_sd": "SD of a factor of all values",
+    "mean": "observed mean, in place of a waveform",
+    "systolic": "observed largest value, in place of a waveform",
+    "diastolic": "observed smallest value, in place of a waveform",
+    "ratio": "observed over what the inlet alone predicts",
+    "misfit": "what the fit without the site misses over what was expected, r.m.s.",
+    "measured": "observed waveform",
+    "simulated": "the fit to all sites",
+    "predicted": "the fit without the site",
+    "value": "value with all sites",
+    "low": "lower end of its 95 % interval",
+    "high": "upper end of its 95 % interval",
+    "value_without": "value without the site",
+    "low_without": "lower end without the site",
+    "high_without": "upper end without the site",
+}
+_SHARES = ("place", "gain_sd", "ratio", "misfit")  # numbers without a unit
+_MEANINGS = {name: {"long_name": said} | ({"units": "1"} if name in _SHARES else {}) for name, said in _SAID.items()}
+
+
 @dataclass(frozen=True, eq=False)
 class _End:
     """A fit to some of the sites: where it ended, and what all of them are there."""
@@ -195,14 +222,15 @@ def _dataset(
         "predicted": [end.waves[site] for site, (end, _, _) in enumerate(ends)],
     }
     quantities = dict(zip(("value", "low", "high"), all_of, strict=True))
+    variables = {
+        **{name: ("site", np.array(value, object)) for name, value in by_site.items()},
+        **{name: ("site", np.array(value, float)) for name, value in numbers.items()},
+        **{name: (("site", "time"), np.array(value)) for name, value in waves.items()},
+        **{name: ("quantity", value) for name, value in quantities.items()},
+        **{f"{name}_without": (("site", "quantity"), without[:, i]) for i, name in enumerate(quantities)},
+    }
     return xr.Dataset(
-        {
-            **{name: ("site", np.array(value, object)) for name, value in by_site.items()},
-            **{name: ("site", np.array(value, float), {"units": "1"}) for name, value in numbers.items()},
-            **{name: (("site", "time"), np.array(value)) for name, value in waves.items()},
-            **{name: ("quantity", value) for name, value in quantities.items()},
-            **{f"{name}_without": (("site", "quantity"), without[:, i]) for i, name in enumerate(quantities)},
-        },
+        {name: (*one, _MEANINGS[name]) for name, one in variables.items()},
         coords={
             "site": np.array([one.title for one in sites.observations], object),
             "time": ("time", compared.time, {"units": "s"}),

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 _ABREAST = 2  # panels in a row
 _HEIGHT = 5.5  # of a row, cm
 _TITLE = 44  # letters
+_WIDE = 3.0  # pt: a prediction shows on both sides of a fit that lies on it
 
 
 def sites_of(result: AnimalResult) -> dict[str, xr.Dataset]:
@@ -58,7 +59,7 @@ def plot_site(ax: "Axes", result: AnimalResult, site: int, color: str = CTL) -> 
         time = closed_time(one["time"].values, result.period)
         if place == 0:
             _observed(ax, one, time)
-            ax.plot(time, closed(one["predicted"].values), color=FAINT, label="predicted without it")
+            ax.plot(time, closed(one["predicted"].values), color=FAINT, linewidth=_WIDE, label="predicted without it")
         ax.plot(time, closed(one["simulated"].values), **lines[wall])
     ax.set_title(short(str(one["site"].values), _TITLE), fontsize="medium")
     return label_axes(ax, "time [s]", f"{one['observed'].item()} [{one['unit'].item()}]")
