@@ -2,22 +2,30 @@
 
 Each animal has its own wall, beds and geometry; its image is wrong by a factor of all radii and by one of each vessel.
 All signals carry the noise of a periodic Ornstein-Uhlenbeck process, which no prior of vasowave knows, white noise, a
-zero of their own (pressures) or a gain of their own (others). Run as ``python benchmarks/sites.py 20 posterior``.
+zero of their own (pressures) or a gain of their own (others). Run as ``python benchmarks/sites.py 20 posterior``;
+``fit``, or ``units`` for what is said of every pair of units.
 """
 
 import sys
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 import pandas as pd
 
 import vasowave as vw
+from vasowave.calibration import beside
+from vasowave.calibration.compared import compared_part
+from vasowave.calibration.parameters import parameter_space
+from vasowave.calibration.sites import sites_of
 from vasowave.quantities import derived
 from vasowave.recording import resample
 from vasowave.solver.places import Places, waves_at
 from vasowave.solver.simulate import simulate_run
+from vasowave.units import ratios
 
 KINDS = ("none", "pressure", "flow", "diameter")
+EVERY = (*KINDS[1:], "velocity", "area")
 TOLD = ("wave_speed", "R_T", "beta")
 BRANCH = 1
 SAMPLES = 128
@@ -51,10 +59,10 @@ def animal(seed):
         wave = resample(waves.of(quantity)[:, place], SAMPLES)
         return wave + coloured(rng, NOISE * np.ptp(wave)) + error * rng.standard_normal(SAMPLES)
 
-    white = {name: WHITE * float(np.ptp(waves.of(name)[:, 1])) for name in KINDS[1:]}
+    white = {name: WHITE * float(np.ptp(waves.of(name)[:, 1])) for name in EVERY}
     pressure = seen("pressure", 0, WHITE * float(np.ptp(waves.pressure[:, 0]))) + ZERO * rng.standard_normal()
-    sites = {"none": []}
-    for name in KINDS[1:]:
+    sites: dict[str, list[vw.Observation]] = {"none": []}
+    for name in EVERY:
         wave = seen(name, 1, white[name])
         shift = ZERO * rng.standard_normal()
         wave = wave + shift if name == "pressure" else wave * np.exp(GAIN * shift / ZERO)
@@ -87,6 +95,35 @@ def rows_of(seed, how):
                    "misfit": misfit}  # fmt: skip
 
 
+def units_of(seed):
+    """Yield what is said of every pair of units, a row each: of what was held, read as what, whether it is noticed."""
+    _, image, recording, sites = animal(seed)
+    for kind in EVERY:
+        known = ratios(kind)
+        told = {
+            one: factor for one, factor in known.items() if list(known.values()).index(factor) == list(known).index(one)
+        }
+        pairs = [
+            ("right", "right", 1.0),
+            *((one, other, told[other] / told[one]) for one, other in permutations(told, 2)),
+        ]
+        (right,) = sites[kind]
+        nominal = vw.estimate_nominal(image, recording)
+        space = parameter_space("linear", image, nominal, vw.Blood(), {}, {}, False)
+        compared, how = compared_part(recording), vw.Numerics(samples=64, tolerance=1e-6)
+        begin = np.log(space.nominal[space.free])
+        at = sites_of([right], image, compared)
+        alone = beside._ended(space, compared, at, how, "least-squares", begin)
+        for one, other, factor in pairs:
+            wrong = replace(right, waveform=right.waveform * factor, error=right.error * factor)
+            read = sites_of([wrong], image, compared)
+            scaled = replace(alone, coefficients=alone.coefficients / factor, jacobian=alone.jacobian / factor)
+            ratio = beside._ratio(read, 0, scaled)
+            said = beside._slip(kind, ratio, scaled, read, 0)
+            row = {"seed": seed, "quantity": kind, "unit": one, "read as": other, "factor": factor, "ratio": ratio}
+            yield row | {"noticed": said is not None}
+
+
 def summed(frame):
     """Return coverage and median width (of the logarithm) by kind and quantity."""
     frame = frame.assign(held=(frame.low < frame.truth) & (frame.truth < frame.high))
@@ -97,6 +134,13 @@ def summed(frame):
 def main():
     """Print the summary after every animal."""
     count, how = int(sys.argv[1]), sys.argv[2]
+    if how == "units":
+        frame = pd.DataFrame([row for seed in range(count) for row in units_of(seed)])
+        frame = frame.assign(pair=frame["unit"] + " as " + frame["read as"])
+        print(frame.groupby("quantity")["noticed"].sum(), frame.groupby("quantity").size())
+        print(frame[~frame.noticed & (frame.factor != 1)].groupby(["quantity", "pair", "factor"]).size())
+        print(frame[frame.noticed & (frame.factor == 1)])
+        return
     rows = []
     for seed in range(count):
         rows += rows_of(seed, how)

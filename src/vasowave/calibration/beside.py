@@ -33,7 +33,7 @@ _GEOMETRIC = {"diameter": {"a radius": 0.5}, "area": {"a radius": 0.318, "a diam
 
 SITE_UNIT = look_kind(
     "fit.site-unit",
-    "The {site} is {ratio:.3g} times what the recording at the inlet predicts, as if {why}. {remedy}",
+    "The {site} is {ratio:.3g} times what the recording at the inlet predicts, as if {why}, or the like. {remedy}",
     "Correct its unit; until then it pulls the fit to a wrong place.",
 )
 SITE_APART = look_kind(
