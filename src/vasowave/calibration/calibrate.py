@@ -1,7 +1,7 @@
 """Calibrate a model to one recording from several starts in parallel."""
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import field, replace
 from typing import Annotated, Any, Literal
 
@@ -28,7 +28,7 @@ from vasowave.model.laws import find_bed
 from vasowave.model.nominal import estimate_nominal, oddities
 from vasowave.network.network import Network, a_network
 from vasowave.network.remarks import unknown_pressure
-from vasowave.recording import EnsembleAverage, Observation, Recording, one_cycle
+from vasowave.recording import EnsembleAverage, Recording, one_cycle
 from vasowave.runtime.threads import threads
 from vasowave.settings import Check, Example, Positive, Range, given_values, settings_class
 from vasowave.solver.dataset import as_dataset
@@ -115,6 +115,8 @@ class Fitting(Search):
     numerics: Numerics = NUMERICS
     """Its `samples` is ignored: the simulation has the recording's (at most 1024). A tolerance above 1e-6 mmHg becomes
     1e-6."""
+    sites: tuple[Any, ...] = ()
+    """What was observed elsewhere over the cycle of the recording, an `Observation` each; see `read_sites`."""
 
 
 @in_words()
@@ -124,14 +126,13 @@ def calibrate(
     wall: str | type = "linear",
     search: Search | None = None,
     *,
-    sites: Sequence[Observation] = (),
     progress: Callable[[int, int, float], None] | None = None,
     ends: Ends | None = None,
     **settings: Any,
 ) -> Fit:
     """Find the parameters that minimize S (eq. 14) between measured and simulated pressure and flow at the inlet.
 
-    What was observed at further sites counts beside it, each value by its error and the model's.
+    What was observed at further sites (`Fitting.sites`) counts beside it, each value by its error and the model's.
 
     Parameters
     ----------
@@ -142,8 +143,6 @@ def calibrate(
         see `laws.find_law`.
     search : Search, optional
         Starts, method, bounds.
-    sites : sequence of Observation, optional
-        What was observed elsewhere, over the cycle of the recording; see `Fit.sites`.
     progress : callable, optional
         Called with finished starts, all starts and the best S so far.
     ends : Ends, optional
@@ -175,13 +174,13 @@ def calibrate(
     nominal = estimate_nominal(network, recording, plan.blood, find_bed(plan.bed))
     space = parameter_space(wall, network, nominal, plan.blood, plan.bounds, plan.fixed, plan.paper_bounds)
     compared = compared_part(recording, plan.pressure_harmonics)
-    compared = replace(compared, sites=sites_of(sites, network, compared))
-    if sites and plan.numerics.cycles_from_rest is not None:
+    compared = replace(compared, sites=sites_of(plan.sites, network, compared))
+    if plan.sites and plan.numerics.cycles_from_rest is not None:
         raise InputError("further sites need a periodic state; leave out cycles_from_rest")
     numerics = _for_fits(plan.numerics, min(len(recording.pressure), MOST_SAMPLES))
     starts = starting_points(space, plan.starts, plan.seed)
     searched, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
-    if sites:
+    if plan.sites:
         compared = _weighted(space, compared, numerics, plan, searched)
     objective, best = _polish(space, compared, numerics, plan, searched)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
@@ -192,7 +191,7 @@ def calibrate(
     found = [INTERRUPTED(done=len(searched), starts=plan.starts)] if stopped else []
     found += [compared.finding(), *unknown_pressure(network), *oddities(nominal, recording.flow)]
     found += [*fit_findings(table, correlation, table_of_starts, spread), *run.notes]
-    added = what_sites_add(space, compared, objective.numerics, plan.method, best.x) if sites else (None, [])
+    added = what_sites_add(space, compared, objective.numerics, plan.method, best.x) if plan.sites else (None, [])
     found += added[1]
     at_inlet = residual[: compared.samples]
     return Fit(

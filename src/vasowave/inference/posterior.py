@@ -1,6 +1,6 @@
 """The posterior of one animal under one wall law, from network and recording to draws and words."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import field, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -28,7 +28,7 @@ from vasowave.model.laws import find_bed
 from vasowave.model.nominal import estimate_nominal
 from vasowave.network.network import Network, a_network
 from vasowave.quantities import derived
-from vasowave.recording import EnsembleAverage, Observation, Recording, one_cycle
+from vasowave.recording import EnsembleAverage, Recording, one_cycle
 from vasowave.runtime.threads import threads
 from vasowave.settings import given_values, settings_class
 from vasowave.solver.simulate import Numerics
@@ -57,6 +57,8 @@ class Sampling:
     """How finely is simulated."""
     priors: Priors = field(default_factory=Priors)
     """What is assumed before."""
+    sites: tuple[Any, ...] = ()
+    """What was observed elsewhere over the cycle of the recording, an `Observation` each; see `read_sites`."""
     draws: Annotated[int, Ge(40)] = 400
     """Draws that are simulated and weighted; with fewer than 40 none lies in the 2.5 % at either end."""
     seed: Annotated[int, Ge(0)] = 0
@@ -70,7 +72,6 @@ def posterior(
     recording: Recording | EnsembleAverage,
     wall: str | type = "linear",
     *,
-    sites: Sequence[Observation] = (),
     fit: Fit | None = None,
     path: str | Path | None = None,
     progress: Callable[[int], None] | None = None,
@@ -90,8 +91,6 @@ def posterior(
         One that comes from averaged beats brings the standard errors of its harmonics along.
     wall : str or class
         As for `calibrate`.
-    sites : sequence of Observation, optional
-        What was observed elsewhere, as for `calibrate`.
     fit : Fit, optional
         Of the same animal and law: one more start. If the posterior lies elsewhere, that is one of the findings.
     path : str or Path, optional
@@ -119,7 +118,7 @@ def posterior(
     Posterior(linear wall: beta ... [..., ...], stiffness ...; Pareto k ...)
     """
     how = given_values(Sampling, None, settings)
-    problem = problem_of(a_network(network), one_cycle(recording), wall, how, sites)
+    problem = problem_of(a_network(network), one_cycle(recording), wall, how)
     return posterior_of(problem, how, fit, None if path is None else Path(path), progress)
 
 
@@ -142,15 +141,13 @@ def posterior_of(
     return reported(problem, noise, explored, simulations.asked, np.random.default_rng([how.seed, 1]), optimum)
 
 
-def problem_of(
-    network: Network, recording: Recording, wall: str | type, how: Sampling, sites: Sequence[Observation] = ()
-) -> Problem:
+def problem_of(network: Network, recording: Recording, wall: str | type, how: Sampling) -> Problem:
     """Return an animal as a problem of inference; raises as `posterior`."""
     nominal = estimate_nominal(network, recording, how.blood, find_bed(how.bed))
     space = parameter_space(wall, network, nominal, how.blood, {}, how.search.fixed, False)
     unknowns = Unknowns(space, nominal, how.priors, recording)
     compared = compared_part(recording, how.search.pressure_harmonics)
-    compared = replace(compared, sites=sites_of(sites, network, compared))
+    compared = replace(compared, sites=sites_of(how.sites, network, compared))
     return Problem(unknowns, compared, how.numerics, how.workers or threads())
 
 
