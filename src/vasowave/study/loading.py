@@ -28,6 +28,7 @@ from vasowave.recording import (
     read_edits,
     read_raw_recording,
     read_recording,
+    read_sites,
     ringing,
     suspect_catheter,
 )
@@ -51,6 +52,7 @@ def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
     """Return the SHA-256 of every file of one animal by its role, and the file's name as seen from `folder`."""
     files = dict(zip(("network", "recording", "flow"), (row.network, *row.recordings), strict=False))
     files |= {"beat edits": row.beat_edits} if row.beat_edits else {}
+    files |= {f"site {place}" if place else "sites": file for place, file in enumerate(row.of_sites)}
     return {role: f"{look(file).sha256} ({inside(file, folder)})" for role, file in files.items()}
 
 
@@ -66,6 +68,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
         "network",
         "recordings",
         "beat_edits",
+        "sites",
         "line",
         "shared_recording",
         "R_T",
@@ -108,7 +111,8 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     recording = replace(recording, notes=tuple(dict.fromkeys((*recording.notes, *behind, *odd))))
     if study.practice == "paper":
         recording = PAPER.recording(recording)
-    return replace(animal, recording=recording, synthetic=synthetic)
+    sites = read_sites(row.sites) if row.sites else ()
+    return replace(animal, recording=recording, synthetic=synthetic, sites=sites)
 
 
 def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, EnsembleAverage | None, RawRecording | None]:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from vasowave.inference.known_errors import SHARED, columns
+from vasowave.recording.read_sites import site_files
 
 ERRORS = {title: name for name, (title, _) in columns().items()}
 """Columns of errors that the lab knows, and the settings that they stand for."""
@@ -29,6 +30,7 @@ COLUMNS = {
     "start [s]": "raw: start of the stretch to use, since the start of the block.",
     "end [s]": "raw: end of the stretch to use.",
     "beat edits": "raw: file of what a person decided of single beats: reject, keep, move (action, time [s], to [s]).",
+    "sites": "Table of what was observed at further places (vasowave's read_sites): one row a place.",
     "zero [mmHg]": "What the transducer reads at zero pressure, where it is not 0; it is subtracted.",
     "zero after [mmHg]": "What it reads at zero pressure after the recording: the mean of both is subtracted, and the "
     "zero's SD is that of a drift between them, where no other is said.",
@@ -79,6 +81,7 @@ class AnimalRow:
     start: float | None = None
     end: float | None = None
     beat_edits: Path | None = None
+    sites: Path | None = None
     zero: float | None = None
     sampling_rate: float | None = None
     image_pressure: float | None = None
@@ -97,4 +100,9 @@ class AnimalRow:
     @property
     def files(self) -> tuple[Path, ...]:
         """Every file that is read for this animal."""
-        return (self.network, *self.recordings, *([self.beat_edits] if self.beat_edits else []))
+        return (self.network, *self.recordings, *([self.beat_edits] if self.beat_edits else []), *self.of_sites)
+
+    @property
+    def of_sites(self) -> tuple[Path, ...]:
+        """The table of sites and the waveforms that it names."""
+        return () if self.sites is None else (self.sites, *site_files(self.sites))
