@@ -11,12 +11,9 @@ import numpy as np
 
 from vasowave.cohort.mixed import FLOOR, LEAST
 
-_BOTH, _FIRST, _SECOND = np.ones((2, 2)), np.diag([1.0, 0.0]), np.diag([0.0, 1.0])
-COMPONENTS = {
-    "one animal twice": (np.eye(2), _BOTH),
-    "littermates": (_FIRST, _SECOND, _BOTH),
-}
-"""Variance components of a pair: littermates stand in two groups, of which each has a variance of its own."""
+_BOTH = np.ones((2, 2))
+_OF_ANIMALS = np.eye(2), _BOTH  # one animal twice
+_OF_LITTERMATES = np.diag([1.0, 0.0]), np.diag([0.0, 1.0]), _BOTH  # of two groups, each with a variance of its own
 
 _TURNS, _HALVINGS, _ENOUGH = 40, 12, 1e-6  # of scoring; change, by the variance, at which it ends
 
@@ -28,8 +25,20 @@ class Changes(NamedTuple):
     error: np.ndarray
     freedom: np.ndarray
 
+    def p(self, more: float = 0.0) -> np.ndarray:
+        """Return the two-sided p of each by itself, with `more` added to its change."""
+        from scipy.special import stdtr
 
-def changes_of(values: np.ndarray, error: float, kind: str) -> Changes:
+        return np.asarray(2 * stdtr(self.freedom, -np.abs(self.value + more) / self.error))
+
+
+def structure_of_pairs(pairs: int, littermates: bool) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Return fixed effects and variance components (`mixed.Structure`) of all first values and then all second ones."""
+    basis = _OF_LITTERMATES if littermates else _OF_ANIMALS
+    return np.kron(np.eye(2), np.ones((pairs, 1))), [np.kron(one, np.eye(pairs)) for one in basis]
+
+
+def changes_of(values: np.ndarray, error: float, littermates: bool) -> Changes:
     """Return the change of every study of `values`, shape (study, 2, pair), as the design's mixed model has it.
 
     Parameters
@@ -37,14 +46,14 @@ def changes_of(values: np.ndarray, error: float, kind: str) -> Changes:
     values : array, shape (study, 2, pair)
     error : float
         SD of the known error of each value.
-    kind : str
-        Of `COMPONENTS`.
+    littermates : bool
+        Whether a pair is two animals of two groups; else one animal on two occasions.
     """
     pairs = values.shape[2]
     means = values.mean(axis=2)
     away = values - means[..., np.newaxis]
     seen = away @ np.swapaxes(away, -1, -2) / (pairs - 1)
-    basis = np.array(COMPONENTS[kind])
+    basis = np.array(_OF_LITTERMATES if littermates else _OF_ANIMALS)
     variance, freedom = _judged(seen, error**2, basis, pairs)
     if error:
         freedom = np.maximum(freedom, FLOOR * _judged(seen, 0.0, basis, pairs)[1])
@@ -58,7 +67,7 @@ def _judged(seen: np.ndarray, known: float, basis: np.ndarray, pairs: int) -> tu
     variance = covariance @ change @ change / pairs
     slopes = basis @ change @ change / pairs
     information = 0.5 * (pairs - 1) * _products(np.linalg.inv(covariance), basis)
-    moved = np.linalg.pinv(information, hermitian=True) @ slopes @ slopes
+    moved = np.linalg.solve(information, slopes) @ slopes
     return variance, 2 * variance**2 / moved
 
 
@@ -92,9 +101,7 @@ def _maximized(seen: np.ndarray, known: float, basis: np.ndarray, pairs: int) ->
     return covariance
 
 
-def _step(
-    seen: np.ndarray, covariance: np.ndarray, basis: np.ndarray, at: np.ndarray, least: np.ndarray
-) -> np.ndarray:
+def _step(seen: np.ndarray, covariance: np.ndarray, basis: np.ndarray, at: np.ndarray, least: np.ndarray) -> np.ndarray:
     """Return the step of scoring, (study, component), by the components that are not held at their limits."""
     inverse = np.linalg.inv(covariance)
     pull = inverse @ seen @ inverse - inverse
