@@ -8,8 +8,9 @@ import planning
 import vasowave as vw
 from made_cohort import made_results
 from vasowave.cohort import Design, Variable, gathered
+from vasowave.cohort.balanced import changes_of, effects_of_repeated
+from vasowave.cohort.design import laid_out
 from vasowave.cohort.mixed import Structure, fit_mixed
-from vasowave.cohort.pairs import changes_of
 from vasowave.cohort.planning import Planning, plan_of
 from vasowave.cohort.simultaneous import Row, simultaneous
 from vasowave.cohort.spreads import Spread, with_occasions
@@ -74,6 +75,24 @@ def test_pairs_that_are_judged_by_thousands_are_judged_as_the_model_of_their_des
             one = fit_mixed(y, Structure(what.fixed, list(what.random.values()), known)).effect(contrast)
             assert found.value[study] == pytest.approx(one.value)
             assert (found.error[study], found.freedom[study]) == pytest.approx((one.error, one.freedom), rel=1e-4)
+
+
+def test_repeated_recordings_that_are_judged_by_thousands_are_judged_as_the_model_of_their_design_judges_one():
+    rng, size = np.random.default_rng(5), 6
+    names = [str(row) for row in range(4 * size)]
+    members = {name: "AB"[int(name) // (2 * size)] for name in names}
+    mouse = Variable.of("mouse", {name: f"M{int(name) // 2}" for name in names})
+    what = laid_out(Design(subject="mouse"), {"mouse": mouse}, members, ["A", "B"])
+    (contrast,) = [(one.second - one.first) @ what.means for one in what.contrasts]
+    own, each = rng.normal(size=(60, 2, size, 1)), rng.normal(size=(60, 2, size, 2))
+    for between, within, error in ((0.3, 0.2, 0.0), (0.2, 0.2, 0.2), (0.05, 0.05, 0.4)):  # the last: at the limits
+        values = between * own + np.hypot(within, error) * each
+        found = effects_of_repeated(values, error)
+        known = error**2 * np.eye(4 * size)
+        for study, y in enumerate(values.reshape(60, -1)):
+            one = fit_mixed(y, Structure(what.fixed, list(what.random.values()), known)).effect(contrast)
+            assert found.value[study] == pytest.approx(one.value)
+            assert (found.error[study], found.freedom[study]) == pytest.approx((one.error, one.freedom), rel=1e-3)
 
 
 @pytest.mark.parametrize(("kind", "occasions"), [("mice", 1), ("litters", 1), ("mice", 2)])

@@ -1,14 +1,21 @@
 """How many animals a study needs: power of the primary comparison by its size, and what would save some."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import pandas as pd
 from annotated_types import Ge, Gt, Le, Lt
 
-from vasowave.cohort.power import critical_of_groups, critical_of_pairs, power_of_groups, power_of_pairs
+from vasowave.cohort.power import (
+    critical_of_groups,
+    critical_of_pairs,
+    critical_of_subjects,
+    power_of_groups,
+    power_of_pairs,
+    power_of_subjects,
+)
 from vasowave.cohort.spreads import Spread
 from vasowave.errors import InputError
 from vasowave.notebook import upstairs
@@ -101,37 +108,36 @@ def plan_of(spreads: Sequence[Spread], correlation: np.ndarray, source: str, set
     settings : Planning
     """
     root = np.linalg.cholesky(correlation + 1e-9 * np.eye(len(spreads)))
-    criticals = _criticals(spreads, root, settings)  # which the scenarios hardly change
-    found: dict[tuple[Spread, ...], np.ndarray] = {}
+    found: dict[tuple[object, ...], np.ndarray] = {}
+    criticals: dict[int, np.ndarray] = {}
     counts = {}
-    for name, some in _scenarios(spreads, settings).items():
-        if some not in found:
-            found[some] = np.array([_power(some, root, settings, *one) for one in zip(_SIZES, criticals, strict=True)])
-        counts[name] = _needed(found[some], settings.power)
+    for name, (some, asked) in _scenarios(spreads, settings).items():
+        if asked.occasions not in criticals:  # which other spreads hardly change
+            criticals[asked.occasions] = _criticals(spreads, root, asked)
+        if (some, asked.occasions) not in found:
+            each = zip(_SIZES, criticals[asked.occasions], strict=True)
+            found[some, asked.occasions] = np.array([_power(some, root, asked, *one) for one in each])
+        counts[name] = _needed(found[some, asked.occasions], settings.power)
     names = [one.quantity for one in spreads]
     least = {name: np.fmin(count, counts["as it is"]) for name, count in counts.items()}  # else by the draws alone
     needed = pd.DataFrame(least, index=names)
     index = pd.Index(_SIZES, name="animals" if settings.pairs is None else "pairs")
-    return Plan(settings, tuple(spreads), source, pd.DataFrame(found[tuple(spreads)], index, names), needed)
+    return Plan(
+        settings, tuple(spreads), source, pd.DataFrame(found[tuple(spreads), settings.occasions], index, names), needed
+    )
 
 
-def _scenarios(spreads: Sequence[Spread], settings: Planning) -> dict[str, tuple[Spread, ...]]:
-    """Return the spreads as they are, and as what may save animals makes them; images that a pair shares cancel."""
-    changed = {
-        "as it is": spreads,
-        "errors halved": [one._replace(error=one.error / 2) for one in spreads],
-        "own images": [
-            one._replace(shared=0.0, error=float(np.hypot(one.error, one.shared / 2**0.5))) for one in spreads
-        ],
-    }
+def _scenarios(spreads: Sequence[Spread], settings: Planning) -> dict[str, tuple[tuple[Spread, ...], Planning]]:
+    """Return spreads and occasions as they are, and as what may save animals makes them; images of a pair cancel."""
+    halved = tuple(one._replace(error=one.error / 2) for one in spreads)
+    own = tuple(one._replace(shared=0.0, error=float(np.hypot(one.error, one.shared / 2**0.5))) for one in spreads)
+    twice = replace(settings, occasions=2 * settings.occasions)
+    known = any(one.error or one.within for one in spreads)
+    again = tuple(spreads), twice if known else settings
+    found = {"as it is": (tuple(spreads), settings), "errors halved": (halved, settings)}
     if settings.pairs is None:
-        changed["a second occasion"] = [
-            one._replace(error=one.error / 2**0.5, within=one.within / 2**0.5) for one in spreads
-        ]
-    else:
-        del changed["own images"]
-        changed["two recordings each time"] = [one._replace(error=one.error / 2**0.5) for one in spreads]
-    return {name: tuple(some) for name, some in changed.items()}
+        return found | {"own images": (own, settings), "a second occasion": again}
+    return found | {"two recordings each time": again}
 
 
 def _needed(powers: np.ndarray, power: float) -> list[float]:
@@ -158,19 +164,23 @@ def _criticals(spreads: Sequence[Spread], root: np.ndarray, settings: Planning) 
 
 def _critical(spreads: Sequence[Spread], root: np.ndarray, settings: Planning, size: int) -> np.ndarray:
     """Return of each of some studies the p of one row below which the family's is below its level, from low to high."""
-    if settings.pairs is None:
-        return critical_of_groups(spreads, root, size, settings.occasions, settings.seed)
-    alike = settings.pairs, settings.littermates
-    return critical_of_pairs(spreads, root, size, settings.occasions, settings.seed, *alike)
+    how = settings.occasions, settings.seed
+    if settings.pairs is not None:
+        return critical_of_pairs(spreads, root, size, *how, settings.pairs, settings.littermates)
+    if settings.occasions > 1:
+        return critical_of_subjects(spreads, root, size, *how)
+    return critical_of_groups(spreads, root, size, settings.seed)
 
 
 def _power(
     spreads: Sequence[Spread], root: np.ndarray, settings: Planning, size: int, critical: np.ndarray
 ) -> np.ndarray:
     """Return how often each quantity's effect is shown with so many animals a group, over studies' critical p."""
-    if settings.pairs is None:
-        p = power_of_groups(spreads, root, size, settings.occasions, settings.seed, settings.effect)
+    how = settings.occasions, settings.seed, settings.effect
+    if settings.pairs is not None:
+        p = power_of_pairs(spreads, root, size, *how, settings.pairs, settings.littermates)
+    elif settings.occasions > 1:
+        p = power_of_subjects(spreads, root, size, *how)
     else:
-        alike = settings.pairs, settings.littermates
-        p = power_of_pairs(spreads, root, size, settings.occasions, settings.seed, settings.effect, *alike)
+        p = power_of_groups(spreads, root, size, settings.seed, settings.effect)
     return np.array([np.mean(np.searchsorted(np.sort(one), critical)) / len(one) for one in p])

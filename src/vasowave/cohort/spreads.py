@@ -41,9 +41,9 @@ class Spread(NamedTuple):
         animals = float(np.mean(np.square(self.between)))
         return animals / (animals + self.within**2) if animals else 0.0
 
-    def on_one_occasion(self, group: int, occasions: int = 1) -> float:
-        """Return the SD of the true values of a group, each averaged over some occasions."""
-        return float(np.hypot(self.between[group], self.within / occasions**0.5))
+    def on_one_occasion(self, group: int) -> float:
+        """Return the SD of the true values of a group."""
+        return float(np.hypot(self.between[group], self.within))
 
 
 def spreads_of(cohort: Cohort, family: Family | None = None) -> tuple[list[Spread], np.ndarray]:

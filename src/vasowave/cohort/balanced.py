@@ -1,8 +1,8 @@
-"""Many studies of pairs at once, judged as `mixed` judges one: what a plan draws by thousands.
+"""Many balanced studies at once, judged as `mixed` judges one: what a plan draws by thousands.
 
 A pair is two values with one covariance: what both have in common, what each has to itself, and known errors of one
-size. The restricted likelihood then is that of the sample covariance, and Kenward and Roger correct degrees of freedom
-alone.
+size. Animals that are recorded equally often have mean squares between and within them. The restricted likelihood is
+that of the sample covariance, or of the mean squares, and Kenward and Roger correct degrees of freedom alone.
 """
 
 from typing import NamedTuple
@@ -18,15 +18,15 @@ _OF_LITTERMATES = np.diag([1.0, 0.0]), np.diag([0.0, 1.0]), _BOTH  # of two grou
 _TURNS, _HALVINGS, _ENOUGH = 40, 12, 1e-6  # of scoring; change, by the variance, at which it ends
 
 
-class Changes(NamedTuple):
-    """Mean changes of pairs, their standard errors, and the degrees of freedom of these; shape (study,) each."""
+class Effects(NamedTuple):
+    """Effects, their standard errors, and the degrees of freedom of these; shape (study,) each."""
 
     value: np.ndarray
     error: np.ndarray
     freedom: np.ndarray
 
     def p(self, more: float = 0.0) -> np.ndarray:
-        """Return the two-sided p of each by itself, with `more` added to its change."""
+        """Return the two-sided p of each by itself, with `more` added to it."""
         from scipy.special import stdtr
 
         return np.asarray(2 * stdtr(self.freedom, -np.abs(self.value + more) / self.error))
@@ -38,7 +38,7 @@ def structure_of_pairs(pairs: int, littermates: bool) -> tuple[np.ndarray, list[
     return np.kron(np.eye(2), np.ones((pairs, 1))), [np.kron(one, np.eye(pairs)) for one in basis]
 
 
-def changes_of(values: np.ndarray, error: float, littermates: bool) -> Changes:
+def changes_of(values: np.ndarray, error: float, littermates: bool) -> Effects:
     """Return the change of every study of `values`, shape (study, 2, pair), as the design's mixed model has it.
 
     Parameters
@@ -57,7 +57,39 @@ def changes_of(values: np.ndarray, error: float, littermates: bool) -> Changes:
     variance, freedom = _judged(seen, error**2, basis, pairs)
     if error:
         freedom = np.maximum(freedom, FLOOR * _judged(seen, 0.0, basis, pairs)[1])
-    return Changes(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
+    return Effects(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
+
+
+def effects_of_repeated(values: np.ndarray, error: float, shared: float = 0.0) -> Effects:
+    """Return the difference of two groups of animals that are recorded equally often, as a design with subjects has it.
+
+    Parameters
+    ----------
+    values : array, shape (study, 2, animal, occasion)
+        Two occasions or more.
+    error : float
+        SD of the known error of each value.
+    shared : float
+        Standard error of the difference from what animals have in common.
+    """
+    means = values.mean(axis=(2, 3))
+    variance, freedom = _of_repeated(values, error**2, shared)
+    if error:
+        freedom = np.maximum(freedom, FLOOR * _of_repeated(values, 0.0, shared)[1])
+    return Effects(means[:, 1] - means[:, 0], np.sqrt(variance), freedom)
+
+
+def _of_repeated(values: np.ndarray, known: float, shared: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the variance of the difference of the groups and its degrees of freedom, shape (study,) each."""
+    animals, occasions = values.shape[2:]
+    own = values.mean(axis=3)
+    between, within = occasions * own.var(axis=2, ddof=1), values.var(axis=3, ddof=1).mean(axis=2)
+    free = animals - 1, animals * (occasions - 1)
+    pooled = (free[0] * between + free[1] * within) / sum(free)
+    likeliest = np.maximum(np.where(between < within, pooled, between), known)  # animals differ by none, or more
+    of_mean = likeliest / (animals * occasions)
+    variance = of_mean.sum(axis=1) + shared**2
+    return variance, variance**2 * free[0] / np.square(of_mean).sum(axis=1)
 
 
 def _judged(seen: np.ndarray, known: float, basis: np.ndarray, pairs: int) -> tuple[np.ndarray, np.ndarray]:
