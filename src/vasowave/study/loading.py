@@ -77,6 +77,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
         "own",
         "errors",
         "hematocrit",
+        "temperature",
     }
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
     what["settings"], what["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure

@@ -35,6 +35,7 @@ COLUMNS = {
     "zero after [mmHg]": "What it reads at zero pressure after the recording: the mean of both is subtracted, and the "
     "zero's SD is that of a drift between them, where no other is said.",
     "hematocrit [1]": "Share of cells in the blood, 0.2 to 0.8: the viscosity of study.yaml is that at 0.45.",
+    "temperature [°C]": "Of the blood while it was recorded, 20 to 45: the viscosity of study.yaml is that at 37.",
     "sampling rate [1/s]": "raw: samples per second of a table without a time column.",
     "synthetic": "yes if the recording was made and not measured; the report then says so.",
     "shared recording": "yes if another animal has the same recording on purpose; else that is an error.",
@@ -92,6 +93,7 @@ class AnimalRow:
     C_T: float | None = None
     tau: float | None = None
     hematocrit: float | None = None
+    temperature: float | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
     """Settings of `KnownErrors` that are said of this animal."""
     own: Mapping[str, str] = field(default_factory=dict)
