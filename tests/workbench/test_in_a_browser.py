@@ -4,26 +4,15 @@ import json
 import shutil
 import subprocess
 import sys
-from urllib.parse import urlsplit
 
 import pytest
 from served import served
 
 import vasowave as vw
-from driven import driven
 from vasowave.study.table import read_rows
 
 READ = "document.querySelector('#reading')?.textContent === ''"
 CANVAS = "canvas.signals"
-
-
-@pytest.fixture(scope="module")
-def program(tmp_path_factory):
-    """A browser that has asked no other address than this machine's by the end."""
-    with driven(tmp_path_factory.mktemp("browser")) as one:
-        yield one
-        asked = {urlsplit(url).hostname for page in one.pages.values() for url in page.requests if "://" in url}
-        assert asked <= {"127.0.0.1", None}
 
 
 def opened(program, door, desk=""):

@@ -298,10 +298,11 @@ function tools() {
   fill(parts.tools,
     h("div", { class: "row" }, button("−", () => zoom(2), "out"), button("+", () => zoom(0.5), "in"), button("all", () => look(0, told.duration)),
       told.cells["start [s]"] || told.cells["end [s]"] ? button("Average the whole recording", () => done("set-stretch", {})) : null,
+      ["pressure", "flow"].filter((one) => told.cells[`${one} gain [1]`]).map((one) => button(`Take back the gain of the ${one} (${told.cells[`${one} gain [1]`]})`, () => done("set-gain", { signal: one }))),
       told.cells["zero [mmHg]"] ? button(`Take back the zero (${told.cells["zero [mmHg]"]} mmHg)`, () => done("set-zero", {})) : null,
       h("label", {}, "drift", choice([["remove", "removed"], ["warn", "left in"]], told.drift, (value) => act("set-setting", { key: "averaging.drift", value }), { data: { key: "drift" } }), h("span", {}, "(of all animals)"))),
     chosen ? h("div", { class: "row" }, h("span", {}, `${chosen[0].toFixed(3)} to ${chosen[1].toFixed(3)} s:`),
-      button("Average this stretch", () => done("set-stretch", both)), button("This is zero pressure", () => done("set-zero", both)),
+      button("Average this stretch", () => done("set-stretch", both)), button("This is zero pressure", () => done("set-zero", both)), known(done, both),
       told.beats ? [button("Reject its beats", () => judge("reject")), button("Keep its beats", () => judge("keep"))] : null,
       button("Zoom in", () => look(...chosen))) : null,
     reasons(),
@@ -311,6 +312,13 @@ function tools() {
       button("1 ms earlier", () => move(-0.001)), button("1 ms later", () => move(0.001))) : null,
     told.edits.length ? h("div", { class: "row" }, h("span", { class: "note" }, `${told.edits.length} beats edited, in ${told.cells["beat edits"]}`),
       button("Forget all edits", () => done("edit-beats", { forget: told.edits.map(([, at]) => at) }))) : null);
+}
+
+/** A point of calibration: what the mean of the stretch was known to be. */
+function known(done, both) {
+  const value = h("input", { type: "number", step: "any", min: 0, data: { key: "known" }, "aria-label": "known mean of the stretch" });
+  const signal = choice([["pressure", "mmHg"], ["flow", "ml/s"]], "pressure", () => {}, { "aria-label": "of pressure or flow", data: { key: "known of" } });
+  return h("label", {}, "its mean is known:", value, signal, button("Calibrate", () => done("set-gain", { ...both, signal: signal.value, known: Number(value.value) })));
 }
 
 /** Rejected beats by reason; the next of them at a click. */
@@ -343,7 +351,7 @@ function given() {
   const raw = told.kind === "raw";
   fill(parts.given, h("h2", {}, "What the table says"), h("div", { class: "row" },
     raw ? ["pressure channel", "flow channel", "ecg channel"].map(one) : field("period [s]"),
-    ["pressure unit", "flow unit", "zero [mmHg]", "wedge [mmHg]", ...(raw ? ["start [s]", "end [s]", "sampling rate [1/s]"] : [])].map(field),
+    ["pressure unit", "flow unit", "zero [mmHg]", "pressure gain [1]", "flow gain [1]", "wedge [mmHg]", ...(raw ? ["start [s]", "end [s]", "sampling rate [1/s]"] : [])].map(field),
     raw && told.blocks > 1 ? field("block") : null));
 }
 
