@@ -83,8 +83,8 @@ FAULTS = [
     ),
     Fault(
         "linear network about rest",
-        "model/linear.py",
-        (("middle = np.asarray(behind) + 0.5 * (1.0 + kept) * above", "middle = 0.0 * kept"),),
+        "model/two_ports.py",
+        (("return np.asarray(without) + 0.5 * (1.0 + kept) * above", "return np.asarray(without) + 0.0 * kept"),),
     ),
     Fault("flow faster than its waves", "solver/validity.py", (("mach.value >= 1.0", "mach.value >= 1e9"),)),
     Fault("drag bends no pressure", "solver/grid_error.py", (("**2 / 8 * drag", "**2 / 80 * drag"),)),

@@ -41,7 +41,6 @@ STATEFUL = {
     "_Stages",
     "Document",
     "GivenOptions",
-    "Opened",
 }  # what counts, searches or keeps, piece by piece
 
 
