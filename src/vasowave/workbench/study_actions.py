@@ -71,6 +71,27 @@ class SetCells:
 
 
 @settings_class
+class UseNetwork:
+    """Choose a network for every animal that has none, or whose file is not there."""
+
+    network: Name
+
+    def do(self, at: "Workplace") -> Mapping[str, Any]:
+        """Do it."""
+        desk = at.desk
+        if not desk.inside(self.network).is_file():
+            raise InputError(f"there is no file {self.network} in this study")
+        with desk.changing(f"network {self.network}", desk.table):
+            table = read_rows(desk.table)
+            lacking = [row for row in table.rows if not (desk.folder / (row.get("network") or ".")).is_file()]
+            for row in lacking:
+                row["network"] = self.network
+            write_file(desk.table, written_rows(table, ()))
+        names = [row["animal"] for row in lacking]
+        return {"animals": names, "said": [f"{self.network} is the network of: {', '.join(names) or 'no animal more'}"]}
+
+
+@settings_class
 class AddColumn:
     """Give the table a column of the lab's own: sex, weight [g], date."""
 
@@ -159,6 +180,7 @@ STUDY_ACTIONS = {
     "new-study": NewStudy,
     "add-files": AddFiles,
     "set-cells": SetCells,
+    "use-network": UseNetwork,
     "add-column": AddColumn,
     "remove-column": RemoveColumn,
     "remove-animal": RemoveAnimal,

@@ -183,8 +183,9 @@ function draw() {
     ...(moved ? [loop(fit, { color: MODEL, width: 1, dash: [2, 3] })] : []), ...(other ? [loop(other, { color: BESIDE, dash: [7, 3] })] : [])], x: "" });
   plot(parts.waves, { series: [...curves("forward", over, null), ...curves("backward", over, null, { color: MODEL, width: 1.8, dash: [2, 2] })], x: "" });
   plot(parts.modulus, { series: curves("modulus", harmonics, told.measured.modulus), x: "", log: true });
-  numbers(other);
-  redrawTrees();
+  trees.forEach((one) => one.redraw());
+  numbers(other);  // what is read of the page's layout is read before anything is written into it
+  scaleOf(parts.scale, told.stops, scale());
   parts.pressure.dataset.drawn = String(Number(parts.pressure.dataset.drawn || 0) + 1);
 }
 

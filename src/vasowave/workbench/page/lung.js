@@ -81,7 +81,8 @@ function wish() {
     h("label", {}, h("input", { type: "checkbox", checked: wishes.open_loops, data: { key: "loops" }, onchange: (event) => { wishes.open_loops = event.target.checked; stale = true; wish(); } }), "open loops"),
     h("button", { type: "button", id: "find", class: stale || !found ? "main" : "", disabled: !image, data: { key: "find" }, onclick: vessels }, stale && found ? "Find the vessels again" : "Find the vessels"),
     h("button", { type: "button", id: "write", disabled: !found || stale, data: { key: "write" }, onclick: async () => { parts.stage.textContent = "Writing …"; await act("write-lung", { image: told.image, wishes }); parts.stage.textContent = ""; told = await ask("lung", { image: told.image }); wish(); } }, "Write the network"),
-    stale && found ? h("span", { class: "old" }, "outdated: something was changed since") : told.written ? (told.outdated ? h("span", { class: "old" }, "network.csv is older than the edits") : h("span", { class: "note" }, `lungs/${told.image}/network.csv is written`)) : null));
+    stale && found ? h("span", { class: "old" }, "outdated: something was changed since") : told.written ? (told.outdated ? h("span", { class: "old" }, "network.csv is older than the edits") : h("span", { class: "note" }, `lungs/${told.image}/network.csv is written`)) : null,
+    told.written && !stale ? h("button", { type: "button", data: { key: "use" }, onclick: () => act("use-network", { network: `lungs/${told.image}/network.csv` }) }, "Use it for all animals that have none") : null));
 }
 
 function sliders() {

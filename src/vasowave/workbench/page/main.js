@@ -45,7 +45,16 @@ function told(now) {
   running.textContent = now.run.runner ? `Running: ${done} of ${Object.keys(now.run.animals).length} animals done${left}` : "";
 }
 
+let looking = null;
+
+/** Look whether something changed, one look after another: what takes long is not asked for twice. */
 async function look() {
+  while (looking) await looking;
+  looking = lookOnce();
+  try { await looking; } finally { looking = null; }
+}
+
+async function lookOnce() {
   let now;
   try {
     now = await ask("state");
@@ -75,6 +84,6 @@ afterChange(look);
 (async () => {
   await look();
   await show(true);
-  const again = async () => { if (!document.hidden) await look(); setTimeout(again, state?.run.runner ? 700 : 1000); };
+  const again = async () => { if (!document.hidden && !looking) await look(); setTimeout(again, state?.run.runner ? 700 : 1000); };
   setTimeout(again, 1000);
 })();

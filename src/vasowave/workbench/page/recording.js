@@ -18,6 +18,7 @@ export async function show(place, rest) {
   const average = h("canvas", { class: "panel", role: "img", "aria-label": "averaged cycle of pressure" });
   const flow = h("canvas", { class: "panel", role: "img", "aria-label": "averaged cycle of flow" });
   parts = { canvas, strip, average, flow, tools: h("div"), numbers: h("div", { class: "numbers" }), found: h("div"), given: h("div"), error: h("div") };
+  parts.side = h("section", { "aria-label": "average" }, parts.numbers, average, flow, parts.found);
   const at = names.indexOf(animal);
   const go = (name) => { location.hash = `recording/${encodeURIComponent(name)}`; };
   fill(place,
@@ -30,7 +31,7 @@ export async function show(place, rest) {
         h("p", { class: "keys" }, key("#00a7c4", "averaged"), key("", "good, not needed"), key("var(--alarm-edge)", "rejected"), key("var(--shade)", "outside the stretch")),
         h("p", { class: "keys" }, "Drag: a stretch. Click: a beat. Wheel: zoom, with Shift: scroll. Keys: ", ["←", "→", "+", "−", "n", "p", "x", "[", "]", "b", "e"].flatMap((key) => [h("kbd", {}, key), " "]),
           "scroll, zoom, next and previous beat, reject or restore, earlier and later by 1 ms, begin and end of a stretch at the middle.")),
-      h("section", { "aria-label": "average" }, parts.numbers, average, flow, parts.found)),
+      parts.side),
     parts.given);
   pointer(canvas, strip);
   watched(canvas, draw); watched(strip, draw); watched(average, drawAverage); watched(flow, drawAverage);
@@ -267,23 +268,30 @@ const middle = (k) => { const [start, end] = span(k); return (start + end) / 2; 
 /** The edit that decides on a beat already, if there is one. */
 const edited = (k) => told.edits.find(([what, at]) => what !== "move" && at >= span(k)[0] && at < span(k)[1]);
 
+/** Change something of this animal; until its average is computed anew the old numbers are pale. */
+async function change(what, given, quiet = false) {
+  parts.side.classList.add("old-numbers");
+  await act(what, { animal: told.animal, ...given }, quiet);
+  parts.side.classList.remove("old-numbers");
+}
+
 function toggle() {
   if (beat < 0) return;
   const own = edited(beat), lost = told.beats.rejected[beat];
-  if (own) act("edit-beats", { animal: told.animal, forget: [own[1]] });
-  else act("edit-beats", { animal: told.animal, edits: [[lost ? "keep" : "reject", middle(beat), null]] });
+  if (own) change("edit-beats", { forget: [own[1]] });
+  else change("edit-beats", { edits: [[lost ? "keep" : "reject", middle(beat), null]] });
 }
 
 function move(by) {
   if (beat < 0) return;
   const start = told.beats.starts[beat], own = told.edits.find(([what, , to]) => what === "move" && Math.abs(to - start) < 1e-4);
-  act("edit-beats", { animal: told.animal, edits: [["move", own ? own[1] : start, start + by]] }, true);
+  change("edit-beats", { edits: [["move", own ? own[1] : start, start + by]] }, true);
 }
 
 async function judge(what) {
   const inside = told.beats.starts.map((_, k) => k).filter((k) => middle(k) >= chosen[0] && middle(k) < chosen[1]);
   const wanted = inside.filter((k) => (what === "reject") !== Boolean(told.beats.rejected[k]));
-  if (wanted.length) await act("edit-beats", { animal: told.animal, edits: wanted.map((k) => [what, middle(k), null]) });
+  if (wanted.length) await change("edit-beats", { edits: wanted.map((k) => [what, middle(k), null]) });
   else say(`No beat there is to ${what}.`);
 }
 
@@ -293,7 +301,7 @@ const button = (text, does, key) => h("button", { type: "button", data: { key: k
 
 function tools() {
   if (!told.duration) { fill(parts.tools); return; }
-  const animal = told.animal, done = (what, given) => act(what, { animal, ...given });
+  const done = change;
   const both = chosen && { start: chosen[0], end: chosen[1] };
   fill(parts.tools,
     h("div", { class: "row" }, button("−", () => zoom(2), "out"), button("+", () => zoom(0.5), "in"), button("all", () => look(0, told.duration)),
