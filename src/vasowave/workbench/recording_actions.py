@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 Name = Annotated[str, MinLen(1), MaxLen(500)]
 _Time = Annotated[float, Ge(0)]
+_APART = 0.01  # of what was read: two points of calibration nearer to each other than this tell no gain
 _SAME = 1e-3  # s between two times that mean the same beat
 
 
@@ -72,8 +73,8 @@ class SetGain:
             return set_cells(at.desk, self.animal, {title: ""}, {})
         read = mean_between(at.recordings.opened(row).traces, self.signal, self.start, self.end)
         above = read - (row.calibration[0] if self.signal == "pressure" else 0.0)
-        if not above > 0:
-            raise InputError(f"the {self.signal} that was read here, {above:.3g} above zero, is not positive; "
+        if not above > _APART * abs(read):
+            raise InputError(f"the {self.signal} that was read here, {above:.3g} above zero, is not above the zero; "
                              "say first where it is zero, or take another stretch")  # fmt: skip
         return set_cells(at.desk, self.animal, {title: f"{self.known / above:.6g}"}, {})
 

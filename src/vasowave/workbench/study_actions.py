@@ -102,6 +102,8 @@ class AddColumn:
         title, table = " ".join(self.title.split()), at.desk.table
         if not title or not title.isprintable():
             raise InputError("a column has a title")
+        if title.casefold() in map(str.casefold, COLUMNS):
+            raise InputError(f"'{title}' is no column of your own: it has a meaning here, and stands among all columns")
         with at.desk.changing(f"column {title}", table):
             known = read_rows(table)
             write_file(table, written_rows(replace(known, titles=(*known.titles, title)), ()))
