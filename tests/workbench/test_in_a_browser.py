@@ -4,6 +4,7 @@ import json
 import shutil
 import subprocess
 import sys
+import time
 
 import pytest
 from served import served
@@ -66,6 +67,20 @@ def test_a_stretch_that_is_dragged_is_the_one_that_is_averaged(program, study, a
     assert 0.25 * duration < start < 0.45 * duration
     assert 0.7 * duration < end < 0.85 * duration
     assert page.errors == []
+
+
+def test_whoever_changes_desks_faster_than_they_come_sees_the_last_and_its_numbers(program, study, asker):
+    page = opened(program, asker)
+    page.js("(async () => { for (let k = 0; k < 12; k++) for (const one of ['study', 'recording/mouse_c1', 'lung', "
+            "'explorer', 'recording/mouse_h2']) { location.hash = one; await new Promise(done => setTimeout(done, 7 * k)); } })()")  # fmt: skip
+    expected = f"{asker.get('recording', animal='mouse_h2')['indices']['mPAP']:.4g}"
+    page.until(f"document.querySelector('[data-index=mPAP]')?.textContent === '{expected}'")
+    page.until(f"Number(document.querySelector('{CANVAS}')?.dataset.drawn) > 0")
+    time.sleep(1.0)
+    assert page.js("document.querySelector('[data-key=animal]').value") == "mouse_h2"
+    assert page.js("document.querySelector('[data-index=mPAP]').textContent") == expected
+    assert page.js("document.querySelectorAll('h1').length") == 1
+    page.errors.clear()  # the Explorer has no results to show
 
 
 def test_a_problem_stands_beside_its_cell_and_a_click_mends_it(program, study, asker):

@@ -15,8 +15,11 @@ let told = null, now = null, fit = null, band = {}, drawn = null, beside = null,
 
 export async function show(place, rest) {
   const all = await ask("results");
+  if (!place.isConnected) return;  // another desk or animal is wanted by now
   const names = all.animals.map((one) => one.name), animal = names.includes(rest[0]) ? rest[0] : names[0];
-  told = await ask("model", { animal, law: rest[1] || "" });
+  const model = await ask("model", { animal, law: rest[1] || "" });
+  if (!place.isConnected) return;
+  told = model;
   values = {}; now = fit = beside = drawn = null; band = {}; trees = [];
   const go = (name, wall = told.law) => { location.hash = `explorer/${encodeURIComponent(name)}/${encodeURIComponent(wall)}`; };
   const panels = Object.entries(PANELS).map(([name, text]) => [name, h("canvas", { class: "panel", role: "img", "aria-label": text, data: { panel: name } }), text]);
@@ -40,6 +43,7 @@ export async function show(place, rest) {
   for (const [name] of panels) watched(parts[name], draw);
   watched(parts.space, redrawTrees);
   await simulate();
+  if (!place.isConnected) return;
   fit = now;
   trees = [treeIn(parts.space, told, () => ({ run: now, shown: how, scale: scale() }))];
   draw();
@@ -56,7 +60,9 @@ export async function show(place, rest) {
 /** A result that was made anew is shown anew; one that its files have left behind says so. */
 export async function renew(place) {
   if (!told) return;
+  const mine = told;
   const fresh = await ask("model", { animal: told.animal, law: told.law });
+  if (mine !== told || !place.isConnected) return;
   if (fresh.made !== told.made) await show(place, [told.animal, told.law]);
   else await outdated();
 }

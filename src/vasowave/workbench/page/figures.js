@@ -8,7 +8,9 @@ const wish = { animal: "", panels: ["pressure", "impedance"], width: 170, height
 let parts = null, before = "", drawing = 0;
 
 export async function show(place, rest) {
-  const { animals, groups } = await ask("results"), names = animals.map((one) => one.name);
+  const { animals, groups } = await ask("results");
+  if (!place.isConnected) return;  // another desk is wanted by now
+  const names = animals.map((one) => one.name);
   wish.animal = names.includes(rest[0]) ? rest[0] : names.includes(wish.animal) ? wish.animal : names[0];
   const own = () => groups[animals.find((one) => one.name === wish.animal).group];  // as in the report
   wish.color = own();

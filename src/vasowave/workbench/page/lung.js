@@ -8,7 +8,9 @@ const SPECIES = ["mouse", "rat", "rabbit", "dog", "pig", "human", "other"], DOUB
 let told = null, image = null, found = null, parts = null, at = [0, 0, 0], chosen = "", moving = null, wishes = {}, look = {}, space = null, stale = false, waiting = 0, drawing = false;
 
 export async function show(place, rest) {
-  told = await ask("lung", { image: rest[0] || "" });
+  const about = await ask("lung", { image: rest[0] || "" });
+  if (!place.isConnected) return;  // another desk or image is wanted by now
+  told = about;
   if (!told.images.length) { fill(place, h("h1", {}, "Lung"), h("p", {}, "No images yet: "), h("a", { href: "#study" }, "drop a volume on the Study desk"), ", or open one: ", h("code", {}, "vasowave open scan.nrrd")); return; }
   found = null; image = null; chosen = ""; moving = null; stale = false; wishes = { ...told.wishes };
   const slices = VIEWS.map((view) => h("canvas", { class: "slice", tabindex: 0, role: "img", "aria-label": `slice ${view.name}; click picks a place, arrow keys move it, wheel or page keys go through` }));
@@ -41,7 +43,9 @@ export async function show(place, rest) {
 
 export async function renew(place, rest) {
   if (!parts || !told?.image || !image) return;
-  told = await ask("lung", { image: told.image });
+  const mine = parts, now = await ask("lung", { image: told.image });
+  if (mine !== parts) return;
+  told = now;
   edits(); wish();
   if (found && !stale) await vessels();
 }
@@ -64,7 +68,9 @@ async function vessels() {
   } finally {
     clearInterval(watching);
   }
-  told = await ask("lung", { image: told.image });
+  const about = await ask("lung", { image: told.image });
+  if (of !== parts) return;
+  told = about;
   wish(); doubts(); table(); picked(); edits(); draw();
 }
 

@@ -9,6 +9,7 @@ let told = null, view = null, chosen = null, beat = -1, kept = {}, whole = {}, p
 
 export async function show(place, rest) {
   const list = await ask("study");
+  if (!place.isConnected) return;  // another desk or animal is wanted by now
   const names = (list.rows || []).map((row) => row.animal);
   if (!names.length) { fill(place, h("h1", {}, "Recording"), h("p", {}, "No animals yet: "), h("a", { href: "#study" }, "drop their files on the Study desk.")); return; }
   const animal = names.includes(rest[0]) ? rest[0] : names[0];
@@ -40,7 +41,9 @@ export async function show(place, rest) {
 
 export async function renew(place, rest) {
   const animal = rest[0] || told.animal;
-  told = await ask("recording", { animal });
+  const found = await ask("recording", { animal });
+  if (!place.isConnected) return;
+  told = found;
   if (told.duration && !view) view = whole_();
   if (told.duration) { const before = JSON.stringify(told.cells); if (kept.of !== before) { kept = { of: before }; whole = {}; } }
   fill(parts.error, told.error ? h("div", { class: "finding bad" }, told.error) : null);

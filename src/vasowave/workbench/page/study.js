@@ -4,7 +4,7 @@ import { choice, fill, h } from "./dom.js";
 
 const ALWAYS = ["animal", "group", "network", "recording"];
 const FILES = ["network", "recording", "flow", "beat edits"];
-let known = null, checked = null, fresh = false, asked = 0, state = null, more = false;
+let known = null, checked = null, fresh = false, asked = 0, state = null, more = false, room = null;
 
 export async function show(place, rest, now) {
   checked = null;
@@ -12,7 +12,7 @@ export async function show(place, rest, now) {
 }
 
 export async function renew(place, rest, now) {
-  state = now;
+  [state, room] = [now, place];
   known = await ask("study");
   fresh = false;
   draw(place);
@@ -150,7 +150,7 @@ function table() {
         h("th", {}, "state"), h("th", {}), read.map((k) => h("th", {}, checked.header[k][0], checked.header[k][1] ? ` [${checked.header[k][1]}]` : "")))),
       h("tbody", {}, rows))),
     h("label", { class: "note" }, h("input", { type: "checkbox", checked: more, data: { key: "more" },
-      onchange: (event) => { more = event.target.checked; draw(document.getElementById("desk")); } }), " all columns"),
+      onchange: (event) => { more = event.target.checked; draw(room); } }), " all columns"),
     column(),
     h("p", { class: "note", role: "status", id: "reading" }, fresh ? "" : "Reading the recordings …"),
   ];
