@@ -12,7 +12,7 @@ from served import served
 import vasowave as vw
 from vasowave.study.table import read_rows
 
-READ = "document.querySelector('#reading')?.textContent === ''"
+READ = "document.querySelector('#checking')?.textContent === ''"
 CANVAS = "canvas.signals"
 
 
@@ -71,8 +71,11 @@ def test_a_stretch_that_is_dragged_is_the_one_that_is_averaged(program, study, a
 
 def test_whoever_changes_desks_faster_than_they_come_sees_the_last_and_its_numbers(program, study, asker):
     page = opened(program, asker)
-    page.js("(async () => { for (let k = 0; k < 12; k++) for (const one of ['study', 'recording/mouse_c1', 'lung', "
-            "'explorer', 'recording/mouse_h2']) { location.hash = one; await new Promise(done => setTimeout(done, 7 * k)); } })()")  # fmt: skip
+    desks = ["study", "recording/mouse_c1", "lung", "explorer", "recording/mouse_h2"]
+    page.js(
+        f"(async () => {{ for (let k = 0; k < 12; k++) for (const one of {json.dumps(desks)}) "
+        "{ location.hash = one; await new Promise(done => setTimeout(done, 7 * k)); } })()"
+    )
     expected = f"{asker.get('recording', animal='mouse_h2')['indices']['mPAP']:.4g}"
     page.until(f"document.querySelector('[data-index=mPAP]')?.textContent === '{expected}'")
     page.until(f"Number(document.querySelector('{CANVAS}')?.dataset.drawn) > 0")

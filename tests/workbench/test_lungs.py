@@ -170,6 +170,20 @@ def test_an_image_becomes_a_network_by_clicks_and_keys(lab, tmp_path):
         page.type("[data-key=radius]", "0.0125")
         page.click_text("Set it")
         page.until("document.querySelector('[data-vessel=\"2\"]').innerText.includes('0.0125')")
+        page.click("[data-key='look 1']")
+        page.click("canvas.slice:nth-child(3)")  # its middle, where the vessel ends
+        page.until("!document.querySelector('[data-key=move]').disabled")
+        page.click("[data-key=move]")
+        page.js("document.querySelector('canvas.slice:nth-child(3)').focus()")
+        for _ in range(2):
+            page.key("ArrowRight")
+        before = page.js("document.querySelector('#vessels').innerText")
+        page.click_text("move it here")
+        page.until(f"document.querySelector('#vessels').innerText !== {json.dumps(before)}")
+        edits = (lab / "edits" / "mouse 6.txt").read_text(encoding="utf-8")
+        place = next(line for line in edits.splitlines() if line.startswith("move")).split()[1:]
+        x, y, z, *to = map(float, place)
+        assert to == pytest.approx([x, y + 0.004, z], abs=1e-4)  # two voxels
         page.click("#write")
         page.until("document.body.innerText.includes('network.csv is written')", 60)
         drawn = page.js("document.querySelector('canvas.slice').dataset.drawn")

@@ -21,7 +21,7 @@ from vasowave.study.table import read_rows
 
 pytestmark = pytest.mark.validation
 PROGRAM = [sys.executable, "-m", "vasowave"]
-READ = "document.querySelector('#reading')?.textContent === ''"
+READ = "document.querySelector('#checking')?.textContent === ''"
 CANVAS = "canvas.signals"
 SHOWN = f"Number(document.querySelector('{CANVAS}')?.dataset.drawn) > 0"
 

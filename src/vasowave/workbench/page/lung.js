@@ -15,7 +15,7 @@ export async function show(place, rest) {
   found = null; image = null; chosen = ""; moving = null; stale = false; wishes = { ...told.wishes };
   const slices = VIEWS.map((view) => h("canvas", { class: "slice", tabindex: 0, role: "img", "aria-label": `slice ${view.name}; click picks a place, arrow keys move it, wheel or page keys go through` }));
   parts = { slices, space: h("canvas", { class: "space", tabindex: 0, role: "img", "aria-label": "the tree; drag or arrow keys turn it, a click picks a vessel" }),
-    wish: h("div"), stage: h("p", { class: "note", role: "status", id: "stage" }), sliders: h("div"), picked: h("div"), doubts: h("div"), edits: h("div"), table: h("div"), notes: h("div"), facts: h("p", { class: "note" }) };
+    wish: h("div"), stage: h("p", { class: "note", role: "status", id: "stage" }), sliders: h("div"), picked: h("div"), doubts: h("div", { class: "doubts" }), edits: h("div"), table: h("div"), notes: h("div"), facts: h("p", { class: "note" }) };
   const go = (name) => { location.hash = `lung/${encodeURIComponent(name)}`; };
   fill(place,
     h("div", { class: "row" }, h("h1", {}, "Lung in "), choice(told.images, told.image, go, { "aria-label": "image", data: { key: "image" } })),
@@ -37,7 +37,7 @@ export async function show(place, rest) {
   begin(); sliders(); picked();
   parts.stage.textContent = "";
   draw();
-  if (told.root) await vessels();
+  if (told.root) vessels();  // which may take a while; the page is there meanwhile
   else parts.stage.textContent = "Click the outer end of the cannula in a slice, then “Blood enters here”.";
 }
 

@@ -152,7 +152,7 @@ function table() {
     h("label", { class: "note" }, h("input", { type: "checkbox", checked: more, data: { key: "more" },
       onchange: (event) => { more = event.target.checked; draw(room); } }), " all columns"),
     column(),
-    h("p", { class: "note", role: "status", id: "reading" }, fresh ? "" : "Reading the recordings …"),
+    h("p", { class: "note", role: "status", id: "checking" }, fresh ? "" : "Reading the recordings …"),
   ];
 }
 
