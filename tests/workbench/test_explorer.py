@@ -22,8 +22,7 @@ def moved(folder, animal, law, **values):
     return vw.sweep(model, recording, {name: [value] for name, value in values.items()}, samples=128).root_pressure
 
 
-@pytest.mark.parametrize("animal", ["CTL 0", "CTL 1"])
-@pytest.mark.parametrize("law", ["linear", "tangent"])
+@pytest.mark.parametrize(("animal", "law"), [("CTL 0", "linear"), ("CTL 1", "tangent")])
 def test_what_a_slider_shows_is_what_a_sweep_of_the_stored_model_gives(kept_results, animal, law):
     """A tree, and vessels that join again."""
     explorer, desk = Explorer(), Desk(kept_results)
@@ -140,6 +139,7 @@ def test_a_slider_moves_the_model_and_back_to_the_fit_undoes_it(program, kept_re
 ROWS = "[...document.querySelectorAll('.points tbody tr')].map(one => [...one.children].map(cell => cell.textContent))"
 
 
+@pytest.mark.validation
 def test_groups_and_sources_go_on_and_off_and_the_table_says_what_the_results_say(program, kept_results):
     table = vw.read_results(kept_results).table().query("quantity == 'R_T'").set_index(["animal", "law"])["value"]
     with served(kept_results) as door:
@@ -178,6 +178,7 @@ def test_a_result_that_its_row_left_behind_says_so_on_every_desk(program, ran):
         assert page.errors == []
 
 
+@pytest.mark.validation
 def test_the_line_of_python_draws_the_figure_of_the_page_again(program, kept_results, tmp_path, monkeypatch):
     with served(kept_results) as door:
         page = opened(program, door, "figures/HPH%202")
