@@ -99,7 +99,7 @@ def test_a_stub_is_marked_unreliable_and_the_spread_is_that_of_the_radius_in_the
     assert [row.rsplit(",", 2)[1] for row in rows[1:]] == ["yes" if mark else "no" for mark in found.measured.reliable]
 
 
-@pytest.mark.filterwarnings("ignore:the cannula measures", "ignore:vessel")
+@pytest.mark.filterwarnings("ignore:uncertain")
 def test_the_spread_is_unknown_where_another_threshold_gives_no_tree(stubby):
     embedding, volume = stubby
     # At 91.2 (76 + 20 %) nothing of the lumen is left: it is cut off at 90.
@@ -132,7 +132,7 @@ def ring_volume(closed):
     return Volume(np.where(ring | stem, 100, 12) + noise, np.full(3, 0.01), np.zeros(3))
 
 
-@pytest.mark.filterwarnings("ignore:vessel", "ignore:a second, independent")
+@pytest.mark.filterwarnings("ignore:look", "ignore:uncertain")
 def test_a_ring_is_one_loop_reported_where_it_closes_and_an_open_ring_is_none():
     root = np.array([0.12, 0.30, 0.05])
     assert loop_count(segment(ring_volume(closed=False), 45, root)) == 0

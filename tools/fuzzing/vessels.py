@@ -50,6 +50,13 @@ def network_table(path: Path, counted: bool = True) -> None:
         assert COUNT not in path.read_text()
 
 
+def loop_table(path: Path) -> None:
+    """Write a vessel that divides into two, which meet again and divide once more."""
+    nodes = [[0, 1], [1, 2], [1, 3], [2, 4], [3, 4], [4, 5], [4, 6]]
+    sizes = np.linspace(1.0, 0.5, len(nodes))
+    write_network(Network(tuple(f"v{i}" for i in range(7)), None, 0.4 * sizes, 0.05 * sizes, nodes=nodes), path)
+
+
 def vtk(path: Path, binary: bool) -> None:
     """Write what `write_centerlines` writes as a legacy file."""
     write_centerlines(tree(), path.with_suffix(".vtp"), unit=1.0)
@@ -189,6 +196,16 @@ def _shape(parent: list[int], row: int = -1) -> tuple:
     return tuple(sorted(_shape(parent, below) for below, above in enumerate(parent) if above == row))
 
 
+def _structure(network: Network) -> tuple:
+    """Return what does not change with the order of the vessels."""
+    if network.nodes is None:
+        return _shape(list(network.parent))
+    begins, ends = np.array(network.nodes).T
+    count = max(begins.max(), ends.max()) + 1
+    met = np.column_stack([np.bincount(begins, minlength=count), np.bincount(ends, minlength=count)])
+    return tuple(sorted((*met[a].tolist(), *met[b].tolist()) for a, b in network.nodes))
+
+
 def _without_beds(path: Path, unit: str | None) -> Network:
     """Read a network; that walls and beds of a sound file are left out is no sign of damage."""
     with warnings.catch_warnings(record=True) as caught:
@@ -205,7 +222,7 @@ def _network(
 ) -> Form:
     return Form(
         lambda folder: write(folder / name), name, name, mutate, lambda path: _without_beds(path, unit),
-        lambda found: _shape(list(found.parent)), lambda found: [found.name, found.length, found.radius], text=text,
+        _structure, lambda found: [found.name, found.length, found.radius], text=text,
     )  # fmt: skip
 
 
@@ -230,6 +247,7 @@ def _edits() -> Form:
 FORMS = {
     "network table": _network(network_table),
     "network table of others": _network(lambda path: network_table(path, counted=False)),
+    "network table with a loop": _network(loop_table),
     "network workbook": _network(network_workbook, "n.xlsx", inside_zip(mutate_markup, "sheet1.xml")),
     "svOneDSolver network": _network(svonesolver_input, "n.in"),
     "FirstBlood network": _network(first_blood_table, "n.csv"),

@@ -13,8 +13,8 @@ from vasowave.imaging.tree import Line, Tree, distance_along, with_inscribed_rad
 
 STEP, SHORTEST, PIECES = 0.4, 2.0, 4
 """Nodes of an axis lie STEP radii apart, at least SHORTEST voxels; a vessel has at least PIECES pieces."""
-DENSITY, COARSE = 30, 10
-"""So many points of the surface a node are enough, and so many while the fit is stiff; the rest is left out."""
+DENSITY = 30
+"""So many points of the surface a node are enough; the rest is left out."""
 OUTLIER, SHAPE = 0.5, 0.1
 """A point this far from all tubes, OUTLIER voxels + SHAPE radii, counts half: noise, fillets of junctions."""
 NARROWEST = 0.5
@@ -93,8 +93,8 @@ def _fitted(
     """Return the tubes where they fit best, each tree to its own of the `surfaces` (voxels)."""
     kept = differences(tubes)
     stiff = begin / 2.0 ** np.arange(np.ceil(np.log2(begin)))
-    for density, schedule in ((COARSE, stiff), (DENSITY, np.ones(rounds))):
-        points, near, _ = _thinned(tubes, surfaces, density)
+    for schedule in (stiff, np.ones(rounds)):
+        points, near, _ = _thinned(tubes, surfaces)
         for stiffness in schedule:
             feet = feet_on(tubes, points, near)
             closer = _closer(tubes, feet, kept, stiffness * strengths(tubes, feet, kept, roughness))
@@ -105,12 +105,10 @@ def _fitted(
     return tubes
 
 
-def _thinned(
-    tubes: Tubes, surfaces: Sequence[np.ndarray], density: float
-) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
-    """Return `density` points of the surfaces a node, which of them lie near each vessel, and the tree of each."""
+def _thinned(tubes: Tubes, surfaces: Sequence[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
+    """Return `DENSITY` points of the surfaces a node, which of them lie near each vessel, and the tree of each."""
     nodes = np.bincount(tubes.tree, [len(rows) for rows in tubes.rows])
-    few = [points[:: max(1, int(len(points) / (density * n)))] for points, n in zip(surfaces, nodes, strict=True)]
+    few = [points[:: max(1, int(len(points) / (DENSITY * n)))] for points, n in zip(surfaces, nodes, strict=True)]
     begins = np.cumsum([0, *map(len, few)])
     near = [begins[tree] + near_points(tubes, row, few[tree]) for row, tree in enumerate(tubes.tree)]
     return np.concatenate(few), near, np.repeat(np.arange(len(few)), np.diff(begins))
@@ -118,7 +116,7 @@ def _thinned(
 
 def _misfits(tubes: Tubes, surfaces: Sequence[np.ndarray], roughness: float) -> np.ndarray:
     """Return what the fit makes small of each tree; a point near no tube counts as one as far as `feet_on` looks."""
-    points, near, owner = _thinned(tubes, surfaces, DENSITY)
+    points, near, owner = _thinned(tubes, surfaces)
     feet, kept = feet_on(tubes, points, near), differences(tubes)
     size = OUTLIER + SHAPE * tubes.radius[feet.places[:, 0]]
     gaps = np.bincount(tubes.tree[feet.vessel], size**2 * np.log1p((feet.gap / size) ** 2), len(surfaces))
