@@ -15,6 +15,9 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 
+EXTRAS = "`uv tool install '.[imaging,pdf,workbench]'` in a copy of the repository"
+"""How a program gets the libraries that not everybody needs."""
+
 
 class VasowaveError(Exception):
     """Base of every error that vasowave raises on purpose."""

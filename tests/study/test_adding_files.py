@@ -11,6 +11,7 @@ from vasowave.cli import app
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.datasets.raw import Disturbances, synthetic_raw_recording
 from vasowave.datasets.virtual_files import labchart_text
+from vasowave.errors import InputError
 from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
 from vasowave.study.adding import add_files, told_network
@@ -226,3 +227,28 @@ def test_a_network_is_told_by_the_animals_name_or_else_by_its_group():
     for group, expected in (("CTL", networks[0]), ("HPH", networks[1]), ("", None)):
         assert told_network("mouse 9", group, marks, networks, Path("study")) == expected
     assert told_network("b", "CTL", marks, networks, Path("study")) == networks[1]
+
+
+def test_the_only_network_serves_all_unless_another_file_could_not_be_read():
+    networks = [Path("nets/loop.csv")]
+    told = [
+        told_network("rat 1", "sham", {"sham": ["sham"]}, networks, Path("study"), whole) for whole in (True, False)
+    ]
+    assert told == [networks[0], None]
+
+
+@pytest.mark.parametrize(
+    ("cells", "why"),
+    [
+        ({"pressure unit": "bar"}, "pressure unit: 'bar' is not a unit of pressure"),
+        ({"start [s]": "four"}, r"start \[s\]: 'four' is not a number"),
+        ({"start [s]": "12", "end [s]": "3"}, "from 12 to 3 s ends before it begins"),
+    ],
+)
+def test_a_cell_that_no_animal_can_have_is_not_written_into_the_table(tmp_path, cells, why):
+    assert CliRunner().invoke(app, ["new", str(tmp_path / "study")]).exit_code == 0
+    before = (tmp_path / "study" / "animals.csv").read_bytes()
+    (tmp_path / "a.txt").write_text("no recording")
+    with pytest.raises(InputError, match=why):
+        add_files(tmp_path / "study", [tmp_path / "a.txt"], cells=cells)
+    assert (tmp_path / "study" / "animals.csv").read_bytes() == before

@@ -148,9 +148,9 @@ def _say(found: "Posterior") -> None:
         texts = [cell.rjust(size) if i else cell.ljust(size) for i, (cell, size) in enumerate(zip(cells, sizes))]
         typer.echo("  ".join([*texts[:-1], cells[-1]]).rstrip())
     one = found.diagnostics
-    trusted = "may be believed" if one.trusted else "must not be believed"
+    trusted = "The sampling succeeded" if one.trusted else "Do not believe these numbers"
     tell(
-        f"The numbers {trusted}: Pareto k {one.k_hat:.2f}, {one.effective:.0f} of {one.draws} draws effective, "
+        f"{trusted}: Pareto k {one.k_hat:.2f}, {one.effective:.0f} of {one.draws} draws effective, "
         f"{one.simulations} simulations, {one.harmonics} harmonics compared, "
         f"ln evidence {one.log_evidence:.2f} ± {one.log_evidence_error:.2f}"
     )

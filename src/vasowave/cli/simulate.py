@@ -157,7 +157,16 @@ def _split(texts: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def _pairs(texts: Sequence[str]) -> dict[str, float]:
-    return {name: _numbers(name, text)[0] for name, text in _split(texts)}
+    return {name: _number(name, text) for name, text in _split(texts)}
+
+
+def _number(name: str, text: str) -> float:
+    from vasowave.errors import InputError
+
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{name}={text}: write one number; `vasowave sweep --vary` takes several") from None
 
 
 def _numbers(name: str, text: str) -> list[float]:

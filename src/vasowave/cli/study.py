@@ -57,7 +57,7 @@ def samples(
 def new(
     folder: Annotated[Path, typer.Argument(help="Folder to make.")],
     groups: Annotated[str, typer.Option(help="Group labels, the reference first.")] = "CTL,HPH",
-    species: Annotated[str, typer.Option(help="mouse, rat or other.")] = "mouse",
+    species: Annotated[str, typer.Option(help="mouse, rat, rabbit, dog, pig, human or other.")] = "mouse",
 ) -> None:
     """Make a study: a commented study.yaml, an empty animals.csv, and folders for the files."""
     from vasowave.study.template import new_study

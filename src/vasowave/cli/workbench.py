@@ -29,11 +29,11 @@ def open_workbench(
     import webbrowser
     from importlib.util import find_spec
 
-    from vasowave.errors import InputError
+    from vasowave.errors import EXTRAS, InputError
 
     missing = [name for name in ("starlette", "uvicorn") if find_spec(name) is None]
     if missing:
-        raise InputError(f"the workbench needs {' and '.join(missing)}; install `vasowave[workbench]`")
+        raise InputError(f"the workbench needs {' and '.join(missing)}, the extra 'workbench': {EXTRAS}")
     from vasowave.workbench.opening import opened
     from vasowave.workbench.server import serve
 

@@ -147,6 +147,11 @@ class Layout:
     left_out: Mapping[str, str]
     subject: tuple[str, ...]
 
+    def left_for_scatter(self, blocks: Sequence[str]) -> int:
+        """Return how many animals are left when each coefficient and each level of the blocks has taken one."""
+        taken = np.hstack([self.fixed, *(self.random[name] for name in blocks if name in self.random)])
+        return len(self.animals) - int(np.linalg.matrix_rank(taken))
+
     def tells(self, contrast: Contrast) -> bool:
         """Whether the animals tell the means of all cells of a contrast."""
         return not self.empty[(contrast.first != 0) | (contrast.second != 0)].any()

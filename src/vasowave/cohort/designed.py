@@ -144,14 +144,22 @@ def _count(layout: Layout, side: np.ndarray) -> int:
 
 
 def _image_unknown(one: Modeled, contrast: Contrast) -> bool:
-    """Return whether shared images may move the effect by an error that is not known, as `image_unknown`."""
+    """Return whether shared images may move the effect by an error that is not known, as `image_unknown`.
+
+    Covariates make an effect vaguer, which takes nothing from what its image does: one image an animal is counted as
+    without them.
+    """
     known = one.values.known
     if one.values.source == "measured" or known.told:
         return False
     weights = one.weights(contrast) @ one.fit.weights
     sums = np.bincount(known.label[0], weights)
     several = np.bincount(known.label[0]) > 1
-    return bool((sums[several] ** 2).sum() > (weights**2).sum())
+    alone = (weights**2).sum()
+    if contrast.of_values:
+        sides = (contrast.second - contrast.first) ** 2
+        alone = min(alone, float((sides / np.maximum(np.bincount(one.layout.cell, minlength=len(sides)), 1)).sum()))
+    return bool((sums[several] ** 2).sum() > alone)
 
 
 def _influence(one: Modeled, contrast: Contrast, effect: Effect) -> dict[str, object]:

@@ -4,6 +4,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from vasowave.errors import EXTRAS
 from vasowave.findings import look_kind, warn
 from vasowave.report.blocks import (
     SUPPLEMENT,
@@ -52,7 +53,7 @@ _WIDE, _VERY_WIDE = 8, 12  # columns from which a table gets smaller letters
 NO_PDF = look_kind(
     "report.no-pdf",
     "the report has no PDF: {remedy}",
-    "install vasowave with the extra 'pdf', or print the page from a browser",
+    f"install the extra 'pdf' ({EXTRAS}), or print the page from a browser",
 )
 
 

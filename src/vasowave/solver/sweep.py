@@ -84,7 +84,9 @@ def sweep(
     """
     axes = {name: _checked(model, name, given) for name, given in values.items()}
     if not axes:
-        raise InputError("nothing to sweep; name a parameter and its values, as in {'beta': [40, 60, 80]}")
+        raise InputError(
+            "nothing to sweep; name a parameter and its values, as in {'beta': [40, 60, 80]} or `--vary beta=40,60,80`"
+        )
     flow = inflow.inflow if isinstance(inflow, Recording) else inflow
     numerics = numerics or Numerics()
     count = int(np.prod([len(one) for one in axes.values()]))

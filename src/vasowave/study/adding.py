@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vasowave.errors import InputError, did_you_mean
+from vasowave.findings import Place
 from vasowave.io.files import write_file
 from vasowave.report.wording import some_of
+from vasowave.study.animals import read_row
 from vasowave.study.grouping import Marks, Proposal, parsed_groups, proposed_groups, told_group, within, words
 from vasowave.study.names import plain_name
 from vasowave.study.plan import RESULTS
@@ -55,8 +57,9 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     A file with a column `parent` is a network, others are recordings. Two files that hold pressure and flow alone, and
     whose names differ in that word only, are one animal. An animal is called like its file. Its group is the one that
     its file, or a folder above it, is named by; where no name holds a group of the study, the groups that names speak
-    of are proposed. Its network is the one of its name, of its group, or the only one. A recording that is in the table
-    keeps its row, whose empty cells are filled; one with the bytes of another is left out.
+    of are proposed. Its network is the one of its name, of its group, or the only one, unless a file was refused,
+    which may be another. A recording that is in the table keeps its row, whose empty cells are filled; one with the
+    bytes of another is left out.
 
     Parameters
     ----------
@@ -78,11 +81,12 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     Raises
     ------
     InputError
-        No study, a name that is no file, nothing among them that is a recording, an unknown group, or a table that
-        cannot be read or written; the table is then as it was.
+        No study, a name that is no file, nothing among them that is a recording, an unknown group, a cell that no
+        animal can have, or a table that cannot be read or written; the table is then as it was.
     """
     path = study_path(Path(study))
     settings = _settings(path)
+    _check_cells(cells or {})
     table = path.parent / settings.animals
     before = read_rows(table)
     sorted_files = _sorted(path.parent, table, paths, network, cells or {})
@@ -98,8 +102,12 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
             continue
         (new if found.old is None else touched).append(found)
     marks, more = _grouped([*new, *touched], before.rows, path, settings, group, groups, ask)
+    serves_all = len(networks) == 1 and (network is not None or not sorted_files.refused)
     for one in [*new, *touched]:
-        one.cells["network"] = _network_cell(one.recorded, one.cells["group"], marks, networks, path.parent)
+        group_of_it = one.cells["group"] or (one.old or {}).get("group", "")
+        told = told_network(one.recorded.name, group_of_it, marks, networks, path.parent, serves_all)
+        one.cells["network"] = seen_from(path.parent, told) if told else ""
+    more += _kept_networks(touched, networks, serves_all)
     _name(new, [row["animal"] for row in before.rows])
     explicit = {*(cells or {}), *(["group"] if group or groups else []), *(["network"] if network else [])}
     updated = [one for one in touched if _filled(one, explicit)]
@@ -115,6 +123,18 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
         said.append(f"{len(touched) - len(updated)} of these recordings are in the table already, with all this")
     names = tuple(one.old["animal"] for one in updated if one.old)
     return Added(table, tuple(rows), names, tuple(dict.fromkeys(said)), sorted_files.refused)
+
+
+def _check_cells(cells: Mapping[str, str]) -> None:
+    """Raise `InputError` for what no row of a table may hold, before it stands in one."""
+    _, problems = read_row(dict(cells), Path(), None, lambda title: Place(part=title))
+    wrong = [f"{problem.place.part}: {problem.finding}" for problem in problems
+             if problem.error and cells.get(problem.place.part)]  # fmt: skip
+    if wrong:
+        raise InputError("; ".join(wrong) + "; nothing was added")
+    start, end = (float(cells.get(title) or default) for title, default in (("start [s]", 0), ("end [s]", "inf")))
+    if start >= end:
+        raise InputError(f"the stretch from {start:g} to {end:g} s ends before it begins; nothing was added")
 
 
 def _once(found: Sequence["_Row"]) -> list[str]:
@@ -245,16 +265,24 @@ def _asked(proposal: Proposal, ask: Ask) -> dict[str, tuple[str, ...]]:
     return {label: proposal.marks.get(label, own) for label, own in parsed_groups(answer).items()}
 
 
-def _network_cell(recorded: Recorded, group: str, marks: Marks, networks: Sequence[Path], folder: Path) -> str:
-    network = told_network(recorded.name, group, marks, networks, folder)
-    return seen_from(folder, network) if network else ""
-
-
-def told_network(name: str, group: str, marks: Marks, networks: Sequence[Path], beside: Path) -> Path | None:
-    """Return the network that carries an animal's name, stands beside it alone, carries its group, or is the only."""
+def told_network(
+    name: str, group: str, marks: Marks, networks: Sequence[Path], beside: Path, serves_all: bool = True
+) -> Path | None:
+    """Return the network that carries an animal's name or its group, or, if that `serves_all`, the only one."""
     own = [one for one in networks if within(words(name), words(one.stem))]
     of_group = [one for one in networks if group and told_group(one, beside, marks) == group]
-    return next((few[0] for few in (own, of_group, list(networks)) if len(few) == 1), None)
+    return next((few[0] for few in (own, of_group, list(networks) if serves_all else []) if len(few) == 1), None)
+
+
+def _kept_networks(touched: Sequence[_Row], networks: Sequence[Path], serves_all: bool) -> list[str]:
+    """Return what to say of rows that name another network than the one which their name or group tells now."""
+    other = [one for one in touched if one.old and one.old.get("network") and one.cells["network"]
+             and os.path.normpath(one.old["network"]) != os.path.normpath(one.cells["network"])]  # fmt: skip
+    if serves_all or len(networks) < 2 or not other:
+        return []
+    pairs = dict.fromkeys(f"{one.old['network']} (not {one.cells['network']})" for one in other if one.old)
+    names = some_of([one.old["animal"] for one in other if one.old], _NAMED)
+    return [f"{names}: the table keeps {', '.join(pairs)}; to change that, empty the cells 'network' or give --network"]
 
 
 def _name(new: Sequence[_Row], taken: Sequence[str]) -> None:
@@ -290,5 +318,7 @@ def _missing(rows: Sequence[dict[str, str]], groups: Marks, networks: Sequence[P
                     "give --group or --groups, or write it into the column 'group'")  # fmt: skip
     if lost := [row["animal"] for row in rows if not row.get("network")]:
         why = f"none of {len(networks)} networks carries their name or group" if networks else "there is no network"
+        if len(networks) == 1:
+            why = f"{networks[0].name} carries neither their name nor group, and some files could not be read"
         said.append(f"{why}: {', '.join(lost)}; give --network, or write it into the column 'network'")
     return said

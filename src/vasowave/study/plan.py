@@ -7,6 +7,7 @@ from pathlib import Path
 from vasowave.cohort.design import laid_out
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError
+from vasowave.findings import look_kind
 from vasowave.settings import AT_ODDS
 from vasowave.study.animals import read_animals, variables_of
 from vasowave.study.problems import Problem, refuse
@@ -14,6 +15,11 @@ from vasowave.study.reading import read_settings, study_path
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile
 
+_LEAST_LEFT = 1 / 3  # of the animals
+FEW_LEFT = look_kind(
+    "design.few-left", "of {animals} animals {left} are left to tell how animals scatter: intervals will be wide, and "
+    "what differs may not be shown; {remedy}", "name fewer covariates and blocks, or add animals",
+)  # fmt: skip
 RESULTS = "results"
 """Folder of the results, beside the study file."""
 
@@ -76,8 +82,12 @@ def inspect_study(path: Path) -> tuple[Study | None, list[Problem]]:
     study = Study(path, settings, tuple(rows))
     if not any(problem.error for problem in problems) and not settings.design.plain:
         try:
-            laid_out(settings.design, {one.name: one for one in study.variables},
-                     {row.animal: row.group for row in rows}, _groups_with_animals(study))  # fmt: skip
+            layout = laid_out(settings.design, {one.name: one for one in study.variables},
+                              {row.animal: row.group for row in rows}, _groups_with_animals(study))  # fmt: skip
+            left = layout.left_for_scatter(settings.design.blocks)
+            if left < _LEAST_LEFT * len(rows):
+                found = FEW_LEFT(animals=len(layout.animals), left=left)
+                problems.append(Problem(found.at(**document.place(("design",), key=True)._asdict())))
         except InputError as error:
             problems.append(Problem(AT_ODDS(text=str(error)).at(**document.place(("design",), key=True)._asdict())))
     return study, problems

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import ndimage
 
-from vasowave.errors import InputError
+from vasowave.errors import EXTRAS, InputError
 from vasowave.imaging.lumen.background import background_level
 from vasowave.imaging.lumen.segmentation import Segmentation, connected_lumen, segment, smoothed
 from vasowave.imaging.read.volume import Volume
@@ -55,7 +55,7 @@ def _evolved(phi: np.ndarray, speed: np.ndarray) -> np.ndarray:
     try:
         import SimpleITK
     except ImportError:
-        raise InputError("the level set needs the extra 'imaging': install vasowave[imaging]") from None
+        raise InputError(f"the level set needs the extra 'imaging': {EXTRAS}") from None
     front = SimpleITK.ThresholdSegmentationLevelSetImageFilter()
     front.SetLowerThreshold(0.0)  # between 0 and 1 the filter's speed is its feature image itself
     front.SetUpperThreshold(2.0)

@@ -9,7 +9,7 @@ from scipy import ndimage
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from vasowave.errors import InputError
+from vasowave.errors import EXTRAS, InputError
 from vasowave.findings import look_kind, warn
 from vasowave.imaging.lumen.background import background_level, noise_level
 from vasowave.imaging.places import written
@@ -68,7 +68,7 @@ class Segmentation:
         try:
             from skimage.measure import marching_cubes
         except ImportError:
-            raise InputError("the surface needs the extra 'imaging': install vasowave[imaging]") from None
+            raise InputError(f"the surface needs the extra 'imaging': {EXTRAS}") from None
         grey = np.pad(self.grey, 1, constant_values=float(self.grey.min()))
         corners, triangles, *_ = marching_cubes(grey, self.threshold, gradient_direction="ascent")
         return corners, triangles

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.errors import InputError
+from vasowave.errors import EXTRAS, InputError
 from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.volume import SKEWED, Image, Volume
 
-MISSING = "reading and writing images needs the extra 'imaging': install vasowave[imaging]"
+MISSING = f"reading and writing images needs the extra 'imaging': {EXTRAS}"
 
 
 def itk() -> Any:

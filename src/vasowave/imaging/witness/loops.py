@@ -8,7 +8,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 from scipy.spatial import cKDTree
 
-from vasowave.errors import InputError
+from vasowave.errors import EXTRAS, InputError
 from vasowave.findings import look_kind, warn
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.places import written
@@ -134,7 +134,7 @@ def loops_of(lumen: Segmentation) -> list[Loop]:
     try:
         from skimage.morphology import skeletonize
     except ImportError:
-        raise InputError("the places of loops need the extra 'imaging': install vasowave[imaging]") from None
+        raise InputError(f"the places of loops need the extra 'imaging': {EXTRAS}") from None
     points = np.argwhere(skeletonize(np.pad(lumen.mask, 1))) - 1
     wall = np.argwhere(lumen.mask & ~ndimage.binary_erosion(lumen.mask))
     depth = cKDTree(wall).query(points)[0] + 0.5

@@ -7,7 +7,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from vasowave.errors import InputError
+from vasowave.errors import EXTRAS, InputError
 from vasowave.imaging.lumen.segmentation import Segmentation
 
 SPUR = 1.0, 4.0
@@ -81,7 +81,7 @@ def thinned(lumen: Segmentation, root: np.ndarray, surface: np.ndarray) -> Thinn
     try:
         from skimage.morphology import skeletonize
     except ImportError:
-        raise InputError("the second witness needs the extra 'imaging': install vasowave[imaging]") from None
+        raise InputError(f"the second witness needs the extra 'imaging': {EXTRAS}") from None
     points = np.argwhere(skeletonize(np.pad(lumen.mask, 1))) - 1
     places = points * lumen.spacing + lumen.origin
     depth = cKDTree(surface).query(places)[0]

@@ -14,7 +14,8 @@ def design_text(cohort: Cohort) -> str:
         return ""
     parts = []
     if design.covariates:
-        parts.append(f"ratios are adjusted for {listed([*map(_named, design.covariates)])}")
+        named = listed([*map(_named, design.covariates)])
+        parts.append(f"ratios and means of groups are adjusted for {named}: they hold at the average of each")
     if design.blocks:
         levels = [f"{_named(name)} ({_count(cohort, name)})" for name in design.blocks]
         parts.append(f"animals of one {listed(levels)} may be alike (random effects)")

@@ -68,11 +68,11 @@ def posterior(wall: str, said: PosteriorResult, written: dict[str, str]) -> Tabl
         shares = [float(one.get(f"share_{source}", np.nan)) for source in SOURCES]
         cells = ["" if np.isnan(share) else f"{100 * share:.0f} %" for share in shares]
         rows.append((with_unit(f"{name} [{one['unit'].item()}]", written), value, before, *cells))
-    trusted = "may be believed" if said.trusted else "must not be believed"
+    trusted = "the sampling succeeded" if said.trusted else "do not believe these numbers"
     note = (
         "Parameters, geometry and the model's own error are unknown together; the shares say where the variance comes "
         f"from. Pareto k {float(data['k_hat']):.2f}, {float(data['effective']):.0f} effective draws, two halves "
-        f"{float(data['halves_apart']):.1f} SD apart: the numbers {trusted}."
+        f"{float(data['halves_apart']):.1f} SD apart: {trusted}."
     )
     return Table("", f"{wall.capitalize()} wall: posterior", header, rows, note)
 
