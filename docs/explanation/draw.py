@@ -78,6 +78,36 @@ def intervals():
     return figure
 
 
+def sites():
+    """Flow in a branch as a second site: observed, fitted and predicted; and what it adds."""
+    network, mouse, fit = fitted()
+    rng, branch = np.random.default_rng(3), fit.simulation.sel(vessel="2", station="middle").flow.values
+    flow = (
+        branch + 0.02 * np.ptp(branch) * np.sin(np.arange(len(branch)) / 9) + 0.003 * rng.standard_normal(len(branch))
+    )
+    pressure = fit.simulation.sel(vessel="1", station="inlet").pressure.values
+    noisy = pressure + 0.15 * np.sin(np.arange(len(pressure)) / 11) + 0.1 * rng.standard_normal(len(pressure))
+    cycle = vw.Recording(noisy, mouse.flow, mouse.period)
+    one = vw.Observation("flow", "2", error=0.003, waveform=flow)
+    both = vw.calibrate(network, cycle, "linear", starts=1, sites=[one]).sites.isel(site=0)
+    figure, axes = plt.subplots(1, 2, figsize=(6.9, 2.6), layout="constrained", width_ratios=(3, 2))
+    for name, look in (("measured", {"color": "black"}), ("predicted", {"color": "0.6", "lw": 3, "zorder": 0}),
+                       ("simulated", {"color": "#0072b2", "ls": "--"})):  # fmt: skip
+        axes[0].plot(1e3 * both.time, both[name], label=name.replace("measured", "observed"), **look)
+    axes[0].set(xlabel="time [ms]", ylabel="flow in vessel 2 [ml/s]")
+    axes[0].legend(frameon=False, fontsize=7)
+    truth = fit.summary()["value"]
+    for row, name in enumerate(("wave_speed", "R_T")):
+        here = both.sel(quantity=name)
+        for place, end, color in ((-0.12, "_without", "0.6"), (0.12, "", "black")):
+            ends = np.array([float(here[f"{side}{end}"]) for side in ("low", "high")])
+            axes[1].plot(ends / truth[name], [row + place] * 2, color=color, lw=4, solid_capstyle="butt")
+    axes[1].axvline(1.0, color="0.85", zorder=0)
+    axes[1].set(xlabel="value over the true one [1]", ylim=(1.5, -0.5), yticks=(0, 1))
+    axes[1].set_yticklabels(("wave speed", "resistance R_T"))
+    return figure
+
+
 def drift():
     """The practice recording whose baseline moves while pulse and flow stay."""
     raw = vw.read_raw_recording("lab/hypoxia/mouse 2.txt")

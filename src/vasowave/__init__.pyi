@@ -54,6 +54,8 @@ from vasowave.recording import Averaging as Averaging
 from vasowave.recording import BeatEdit as BeatEdit
 from vasowave.recording import EnsembleAverage as EnsembleAverage
 from vasowave.recording import Inflow as Inflow
+from vasowave.recording import InletPressure as InletPressure
+from vasowave.recording import Observation as Observation
 from vasowave.recording import RawRecording as RawRecording
 from vasowave.recording import Reading as Reading
 from vasowave.recording import Recording as Recording
@@ -62,6 +64,7 @@ from vasowave.recording import describe_recording as describe_recording
 from vasowave.recording import read_edits as read_edits
 from vasowave.recording import read_raw_recording as read_raw_recording
 from vasowave.recording import read_recording as read_recording
+from vasowave.recording import read_sites as read_sites
 from vasowave.report.settings import ReportSettings as ReportSettings
 from vasowave.report.write import write_report as write_report
 from vasowave.selection import Comparing as Comparing

@@ -33,10 +33,12 @@ _FACTORS = {
     "length": {"cm": 1.0, "mm": 0.1, "um": 1e-4, "m": 100.0},
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0},
     "slope": {"cm/cm": 1.0, "mm/mm": 1.0, "um/um": 1.0, "1": 1.0, "um/mm": 1e-3, "%": 0.01},
+    "velocity": {"cm/s": 1.0, "mm/s": 0.1, "m/s": 100.0},
+    "area": {"cm2": 1.0, "mm2": 0.01, "um2": 1e-8, "m2": 1e4},
     "voltage": {"mV": 1.0, "V": 1e3, "uV": 1e-3},
 }
 
-CANONICAL = {"pressure": "mmHg", "flow": "ml/s", "length": "cm", "time": "s", "slope": "cm/cm", "voltage": "mV"}
+CANONICAL = {name: next(unit for unit, scale in known.items() if scale == 1.0) for name, known in _FACTORS.items()}
 """The unit in which vasowave holds each kind of quantity."""
 
 
@@ -47,7 +49,7 @@ def factor(unit: str, quantity: str) -> float:
     ----------
     unit : str
         As written by people: ``mmHg``, ``µl/s``, ``dyn/cm²`` …; case and spaces do not matter.
-    quantity : {"pressure", "flow", "length", "time", "slope", "voltage"}
+    quantity : {"pressure", "flow", "length", "time", "slope", "velocity", "area", "voltage"}
 
     Raises
     ------
@@ -60,6 +62,11 @@ def factor(unit: str, quantity: str) -> float:
             return scale
     hint = did_you_mean(name, known)
     raise InputError(f"'{unit}' is not a unit of {quantity}{hint}; known: {', '.join(known)}")
+
+
+def ratios(quantity: str) -> dict[str, float]:
+    """Return the units of a quantity, and what turns each into the canonical one; of a diameter those of lengths."""
+    return dict(_FACTORS["length" if quantity == "diameter" else quantity])
 
 
 def is_unit(text: str) -> bool:

@@ -17,7 +17,7 @@ from vasowave.animal.posterior import posterior_result
 from vasowave.animal.result import AnimalResult
 from vasowave.animal.stored import stored_law
 from vasowave.cohort import gathered, primary_comparison
-from vasowave.datasets import control_network
+from vasowave.datasets import control_network, virtual_mouse
 from vasowave.errors import InputError
 from vasowave.inference import compare_laws
 from vasowave.model import law_description
@@ -32,7 +32,7 @@ those of the power law, other laws have theirs in place of `beta` and `m`. `WALL
 that ArviZ reads: `posterior`, `prior`, `sample_stats`, `posterior_predictive`, `log_likelihood` and `observed_data`.
 A test compares this page with a stored file.
 """
-STORED = ("calibration", "simulation", "tree", "quantities", "inference", "stiffening", "impedance", "waves")
+STORED = ("calibration", "simulation", "tree", "quantities", "inference", "stiffening", "sites", "impedance", "waves")
 PATHS = re.compile(rf"""["'/}}](?:{"|".join(STORED)})/|[}}\w]/(?:{"|".join(STORED)})["'/]""")
 KNOWS = {"animal/result.py"}  # how a result is stored
 TREES = KNOWS | {
@@ -49,7 +49,9 @@ def result():
     """Return an animal with everything that can be stored."""
     (one,) = made_results({"CTL": 1}, raw=1, walls=("linear", "power"), selection=True)
     posteriors = [made_posterior(wall, number, 200.0) for number, wall in enumerate(one.laws)]
-    power = replace(one.laws["power"], posterior=posterior_result(posteriors[1]))
+    site = vasowave.Observation("flow", "2", 0.01, mean=0.04)
+    sites = vasowave.calibrate(control_network(), virtual_mouse(), starts=1, sites=[site]).sites
+    power = replace(one.laws["power"], posterior=posterior_result(posteriors[1]), sites=sites)
     taper = 0.01 * control_network().radius
     known = replace(one.network, radius_sd=taper, taper=taper, taper_sd=taper)
     laws = {"linear": one.laws["linear"], "power": power}

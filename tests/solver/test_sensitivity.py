@@ -178,7 +178,9 @@ def test_no_array_that_kernels_write_overlaps_another(inflow, wall):
     run = simulate_run(model, inflow, Numerics(samples=64, every_cell=True))
     varied = VariedStepper(run, inflow, [direction_between(model, model, 1.0)])
     stepper = varied.stepper
-    written = arrays((varied.base, varied.scratch, varied.output, stepper.inlet_area, stepper.stations, stepper.cells))
+    written = arrays(
+        (varied.base, varied.scratch, varied.inlet, varied.seen, stepper.seen, stepper.stations, stepper.cells)
+    )
     read = arrays((stepper.parts, stepper.law, stepper.outlets, stepper.inflow, varied.shifted, varied.weights))
     every = written | read
     assert len(written) > 40

@@ -21,7 +21,7 @@ from vasowave.model.law_files import is_unread, named
 from vasowave.model.laws import BEDS, ENTRY_POINTS, LAWS, find_bed, find_law
 from vasowave.network.network import Network
 from vasowave.noise.fitting import NOISE, Name
-from vasowave.recording import EnsembleAverage, RawRecording, Recording, average_beats
+from vasowave.recording import EnsembleAverage, Observation, RawRecording, Recording, average_beats
 from vasowave.settings import Check, Names, settings_class, settings_of
 from vasowave.solver import Numerics
 
@@ -42,6 +42,8 @@ class Animal:
         The continuous recording behind it; a few seconds of it are kept for the figure of beats.
     synthetic : bool
         Whether the recording was made and not measured.
+    sites : tuple of Observation
+        What was observed elsewhere.
 
     Raises
     ------
@@ -62,6 +64,7 @@ class Animal:
     beats: EnsembleAverage | None = None
     raw: RawRecording | None = None
     synthetic: bool = False
+    sites: tuple[Observation, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the names."""

@@ -65,6 +65,7 @@ def _calibrated(animal: Animal, settings: Settings, wall: str, progress: Progres
         animal.network,
         animal.recording,
         wall,
+        sites=animal.sites,
         bed=settings.beds,
         blood=settings.blood,
         search=settings.search(wall),
@@ -84,7 +85,7 @@ def posteriors_of(
     def drawn(fit: Fit) -> Posterior:
         return posterior(
             animal.network, animal.recording, type(fit.model.wall), bed=type(fit.model.outlets), fit=fit,
-            blood=settings.blood,
+            blood=settings.blood, sites=animal.sites,
             search=settings.search(type(fit.model.wall)), numerics=settings.numerics, seed=settings.seed,
             priors=settings.priors,
             path=kept.simulations(fit.wall) if kept is not None else None,

@@ -90,6 +90,8 @@ class LawResult(Measured):
         How the wall stiffens, if the law has a parameter for it.
     posterior : PosteriorResult, optional
         If it was asked for.
+    sites : Dataset, optional
+        What was observed at further sites, simulated and predicted, and what each adds; see `Fit.sites`.
     """
 
     name: str
@@ -98,6 +100,7 @@ class LawResult(Measured):
     vessels: xr.Dataset
     stiffening: xr.Dataset | None = None
     posterior: PosteriorResult | None = None
+    sites: xr.Dataset | None = None
 
     @property
     def overstrained(self) -> Finding | None:

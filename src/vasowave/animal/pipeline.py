@@ -189,6 +189,7 @@ def _modeled(animal: Animal, fit: Fit, settings: Settings) -> LawResult:
         vessels=vessels,
         quantities=model_quantities(fit, station, waves, spectrum, vessels, settings),
         stiffening=stiffening(fit),
+        sites=fit.sites,
     )
 
 

@@ -9,7 +9,7 @@
     ├── measured             waves, impedance, quantities
     ├── beats, selection, averages, laws
     └── linear, tangent, …   one group per wall law: calibration, simulation, waves, impedance, tree, quantities,
-                             stiffening, and inference with the groups that ArviZ reads
+                             stiffening, sites, and inference with the groups that ArviZ reads
 """
 
 import json
@@ -45,6 +45,7 @@ _WHOLE = ("recording", "nominal")  # groups of an animal that are a field of the
 _OPTIONAL = {"beats": "beats", "evidence": "laws", "selection": "selection", "averages": "averages"}  # field: group
 _OF_LAW = {"calibration": "calibration", "simulation": "simulation", "waves": "waves", "impedance": "impedance",
            "vessels": "tree", "quantities": "quantities"}  # fmt: skip
+_MAY_BE = ("stiffening", "sites")  # parts of a law that not every one has, and their groups
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -186,8 +187,7 @@ class AnimalResult:
             groups["beats"] = self.beats
         for name, law in self.laws.items():
             groups |= {f"{name}/{group}": getattr(law, part) for part, group in _OF_LAW.items()}
-            if law.stiffening is not None:
-                groups[f"{name}/stiffening"] = law.stiffening
+            groups |= {f"{name}/{part}": one for part in _MAY_BE if (one := getattr(law, part)) is not None}
             if law.posterior is not None:
                 groups[f"{name}/inference"] = law.posterior.table
                 groups |= {f"{name}/inference/{part}": one for part, one in law.posterior.groups.items()}
@@ -266,6 +266,6 @@ def _law(tree: xr.DataTree, name: str) -> LawResult:
     if "inference" in node.children:
         groups = {str(one): part.to_dataset(inherit=False) for one, part in node.children["inference"].children.items()}
         posterior = PosteriorResult(_data(node, "inference"), groups)
-    stiffening = _data(node, "stiffening") if "stiffening" in node.children else None
-    parts = {part: _data(tree, f"{name}/{group}") for part, group in _OF_LAW.items()}
-    return LawResult(name=name, stiffening=stiffening, posterior=posterior, **parts)
+    parts: dict[str, Any] = {part: _data(node, part) for part in _MAY_BE if part in node.children}
+    parts |= {part: _data(tree, f"{name}/{group}") for part, group in _OF_LAW.items()}
+    return LawResult(name=name, posterior=posterior, **parts)

@@ -4,6 +4,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from vasowave.animal.animal import Settings
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, did_you_mean
@@ -12,7 +14,9 @@ from vasowave.model.blood import FRICTIONS, Blood
 from vasowave.model.law_files import plain
 from vasowave.model.laws import bed_quantities, find_bed, find_law, parameter_names
 from vasowave.model.model import Model
-from vasowave.recording import Recording
+from vasowave.recording import Observation, Recording, resample
+from vasowave.recording.cycle import FEWEST_SAMPLES
+from vasowave.recording.observation import NUMBERS
 from vasowave.solver import Numerics
 
 
@@ -23,6 +27,23 @@ def stored_recording(result: AnimalResult) -> Recording:
     return Recording(data["pressure"].values, data["flow"].values, float(data.attrs["period"]), data.attrs["source"],
                      from_json(data.attrs["findings"]), **errors,
                      wedge_pressure=float(data.get("wedge_pressure", 0.0)))  # fmt: skip
+
+
+def stored_sites(result: AnimalResult) -> tuple[Observation, ...]:
+    """Return what was observed elsewhere of an animal's stored results, in the harmonics that its fits compared."""
+    data = next((law.sites for law in result.laws.values() if law.sites is not None), None)
+    if data is None:
+        return ()
+    found = []
+    for row in range(data.sizes["site"]):
+        one = {name: variable.values[row] for name, variable in data.data_vars.items() if variable.dims[0] == "site"}
+        numbers: dict[str, Any] = {name: float(one[name]) for name in NUMBERS if np.isfinite(one[name])}
+        wave: dict[str, Any] = (
+            {} if numbers else {"waveform": resample(one["measured"], max(len(one["measured"]), FEWEST_SAMPLES))}
+        )
+        errors: dict[str, Any] = {name: float(one[name]) for name in ("error", "place", "zero_sd", "gain_sd")}
+        found.append(Observation(str(one["observed"]), str(one["vessel"]), **errors, **numbers, **wave))
+    return tuple(found)
 
 
 def stored_settings(result: AnimalResult) -> Settings:

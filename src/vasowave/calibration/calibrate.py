@@ -11,14 +11,16 @@ from annotated_types import Ge, Le
 from pydantic import BeforeValidator
 
 from vasowave.calibration import search as searching
+from vasowave.calibration.beside import what_sites_add
 from vasowave.calibration.compared import FEWEST, MOST_SAMPLES, Compared, checked_harmonics, compared_part
 from vasowave.calibration.objective import Objective, Stopped
 from vasowave.calibration.parameters import Space, parameter_space
 from vasowave.calibration.result import Fit
 from vasowave.calibration.search import SearchEnd
+from vasowave.calibration.sites import sites_of
 from vasowave.calibration.starts import SAME, Ends, search_all, starting_points
 from vasowave.calibration.uncertainty import correlations, fit_findings, parameter_table, spread_of
-from vasowave.errors import NumericalError
+from vasowave.errors import InputError, NumericalError
 from vasowave.findings import look_kind, warn
 from vasowave.model.blood import Blood
 from vasowave.model.law_files import in_words
@@ -38,6 +40,7 @@ NUMERICS = Numerics(tolerance=1e-7)
 _SEEN = 1e-3  # mmHg: starts agree, too, if their root-mean-square residuals differ by less, which no recording shows
 _COARSE_SAMPLES = 64  # the searches choose their step in multiples of this
 _LOOSEST = 1e-6  # mmHg, tolerance of a fit
+_LEAST = 0.1  # of the usual discrepancy, below which none counts where sites are weighted
 _COARSER = 10.0  # ratio of the searches' tolerance to that of the final one
 
 INTERRUPTED = look_kind(
@@ -112,6 +115,8 @@ class Fitting(Search):
     numerics: Numerics = NUMERICS
     """Its `samples` is ignored: the simulation has the recording's (at most 1024). A tolerance above 1e-6 mmHg becomes
     1e-6."""
+    sites: tuple[Any, ...] = ()
+    """What was observed elsewhere over the cycle of the recording, an `Observation` each; see `read_sites`."""
 
 
 @in_words()
@@ -126,6 +131,8 @@ def calibrate(
     **settings: Any,
 ) -> Fit:
     """Find the parameters that minimize S (eq. 14) between measured and simulated pressure and flow at the inlet.
+
+    What was observed at further sites (`Fitting.sites`) counts beside it, each value by its error and the model's.
 
     Parameters
     ----------
@@ -151,7 +158,7 @@ def calibrate(
     Raises
     ------
     InputError
-        Wrong wall, bounds or parameter names; a recording that hardly changes.
+        Wrong wall, bounds or parameter names; a recording that hardly changes; a site in no vessel of the network.
     NumericalError
         No start could be simulated, or no optimum a second time.
 
@@ -167,9 +174,14 @@ def calibrate(
     nominal = estimate_nominal(network, recording, plan.blood, find_bed(plan.bed))
     space = parameter_space(wall, network, nominal, plan.blood, plan.bounds, plan.fixed, plan.paper_bounds)
     compared = compared_part(recording, plan.pressure_harmonics)
+    compared = replace(compared, sites=sites_of(plan.sites, network, compared))
+    if plan.sites and plan.numerics.cycles_from_rest is not None:
+        raise InputError("further sites need a periodic state; leave out cycles_from_rest")
     numerics = _for_fits(plan.numerics, min(len(recording.pressure), MOST_SAMPLES))
     starts = starting_points(space, plan.starts, plan.seed)
     searched, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
+    if plan.sites:
+        compared = _weighted(space, compared, numerics, plan, searched)
     objective, best = _polish(space, compared, numerics, plan, searched)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
     spread = spread_of(space, best.x, jacobian, residual, compared)
@@ -179,9 +191,12 @@ def calibrate(
     found = [INTERRUPTED(done=len(searched), starts=plan.starts)] if stopped else []
     found += [compared.finding(), *unknown_pressure(network), *oddities(nominal, recording.flow)]
     found += [*fit_findings(table, correlation, table_of_starts, spread), *run.notes]
+    added = what_sites_add(space, compared, objective.numerics, plan.method, best.x) if plan.sites else (None, [])
+    found += added[1]
+    at_inlet = residual[: compared.samples]
     return Fit(
         space.law.law().name, run.model, compared, nominal, table, correlation, table_of_starts, as_dataset(run),
-        residual, float(residual @ residual), tuple(found),
+        at_inlet, float(at_inlet @ at_inlet), tuple(found), added[0],
     )  # fmt: skip
 
 
@@ -212,6 +227,17 @@ def _polish(
                 warn(NOT_AGAIN(lost=place, ends=len(ends)), stacklevel=3)
             return objective, again
     raise NumericalError(f"no optimum of the {len(ends)} starts could be simulated a second time; {again.message}")
+
+
+def _weighted(
+    space: Space, compared: Compared, numerics: Numerics, plan: Search, searched: list[SearchEnd]
+) -> Compared:
+    """Return what is compared with its sites weighted by what the model leaves unexplained at the inlet alone."""
+    sites = compared.sites
+    assert sites is not None
+    _, alone = _polish(space, replace(compared, sites=None), numerics, plan, searched)
+    left = float(np.sqrt(alone.S / max(1, compared.samples - len(alone.x))))
+    return replace(compared, sites=replace(sites, deviation=max(left, _LEAST * sites.deviation)))
 
 
 def _starts_table(space: Space, searched: list[SearchEnd], samples: int) -> pd.DataFrame:

@@ -6,6 +6,7 @@ simulation's alone. It adds nothing to S, but a smooth model of the noise takes 
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,9 @@ from vasowave.findings import Finding, note_kind
 from vasowave.recording import HarmonicErrors, Recording, harmonic_errors, resample, samples_needed
 from vasowave.recording.waveform import amplitudes
 from vasowave.solver.result import Run, at_samples
+
+if TYPE_CHECKING:
+    from vasowave.calibration.sites import Sites
 
 FEWEST = 8
 """Harmonics that are compared at least: with fewer, the parameters of a fit leave no residual to judge it by."""
@@ -53,12 +57,15 @@ class Compared:
         How the number was chosen: by the signal, by hand, or as all that the recording holds.
     errors : HarmonicErrors
         Modulus and standard error of the harmonics of the measured pressure, mmHg.
+    sites : Sites, optional
+        What was observed elsewhere.
     """
 
     recording: Recording
     samples: int
     choice: str
     errors: HarmonicErrors
+    sites: "Sites | None" = None
 
     @property
     def harmonics(self) -> int:

@@ -92,11 +92,21 @@ def reoptimize(
         If the start cannot be simulated.
     """
     objective = objective_of(fit, fixed or {}, numerics, workers)
+    whiten = beside_sites(whiten, fit)
     low, high = objective.space.log_bounds
     begin = _start(fit, objective.space) if start is None else start
     inside = 1e-6 * (high - low)
     x, converged, message = _descend(objective, whiten, np.clip(begin, low + inside, high - inside))
     return _optimum(objective, x, converged, message)
+
+
+def beside_sites(whiten: Whiten, fit: Fit) -> Whiten:
+    """Return what whitens the residuals of a fit with further sites: these by the usual error of the model."""
+    sites = fit.compared.sites
+    if sites is None:
+        return whiten
+    count, scale = fit.N, sites.deviation
+    return lambda values: np.concatenate([whiten(values[:count]), values[count:] / scale])
 
 
 def _descend(objective: Objective, whiten: Whiten, start: np.ndarray) -> tuple[np.ndarray, bool, str]:

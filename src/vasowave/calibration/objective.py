@@ -1,6 +1,7 @@
 """The objective S (eq. 14), its residuals and their Jacobian, by simulation.
 
-The measured flow is what enters the root, so the flow's part of eq. 14 vanishes and the pressure's part remains.
+The measured flow is what enters the root, so the flow's part of eq. 14 vanishes and the pressure's part remains; what
+was observed at further sites adds its own residuals (`Sites`).
 """
 
 import threading
@@ -14,8 +15,9 @@ from vasowave.calibration.trial import IMPOSSIBLE, trial
 from vasowave.errors import NumericalError
 from vasowave.recording import Inflow
 from vasowave.solver.direction import Direction, direction_between
+from vasowave.solver.places import Waves, waves_at
 from vasowave.solver.result import Run
-from vasowave.solver.sensitivity import pressure_derivatives
+from vasowave.solver.sensitivity import derivatives, pressure_derivatives
 from vasowave.solver.simulate import Numerics, simulate_run
 
 _APART = 1e-4  # in the logarithm of a parameter: the distance of two models between which a direction is drawn
@@ -56,6 +58,7 @@ class Objective:
     last: Run | None = None
     best: tuple[np.ndarray, np.ndarray] | None = None
     _at: np.ndarray | None = field(default=None, repr=False)
+    _waves: Waves | None = field(default=None, repr=False)
     _largest: float = field(default=0.0, repr=False)
 
     @property
@@ -81,7 +84,18 @@ class Objective:
         """Return the simulation at `x`, the last one if it was there; raises `NumericalError`."""
         if self.last is None or self._at is None or not np.array_equal(self._at, x):
             self.last, self._at = self.run(x), x.copy()
+            self._waves = self._seen(self.last)
         return self.last
+
+    def waves(self, x: np.ndarray) -> Waves | None:
+        """Return the waves at the further sites at `x`; None where there are none."""
+        self.at(x)
+        return self._waves
+
+    def _seen(self, run: Run) -> Waves | None:
+        sites = self.compared.sites
+        with trial():
+            return None if sites is None else waves_at(run, self.inflow, sites.places)
 
     def can_be(self, x: np.ndarray) -> bool:
         """Whether there is a simulation at `x`."""
@@ -92,11 +106,19 @@ class Objective:
         return True
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
-        """Measured minus simulated pressure at the inlet, mmHg, shape (N,) (eq. 14); of a failed trial, too large."""
+        """Measured minus simulated pressure at the inlet, mmHg, shape (N,) (eq. 14); of a failed trial, too large.
+
+        Those of further sites follow, scaled and balanced (`Sites`).
+        """
+        sites = self.compared.sites
         try:
             residual = self.compared.pressure - self.compared.simulated(self.at(x))
+            if sites is not None and self._waves is not None:
+                apart = sites.balance @ (sites.measured - sites.coefficients(self._waves))
+                residual = np.concatenate([residual, apart])
         except NumericalError:
-            return np.full(self.compared.samples, _FAILED + self._largest)
+            count = self.compared.samples + (0 if sites is None else len(sites.harmonic))
+            return np.full(count, _FAILED + self._largest)
         self._largest = max(self._largest, float(np.max(np.abs(residual))))
         low, high = self.space.log_bounds
         inside = np.all((low <= x) & (x <= high))
@@ -117,14 +139,20 @@ class Objective:
             raise Stopped
         self.simulations += 1
         with trial():
-            directions = [self._direction(x, unit) for unit in np.eye(len(x))]
-            derivatives = pressure_derivatives(
-                run, self.inflow, directions, self.numerics, self.exactness, self.workers
-            )
-        jacobian = -np.stack([self.compared.sampled(column) for column in derivatives], axis=1)
+            jacobian = self._jacobian(run, [self._direction(x, unit) for unit in np.eye(len(x))])
         if not np.isfinite(jacobian).all():
             raise NumericalError("the derivatives of the pressure are not numbers: the wall is at the end of its law")
         return jacobian
+
+    def _jacobian(self, run: Run, directions: list[Direction]) -> np.ndarray:
+        sites, how = self.compared.sites, (self.numerics, self.exactness, self.workers)
+        if sites is None or self._waves is None:
+            inlet = pressure_derivatives(run, self.inflow, directions, *how)
+            return -np.stack([self.compared.sampled(column) for column in inlet], axis=1)
+        seen = sites.places, self._waves
+        inlet, waves = derivatives(run, self.inflow, directions, how[0], seen, *how[1:])
+        at_inlet = np.stack([self.compared.sampled(column) for column in inlet], axis=1)
+        return -np.concatenate([at_inlet, sites.balance @ sites.jacobian(self._waves, waves)])
 
     def _direction(self, x: np.ndarray, unit: np.ndarray) -> Direction:
         before, after = (self.space.model(self.space.values(x + side * _APART * unit)) for side in (-0.5, 0.5))

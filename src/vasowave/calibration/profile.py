@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import xarray as xr
 
-from vasowave.calibration.generalized import Optimum, Whiten, least_squares_optimum, reoptimize
+from vasowave.calibration.generalized import Optimum, Whiten, beside_sites, least_squares_optimum, reoptimize
 from vasowave.calibration.result import Fit
 from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError, NumericalError
@@ -70,11 +70,11 @@ def profile_likelihood(
         raise InputError(f"'{name}' is no free parameter of the {fit.wall} wall; free are: {free}")
     if points < 4 or not span > 0:
         raise InputError(f"points {points}, span {span:g}: give at least four points and a positive span")
-    metric, workers = whiten or _independent(fit), threads()
+    metric, workers = beside_sites(whiten or _independent(fit), fit), threads()
     if whiten is None:
         best = least_squares_optimum(fit, numerics, workers)
     else:
-        best = reoptimize(fit, metric, numerics=numerics, workers=workers)
+        best = reoptimize(fit, whiten, numerics=numerics, workers=workers)
     values = _grid(fit, name, best.values[name], points, span)
     ends: dict[float, Optimum] = {best.values[name]: best}
     below, above = values[values < best.values[name]][::-1], values[values > best.values[name]]
@@ -83,7 +83,9 @@ def profile_likelihood(
         for value in side:
             try:
                 held = {name: float(value)}
-                end = reoptimize(fit, metric, start=start, fixed=held, numerics=numerics, workers=workers)
+                end = reoptimize(
+                    fit, whiten or _independent(fit), start=start, fixed=held, numerics=numerics, workers=workers
+                )
             except NumericalError:
                 break  # over the edge of what can be simulated; what lies beyond stays unknown
             start, ends[float(value)] = end.x, end

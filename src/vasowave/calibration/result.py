@@ -51,10 +51,13 @@ class Fit:
         Measured minus simulated pressure at the inlet, mmHg, at the samples that were compared.
     S : float
         Objective (eq. 14) at the optimum, mmHg²: a sum over N samples, so that only `mean_square` compares with fits to
-        other numbers of them.
+        other numbers of them. Further sites are not in it; they are in that of the starts.
     findings : tuple of Finding
         What a reader must know: parameters at a bound, not determined, starts that disagree. What was noticed of the
         recording stands with it.
+    sites : Dataset, optional
+        What was observed at further sites, simulated, and predicted by the fit without each of them; and what that fit
+        says of the parameters. See `beside.what_sites_add`.
 
     Examples
     --------
@@ -79,6 +82,7 @@ class Fit:
     pressure_residual: np.ndarray
     S: float
     findings: tuple[Finding, ...]
+    sites: xr.Dataset | None = None
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name} {value:.4g}" for name, value in self.parameters["value"].items())
@@ -170,6 +174,8 @@ class Fit:
         held = {str(name): float(row["value"]) for name, row in self.parameters.iterrows() if not row["free"]}
         search = upstairs("calibration:Search")(fixed=held)
         own = {"bed": type(self.model.outlets), "fit": self, "blood": self.model.blood, "search": search}
+        sites = self.compared.sites
+        own["sites"] = () if sites is None else sites.observations
         drawn: Posterior = upstairs("inference:posterior")(
             self.model.network, self.recording, type(self.model.wall), **own | settings
         )

@@ -11,7 +11,7 @@ from vasowave.calibration.parameters import Space
 from vasowave.descriptions import NORMAL
 from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.model.outlets import OF_DROP
-from vasowave.noise.spectrum import known_variance, least_squares_covariance, likely_spectra
+from vasowave.noise.spectrum import Beside, known_variance, least_squares_covariance, likely_spectra
 
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 _NEAR_BOUND = 1e-3  # in the logarithm
@@ -81,13 +81,25 @@ def spread_of(space: Space, x: np.ndarray, jacobian: np.ndarray, residual: np.nd
     bounded by what the pressure falls along the vessels (`outlets.OF_DROP`).
     """
     behind = space.outlet_pressure + float(compared.recording.inflow.flow.mean()) * total_resistance(space, x)
-    drop = float(np.mean(compared.pressure - residual)) - behind
+    count = compared.samples
+    drop = float(np.mean(compared.pressure - residual[:count])) - behind
     low, high = space.log_bounds
-    known = known_variance(compared.error_power(), len(residual))
-    pulse = compared.recording.pulse_pressure
-    spectra = likely_spectra(residual, jacobian, pulse, known, OF_DROP * max(drop, 0.0))
+    known = known_variance(compared.error_power(), count)
+    pulse, beside = compared.recording.pulse_pressure, _beside(compared, jacobian, residual)
+    at_inlet = jacobian[:count]
+    spectra = likely_spectra(residual[:count], at_inlet, pulse, known, OF_DROP * max(drop, 0.0), beside)
     independent = np.sqrt(np.diag(covariance(jacobian, residual)))
-    return Spread(least_squares_covariance(jacobian, spectra, high - low), independent, spectra.assumed)
+    return Spread(least_squares_covariance(at_inlet, spectra, high - low, beside), independent, spectra.assumed)
+
+
+def _beside(compared: Compared, jacobian: np.ndarray, residual: np.ndarray) -> Beside | None:
+    """Return what further sites say, from residuals and Jacobian of an objective."""
+    sites = compared.sites
+    if sites is None:
+        return None
+    plain = np.linalg.inv(sites.balance)
+    here = plain @ residual[compared.samples :], plain @ jacobian[compared.samples :]
+    return Beside(sites.harmonic, *here, sites.balance, sites.covariance)
 
 
 def total_resistance(space: Space, x: np.ndarray) -> float:

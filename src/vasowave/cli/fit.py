@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from vasowave.animal.animal import Settings
     from vasowave.inference import Posterior
     from vasowave.network.network import Network
-    from vasowave.recording import Recording
+    from vasowave.recording import Observation, Recording
     from vasowave.study.plan import Study
 
 _OUTPUT = typer.Option("--output", "-o", help="Folder for results and report.")
@@ -88,7 +88,9 @@ def posterior(
     from vasowave.io.files import check_file
 
     check_file(output, models.DATA)
-    (name, law), vessels, cycle, settings = _known(network, recording or [], animal, (wall, bed), dict(given or {}))
+    (name, law), vessels, cycle, sites, settings = _known(
+        network, recording or [], animal, (wall, bed), dict(given or {})
+    )
     made = [0]
     typer.echo(f"Posterior under the {name} wall. The first simulation compiles the solver.")
 
@@ -97,7 +99,7 @@ def posterior(
 
     with alive(lambda: f"posterior, {name} wall: {made[0]} simulations"):
         found = posterior_of(
-            vessels, cycle, law, bed=settings.beds, priors=settings.priors, blood=settings.blood,
+            vessels, cycle, law, sites=sites, bed=settings.beds, priors=settings.priors, blood=settings.blood,
             search=settings.search(law), numerics=settings.numerics, draws=draws, seed=settings.seed, progress=count,
         )  # fmt: skip
     found.to_netcdf(output)
@@ -107,8 +109,8 @@ def posterior(
 
 
 def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, str], options: dict[str, Any]
-           ) -> "tuple[tuple[str, Any], Network, Recording, Settings]":  # fmt: skip
-    """Return the law (name, class), vessels, cycle, settings: of files and options, or all of the folder of a fit."""
+           ) -> "tuple[tuple[str, Any], Network, Recording, tuple[Observation, ...], Settings]":  # fmt: skip
+    """Return the law (name, class), vessels, cycle, sites, settings: of files and options, or all of a fit's folder."""
     from dataclasses import replace
 
     from vasowave.animal import stored
@@ -122,15 +124,15 @@ def _known(network: Path, recording: list[Path], animal: str, kinds: tuple[str, 
             surplus = ", ".join([*map(str, recording), *map(flag, options), *(["--bed"] if kinds[1] else [])])
             raise InputError(f"{network} brings recording and settings along; leave out {surplus}")
         result = models.stored_animal(network, animal)
-        known = result.network, stored.stored_recording(result), stored.stored_settings(result)
-        return stored.stored_law(result, kinds[0]), *known
+        sites, known = stored.stored_sites(result), (result.network, stored.stored_recording(result))
+        return stored.stored_law(result, kinds[0]), *known, sites, stored.stored_settings(result)
     cells = row_cells(options)
     settings = read_settings(options, "posterior", "animal")
     one = models.animal_from(network, recording, cells, settings)
     chosen = animal_settings(settings)
     chosen = replace(chosen, beds=kinds[1] or chosen.beds)
     law = find_law(kinds[0] or chosen.walls[0])
-    return (law.law().name, law), one.network, one.recording, chosen
+    return (law.law().name, law), one.network, one.recording, one.sites, chosen
 
 
 def _say(found: "Posterior") -> None:

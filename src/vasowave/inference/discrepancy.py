@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vasowave.noise.spectrum import harmonics, spectral_shapes, spectral_sizes
+from vasowave.noise.spectrum import harmonics, spectral_shapes, spectral_sizes, with_points
 
 _MATTERS = 0.01  # of the largest term of a sum that stands for the likelihood while draws are sought
 
@@ -42,7 +42,7 @@ class Discrepancy:
     Attributes
     ----------
     samples : int
-        Coefficients, an odd number: the mean and the cosines and sines of all harmonics.
+        Coefficients of the pressure, an odd number: the mean and the cosines and sines of all harmonics.
     amplitude : (float, float)
         Median (mmHg) and SD of the logarithm of σ, the standard deviation of the discrepancy in the cycle.
     measured : array, shape (coefficient, coefficient)
@@ -55,6 +55,8 @@ class Discrepancy:
         Coefficients of a residual that do not count.
     of_mean : float
         Largest standard deviation that the mean of the discrepancy can have, mmHg.
+    beside : int array, shape (coefficient of others,), optional
+        Harmonics of the coefficients of further sites, which follow those of the pressure; see `calibration.sites`.
     """
 
     samples: int
@@ -64,6 +66,7 @@ class Discrepancy:
     kept: tuple[np.ndarray, np.ndarray] | None = None
     left_out: np.ndarray | None = None
     of_mean: float = np.inf
+    beside: np.ndarray | None = None
 
     def without(self, left_out: np.ndarray) -> "Discrepancy":
         """Return the likelihood of residuals of which some coefficients, bool (coefficient,), are not known."""
@@ -166,11 +169,19 @@ class Discrepancy:
     def _shapes(self) -> tuple[np.ndarray, np.ndarray]:
         """Variances for σ = 1 of every shape, (shape, coefficient that counts), and log prior weights.
 
-        The mean over all coefficients is 1.
+        The mean over all coefficients of the pressure is 1.
         """
         shapes, weight = spectral_shapes(harmonics(self.samples))
+        if self.beside is not None:
+            shapes = np.concatenate([shapes, with_points(shapes, self.beside)], axis=1)
         shown = slice(None) if self.kept is None else self.kept[0]
         return shapes[shown][:, self._counted], weight[shown]
+
+    @property
+    def harmonic(self) -> np.ndarray:
+        """Harmonic of each coefficient; negative for a single value of the cycle of a further site."""
+        own = harmonics(self.samples)
+        return own if self.beside is None else np.append(own, self.beside)
 
     @property
     def _counted(self) -> np.ndarray | slice:

@@ -11,7 +11,6 @@ from scipy.special import logsumexp
 
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.reweighting import smoothed
-from vasowave.noise.spectrum import harmonics
 
 _FIRST = (0, 1, 2, 3, 5, 9, 17)
 """First harmonic of each block: the mean, the first two, then octaves."""
@@ -34,7 +33,7 @@ def left_out(noise: Discrepancy, residuals: np.ndarray, log_weight: np.ndarray) 
         Indexed by ``block``, a name such as ``3-4``: ``log_density`` of the block's coefficients (mmHg, orthonormal)
         and ``k_hat``.
     """
-    harmonic = harmonics(noise.samples)
+    harmonic = noise.harmonic
     simulated = np.isfinite(residuals).all(axis=1)
     residuals, log_weight = residuals[simulated], log_weight[simulated]
     whole = noise.log_likelihood(residuals)

@@ -1,7 +1,7 @@
 """The posterior of one animal under one wall law, from network and recording to draws and words."""
 
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +11,7 @@ from annotated_types import Ge
 from vasowave.calibration import Fit, Search
 from vasowave.calibration.compared import compared_part
 from vasowave.calibration.parameters import parameter_space
+from vasowave.calibration.sites import sites_of
 from vasowave.errors import InputError
 from vasowave.inference.findings import Optimum
 from vasowave.inference.mixture import explore
@@ -56,6 +57,8 @@ class Sampling:
     """How finely is simulated."""
     priors: Priors = field(default_factory=Priors)
     """What is assumed before."""
+    sites: tuple[Any, ...] = ()
+    """What was observed elsewhere over the cycle of the recording, an `Observation` each; see `read_sites`."""
     draws: Annotated[int, Ge(40)] = 400
     """Draws that are simulated and weighted; with fewer than 40 none lies in the 2.5 % at either end."""
     seed: Annotated[int, Ge(0)] = 0
@@ -143,9 +146,9 @@ def problem_of(network: Network, recording: Recording, wall: str | type, how: Sa
     nominal = estimate_nominal(network, recording, how.blood, find_bed(how.bed))
     space = parameter_space(wall, network, nominal, how.blood, {}, how.search.fixed, False)
     unknowns = Unknowns(space, nominal, how.priors, recording)
-    return Problem(
-        unknowns, compared_part(recording, how.search.pressure_harmonics), how.numerics, how.workers or threads()
-    )
+    compared = compared_part(recording, how.search.pressure_harmonics)
+    compared = replace(compared, sites=sites_of(how.sites, network, compared))
+    return Problem(unknowns, compared, how.numerics, how.workers or threads())
 
 
 def _scores(unknowns: Unknowns, fit: Fit) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""One animal as a problem of inference: from a point to the harmonics of its simulated inlet pressure, and the data."""
+"""One animal as a problem of inference: from a point to harmonics at its inlet and further sites, and the data."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,6 +10,7 @@ import numpy as np
 
 from vasowave.analysis import operating_point, wave_intensity
 from vasowave.calibration.compared import Compared
+from vasowave.calibration.sites import Sites
 from vasowave.errors import NumericalError, VasowaveError
 from vasowave.inference.discrepancy import Discrepancy
 from vasowave.inference.unknowns import Unknowns
@@ -20,11 +21,13 @@ from vasowave.noise.spectrum import fourier, harmonics
 from vasowave.quantities import OF_PARAMETERS, derived
 from vasowave.recording import Inflow, Recording, resample
 from vasowave.runtime.kept import digest_of
+from vasowave.solver.places import Waves, waves_at, with_areas
 from vasowave.solver.result import Run
 from vasowave.solver.simulate import Numerics, simulate_runs
 
 _SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions.md
 _LEAST = 1e-12  # of a strain or compliance whose logarithm is taken
+_PERIODIC = 0.1 * _SOLVER  # mmHg, change from cycle to cycle that is left in simulations
 _SAMPLES = 64  # the solver chooses its step in multiples of this
 _WAVES = 256  # samples of a cycle whose waves are separated
 
@@ -55,17 +58,28 @@ class Problem:
 
     @property
     def samples(self) -> int:
-        """Coefficients that are compared: the mean and two for each harmonic, an odd number."""
+        """Coefficients of the pressure that are compared: the mean and two for each harmonic, an odd number."""
         return 2 * ((self.compared.samples - 1) // 2) + 1
+
+    @property
+    def sites(self) -> Sites | None:
+        """What was observed elsewhere; its coefficients follow those of the pressure."""
+        return self.compared.sites
+
+    @cached_property
+    def count(self) -> int:
+        """Coefficients of the pressure and of all further sites."""
+        return self.samples + (0 if self.sites is None else len(self.sites.harmonic))
 
     @cached_property
     def measured(self) -> np.ndarray:
-        """Coefficients of the measured pressure, shape (coefficient,)."""
-        return fourier(resample(self.recording.pressure, self.samples))
+        """Coefficients of the measured pressure and of what was observed elsewhere, shape (coefficient,)."""
+        pressure = fourier(resample(self.recording.pressure, self.samples))
+        return pressure if self.sites is None else np.append(pressure, self.sites.measured)
 
     @cached_property
     def measurement_error(self) -> np.ndarray:
-        """Variance of each coefficient by scatter of the beats (or rounding), grid, and zero, mmHg²."""
+        """Variance of each coefficient of the pressure by scatter of the beats (or rounding), grid, and zero, mmHg²."""
         k = harmonics(self.samples)
         beats = self.compared.error_power()[k] * np.where(k == 0, 1.0, 0.5) * self.samples
         return beats + _SOLVER**2 + np.where(k == 0, self.zero_variance, 0.0)
@@ -78,7 +92,15 @@ class Problem:
     @property
     def zero(self) -> np.ndarray:
         """What one SD of the zero of the pressure changes in the coefficients, mmHg, shape (coefficient,)."""
-        return np.sqrt(self.zero_variance) * np.eye(self.samples)[0]
+        return np.sqrt(self.zero_variance) * np.eye(self.count)[0]
+
+    @cached_property
+    def _errors(self) -> np.ndarray:
+        """Covariance of the errors of all coefficients, mmHg²."""
+        errors = np.diag(np.append(self.measurement_error, np.full(self.count - self.samples, _SOLVER**2)))
+        if self.sites is not None:
+            errors[self.samples :, self.samples :] += self.sites.covariance
+        return errors
 
     @cached_property
     def _middle(self) -> tuple[Model, LinearSolution]:
@@ -101,31 +123,34 @@ class Problem:
 
         Of the indices those that an error moves; I_R from the harmonics that are compared.
         """
-        unknowns, model, seen = self.unknowns, self.unknowns.model(point), self.unknowns.without_errors(point)
+        unknowns, (model, seen) = self.unknowns, self.unknowns.posed(point)
         mean = self.recording.mean_pressure - zero * unknowns.priors.sd("zero")
         found = derived(model, mean, self._diastole)
         found = {name: found[name] for name in (*OF_PARAMETERS, "tau") if name in found}
-        flow = resample(resample(seen.recording.flow, self.samples), _WAVES)
+        flow = resample(resample(seen.flow, self.samples), _WAVES)
         place = operating_point(model, mean)
-        if np.isfinite([*output, *place]).all():
+        if np.isfinite([*output[: self.samples], *place]).all():
             pressure = resample(self.in_time(output), _WAVES)
-            waves = wave_intensity(pressure, flow, seen.recording.period, *place, model.blood.inertia)
+            waves = wave_intensity(pressure, flow, seen.period, *place, model.blood.inertia)
             found["I_R"] = float(waves.reflection_coefficient)
         else:
             found["I_R"] = np.nan
         moved = {"mPAP": unknowns.priors.sd("zero") > 0, "CO": "flow_gain" in unknowns.all}
         behind = float(unknowns.values(point)["wedge"])
-        CO = seen.recording.cardiac_output
+        CO = seen.cardiac_output
         indices = {"mPAP": mean, "CO": CO, "PVR": (mean - behind) / CO}
         moved["PVR"] = any(moved.values()) or "wedge" in unknowns.all
         return found | {name: value for name, value in indices.items() if moved[name]}
 
     def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
         """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""
-        change = np.zeros((self.samples, 1)) if vessels is None else vessels
+        change = np.zeros((self.count, 1)) if vessels is None else vessels
         share, spread = self.unknowns.priors.discrepancy
-        amplitude, known = (share * self.recording.pulse_pressure, spread), np.diag(self.measurement_error)
-        return Discrepancy(self.samples, amplitude, known, change, of_mean=OF_DROP * self.mean_drop)
+        amplitude = share * self.recording.pulse_pressure, spread
+        beside = None if self.sites is None else self.sites.harmonic
+        return Discrepancy(
+            self.samples, amplitude, self._errors, change, of_mean=OF_DROP * self.mean_drop, beside=beside
+        )
 
     @cached_property
     def mean_drop(self) -> float:
@@ -143,16 +168,16 @@ class Problem:
         NumericalError
             A model with one vessel wider, longer or narrowing more by one SD cannot be simulated.
         """
-        models, inflow = [self.unknowns.model(point)], self._inflow(point)
+        posed = [self._posed(point)]
         for kind, errors in zip(("radii", "lengths", "falls"), self.unknowns.own_errors, strict=True):
-            models += [self.unknowns.model(point, **{kind: one}) for one in np.diag(errors) if one.any()]
-        outputs = self._simulated([(model, inflow) for model in models])
+            posed += [self._posed(point, **{kind: one}) for one in np.diag(errors) if one.any()]
+        outputs = self._simulated(posed)
         if not np.isfinite(outputs).all():
             raise NumericalError(
                 "a model with one vessel wider or longer by its assumed error cannot be simulated; give smaller errors "
                 "of radius and length, or other numerics"
             )
-        return (outputs[1:] - outputs[0]).T if len(outputs) > 1 else np.zeros((self.samples, 1))
+        return (outputs[1:] - outputs[0]).T if len(outputs) > 1 else np.zeros((self.count, 1))
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Return coordinates of points, shape (point, unknown), in which the pressure bends less.
@@ -179,10 +204,10 @@ class Problem:
         return float(np.exp(np.average(logarithms, weights=network.length)))
 
     def in_time(self, coefficients: np.ndarray) -> np.ndarray:
-        """Return the signals, shape (..., sample), mmHg, that coefficients (..., coefficient) stand for."""
+        """Return the pressures, shape (..., sample), mmHg, that coefficients (..., coefficient) stand for."""
         n, K = self.samples, self.samples // 2
         spectrum = np.array(coefficients[..., : K + 1], dtype=complex)
-        spectrum[..., 1:] = (spectrum[..., 1:] - 1j * coefficients[..., K + 1 :]) / np.sqrt(2)
+        spectrum[..., 1:] = (spectrum[..., 1:] - 1j * coefficients[..., K + 1 : n]) / np.sqrt(2)
         return np.fft.irfft(spectrum * np.sqrt(n), n, axis=-1)
 
     def simulate(self, points: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
@@ -191,15 +216,29 @@ class Problem:
 
     def linear(self, points: np.ndarray) -> np.ndarray:
         """Return the coefficients at points as the network in the frequency domain has them; NaN where it has none."""
-        pressures = np.full((len(points), self.samples), np.nan)
+        outputs = np.full((len(points), self.count), np.nan)
         for i, posed in enumerate(map(self._posed, points)):
             if posed is not None:
                 model, inflow = posed
                 with np.errstate(all="ignore"):  # what is infinite is no start
                     solved = linear_solution(model, inflow, self.samples // 2)
                     pressure = solved.over_cycle(solved.pressure[:, model.network.root], self.samples)
-                pressures[i] = fourier(pressure)
-        return pressures
+                    outputs[i] = self._whole(pressure, self._linear_waves(model, solved))
+        return outputs
+
+    def _whole(self, pressure: np.ndarray, waves: Waves | None) -> np.ndarray:
+        """Return all coefficients of a pressure at the inlet, mmHg, and the waves at the sites."""
+        own = fourier(pressure)
+        return own if self.sites is None or waves is None else np.append(own, self.sites.coefficients(waves))
+
+    def _linear_waves(self, model: Model, solved: LinearSolution) -> Waves | None:
+        """Return the waves of the network in the frequency domain at the sites, shape (step, site)."""
+        if self.sites is None:
+            return None
+        places = self.sites.places
+        spectra = solved.at(places.vessel, places.share * model.network.length[places.vessel])
+        pressure, flow = (solved.over_cycle(one, _WAVES) for one in spectra)
+        return with_areas(model, places, pressure, flow)
 
     def _simulated(self, posed: Sequence[tuple[Model, Inflow] | None]) -> np.ndarray:
         """Return the coefficients of models with their inflows.
@@ -208,19 +247,23 @@ class Problem:
         draws are from each other; and what a point gives does not depend on the points before it.
         """
         whole = [one for one in posed if one is not None]
-        pressures = np.full((len(posed), self.samples), np.nan)
+        outputs = np.full((len(posed), self.count), np.nan)
         models, inflows = zip(*whole, strict=True) if whole else ((), ())
         runs = iter(simulate_runs(models, inflows, self._numerics, workers=self.workers) if whole else [])
         for i, one in enumerate(posed):
             run = next(runs) if one is not None else None
-            if isinstance(run, Run):
-                pressures[i] = fourier(run.inlet_pressure(self.samples))
-        return pressures
+            if one is not None and isinstance(run, Run):
+                waves = None if self.sites is None else waves_at(run, one[1], self.sites.places)
+                outputs[i] = self._whole(run.inlet_pressure(self.samples), waves)
+        return outputs
 
     @property
     def _numerics(self) -> Numerics:
-        """The step is free in multiples of few samples, unless a number of steps or cycles was asked for."""
-        given = replace(self.numerics, every_cell=False)
+        """The step is free in multiples of few samples, unless a number of steps or cycles was asked for.
+
+        Cycles repeat far within the error of the grid, which is part of the likelihood.
+        """
+        given = replace(self.numerics, every_cell=False, tolerance=max(self.numerics.tolerance, _PERIODIC))
         fixed = given.cycles_from_rest is not None or given.steps_per_cycle is not None
         return given if fixed else replace(given, samples=_SAMPLES)
 
@@ -234,14 +277,18 @@ class Problem:
             *(unknowns.all, unknowns.fall, nominal.total_resistance, nominal.time_constant),
             *(network.name, network.parent, network.length, network.radius, network.pressure),
             *(self.recording.flow, self.recording.period, self._numerics, self.samples, version("vasowave")),
+            *self._of_sites,
         )
 
-    def _inflow(self, point: np.ndarray) -> Inflow:
-        return self.unknowns.without_errors(point).recording.inflow
+    @property
+    def _of_sites(self) -> tuple[np.ndarray, ...]:
+        sites = self.sites
+        return () if sites is None else (sites.measured, sites.harmonic, sites.places.vessel, sites.places.share)
 
-    def _posed(self, point: np.ndarray) -> tuple[Model, Inflow] | None:
+    def _posed(self, point: np.ndarray, **own: np.ndarray) -> tuple[Model, Inflow] | None:
         """Return model and inflow at a point, or nothing where a number of it overflows or its law raises an error."""
         try:
-            return self.unknowns.model(point), self._inflow(point)
+            model, recording = self.unknowns.posed(point, **own)
+            return model, recording.inflow
         except (VasowaveError, ArithmeticError, ValueError):
             return None

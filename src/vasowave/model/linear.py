@@ -17,11 +17,12 @@ import numpy as np
 from vasowave.model import walls
 from vasowave.model.model import Model
 from vasowave.model.two_ports import TwoPort, input_impedances, joined, pressures_behind, steady_means
-from vasowave.recording import Inflow
+from vasowave.recording import Driven
 
 _PARTS = 6  # lines that a vessel makes where one changes along its way
 _FASTEST = 0.8  # u²/c² of the mean flow, at most: beyond, no linear theory knows the waves
 _UNHINDERED = 1e-4  # of ρL/(A T), the resistance that a vessel of a graph has at least
+_LINES, _CLOSED = 20, 1e-12  # straight lines in the inflow, at most, and the share of a pressure they may miss
 _GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)  # places in a line whose mean is right to third order
 
 
@@ -160,13 +161,33 @@ class LinearSolution:
         return np.fft.irfft(halves, count, axis=0)
 
 
-def linear_solution(model: Model, inflow: Inflow, harmonics: int = 32) -> LinearSolution:
-    """Solve the linearized network for the harmonics 0 … `harmonics` of the inflow."""
-    count = min(harmonics, (len(inflow.flow) - 1) // 2) + 1
+def linear_solution(model: Model, inflow: Driven, harmonics: int = 32) -> LinearSolution:
+    """Solve the linearized network for the harmonics 0 … `harmonics` of the inflow, or of the pressure that drives."""
     entering = inflow.into(model.network.inlet_names)
-    spectrum = np.fft.rfft(np.ascontiguousarray(entering.T))[:, :count].T / len(inflow.flow)
+    count = min(harmonics, (len(entering) - 1) // 2) + 1
+    spectrum = np.fft.rfft(np.ascontiguousarray(entering.T))[:, :count].T / len(entering)
     spectrum[1:] *= 2
+    if inflow.of_pressure:
+        return _driven_by_pressure(model, spectrum, inflow.period)
     return _solve(model, spectrum, *_mean_state(model, spectrum[0].real, inflow.period), inflow.period)
+
+
+def _driven_by_pressure(model: Model, pressure: np.ndarray, period: float) -> LinearSolution:
+    """Return the solution whose inflow makes these harmonics of the pressure at the inlet, shape (harmonic, 1).
+
+    The pressure is a straight line in the inflow, but for the mean flow's part in the state about which is linearized.
+    """
+    root = model.network.root
+    behind, resistance = float(np.mean(model.outlet_pressure)), model.outlets.total_resistance()
+    flow = np.zeros_like(pressure)
+    flow[0] = (pressure[0].real - behind) / resistance
+    for _ in range(_LINES):
+        solved = _solve(model, flow, *_mean_state(model, flow[0].real, period), period)
+        missed = pressure[:, 0] - solved.pressure[:, root]
+        if np.max(np.abs(missed)) <= _CLOSED * np.max(np.abs(pressure)):
+            break
+        flow = flow + (missed / solved.input_impedance[:, root])[:, np.newaxis]
+    return solved
 
 
 def _mean_state(model: Model, inflow: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:

@@ -82,6 +82,14 @@ def spectral_shapes(harmonic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return shapes / shapes.mean(axis=1, keepdims=True), _log_normal(np.add.outer(_RATES**2, _POWERS**2).ravel())
 
 
+def with_points(shapes: np.ndarray, harmonic: np.ndarray) -> np.ndarray:
+    """Return the variances of other coefficients by their harmonics, (shape, coefficient), from `spectral_shapes`.
+
+    A single value of the cycle (negative) has the mean of all variances, 1.
+    """
+    return np.where(harmonic < 0, 1.0, shapes[:, np.maximum(harmonic, 0)])
+
+
 def spectral_sizes(median: float, spread: float) -> tuple[np.ndarray, np.ndarray]:
     """Return nodes of σ, whose logarithm is normal with an SD of `spread`, and their log prior weights, (size,)."""
     if spread == 0:
@@ -96,8 +104,35 @@ def _log_normal(square: np.ndarray) -> np.ndarray:
     return np.asarray(-0.5 * square - np.log(np.exp(-0.5 * square).sum()))
 
 
+class Beside(NamedTuple):
+    """Coefficients of other signals, scaled so that the model's error has the same spectrum in all.
+
+    Attributes
+    ----------
+    harmonic : array, shape (coefficient,)
+        Negative for a single value of the cycle, to which all harmonics add.
+    residual : array, shape (coefficient,)
+    jacobian : array, shape (coefficient, D)
+    weight : array, shape (coefficient, coefficient)
+        What residuals were multiplied by in the least squares.
+    error : array, shape (coefficient, coefficient)
+        Covariance of the errors of measurement.
+    """
+
+    harmonic: np.ndarray
+    residual: np.ndarray
+    jacobian: np.ndarray
+    weight: np.ndarray
+    error: np.ndarray
+
+
 def likely_spectra(
-    residual: np.ndarray, jacobian: np.ndarray, pulse: float, known: np.ndarray | float = 0.0, of_mean: float = np.inf
+    residual: np.ndarray,
+    jacobian: np.ndarray,
+    pulse: float,
+    known: np.ndarray | float = 0.0,
+    of_mean: float = np.inf,
+    beside: Beside | None = None,
 ) -> Spectra:
     """Return the spectra that may lie behind the residual of a least-squares fit.
 
@@ -117,12 +152,19 @@ def likely_spectra(
         Variance of the coefficients by the error of the measurement, see `known_variance`.
     of_mean : float
         Largest standard deviation that the mean of the discrepancy can have, mmHg.
+    beside : Beside, optional
+        What other signals say of the same parameters.
     """
-    k, y = harmonics(len(residual)), fourier(residual)
+    k, y, J = harmonics(len(residual)), fourier(residual), fourier(jacobian)
     (shapes, log_shape), (sigma, log_size) = spectral_shapes(k), spectral_sizes(SIZE[0] * pulse, SIZE[1])
-    basis = np.linalg.qr(fourier(jacobian))[0]  # of what the parameters can imitate
     most = np.where(k == 0, len(k) * of_mean**2, np.inf)
-    variance = (np.minimum(sigma[:, np.newaxis] ** 2 * shapes[:, np.newaxis], most) + known).reshape(-1, len(k))
+    variance = np.minimum(sigma[:, np.newaxis] ** 2 * shapes[:, np.newaxis], most) + known
+    if beside is not None:
+        there = sigma[:, np.newaxis] ** 2 * with_points(shapes, beside.harmonic)[:, np.newaxis]
+        variance = np.concatenate([variance, there + np.diag(beside.error)], axis=-1)
+        k, y, J = np.append(k, beside.harmonic), np.append(y, beside.residual), np.vstack([J, beside.jacobian])
+    variance = variance.reshape(-1, len(k))
+    basis = np.linalg.qr(J)[0]  # of what the parameters can imitate
     kept = k <= HARMONICS
     log = np.add.outer(log_shape, log_size).ravel() + restricted_likelihood(variance[:, kept], y[kept], basis[kept])
     probability = np.exp(log - log.max())
@@ -149,7 +191,9 @@ def restricted_likelihood(variance: np.ndarray, y: np.ndarray, J: np.ndarray) ->
     return -0.5 * (np.log(variance).sum(axis=1) + np.linalg.slogdet(information)[1] + (1 / variance) @ y**2 - taken)
 
 
-def least_squares_covariance(jacobian: np.ndarray, spectra: Spectra, ranges: np.ndarray | None = None) -> np.ndarray:
+def least_squares_covariance(
+    jacobian: np.ndarray, spectra: Spectra, ranges: np.ndarray | None = None, beside: Beside | None = None
+) -> np.ndarray:
     """Covariance of least-squares estimates, J⁺ Σ J⁺ᵀ, whose normal 95 % intervals allow for all spectra together.
 
     Under one spectrum a coefficient is normal, under all of them it has a mixture of normal distributions. In Σ stands
@@ -162,10 +206,20 @@ def least_squares_covariance(jacobian: np.ndarray, spectra: Spectra, ranges: np.
     jacobian : array, shape (N, D)
     spectra : Spectra
     ranges : array, shape (D,), optional
+    beside : Beside, optional
+        As of the spectra.
     """
     variance = (_reach(np.sqrt(spectra.variance.T), spectra.probability) / NORMAL) ** 2
-    inverse = _inverse(fourier(jacobian), variance, ranges)
-    return np.asarray((inverse * variance) @ inverse.T)
+    if beside is None:
+        inverse = _inverse(fourier(jacobian), variance, ranges)
+        return np.asarray((inverse * variance) @ inverse.T)
+    count = len(jacobian)
+    shared = beside.error - np.diag(np.diag(beside.error))  # what errors coefficients share: of zeros and gains
+    there = beside.weight @ (np.diag(variance[count:]) + shared) @ beside.weight.T
+    J = np.vstack([fourier(jacobian), beside.weight @ beside.jacobian])
+    inverse = _inverse(J, np.append(variance[:count], np.diag(there)), ranges)
+    at_inlet, elsewhere = inverse[:, :count], inverse[:, count:]
+    return np.asarray((at_inlet * variance[:count]) @ at_inlet.T + elsewhere @ there @ elsewhere.T)
 
 
 def _reach(deviations: np.ndarray, probability: np.ndarray) -> np.ndarray:

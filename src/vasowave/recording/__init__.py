@@ -3,14 +3,16 @@
 from vasowave.recording.baseline import Baseline, Step
 from vasowave.recording.beats import Beats, find_beats
 from vasowave.recording.catheter import Catheter, correct_catheter, ringing, suspect_catheter
-from vasowave.recording.cycle import Inflow, Recording, resample, samples_needed
+from vasowave.recording.cycle import Driven, Inflow, InletPressure, Recording, resample, samples_needed
 from vasowave.recording.describe import FileDescription, describe_recording
 from vasowave.recording.edits import BeatEdit, read_edits
 from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats, one_cycle
 from vasowave.recording.harmonics import HarmonicErrors, harmonic_errors
+from vasowave.recording.observation import Observation
 from vasowave.recording.raw import RawRecording
 from vasowave.recording.read import read_recording
 from vasowave.recording.read_raw import Reading, read_raw_recording
+from vasowave.recording.read_sites import read_sites
 from vasowave.recording.settings import Averaging
 
 __all__ = [
@@ -20,10 +22,13 @@ __all__ = [
     "BeatEdit",
     "Beats",
     "Catheter",
+    "Driven",
     "EnsembleAverage",
     "FileDescription",
     "HarmonicErrors",
     "Inflow",
+    "InletPressure",
+    "Observation",
     "RawRecording",
     "Reading",
     "Recording",
@@ -37,6 +42,7 @@ __all__ = [
     "read_edits",
     "read_raw_recording",
     "read_recording",
+    "read_sites",
     "resample",
     "ringing",
     "samples_needed",

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -48,6 +48,9 @@ class Inflow:
     flow: np.ndarray
     period: float
 
+    of_pressure: ClassVar[bool] = False
+    """Whether what is given is a pressure."""
+
     def __post_init__(self) -> None:
         """Check the values and freeze the array."""
         flow = np.array(self.flow, dtype=float)
@@ -69,6 +72,58 @@ class Inflow:
                 "inflow(s) are given; give Inflow(flow, period) a column of flow for each inlet, in this order"
             )
         return columns
+
+
+@dataclass(frozen=True, eq=False)
+class InletPressure:
+    """A periodic pressure at the inlet of the root vessel, which drives it: the flow follows from the model.
+
+    Attributes
+    ----------
+    pressure : float array, shape (sample,)
+        Evenly spaced over one period, the first sample at t = 0, not repeated at the end; mmHg.
+    period : float
+        Period T, s.
+
+    Raises
+    ------
+    InputError
+        Too few samples, a value that is not finite, a period that is not positive.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> network, mouse = vw.control_network(), vw.virtual_mouse()
+    >>> nominal = vw.estimate_nominal(network, mouse)
+    >>> model = vw.Model(network, nominal.wall(vw.LinearWall), nominal.outlets)
+    >>> waves = vw.simulate(model, vw.InletPressure(mouse.pressure, mouse.period))
+    >>> round(float(waves.flow.sel(vessel="1", station="inlet").mean()), 2)  # ml/s
+    0.1...
+    """
+
+    pressure: np.ndarray
+    period: float
+
+    of_pressure: ClassVar[bool] = True
+    """Whether what is given is a pressure."""
+
+    def __post_init__(self) -> None:
+        """Check the values and freeze the array."""
+        object.__setattr__(self, "pressure", _samples(self.pressure, "pressure"))
+        object.__setattr__(self, "period", _period(self.period))
+
+    def into(self, inlets: Sequence[str]) -> np.ndarray:
+        """Return the pressure at the only one of these inlets, mmHg, shape (sample, 1); `InputError` for several."""
+        if len(inlets) != 1:
+            raise InputError(
+                f"the network has {len(inlets)} inlets ({', '.join(map(repr, inlets[:5]))}): a pressure drives one "
+                "inlet only; give Inflow(flow, period) a column of flow for each inlet"
+            )
+        return self.pressure.reshape(-1, 1)
+
+
+Driven = Inflow | InletPressure
+"""What drives a network."""
 
 
 @dataclass(frozen=True, eq=False)

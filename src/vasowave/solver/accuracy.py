@@ -8,7 +8,7 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
-from vasowave.recording import Inflow
+from vasowave.recording import Driven
 from vasowave.solver.failures import TooSteep
 from vasowave.solver.grid import cell_counts
 from vasowave.solver.middles import cells_for_middles
@@ -23,7 +23,7 @@ _ORDERS = np.linspace(2.0, 0.8, 25)  # the scheme's own, and what fronts leave o
 _FIRST = 1.0  # order that is counted on where two grids are all that is known, or three show none
 
 
-def run_to_accuracy(model: Model, inflow: Inflow, numerics: Numerics, accuracy: float) -> Run:
+def run_to_accuracy(model: Model, inflow: Driven, numerics: Numerics, accuracy: float) -> Run:
     """Return a run whose pressures are within `accuracy` (mmHg) by the comparison of its grid with coarser ones.
 
     All grids have the cells of the first, each cut into the same number of parts. The order at which they come nearer
@@ -52,7 +52,7 @@ def run_to_accuracy(model: Model, inflow: Inflow, numerics: Numerics, accuracy: 
         factor = 2 if three and order <= _FIRST else max(2, math.ceil(math.sqrt(at_best / accuracy)))
 
 
-def _coarsest(model: Model, inflow: Inflow, numerics: Numerics) -> tuple[np.ndarray, Run]:
+def _coarsest(model: Model, inflow: Driven, numerics: Numerics) -> tuple[np.ndarray, Run]:
     """Return the cells of every vessel that are cut into parts, and their run."""
     linear = linear_solution(model, inflow)
     counts = cell_counts(model, numerics.cell_size, linear, _COARSEST)
@@ -80,7 +80,7 @@ def _order(ratio: float, earlier: int, factor: int) -> float:
 
 
 def _refined(
-    model: Model, inflow: Inflow, numerics: Numerics, refinement: int, counts: np.ndarray, before: Run, accuracy: float
+    model: Model, inflow: Driven, numerics: Numerics, refinement: int, counts: np.ndarray, before: Run, accuracy: float
 ) -> Run:
     try:
         return run_on_cells(model, inflow, numerics, refinement * counts)

@@ -86,7 +86,7 @@ PARTS = walls, laws, trigonometry, powers, grid, bed_kernels, cell_kernels, chan
 
 def _compiled() -> Any:
     @njit(**WHOLE)
-    def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, inlet_area, out, cell_out, report):
+    def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, watched, seen, out, cell_out, report):
         """Run a cycle from `state`, which becomes that of its end; `report`, all zeros before, says how it went."""
         area, flow, memory = state
         wall, face_wall, end_wall = law
@@ -113,7 +113,8 @@ def _compiled() -> Any:
             if failed >= 0:
                 report[STATUS], report[PLACE], report[STEP] = NODE_FAILED, ends.vessel[failed], n
                 return
-            inlet_area[n] = faces.area[ends.face[ends.inlet]]
+            for i in range(len(watched)):
+                seen[0, n, i], seen[1, n, i] = faces.area[watched[i]], faces.flow[watched[i]]
             if not find_fluxes(faces.area, faces.flow, at_faces, face_wall, fluid, fluxes):
                 report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(faces.area, at_faces), n
                 return
@@ -128,7 +129,7 @@ def _compiled() -> Any:
             if cells_kept:
                 center_cells(n // of_cells, area, flow, cell_out)
             for i in range(inflow.shape[1]):
-                report[INFLOW] += inflow[n, i]
+                report[INFLOW] += faces.flow[ends.face[ends.inlet + i]]
             for k in range(ends.first_terminal, len(nodes.step)):
                 report[OUTFLOW] += faces.flow[ends.face[k]]
         if not find_fluxes(area, flow, cells, wall, fluid, fluxes):

@@ -48,8 +48,13 @@ class Discharge:
         return coming
 
 
-def common_discharge(grid: Grid, scale: Scale, state: State, beds: Rational, period: float) -> Discharge:
-    """Return the discharge of a model with these beds about the `state` at the start of a cycle."""
+def common_discharge(
+    grid: Grid, scale: Scale, state: State, beds: Rational, period: float, held: bool = False
+) -> Discharge:
+    """Return the discharge of a model with these beds about the `state` at the start of a cycle.
+
+    With `held`, where a pressure drives the network, that of the vessels does not change: the beds discharge alone.
+    """
     wall, area0 = grid.wall, grid.area0
     per_pressure = np.asarray(walls.area_compliance(wall, walls.pressure(wall, state.area, area0), area0))
     pressure = scale.vector(State(per_pressure, np.zeros(len(area0)), np.zeros_like(state.memory)))
@@ -59,9 +64,11 @@ def common_discharge(grid: Grid, scale: Scale, state: State, beds: Rational, per
     parts = np.stack([slow, slow & (beds.poles.imag != 0)], axis=-1).ravel()
     modes = len(pressure) - parts.size + np.flatnonzero(parts)
     system = _system(beds, slow, float(volume.sum()))
-    kept = np.concatenate([[True], parts])
+    kept = np.concatenate([[not held], parts])
     after = expm(system[np.ix_(kept, kept)] * period)
     to_come = np.linalg.solve(np.eye(len(after)) - after, after)
+    if held:
+        to_come = np.pad(to_come, ((1, 0), (1, 0)))
     return Discharge(volume / (volume @ pressure), pressure, modes, to_come)
 
 

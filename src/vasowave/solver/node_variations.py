@@ -130,7 +130,7 @@ def differentiate_characteristics(ends, nodes, slopes):
 
 
 @njit(**OPTIONS)
-def differentiate_nodes(outlet, ends, slopes):
+def differentiate_nodes(outlet, ends, nodes, slopes):
     """What flow into a node makes of its pressure: its vessels, and where there is a bed that too, give way."""
     for k in range(len(slopes.give)):
         slopes.give[k] = 0.0
@@ -143,6 +143,9 @@ def differentiate_nodes(outlet, ends, slopes):
         slopes.give[k] += 1.0 / outlet.resistance[j]
     for k in range(len(slopes.give)):
         slopes.give[k] = 1.0 / slopes.give[k]
+    for k in range(ends.inlet, ends.first_terminal):
+        if nodes.weight[k] == 0.0:  # a pressure that is given does not give way
+            slopes.give[k] = 0.0
 
 
 @njit(**OPTIONS)
@@ -201,6 +204,17 @@ def change_ends(ends, nodes, slopes, changes, face_dA, face_dq):
             area = slopes.compliance[e] * (changes.pressure[k] - changes.wall[e])
             face_dA[ends.face[e]] = area
             face_dq[ends.face[e]] = changes.flow[e] + nodes.slope[e] * area
+
+
+@njit(**OPTIONS)
+def see_faces(d, step, watched, slopes, weight, face_dA, face_dq, seen):
+    """Changes of pressure and flow at some faces into seen[0] and seen[1]."""
+    for i in range(len(watched)):
+        f = watched[i]
+        p = slopes.pressure[f] * face_dA[f]
+        for k in range(len(weight)):
+            p += slopes.wall[k, f] * weight[k, f]
+        seen[0, d, step, i], seen[1, d, step, i] = p, face_dq[f]
 
 
 @njit(**OPTIONS)

@@ -10,8 +10,8 @@ of any vessels' starts and ends, and an outlet are then the same equation for th
     weight · (source + Σ ± q(p)) = outlet · (p - memory)
 
 with weight 1 and outlet 0 at inlets (whose source is the inflow) and at junctions (without source), and weight R,
-outlet 1 where a bed with p = memory + R q is connected. Newton's method solves all nodes together, end by end in
-arrays, which the compiler turns into vector instructions.
+outlet 1 where a bed with p = memory + R q is connected; an inlet whose pressure is given is a bed with R = 0. Newton's
+method solves all nodes together, end by end in arrays, which the compiler turns into vector instructions.
 """
 
 from typing import NamedTuple
@@ -57,14 +57,17 @@ class NodeStates(NamedTuple):
     memory: np.ndarray  # (node,) mmHg
 
 
-def make_node_states(ends: Ends) -> NodeStates:
-    """Return scratch memory for one simulation."""
+def make_node_states(ends: Ends, of_pressure: bool = False) -> NodeStates:
+    """Return scratch memory for one simulation; with `of_pressure` the inlets have a given pressure, not a flow."""
     count, nodes = len(ends.face), int(ends.start[1])
     at_ends, at_nodes = [np.ones(count) for _ in range(14)], [np.zeros(nodes) for _ in range(7)]
     states = NodeStates(*at_ends, np.zeros((4, count)), np.zeros((4, nodes)), *at_nodes)  # type: ignore[call-arg]
     states.gain[:] = 0.0
     states.weight[: ends.first_terminal] = 1.0
     states.outlet[ends.first_terminal :] = 1.0
+    if of_pressure:
+        states.weight[ends.inlet : ends.first_terminal] = 0.0
+        states.outlet[ends.inlet : ends.first_terminal] = 1.0
     return states
 
 
@@ -217,7 +220,10 @@ def close_ends(ends, nodes, faces):
 def solve_nodes(inflow, step, outlet, memory, ends, wall, nodes, faces):
     """State of all vessel ends at the half step (eqs. 6, 7); returns the node that has no solution, or -1."""
     for i in range(len(inflow)):
-        nodes.source[ends.inlet + i] = inflow[i]
+        if nodes.weight[ends.inlet + i] == 0.0:  # the pressure is given
+            nodes.memory[ends.inlet + i] = inflow[i]
+        else:
+            nodes.source[ends.inlet + i] = inflow[i]
     for k in range(ends.first_terminal, len(nodes.step)):
         j = k - ends.first_terminal
         nodes.memory[k], nodes.weight[k] = bed_pressure(outlet, memory, j), outlet.resistance[j]

@@ -8,7 +8,7 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
-from vasowave.recording import Inflow
+from vasowave.recording import Driven
 from vasowave.solver.discharge import common_discharge
 from vasowave.solver.failures import Lost, faster_than_allowed, not_periodic, runaway
 from vasowave.solver.grid import Grid, cell_counts, make_grid
@@ -25,7 +25,7 @@ _GROWTH = 8  # a model whose steps grow by more than this, and beyond those allo
 
 
 def run_to_periodic(
-    model: Model, inflow: Inflow, numerics: Numerics, near: Run | None = None, refinement: int = 1
+    model: Model, inflow: Driven, numerics: Numerics, near: Run | None = None, refinement: int = 1
 ) -> Run:
     """Run until the state repeats itself; raises `NumericalError` if it does not within the allowed cycles."""
     if near is not None:
@@ -49,14 +49,14 @@ def run_to_periodic(
 
 
 def run_on_cells(
-    model: Model, inflow: Inflow, numerics: Numerics, counts: np.ndarray, linear: LinearSolution | None = None
+    model: Model, inflow: Driven, numerics: Numerics, counts: np.ndarray, linear: LinearSolution | None = None
 ) -> Run:
     """Return the periodic run with so many cells in every vessel."""
     linear = linear or linear_solution(model, inflow)
     return _from_linear(make_grid(model, counts), linear, inflow, numerics)
 
 
-def _from_linear(grid: Grid, linear: LinearSolution, inflow: Inflow, numerics: Numerics) -> Run:
+def _from_linear(grid: Grid, linear: LinearSolution, inflow: Driven, numerics: Numerics) -> Run:
     """Return the periodic run from the linear solution or, where that does not lead to it, from rest."""
     try:
         return _from(FromLinear(grid, linear), inflow, numerics)
@@ -64,7 +64,7 @@ def _from_linear(grid: Grid, linear: LinearSolution, inflow: Inflow, numerics: N
         return _from(FromRest(grid, linear), inflow, numerics)
 
 
-def _from(start: Start, inflow: Inflow, numerics: Numerics) -> Run:
+def _from(start: Start, inflow: Driven, numerics: Numerics) -> Run:
     """Return the periodic run from one start."""
 
     def attempt(steps: int) -> Run:
@@ -84,7 +84,7 @@ def _periodic(stepper: Stepper, start: Start, numerics: Numerics) -> Run:
         return stepper.allows(scale.state(x))
 
     began = start.state(stepper.beds, stepper.steps)
-    discharge = common_discharge(stepper.grid, scale, began, stepper.beds, stepper.period)
+    discharge = common_discharge(stepper.grid, scale, began, stepper.beds, stepper.period, stepper.of_pressure)
     x, convergence = fixed_point(
         cycle, scale.vector(began), numerics.tolerance, numerics.most_cycles, allowed, discharge.after, start.secants
     )
@@ -94,7 +94,7 @@ def _periodic(stepper: Stepper, start: Start, numerics: Numerics) -> Run:
     return _finished(stepper, scale.state(x), convergence, scale, numerics)
 
 
-def run_cycles(model: Model, inflow: Inflow, numerics: Numerics, count: int) -> Run:
+def run_cycles(model: Model, inflow: Driven, numerics: Numerics, count: int) -> Run:
     """Run exactly `count` cycles from rest and return the last, periodic or not."""
     linear, numerics = linear_solution(model, inflow), replace(numerics, cycles_from_rest=count)
     grid = make_grid(model, cell_counts(model, numerics.cell_size, linear))

@@ -1,4 +1,4 @@
-"""Exact derivatives of a run's inlet pressure by whatever its model is made of."""
+"""Exact derivatives of a run's waves by whatever its model is made of."""
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -6,11 +6,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from vasowave.errors import NumericalError
-from vasowave.recording import Inflow
+from vasowave.recording import Driven
 from vasowave.solver.direction import Direction
 from vasowave.solver.failures import at_the_edge
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import affine_fixed_point
+from vasowave.solver.places import Places, Waves, area_changes, at_places
 from vasowave.solver.result import Run
 from vasowave.solver.varied_stepper import VariedStepper
 
@@ -19,13 +20,26 @@ _MOST = 20  # cycles; 3 or 4 reach 1e-6
 
 def pressure_derivatives(
     run: Run,
-    inflow: Inflow,
+    inflow: Driven,
     directions: Sequence[Direction],
     numerics: Numerics,
     tolerance: float = 1e-6,
     workers: int = 1,
 ) -> np.ndarray:
-    """Return the derivatives of the inlet pressure, mmHg, at every step, shape (direction, step).
+    """Return the derivatives of the inlet pressure, mmHg, at every step, shape (direction, step); see `derivatives`."""
+    return _output(run, inflow, directions, numerics, np.zeros(0, dtype=np.int64), tolerance, workers)
+
+
+def derivatives(
+    run: Run,
+    inflow: Driven,
+    directions: Sequence[Direction],
+    numerics: Numerics,
+    seen: tuple[Places, Waves],
+    tolerance: float = 1e-6,
+    workers: int = 1,
+) -> tuple[np.ndarray, Waves]:
+    """Return the derivatives of the inlet pressure and of the waves at places, at every step.
 
     The scheme itself is linearized about the run, so that these are the derivatives of what `simulate_run` returns on
     the same grid and with the same steps, and the linearized cycle is brought to its own periodic state.
@@ -34,23 +48,50 @@ def pressure_derivatives(
     ----------
     run : Run
         Of the model at which derivatives are asked.
-    inflow : Inflow
+    inflow : Inflow or InletPressure
         With which it was made.
     directions : sequence of Direction
     numerics : Numerics
         With which it was made; a run of so many cycles from rest has the derivatives of these cycles.
+    seen : (Places, Waves)
+        Places, and the waves there (`waves_at`), shape (step, place).
     tolerance : float
         Change from cycle to cycle that counts as periodic, as a share of the largest change of the state.
     workers : int
         Threads that share the directions.
+
+    Returns
+    -------
+    inlet : array, shape (direction, step)
+        mmHg.
+    waves : Waves
+        Shape (direction, step, place).
 
     Raises
     ------
     NumericalError
         The linearized cycle does not become periodic.
     """
+    places, waves = seen
+    faces, between = places.faces(run.grid)
+    output = _output(run, inflow, directions, numerics, faces.ravel(), tolerance, workers)
+    inlet, at_faces = output[:, : run.steps], output[:, run.steps :].reshape(len(output), 2, run.steps, -1)
+    pressure, flow = at_places(np.moveaxis(at_faces, 1, 0), between)
+    return inlet, Waves(pressure, flow, area_changes(directions, run.model, places, waves.pressure, pressure))
+
+
+def _output(
+    run: Run,
+    inflow: Driven,
+    directions: Sequence[Direction],
+    numerics: Numerics,
+    faces: np.ndarray,
+    tolerance: float,
+    workers: int,
+) -> np.ndarray:
+    """Return `VariedStepper.output` of the periodic state of the changes."""
     parts = [part for part in np.array_split(np.arange(len(directions)), workers) if len(part)]
-    steppers = [VariedStepper(run, inflow, [directions[d] for d in part]) for part in parts]
+    steppers = [VariedStepper(run, inflow, [directions[d] for d in part], faces) for part in parts]
     if numerics.cycles_from_rest is not None:
         return np.concatenate([stepper.from_rest(numerics.cycles_from_rest) for stepper in steppers])
 

@@ -8,7 +8,7 @@ import xarray as xr
 from vasowave.errors import InputError, NumericalError, VasowaveError
 from vasowave.findings import warn
 from vasowave.model.model import Model
-from vasowave.recording import Inflow, Recording
+from vasowave.recording import Driven, Inflow, InletPressure, Recording
 from vasowave.runtime.threads import threads
 from vasowave.solver.accuracy import run_to_accuracy
 from vasowave.solver.dataset import as_dataset, stack
@@ -19,7 +19,7 @@ from vasowave.solver.run import run_cycles, run_to_periodic
 
 def simulate(
     model: Model | Sequence[Model],
-    inflow: Inflow | Recording,
+    inflow: Driven | Recording,
     numerics: Numerics | None = None,
     *,
     progress: Callable[[int], None] | None = None,
@@ -30,8 +30,8 @@ def simulate(
     ----------
     model : Model or sequence of Model
         Several models of networks with the same vessels run in parallel over all cores.
-    inflow : Inflow or Recording
-        Flow into the root.
+    inflow : Inflow, Recording or InletPressure
+        Flow into the root, or the pressure at its inlet, from which the flow follows.
     numerics : Numerics, optional
     progress : callable, optional
         Called with the number of finished models.
@@ -83,7 +83,7 @@ def simulate(
     return stack(outcomes)
 
 
-def simulate_run(model: Model, inflow: Inflow, numerics: Numerics, start: Run | None = None) -> Run:
+def simulate_run(model: Model, inflow: Driven, numerics: Numerics, start: Run | None = None) -> Run:
     """Simulate and return the bare arrays, from the linear solution or, on its grid, a neighbouring run `start`."""
     if numerics.accuracy is not None and start is None:
         return run_to_accuracy(model, inflow, numerics, numerics.accuracy)
@@ -94,7 +94,7 @@ def simulate_run(model: Model, inflow: Inflow, numerics: Numerics, start: Run | 
 
 def simulate_runs(
     models: Sequence[Model],
-    inflow: Inflow | Sequence[Inflow],
+    inflow: Driven | Sequence[Driven],
     numerics: Numerics,
     start: Run | None = None,
     *,
@@ -105,9 +105,9 @@ def simulate_runs(
 
     They have one inflow, or each its own.
     """
-    inflows = [inflow] * len(models) if isinstance(inflow, Inflow) else inflow
+    inflows = [inflow] * len(models) if isinstance(inflow, Inflow | InletPressure) else inflow
 
-    def one(model: Model, inflow: Inflow) -> Run | VasowaveError:
+    def one(model: Model, inflow: Driven) -> Run | VasowaveError:
         try:
             return simulate_run(model, inflow, numerics, start)
         except VasowaveError as error:

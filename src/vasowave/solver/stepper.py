@@ -1,8 +1,10 @@
 """Cycles of one model with one step size, and what their failures mean."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from vasowave.recording import Inflow
+from vasowave.recording import Driven
 from vasowave.recording.cycle import resample
 from vasowave.solver import cycle as cycles
 from vasowave.solver.beds import bed_steps
@@ -27,10 +29,12 @@ class TooFast(Exception):  # noqa: N818  a signal between functions of this file
 class Stepper:
     """Runs cycles of one model with one step size; owns the scratch memory, which is why it is not a value."""
 
-    def __init__(self, grid: Grid, inflow: Inflow, numerics: Numerics, steps: int) -> None:
+    def __init__(
+        self, grid: Grid, inflow: Driven, numerics: Numerics, steps: int, watched: Sequence[int] | np.ndarray = ()
+    ) -> None:
         self.grid, self.numerics, self.steps, self.period = grid, numerics, steps, inflow.period
         entering = inflow.into(grid.model.network.inlet_names)
-        self.inflow = np.ascontiguousarray(resample(entering, steps))
+        self.inflow, self.of_pressure = np.ascontiguousarray(resample(entering, steps)), inflow.of_pressure
         dt = inflow.period / steps
         self.beds = grid.model.outlets.rational(inflow.period)
         self.outlets = bed_steps(self.beds, dt, grid.model.outlet_pressure)
@@ -45,15 +49,22 @@ class Stepper:
         self.scratch = (
             Faces(np.ones(slots), np.ones(slots)),
             Fluxes(*np.ones((3, slots))),
-            make_node_states(self.parts[3]),
+            make_node_states(self.parts[3], inflow.of_pressure),
         )
-        self.inlet_area = np.zeros(steps)
+        inlets = self.parts[3].face[self.parts[3].inlet :][: self.inflow.shape[1]]
+        self.watched = np.concatenate([inlets, np.asarray(watched, dtype=np.uintp)]).astype(np.uintp)
+        self.seen = np.zeros((2, steps, len(self.watched)))
         kept = steps // numerics.kept_every(steps)
         of_cells = numerics.samples if steps % numerics.samples == 0 else kept
         self.stations = np.zeros((2, kept, vessels, 3))
         self.cells = np.zeros((2, of_cells if numerics.every_cell else 0, slots))
         self.courant = self.volume_error = 0.0
         self.mach = Extreme(0.0, "", 0.0)
+
+    @property
+    def inlet_area(self) -> np.ndarray:
+        """Area at the root's inlet at every step of the last cycle, cm², shape (step,)."""
+        return np.ascontiguousarray(self.seen[0, :, 0])
 
     def allows(self, state: State) -> bool:
         """Whether all areas lie within the wall law."""
@@ -66,12 +77,13 @@ class Stepper:
         report = np.zeros(cycles.REPORT)
         cycles.cycle_kernel(type(self.grid.wall))(
             (area, flow, memory), self.inflow, self.law, self.outlets, self.parts, self.fluid, self.scratch,
-            self.inlet_area, self.stations, self.cells, report,
+            self.watched, self.seen, self.stations, self.cells, report,
         )  # fmt: skip
         self._check(report, State(area, flow, memory))
         self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)
         stored = np.sum((area - state.area)[self.grid.is_cell] * self.grid.spacing[self.grid.is_cell])
-        passed = self.period * float(np.mean(np.abs(self.inflow).sum(axis=1)))  # not of q: it may be zero
+        entered = self.seen[1, :, : self.inflow.shape[1]]
+        passed = self.period * float(np.mean(np.abs(entered).sum(axis=1)))  # not of q: it may be zero
         balance = float((report[cycles.INFLOW] - report[cycles.OUTFLOW]) * self.period / self.steps - stored)
         self.volume_error = balance / passed if passed > 0 else balance
         return State(area, flow, memory)

@@ -31,6 +31,7 @@ from vasowave.solver.node_variations import (
     differentiate_speeds,
     gather_slopes,
     lengthen_characteristics,
+    see_faces,
 )
 from vasowave.solver.nodes import characteristics, gather, solve_nodes
 from vasowave.solver.variations import (
@@ -47,7 +48,7 @@ from vasowave.solver.variations import (
 def _compiled() -> Any:
     @njit(**WHOLE)
     def advance_changes(
-        state, changed, inflow, law, shifted, outlet, outlets, parts, weights, fluid, base, scratch, out
+        state, changed, inflow, law, shifted, outlet, outlets, parts, weights, fluid, base, scratch, watched, out, seen
     ):
         area, flow, memory = state
         dA, dq, remembered = changed
@@ -89,7 +90,7 @@ def _compiled() -> Any:
             differentiate_speeds(ends, fluid, end_wall, end_wall_beside, nodes, lines)
             differentiate_characteristics(ends, nodes, lines)
             differentiate_gains(changing, nodes, carrying, lines)
-            differentiate_nodes(outlet, ends, lines)
+            differentiate_nodes(outlet, ends, nodes, lines)
             differentiate_energy(cells, changing, faces, carrying.kept)
             differentiate_drag_along(cells, changing, cell_fluxes, fluxes, faces, to_faces, carrying.drag)
             for d in range(len(dA)):
@@ -123,6 +124,7 @@ def _compiled() -> Any:
                 change_ends(ends, nodes, lines, at_nodes, face_dA, face_dq)
                 change_memory(d, before, remembered[d], outlet, outlets, ends, faces, face_dq)
                 out[d, n] = at_nodes.pressure[ends.inlet]
+                see_faces(d, n, watched, slopes, face_weight, face_dA, face_dq, seen)
                 change_cells(face_dA, face_dq, cells, to_cells, face_weight, dA[d], dq[d])
                 change_changing_cells(
                     face_dA, face_dq, changing, slopes, to_cells, longer, face_weight, drags[d], carrying, dq[d]

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.recording import Inflow
+from vasowave.recording import Driven
 from vasowave.solver.beds import bed_steps
 from vasowave.solver.cells import Fluid, Fluxes
 from vasowave.solver.changing_variations import Carried, Carrying
@@ -26,7 +26,9 @@ _APART = 1e-5  # relative, of the central differences of what beds do in one ste
 class VariedStepper:
     """Runs cycles of the changes in all directions beside those of a finished run; owns the scratch memory."""
 
-    def __init__(self, run: Run, inflow: Inflow, directions: Sequence[Direction]) -> None:
+    def __init__(
+        self, run: Run, inflow: Driven, directions: Sequence[Direction], faces: Sequence[int] | np.ndarray = ()
+    ) -> None:
         self.run, self.stepper = run, Stepper(run.grid, inflow, Numerics(samples=1), run.steps)
         ends, changing, vessel = self.stepper.parts[3], self.stepper.parts[4], run.grid.vessel
         self.weights = _weights(directions, run.grid.places)
@@ -48,7 +50,9 @@ class VariedStepper:
             np.zeros(slots),
             np.zeros_like(run.end.memory),
         )
-        self.output = np.zeros((len(directions), run.steps))
+        self.watched = np.asarray(faces, dtype=np.uintp)
+        self.inlet = np.zeros((len(directions), run.steps))
+        self.seen = np.zeros((2, len(directions), run.steps, len(self.watched)))
 
     @property
     def size(self) -> int:
@@ -56,14 +60,23 @@ class VariedStepper:
         return len(self.run.scale.vector(self.run.end))
 
     def cycle(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the changes at the end of a cycle for those at its start, and the change of the inlet pressure.
+        """Return the changes at the end of a cycle for those at its start, and the `output`.
 
-        Shapes (direction, variable) and (direction, step), mmHg.
+        Shapes (direction, variable) and (direction, value).
         """
-        return self._cycle(self.run.end, x)[1], self.output.copy()
+        return self._cycle(self.run.end, x)[1], self.output
+
+    @property
+    def output(self) -> np.ndarray:
+        """Changes in the last cycle, a row each direction: inlet pressure (mmHg) by step, then by kind, step and face.
+
+        The kinds are pressure (mmHg) and flow (ml/s).
+        """
+        seen = np.moveaxis(self.seen, 1, 0).reshape(len(self.inlet), -1)
+        return np.concatenate([self.inlet, seen], axis=1)
 
     def from_rest(self, count: int) -> np.ndarray:
-        """Return the change of the inlet pressure, mmHg, in the last of `count` cycles from rest."""
+        """Return the `output` in the last of `count` cycles from rest."""
         state, scale = at_rest(self.run.grid, self.stepper.beds), self.run.scale
         wider = [State(state.area * row[-1], state.flow, state.memory) for row in self.weights[0].wall]
         x = np.array([scale.vector(one) for one in wider])
@@ -79,7 +92,7 @@ class VariedStepper:
         varied_cycle_kernel(type(stepper.grid.wall))(
             (state.area, state.flow, state.memory), changed, stepper.inflow, stepper.law, self.shifted,
             stepper.outlets, self.outlets, stepper.parts, (*self.weights, self.drags), stepper.fluid, self.base,
-            self.scratch, self.output,
+            self.scratch, self.watched, self.inlet, self.seen,
         )  # fmt: skip
         return state, np.array([scale.vector(State(*change)) for change in zip(*changed, strict=True)])
 

@@ -173,7 +173,7 @@ def _row(
         return Place(table.source, line, f"column '{title}'")
 
     row, wrong = read_row(cell, Path(table.source).parent, groups, place, line)
-    carried = own | {title: where[title] for title in (*SHARED, "hematocrit [1]") if title in where}
+    carried = own | {title: where[title] for title in (*SHARED, "hematocrit [1]", "temperature [°C]") if title in where}
     further = {title: unicodedata.normalize("NFC", table.cells[number][i].strip()) for title, i in carried.items()}
     return row and replace(row, own=further), wrong
 
@@ -218,7 +218,7 @@ def read_row(
         said.setdefault("zero_sd", abs(drift) / math.sqrt(12))
     try:
         KnownErrors(**said)
-        relative_to_usual(numbers["hematocrit"])
+        relative_to_usual(numbers["hematocrit"], numbers["temperature"])
     except InputError as error:
         say("animal", UNREADABLE(text=str(error)))
         return None, wrong
@@ -226,6 +226,7 @@ def read_row(
         cell["animal"], cell["group"], files[0], tuple(files[1:]), line, cast(Literal["", "cycle", "raw"], kind),
         synthetic=cell["synthetic"].lower() == "yes", shared_recording=cell["shared recording"].lower() == "yes",
         block=None if block is None else int(block), beat_edits=_beside(cell["beat edits"], folder), errors=said,
+        sites=_beside(cell["sites"], folder),
         **texts, **numbers,
     )  # fmt: skip
     return row, wrong
@@ -270,7 +271,7 @@ def _files(cell: Mapping[str, str], kind: str, folder: Path, say: Say) -> list[P
     """Return the files of the network and of the recording."""
     titles = ["network", "recording", "flow"] if cell["flow"] and kind == "cycle" else ["network", "recording"]
     files = [folder / cell[title] for title in titles]
-    for title in [*titles, "beat edits"]:
+    for title in [*titles, "beat edits", "sites"]:
         file = folder / cell[title]
         try:
             if cell[title] and not file.is_file():

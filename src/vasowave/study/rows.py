@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from vasowave.inference.known_errors import SHARED, columns
+from vasowave.recording.read_sites import site_files
 
 ERRORS = {title: name for name, (title, _) in columns().items()}
 """Columns of errors that the lab knows, and the settings that they stand for."""
@@ -29,10 +30,15 @@ COLUMNS = {
     "start [s]": "raw: start of the stretch to use, since the start of the block.",
     "end [s]": "raw: end of the stretch to use.",
     "beat edits": "raw: file of what a person decided of single beats: reject, keep, move (action, time [s], to [s]).",
+    "sites": "Table of what was observed at further places (vasowave's read_sites): one row a place.",
     "zero [mmHg]": "What the transducer reads at zero pressure, where it is not 0; it is subtracted.",
     "zero after [mmHg]": "What it reads at zero pressure after the recording: the mean of both is subtracted, and the "
     "zero's SD is that of a drift between them, where no other is said.",
+    "pressure gain [1]": "By what the pressure above the zero is multiplied, where a second point of calibration says "
+    "that the transducer reads too much or too little.",
+    "flow gain [1]": "By what the flow is multiplied, likewise.",
     "hematocrit [1]": "Share of cells in the blood, 0.2 to 0.8: the viscosity of study.yaml is that at 0.45.",
+    "temperature [°C]": "Of the blood while it was recorded, 20 to 45: the viscosity of study.yaml is that at 37.",
     "sampling rate [1/s]": "raw: samples per second of a table without a time column.",
     "synthetic": "yes if the recording was made and not measured; the report then says so.",
     "shared recording": "yes if another animal has the same recording on purpose; else that is an error.",
@@ -79,7 +85,10 @@ class AnimalRow:
     start: float | None = None
     end: float | None = None
     beat_edits: Path | None = None
+    sites: Path | None = None
     zero: float | None = None
+    pressure_gain: float | None = None
+    flow_gain: float | None = None
     sampling_rate: float | None = None
     image_pressure: float | None = None
     wedge: float | None = None
@@ -89,12 +98,23 @@ class AnimalRow:
     C_T: float | None = None
     tau: float | None = None
     hematocrit: float | None = None
+    temperature: float | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
     """Settings of `KnownErrors` that are said of this animal."""
     own: Mapping[str, str] = field(default_factory=dict)
     """Cells of the columns that are the lab's own, by title, and of those that say what animals share."""
 
     @property
+    def calibration(self) -> tuple[float, float, float]:
+        """What is subtracted from the pressure that was read, mmHg, and the factors of pressure and flow."""
+        return self.zero or 0.0, self.pressure_gain or 1.0, self.flow_gain or 1.0
+
+    @property
     def files(self) -> tuple[Path, ...]:
         """Every file that is read for this animal."""
-        return (self.network, *self.recordings, *([self.beat_edits] if self.beat_edits else []))
+        return (self.network, *self.recordings, *([self.beat_edits] if self.beat_edits else []), *self.of_sites)
+
+    @property
+    def of_sites(self) -> tuple[Path, ...]:
+        """The table of sites and the waveforms that it names."""
+        return () if self.sites is None else (self.sites, *site_files(self.sites))

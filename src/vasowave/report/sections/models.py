@@ -13,11 +13,13 @@ from vasowave.cohort.primary import Primary
 from vasowave.cohort.table import column, rows_of
 from vasowave.figures import modeled as figures
 from vasowave.figures.compared import means_figure
+from vasowave.figures.sites import sites_figure, sites_of
 from vasowave.figures.space import axes_in_space
 from vasowave.figures.style import color_stops, group_looks
 from vasowave.report.blocks import Block, Drawing, Fold, Section, Space, Table
 from vasowave.report.tables import models as tables
 from vasowave.report.tables.selection import misfit_table, preference_table, selection_table
+from vasowave.report.tables.sites import sites_table
 from vasowave.report.wording import column_label, probability
 
 _SAME = 1e-9  # logarithms that differ by less are equal but for rounding
@@ -36,6 +38,7 @@ def model_section(cohort: Cohort, primary: Primary, written: Mapping[str, str]) 
         *space_block(cohort, law or cohort.walls[0]),
         *_waveforms(cohort),
         *(tables.parameters(cohort, wall) for wall in cohort.walls),
+        *_sites(cohort),
         tables.bounds(cohort),
         *_means(cohort, primary, written),
         Drawing("Waterfall", "S of every start over the best S of its animal, in rising order: a flat line is a "
@@ -76,6 +79,20 @@ def _waveforms(cohort: Cohort) -> list[Block]:
         Drawing("Tree", "Wave speed at mean pressure in every vessel (eqs. 31, 32), and fall of the mean pressure "
                 "from the inlet to the end of every terminal vessel.", figures.along_network_figure(cohort)),
     ]  # fmt: skip
+
+
+def _sites(cohort: Cohort) -> list[Block]:
+    """What further sites add: a figure and a table where any animal has some."""
+    shown = {group: one for group, one in cohort.shown.items() if sites_of(one)}
+    if not any(sites_of(one) for one in cohort.results):
+        return []
+    drawn: list[Block] = [
+        Drawing(f"Sites-{place}", f"What was observed at further sites of {cohort.name(group)} (black; dotted: mean, "
+                "largest and smallest value), the fit to all sites (colored), and what the fit without that site "
+                "predicts (grey).", sites_figure(result, group_looks(cohort.groups)[group].color))
+        for place, (group, result) in enumerate(shown.items(), start=1)
+    ]  # fmt: skip
+    return [*drawn, sites_table(cohort)]
 
 
 def _means(cohort: Cohort, primary: Primary, written: Mapping[str, str]) -> list[Block]:

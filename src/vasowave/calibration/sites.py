@@ -1,0 +1,192 @@
+"""Further sites of a fit: what was observed beside the pressure at the inlet, in numbers whose misfits count alike.
+
+A waveform counts by its Fourier coefficients, a mean as that of a waveform, a largest or smallest value as one sample.
+They are scaled so that a model that errs by the same share of the pulse errs by the same amount everywhere: all are
+then in mmHg of the pressure at the inlet.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from vasowave.calibration.compared import Compared
+from vasowave.errors import InputError, did_you_mean
+from vasowave.network.network import Network
+from vasowave.noise.spectrum import SIZE, fourier, harmonics
+from vasowave.recording import Observation, resample
+from vasowave.solver.places import Places, Waves
+
+_SAME_PERIOD = 0.02  # share by which the period of a site may differ from the recording's
+
+POINT = -1
+"""Stands for the harmonic of a single value of the cycle, to which all harmonics add."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sites:
+    """What was observed beside the pressure at the inlet.
+
+    Attributes
+    ----------
+    observations : tuple of Observation
+    places : Places
+    samples : int
+        N, of the pressure at the inlet: no more harmonics are compared elsewhere.
+    pulse : float
+        Pulse pressure at the inlet, mmHg.
+    deviation : float
+        SD of the discrepancy of the model at the inlet, mmHg, and so that of every scaled value, as they are weighted.
+    """
+
+    observations: tuple[Observation, ...]
+    places: Places
+    samples: int
+    pulse: float
+    deviation: float
+
+    @cached_property
+    def scales(self) -> np.ndarray:
+        """What the values of each site are multiplied by, mmHg per unit, shape (site,)."""
+        return np.array([self.pulse / _pulse(one, self.pulse) for one in self.observations])
+
+    @cached_property
+    def rows(self) -> tuple[slice, ...]:
+        """Which coefficients are those of each site."""
+        ends = np.cumsum([0, *(len(one) for one in self._harmonics)]).tolist()
+        return tuple(slice(first, last) for first, last in pairwise(ends))
+
+    @cached_property
+    def harmonic(self) -> np.ndarray:
+        """Harmonic of each coefficient, or `POINT`, shape (coefficient,)."""
+        return np.concatenate(self._harmonics)
+
+    @cached_property
+    def _harmonics(self) -> tuple[np.ndarray, ...]:
+        k = harmonics(self.samples)
+        return tuple(
+            k[k <= (len(one.waveform) - 1) // 2] if one.waveform is not None
+            else np.array([0 if name == "mean" else POINT for name in one.numbers])
+            for one in self.observations
+        )  # fmt: skip
+
+    @cached_property
+    def measured(self) -> np.ndarray:
+        """Scaled coefficients of what was observed, mmHg, shape (coefficient,)."""
+        parts = [
+            self._of_waveform(site, resample(one.waveform, self.samples)) if one.waveform is not None
+            else self._weights(site) * np.array(list(one.numbers.values()))
+            for site, one in enumerate(self.observations)
+        ]  # fmt: skip
+        return np.concatenate(parts)
+
+    @cached_property
+    def covariance(self) -> np.ndarray:
+        """Covariance of the errors, zeros and gains included, mmHg², shape (coefficient, coefficient)."""
+        covariance = np.zeros((len(self.harmonic),) * 2)
+        for site, (one, rows) in enumerate(zip(self.observations, self.rows, strict=True)):
+            scale, known = self.scales[site], self._weights(site)
+            size = scale * np.ones(len(known)) if one.waveform is not None else known
+            covariance[rows, rows] = np.diag((size * one.error) ** 2)
+            if one.quantity == "pressure":
+                covariance[rows, rows] += one.zero_sd**2 * np.outer(known, known)
+            covariance[rows, rows] += one.gain**2 * np.outer(self.measured[rows], self.measured[rows])
+        return covariance
+
+    @cached_property
+    def balance(self) -> np.ndarray:
+        """What residuals are multiplied by before their squares are summed, shape (coefficient, coefficient).
+
+        It is the discrepancy over that and the errors together: what is known badly counts little.
+        """
+        values, axes = np.linalg.eigh(self.covariance)
+        weight = self.deviation / np.sqrt(self.deviation**2 + np.maximum(values, 0.0))
+        return np.asarray((axes * weight) @ axes.T)
+
+    def coefficients(self, waves: Waves) -> np.ndarray:
+        """Return what waves at the places, shape (step, site), say; scaled, mmHg, shape (coefficient,)."""
+        parts = []
+        for site, one in enumerate(self.observations):
+            wave = waves.of(one.quantity)[:, site]
+            if one.waveform is not None:
+                parts.append(self._of_waveform(site, resample(wave, self.samples)))
+            else:
+                values = {"mean": wave.mean(), "systolic": wave.max(), "diastolic": wave.min()}
+                parts.append(self._weights(site) * [values[name] for name in one.numbers])
+        return np.concatenate(parts)
+
+    def jacobian(self, waves: Waves, changes: Waves) -> np.ndarray:
+        """Return the derivatives of `coefficients`, shape (coefficient, direction), from those of the waves."""
+        parts = []
+        for site, one in enumerate(self.observations):
+            wave, change = waves.of(one.quantity)[:, site], waves.changed(one.quantity, changes)[:, :, site]
+            if one.waveform is not None:
+                parts.append(self._of_waveform(site, resample(change.T, self.samples)))
+            else:
+                at = {"systolic": int(np.argmax(wave)), "diastolic": int(np.argmin(wave))}
+                rows = [change.mean(axis=1) if name == "mean" else change[:, at[name]] for name in one.numbers]
+                parts.append(self._weights(site)[:, np.newaxis] * np.array(rows))
+        return np.concatenate(parts)
+
+    def without(self, site: int) -> "Sites | None":
+        """Return all sites but one; None if there is no other."""
+        kept = [i for i in range(len(self.observations)) if i != site]
+        if not kept:
+            return None
+        observations = tuple(self.observations[i] for i in kept)
+        places = Places(self.places.vessel[kept], self.places.share[kept])
+        return replace(self, observations=observations, places=places)
+
+    def _of_waveform(self, site: int, values: np.ndarray) -> np.ndarray:
+        most = int(self._harmonics[site].max())
+        return np.asarray(self.scales[site] * fourier(values)[harmonics(self.samples) <= most])
+
+    def _weights(self, site: int) -> np.ndarray:
+        """Return what a change of the whole site by one unit is in each of its coefficients."""
+        k = self._harmonics[site]
+        if self.observations[site].waveform is not None:
+            return self.scales[site] * np.where(k == 0, np.sqrt(self.samples), 0.0)
+        return self.scales[site] * np.where(k == 0, np.sqrt(self.samples), 1.0)
+
+
+def _pulse(one: Observation, of_inlet: float) -> float:
+    """Return the range of a site's values; of a mean alone a guess: the inlet's of a pressure, else the mean itself."""
+    if one.pulse:
+        return one.pulse
+    return of_inlet if one.quantity == "pressure" else max(abs(value) for value in one.numbers.values())
+
+
+def sites_of(observations: Sequence[Observation], network: Network, compared: Compared) -> Sites | None:
+    """Return the sites of a network; None where nothing was observed.
+
+    Raises
+    ------
+    InputError
+        A vessel that the network does not have, a place beyond its end, a site that is none.
+    """
+    if not observations:
+        return None
+    rows, shares = [], []
+    for one in observations:
+        if not isinstance(one, Observation):
+            raise InputError(f"{one!r} is no site; give Observation(quantity, vessel, error, waveform=…)")
+        if one.vessel not in network.name:
+            hint = did_you_mean(one.vessel, network.name)
+            raise InputError(f"{one.title}: the network has no vessel '{one.vessel}'{hint}")
+        row = network.row(one.vessel)
+        share = float(one.place if one.cm is None else one.cm / network.length[row])  # type: ignore[arg-type]
+        if share > 1:
+            raise InputError(f"{one.title}: the vessel is {network.length[row]:.4g} cm long; the place lies beyond it")
+        period = compared.recording.period
+        if one.period is not None and abs(one.period - period) > _SAME_PERIOD * period:
+            raise InputError(
+                f"{one.title}: its cycle lasts {one.period:.5g} s and that of the recording {period:.5g} s; give one "
+                "averaged at the same heart rate, in step with the recording"
+            )
+        rows.append(row)
+        shares.append(share)
+    places = Places(np.array(rows), np.array(shares))
+    pulse = compared.recording.pulse_pressure
+    return Sites(tuple(observations), places, compared.samples, pulse, SIZE[0] * pulse)

@@ -1,0 +1,113 @@
+"""Fits to what was observed at further sites: one objective, honest intervals, wrong units noticed."""
+
+import threading
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import vasowave as vw
+from vasowave.calibration.compared import compared_part
+from vasowave.calibration.objective import Objective
+from vasowave.calibration.parameters import parameter_space
+from vasowave.calibration.sites import POINT, sites_of
+from vasowave.errors import InputError
+from vasowave.recording import resample
+from vasowave.solver.places import Places, waves_at
+from vasowave.solver.simulate import simulate_run
+from vasowave.units import ratios
+
+NETWORK, MOUSE = vw.control_network(), vw.virtual_mouse()
+BRANCH = "2"
+ERROR = {"pressure": 0.1, "flow": 0.002, "velocity": 0.5, "area": 2e-5, "diameter": 5e-4}
+
+
+@pytest.fixture(scope="module")
+def truth():
+    model = vw.Model(NETWORK, vw.LinearWall(70.0), vw.estimate_nominal(NETWORK, MOUSE).outlets)
+    run = simulate_run(model, MOUSE.inflow, vw.Numerics(samples=256))
+    waves = waves_at(run, MOUSE.inflow, Places(np.array([0, NETWORK.row(BRANCH)]), np.array([0.0, 0.5])))
+    pressure = resample(waves.pressure[:, 0], 256) + 0.1 * np.random.default_rng(1).standard_normal(256)
+    return vw.Recording(pressure, MOUSE.flow, MOUSE.period), waves
+
+
+def site(truth, quantity, factor=1.0, **more):
+    wave = resample(truth[1].of(quantity)[:, 1], 128)
+    noise = ERROR[quantity] * np.random.default_rng(2).standard_normal(128)
+    return vw.Observation(quantity, BRANCH, factor * ERROR[quantity], waveform=factor * (wave + noise), **more)
+
+
+@pytest.mark.parametrize("quantity", ERROR)
+def test_a_true_site_agrees_and_widens_no_interval(truth, quantity):
+    fit = vw.calibrate(NETWORK, truth[0], starts=1, sites=[site(truth, quantity)])
+    d = fit.sites.isel(site=0)
+    assert float(d.misfit) < 2
+    assert float(d.ratio) == pytest.approx(1, abs=0.1)
+    assert np.all(np.log(d.high / d.low) < 1.02 * np.log(d.high_without / d.low_without))
+    assert d.low.sel(quantity="beta") < 70 < d.high.sel(quantity="beta")
+    assert not {"fit.site-unit", "fit.site-apart"} & {one.code for one in fit.findings}
+    measured, predicted = d.measured.values, d.predicted.values
+    assert np.sqrt(np.mean((measured - predicted) ** 2)) < 0.1 * np.ptp(measured)
+
+
+def test_the_jacobian_of_sites_is_that_of_differences(truth):
+    numbers = vw.Observation("flow", BRANCH, 0.01, cm=0.1, mean=0.1, systolic=0.4, diastolic=0.0)
+    observations = [site(truth, "pressure"), site(truth, "diameter", place=1.0), numbers]
+    nominal = vw.estimate_nominal(NETWORK, truth[0])
+    space = parameter_space("linear", NETWORK, nominal, vw.Blood(), {}, {}, False)
+    compared = compared_part(truth[0])
+    compared = replace(compared, sites=sites_of(observations, NETWORK, compared))
+    numerics = vw.Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-10)
+    objective = Objective(space, compared, numerics, 1, threading.Event(), 1e-8)
+    x = np.log(space.nominal[space.free])
+    jacobian, step = objective.jacobian(x), 1e-3
+    for i, unit in enumerate(np.eye(len(x))):
+        ends = [objective.residuals(x + k * step * unit) for k in (1, -1, 2, -2)]
+        expected = (8 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12 * step)
+        assert np.max(np.abs(jacobian[:, i] - expected)) < 1e-4 * np.max(np.abs(expected))
+
+
+def test_a_waveform_and_its_numbers_say_the_same_of_a_cycle(truth):
+    """A mean counts as the waveform's first coefficient, and scaled values are in mmHg of the inlet's pulse."""
+    wave = site(truth, "flow")
+    numbers = vw.Observation("flow", BRANCH, 0.01, mean=wave.waveform.mean(), systolic=wave.waveform.max(),
+                             diastolic=wave.waveform.min())  # fmt: skip
+    sites = sites_of([wave, numbers], NETWORK, compared_part(truth[0]))
+    one, other = (sites.measured[rows] for rows in sites.rows)
+    assert one[0] == pytest.approx(other[0])
+    assert list(sites.harmonic[sites.rows[1]]) == [0, POINT, POINT]
+    assert other[1] - other[2] == pytest.approx(truth[0].pulse_pressure)
+
+
+@pytest.mark.parametrize("quantity", ERROR)
+def test_wrong_units_are_noticed_and_named(truth, quantity):
+    known = ratios(quantity)
+    pairs = sorted({round(known[one] / known[other], 12): (one, other) for one in known for other in known
+                    if known[one] != known[other]}.items())  # fmt: skip
+    for ratio, (one, other) in (pairs[0], pairs[-1]):
+        wrong = site(truth, quantity, ratio)
+        fit = vw.calibrate(NETWORK, truth[0], starts=1, sites=[wrong])
+        named = [str(each) for each in fit.findings if each.code == "fit.site-unit"]
+        assert len(named) == 1, (one, other)
+
+
+def test_a_site_somewhere_else_stands_apart(truth):
+    late = np.roll(site(truth, "pressure").waveform, 16)
+    fit = vw.calibrate(NETWORK, truth[0], starts=1, sites=[vw.Observation("pressure", BRANCH, 0.1, waveform=late)])
+    assert "fit.site-apart" in [one.code for one in fit.findings]
+
+
+def test_what_is_no_site_of_the_network_is_refused(truth):
+    def fit(one, **more):
+        return vw.calibrate(NETWORK, truth[0], starts=1, sites=[one], **more)
+
+    with pytest.raises(InputError, match="the network has no vessel 'LPA'"):
+        fit(vw.Observation("flow", "LPA", 0.01, mean=0.1))
+    with pytest.raises(InputError, match="the place lies beyond it"):
+        fit(vw.Observation("flow", BRANCH, 0.01, cm=3.0, mean=0.1))
+    with pytest.raises(InputError, match="its cycle lasts"):
+        fit(replace(site(truth, "flow"), period=0.2))
+    with pytest.raises(InputError, match="is no site"):
+        fit("flow")
+    with pytest.raises(InputError, match="need a periodic state"):
+        fit(site(truth, "flow"), numerics=vw.Numerics(cycles_from_rest=3))

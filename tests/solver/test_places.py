@@ -1,0 +1,70 @@
+"""Waves at shares of a vessel's length, and their derivatives."""
+
+import numpy as np
+import pytest
+
+from vasowave.model.linear import linear_solution
+from vasowave.model.model import Model
+from vasowave.model.nominal import windkessels
+from vasowave.model.shape import Shape
+from vasowave.model.walls import LinearWall, TangentWall
+from vasowave.network.network import Network
+from vasowave.recording import Inflow
+from vasowave.solver import Numerics
+from vasowave.solver.direction import direction_between
+from vasowave.solver.places import QUANTITIES, Places, Waves, waves_at
+from vasowave.solver.sensitivity import derivatives
+from vasowave.solver.simulate import simulate_run
+
+NETWORK = Network(("a", "b", "c"), np.array([-1, 0, 0]), np.array([0.75, 0.55, 0.35]), np.array([0.047, 0.037, 0.026]))
+PLACES = Places(np.array([0, 1, 2, 2]), np.array([0.0, 0.37, 0.5, 1.0]))
+
+
+def fork(wall, **parts):
+    return Model(NETWORK, wall, windkessels(NETWORK, 76.0, 0.11, a=0.2), **parts)
+
+
+def test_at_stations_waves_are_those_of_the_run(inflow):
+    run = simulate_run(fork(TangentWall(9.0, 4.0)), inflow, Numerics(samples=64, tolerance=1e-9))
+    places = Places(np.array([0, 2, 2]), np.array([0.0, 0.5, 1.0]))
+    found = waves_at(run, inflow, places)
+    every = run.steps // len(run.pressure)
+    for i, (station, vessel) in enumerate(((0, 0), (1, 2), (2, 2))):
+        np.testing.assert_allclose(found.pressure[::every, i], run.pressure[:, station, vessel], atol=2e-4)
+        np.testing.assert_allclose(found.flow[::every, i], run.stations[1, :, vessel, station], atol=1e-6)
+
+
+def test_small_waves_at_any_place_are_those_of_the_frequency_domain():
+    t = np.arange(256) / 256
+    q = np.exp(-0.5 * ((t - 0.2) / 0.05) ** 2)
+    tiny, model = Inflow(1e-5 * q / q.mean(), 0.11), fork(LinearWall(57.0))
+    run = simulate_run(model, tiny, Numerics(cell_size=0.025, samples=256, tolerance=1e-12))
+    found, solved = waves_at(run, tiny, PLACES), linear_solution(model, tiny)
+    P, Q = solved.at(PLACES.vessel, PLACES.share * NETWORK.length[PLACES.vessel])
+    for wave, spectrum in ((found.pressure, P), (found.flow, Q)):
+        expected = solved.over_cycle(spectrum, run.steps)
+        assert np.max(np.abs(wave - expected)) < 0.01 * np.max(np.abs(expected))
+
+
+@pytest.mark.parametrize("parts", [{}, {"shape": Shape([1.0, 0.8])}], ids=["straight", "tapering"])
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_derivatives_of_every_quantity_are_those_of_differences(inflow, quantity, parts):
+    model = fork(TangentWall(9.0, 4.0), **parts)
+    numerics = Numerics(samples=64, steps_per_cycle=2048, tolerance=1e-11)
+    run = simulate_run(model, inflow, numerics)
+
+    def changed(factor):
+        beds = model.outlets._replace(C=model.outlets.C * factor**2)
+        return model.changed(wall=TangentWall(9.0 * factor, 4.0 / factor), outlets=beds)
+
+    direction, step = direction_between(changed(np.exp(-5e-5)), changed(np.exp(5e-5)), 1e-4), 1e-3
+    seen = PLACES, waves_at(run, inflow, PLACES)
+    _, changes = derivatives(run, inflow, [direction], numerics, seen, 1e-9)
+    found = seen[1].changed(quantity, Waves(*(one[0] for one in changes)))
+    ends = [
+        waves_at(simulate_run(changed(np.exp(k * step)), inflow, numerics, run), inflow, PLACES).of(quantity)
+        for k in (1, -1, 2, -2)
+    ]
+    expected = (8 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12 * step)
+    scale = np.max(np.abs(expected[:, 1:]), axis=0)
+    assert np.all(np.max(np.abs(found - expected)[:, 1:], axis=0) < 1e-5 * scale)
