@@ -76,7 +76,7 @@ def animal(problem, rng):
         scores = rng.standard_normal(len(unknowns.all))
         radii, lengths, _ = (sd * rng.standard_normal(len(sd)) for sd in unknowns.own_errors)
         try:
-            model = unknowns.model(scores, radii, lengths)
+            model, _ = unknowns.posed(scores, radii, lengths)
             waves = simulate(model, problem.recording.inflow, problem.numerics)["pressure"].to_numpy()
         except (VasowaveError, ArithmeticError):
             continue

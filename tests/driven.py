@@ -205,8 +205,8 @@ class Program:
             raise NotDoneError(f"{method}: {reply['error']}")
         return reply["result"]
 
-    def page(self, address):
-        """Open a page in a tab of its own."""
+    def page(self, address, ready="document.body && document.body.dataset.ready"):
+        """Open a page in a tab of its own, and wait until it is ready."""
         page = Page(self)
         target = self.ask(None, "Target.createTarget", {"url": "about:blank"})["targetId"]
         page.session = self.ask(None, "Target.attachToTarget", {"targetId": target, "flatten": True})["sessionId"]
@@ -215,7 +215,7 @@ class Program:
             page.ask(f"{room}.enable")
         page.wide(1280)
         page.open(address)
-        page.until("document.body && document.body.dataset.ready")
+        page.until(ready)
         return page
 
     def close(self):

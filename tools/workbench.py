@@ -3,6 +3,7 @@
 uv run vasowave demo --output demo --starts 4
 uv run python tools/workbench.py pictures demo
 uv run python tools/workbench.py speed demo
+uv run python tools/workbench.py lung 497
 """
 
 import json
@@ -17,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).parents[1]
-sys.path.append(str(ROOT / "tests"))
+sys.path += [str(ROOT / "tests"), str(ROOT / "benchmarks")]
 
 from driven import Page, driven  # noqa: E402
 
@@ -67,7 +68,7 @@ def pictures(page: Page) -> None:
     """Draw every desk."""
     page.wide(1180, 760)
     page.open(page.js("location.href.split('#')[0]") + "#study")
-    page.until("document.querySelector('#reading')?.textContent === ''")
+    page.until("document.querySelector('#checking')?.textContent === ''")
     _shot(page, "study")
     _go(page, "recording", "canvas.signals")
     page.drag("canvas.signals", 0.4, 0.52)
@@ -87,6 +88,15 @@ def pictures(page: Page) -> None:
     _shot(page, "figures")
 
 
+def picture_of_lung(page: Page) -> None:
+    """Draw the Lung desk with its vessels found, one of them chosen."""
+    page.wide(1180, 760)
+    page.until(FIND, 300)
+    page.js("document.querySelectorAll('tr[data-vessel] button')[2].click(); scrollTo(0, 0)")
+    time.sleep(1.0)
+    _shot(page, "lung")
+
+
 def _go(page: Page, desk: str, shown: str) -> None:
     page.js(f"location.hash = '{desk}'")
     page.until(f"document.body.dataset.ready === '{desk}' && document.querySelector('{shown}')")
@@ -99,7 +109,7 @@ def _shot(page: Page, desk: str) -> None:
 
     path = PICTURES / f"workbench-{desk}.png"
     page.shot(path, whole=False)
-    Image.open(path).convert("P", palette=Image.Palette.ADAPTIVE, colors=64).save(path, optimize=True)
+    Image.open(path).convert("P", palette=Image.Palette.ADAPTIVE, colors=160).save(path, optimize=True)
     print(f"{path.relative_to(ROOT)}: {path.stat().st_size / 1024:.0f} KiB")
 
 
@@ -140,9 +150,67 @@ def edits(page: Page) -> None:
         page.until(f"document.body.dataset.told !== {json.dumps(before)}", 120)
         took.append(1000 * (time.monotonic() - begun))
     told("edit of a beat", took)
+    heap(page)
+
+
+FIND = "document.querySelectorAll('tr[data-vessel]').length > 2"
+CHANGED = """(async () => {
+  const seen = () => document.querySelector("#vessels").innerText, before = seen(), begun = performance.now();
+  document.querySelector(%r).click();
+  while (seen() === before) await new Promise((done) => requestAnimationFrame(done));
+  return performance.now() - begun;
+})()"""
+"""Milliseconds from a click to the table of vessels that follows."""
+
+
+def imaged(folder: Path, voxels: int) -> Path:
+    """Make a study whose only file is the image of a phantom, with the end of its cannula said."""
+    from imaging import EDGE
+    from phantom import embed, render
+    from vasowave.datasets import control_network
+    from vasowave.imaging import write_volume
+    from vasowave.study.template import new_study
+
+    placed = embed(control_network(), np.random.default_rng(0))
+    volume = render(placed, voxels, EDGE / voxels, np.random.default_rng(1))
+    new_study(folder)
+    for name in ("images", "edits"):
+        (folder / name).mkdir()
+    write_volume(volume, folder / "images" / "phantom.nrrd")
+    place = " ".join(f"{one:.5g}" for one in placed.cannula[0][::-1])
+    (folder / "edits" / "phantom.txt").write_text(f"root {place}\n", encoding="utf-8")
+    return folder
+
+
+def lung(voxels: int) -> None:
+    """Time edits of a tree, and slices, in the page."""
+    with tempfile.TemporaryDirectory() as kept, driven(Path(kept)) as browser:
+        study = imaged(Path(kept) / "study", voxels)
+        with workbench(study) as address:
+            begun = time.monotonic()
+            page = browser.page(address + "#lung")
+            page.until("Number(document.querySelector('canvas.slice')?.dataset.drawn) > 0", 300)
+            print(f"{voxels}³: the image is seen after {time.monotonic() - begun:.1f} s")
+            page.until(FIND, 600)
+            print(f"the vessels are there after {time.monotonic() - begun:.1f} s")
+            took = []
+            for k in range(8):
+                page.js(f"document.querySelectorAll('tr[data-vessel] button')[{k + 3}].click()")
+                page.js(f"document.querySelector('[data-key=radius]').value = '0.02{k}'")
+                took.append(page.js(CHANGED % "[data-key='set radius']"))
+            took += [page.js(CHANGED % "#undo") for _ in range(8)]
+            told("edit of a tree", took)
+            keys = """(canvas, k) => canvas.dispatchEvent(
+              new KeyboardEvent("keydown", {key: k % 40 < 20 ? "PageUp" : "PageDown"}))"""
+            told("next slice", page.js(DRAWN % ("canvas.slice", COUNT, keys)))
+            heap(page)
+
+
+def heap(page: Page) -> None:
+    """Print what the page's values take."""
     page.ask("Performance.enable")
-    heap = next(one for one in page.ask("Performance.getMetrics")["metrics"] if one["name"] == "JSHeapUsedSize")
-    print(f"memory of the page's values: {heap['value'] / 2**20:.0f} MiB")
+    used = next(one for one in page.ask("Performance.getMetrics")["metrics"] if one["name"] == "JSHeapUsedSize")
+    print(f"memory of the page's values: {used['value'] / 2**20:.0f} MiB")
 
 
 def long_study(folder: Path) -> Path:
@@ -166,10 +234,16 @@ def long_study(folder: Path) -> Path:
 
 
 def main(what: str, study: str) -> None:
-    """Do one of the two."""
+    """Do one of the three."""
+    if what == "lung":
+        lung(int(study))
+        return
     with tempfile.TemporaryDirectory() as kept, driven(Path(kept)) as browser:
         with workbench(Path(study)) as address:
             {"pictures": pictures, "speed": speed}[what](browser.page(address))
+        if what == "pictures":
+            with workbench(imaged(Path(kept) / "lung", 200)) as address:
+                picture_of_lung(browser.page(address + "#lung"))
         if what == "speed":
             with workbench(long_study(Path(kept) / "long")) as address:
                 begun = time.monotonic()

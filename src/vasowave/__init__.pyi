@@ -20,6 +20,7 @@ from vasowave.datasets import virtual_mouse as virtual_mouse
 from vasowave.exchange import export_model as export_model
 from vasowave.exchange import read_openbf as read_openbf
 from vasowave.imaging import extract as extract
+from vasowave.imaging import look as look
 from vasowave.inference import KnownErrors as KnownErrors
 from vasowave.inference import Posterior as Posterior
 from vasowave.inference import Priors as Priors

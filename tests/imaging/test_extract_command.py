@@ -179,9 +179,9 @@ def test_a_voxel_size_that_is_wrong_by_5_percent_is_put_right_by_the_cannula(sca
     np.testing.assert_allclose(np.sort(network_of(again).length), np.sort(found["cannula"].length), rtol=1e-6)
 
 
-def test_without_a_root_the_command_names_the_ends_one_could_mean(scan, tmp_path):
+def test_without_a_root_and_a_cannula_the_command_names_the_ends_one_could_mean(scan, tmp_path):
     folder, embedding, _ = scan
-    result, _ = run(folder / "image.nrrd", "-o", tmp_path / "out")
+    result, _ = run(folder / "image.nrrd", "-o", tmp_path / "out", "--cannula", "0")
     assert isinstance(result.exception, InputError)
     offers = str(result.exception).split("lumen: ")[1].split("; ")
     places = [[float(v) for v in offer.split(" ")[0].split(",")] for offer in offers]

@@ -99,7 +99,7 @@ def test_a_stub_is_marked_unreliable_and_the_spread_is_that_of_the_radius_in_the
     assert [row.rsplit(",", 2)[1] for row in rows[1:]] == ["yes" if mark else "no" for mark in found.measured.reliable]
 
 
-@pytest.mark.filterwarnings("ignore:uncertain")
+@pytest.mark.filterwarnings("ignore:uncertain", "ignore:wrong: .* highest grey level")
 def test_the_spread_is_unknown_where_another_threshold_gives_no_tree(stubby):
     embedding, volume = stubby
     # At 91.2 (76 + 20 %) nothing of the lumen is left: it is cut off at 90.

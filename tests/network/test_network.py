@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+import vasowave as vw
 from vasowave.datasets import control_network, hypertensive_network
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.model.model import Model
@@ -71,6 +72,22 @@ def test_a_missing_or_wrong_unit_is_an_error_naming_the_column(tmp_path, header,
 def test_a_radius_in_mm_that_is_declared_in_cm_warns(tmp_path):
     with pytest.warns(VasowaveWarning, match="radius"):
         read_network(table(tmp_path, "a,,0.41,0.47\n"))
+
+
+def test_a_diameter_is_twice_the_radius(tmp_path):
+    (tmp_path / "n.csv").write_text(
+        "name,parent,length [mm],Diameter [mm]\nmain,,4,1\nleft,main,3,0.6\nright,main,3,0.5\n"
+    )
+    assert vw.read_network(tmp_path / "n.csv").radius.tolist() == pytest.approx([0.05, 0.03, 0.025])
+    (tmp_path / "n.csv").write_text("name,parent,length [mm],diameter [mm],radius [mm]\nmain,,4,1,0.5\n")
+    with pytest.raises(InputError, match="both 'radius' and 'diameter'"):
+        vw.read_network(tmp_path / "n.csv")
+
+
+def test_a_unit_behind_a_low_line_is_told_where_it_belongs(tmp_path):
+    (tmp_path / "n.csv").write_text("name,parent,length_mm,radius_mm\nmain,,4,0.5\n")
+    with pytest.raises(InputError, match=r"write 'length_mm' as 'length \[mm\]'"):
+        vw.read_network(tmp_path / "n.csv")
 
 
 def test_millimetres_are_converted_to_centimetres(tmp_path):

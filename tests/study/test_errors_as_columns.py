@@ -51,6 +51,22 @@ def test_blood_of_more_cells_is_more_viscous_by_pries(make_study):
     assert any("give the share of cells" in str(one) for one in problems)
 
 
+def test_blood_that_is_colder_is_as_much_more_viscous_as_water(make_study):
+    folder = make_study()
+    header = "animal,group,network,recording,temperature [°C]"
+    (row, *_), problems = rewritten(folder, "25", header=header)
+    assert not [one for one in problems if one.error]
+    usual, cold = (animal_settings(StudyFile(), one).blood.viscosity for one in (None, row))
+    assert cold / usual == pytest.approx(0.8900 / 0.6913, rel=1e-3)  # mPa s of water at 25 and 37 °C (IAPWS 2008)
+    (body, *_), _ = rewritten(folder, "37", header=header)
+    assert animal_settings(StudyFile(), body).blood.viscosity == pytest.approx(usual)
+    study = read_study(folder)
+    assert animal_key(body, study.settings, folder) != animal_key(row, study.settings, folder)
+    assert {one.name: one.unit for one in variables_of([row])}["temperature"] == "°C"
+    _, problems = rewritten(folder, "98", header=header)
+    assert any("none of an animal's blood" in str(one) for one in problems)
+
+
 def test_what_animals_share_is_carried_and_no_slip(make_study):
     folder = make_study()
     rows, problems = rewritten(folder, "", "", "", "", "A")

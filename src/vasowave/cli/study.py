@@ -304,15 +304,18 @@ def plan(
     occasions: Annotated[int, typer.Option(min=1, help="Recordings of each animal, averaged.")] = 1,
     pairs: Annotated[
         float | None,
-        typer.Option(help="Compare pairs (before and after, littermates) whose true values are correlated by so much."),
+        typer.Option(help="Compare pairs, an animal before and after, whose true values are correlated by so much."),
     ] = None,
+    littermates: Annotated[
+        bool, typer.Option("--littermates", help="A pair is two littermates, of which each group has one.")
+    ] = False,
     output: Annotated[Path, typer.Option("--output", "-o", help="Page to write.")] = Path("plan.html"),
 ) -> None:
     """Say how many animals a study of two groups, or of pairs, needs to show an effect, and what would save some."""
     from vasowave.report.planned import plan_texts, write_plan
     from vasowave.study.planning import plan as planned
 
-    found = planned(study, effect=effect, power=power, occasions=occasions, pairs=pairs)
+    found = planned(study, effect=effect, power=power, occasions=occasions, pairs=pairs, littermates=littermates)
     for text in plan_texts(found):
         typer.echo(text)
     typer.echo(f"Page: {write_plan(found, output)}")

@@ -81,6 +81,21 @@ def modeled(cohort: Cohort, values: Values) -> Modeled:
     return Modeled(own, layout, structure, fit_mixed(own.known.logs, structure), told)
 
 
+def occasions_apart(cohort: Cohort, values: Values | None) -> float:
+    """Return the SD of one subject's logarithms between its recordings, without errors; 0 where nothing tells it."""
+    if values is None or not cohort.design.subject:
+        return 0.0
+    try:
+        one = modeled(cohort, values)
+    except InputError:
+        return 0.0
+    if len(set(one.layout.subject)) == len(one.layout.subject):
+        return 0.0
+    own = [place for place, name in enumerate(one.layout.random) if name.startswith("animals")]
+    rows = [float(np.trace(one.structure.random[place])) for place in own]
+    return float(np.sqrt(np.average(one.fit.components[own], weights=rows)))
+
+
 def rows_of_design(found: Sequence[Modeled]) -> tuple[list[dict[str, object]], float]:
     """Return a row for every effect of every quantity, and the critical p of one row by itself."""
     animals = {

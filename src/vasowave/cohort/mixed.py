@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 _TURNS, _HALVINGS = 60, 25  # of scoring, and of one of its steps
-_LEAST = 1e-6  # of the residuals' variance: a component that is smaller is none
+LEAST = 1e-6  # of the residuals' variance: a component that is smaller is none
 _ENOUGH = 1e-7  # change of a component, by the residuals' variance, at which scoring ends
-_FLOOR = 0.5  # of the degrees of freedom without known errors
+FLOOR = 0.5  # of the degrees of freedom without known errors
 
 
 class Structure(NamedTuple):
@@ -100,7 +100,7 @@ class MixedFit(NamedTuple):
         moved = float(slope @ self.uncertainty @ slope)
         freedom = 2 * plain**2 / moved if moved > 0 else np.inf
         if self.ignorant is not None:
-            freedom = max(freedom, _FLOOR * self.ignorant.effect(contrast).freedom)
+            freedom = max(freedom, FLOOR * self.ignorant.effect(contrast).freedom)
         return Effect(float(contrast @ self.coefficients), float(np.sqrt(variance)), freedom)
 
 
@@ -122,7 +122,7 @@ def fit_mixed(values: np.ndarray, structure: Structure) -> MixedFit:
     left = values - fixed @ np.linalg.lstsq(fixed, values, rcond=None)[0]
     scale = max(float(left @ left) / (len(values) - fixed.shape[1]), 1e-300)
     alone = np.array([_is_alone(one) for one in random])
-    least = np.where(alone, _LEAST, 0.0) * scale
+    least = np.where(alone, LEAST, 0.0) * scale
     starts = [np.where(alone, 0.7, 0.3) * scale, np.where(alone, 0.1, 0.02) * scale]
     found = [_climbed(values, fixed, random, known, start, least, scale) for start in starts]
     components, state = max(found, key=lambda one: one[1].likelihood)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, did_you_mean
-from vasowave.figures.fit import plot_autocorrelation, plot_pressure, plot_residuals
+from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_residuals
 from vasowave.figures.loop import plot_pressure_area
 from vasowave.figures.rendering import svg
 from vasowave.figures.spectra import plot_modulus
-from vasowave.figures.style import new_figure, shown_figure, style
+from vasowave.figures.style import CTL, new_figure, shown_figure, style
 from vasowave.io.files import check_file, write_file
 
 if TYPE_CHECKING:
@@ -27,32 +27,47 @@ class FitPlots:
     ----------
     result : AnimalResult
         Of the animal, as `animal.analyze` returns it.
+    color : str
+        Of the wall laws' curves; data are black.
     """
 
     result: AnimalResult
+    color: str = CTL
 
     def pressure(self, ax: "Axes | None" = None) -> "Axes":
         """Draw measured and fitted pressure at the inlet over one cycle."""
-        return plot_pressure(ax or _axes(), self.result)
+        return plot_pressure(ax or _axes(), self.result, self.color)
+
+    def flow(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw measured and simulated flow at the inlet over one cycle."""
+        return plot_flow(ax or _axes(), self.result, self.color)
 
     def residuals(self, ax: "Axes | None" = None) -> "Axes":
         """Draw measured minus simulated pressure over one cycle."""
-        return plot_residuals(ax or _axes(), self.result)
+        return plot_residuals(ax or _axes(), self.result, self.color)
 
     def autocorrelation(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the autocorrelation of the residuals."""
-        return plot_autocorrelation(ax or _axes(), self.result)
+        return plot_autocorrelation(ax or _axes(), self.result, self.color)
 
     def pressure_area(self, ax: "Axes | None" = None) -> "Axes":
         """Draw pressure against area at the middle of the root vessel, and the wall law."""
-        return plot_pressure_area(ax or _axes(), self.result)
+        return plot_pressure_area(ax or _axes(), self.result, self.color)
 
     def impedance(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the modulus of the measured impedance by harmonic."""
         return plot_modulus(ax or _axes(), self.result.measured.impedance)
 
     def save(
-        self, path: str | Path, panels: Sequence[str], *, width: float = 170.0, height: float = 60.0, font: float = 8.0
+        self,
+        path: str | Path,
+        panels: Sequence[str],
+        *,
+        width: float = 170.0,
+        height: float = 60.0,
+        font: float = 8.0,
+        family: str = "sans-serif",
+        color: str = CTL,
     ) -> Path:
         """Write panels side by side as one figure, ``fit.plot.save("fit.pdf", ["pressure", "impedance"])``.
 
@@ -66,23 +81,41 @@ class FitPlots:
             mm.
         font : float
             Size of the letters, pt.
+        family : str
+            Font: ``sans-serif``, ``serif``, ``monospace``, or the name of one that is installed.
+        color : str
+            Of the wall laws' curves, ``"#d6259b"`` or a name that matplotlib knows; data are black.
 
         Raises
         ------
         InputError
-            No such panel, or the file cannot be written.
+            No such panel, font or color, or the file cannot be written.
         """
         check_file(Path(path), ".svg", ".pdf", ".png")
         kind = Path(path).suffix.lower()[1:]
-        return write_file(Path(path), figure_bytes(self.result, panels, kind, width=width, height=height, font=font))
+        content = figure_bytes(
+            self.result, panels, kind, width=width, height=height, font=font, family=family, color=color
+        )
+        return write_file(Path(path), content)
 
 
-PANELS = ("pressure", "residuals", "autocorrelation", "pressure_area", "impedance")
+_FAMILIES = ("sans-serif", "serif", "monospace")
+"""Fonts that are everywhere."""
+
+PANELS = ("pressure", "flow", "residuals", "autocorrelation", "pressure_area", "impedance")
 """Names of the panels of a fit."""
 
 
 def figure_bytes(
-    result: AnimalResult, panels: Sequence[str], kind: str, *, width: float, height: float, font: float
+    result: AnimalResult,
+    panels: Sequence[str],
+    kind: str,
+    *,
+    width: float,
+    height: float,
+    font: float,
+    family: str = "sans-serif",
+    color: str = CTL,
 ) -> bytes:
     """Return panels of a fit side by side as a file: svg, pdf or png. Sizes as `FitPlots.save`."""
     import matplotlib
@@ -92,17 +125,33 @@ def figure_bytes(
         raise InputError(
             f"there is no panel '{unknown}'{did_you_mean(str(unknown), PANELS)}; there are: {', '.join(PANELS)}"
         )
-    letters = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize"), font)
+    _check_look(family, color)
+    letters: dict[str, object] = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize"), font)
     letters |= dict.fromkeys(("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), font - 1)
+    letters["font.family"] = family
     with style(), matplotlib.rc_context(letters):  # type: ignore[arg-type]
         figure = new_figure(width / 10, height / 10)
         for ax, name in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
-            getattr(FitPlots(result), name)(ax)
+            getattr(FitPlots(result, color), name)(ax)
         if kind == "svg":
             return svg(figure).encode()
         content = io.BytesIO()
         figure.savefig(content, format=kind, transparent=False)
     return content.getvalue()
+
+
+def _check_look(family: str, color: str) -> None:
+    from matplotlib.colors import is_color_like
+    from matplotlib.font_manager import findfont
+
+    if not is_color_like(color):
+        raise InputError(f"'{color}' is no color; write #rrggbb or a name that matplotlib knows")
+    if family in _FAMILIES:
+        return
+    try:
+        findfont(family, fallback_to_default=False)
+    except ValueError:
+        raise InputError(f"there is no font '{family}' here; take one of: {', '.join(_FAMILIES)}") from None
 
 
 def _axes() -> "Axes":

@@ -29,7 +29,7 @@ def planned_figure(plan: "Plan") -> "Figure":
         ax.legend(loc="lower right")
         label_axes(
             ax,
-            "pairs [1]" if plan.settings.groups == 1 else "animals of each group [1]",
+            "pairs [1]" if plan.settings.pairs is not None else "animals of each group [1]",
             f"power to show a ratio of {plan.settings.effect:g} [1]",
         )
     return figure

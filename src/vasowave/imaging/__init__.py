@@ -6,13 +6,15 @@ from typing import Any
 _HOMES = {
     "Extraction": "extraction",
     "Options": "options",
+    "Overview": "overview.overview",
     "Volume": "read.volume",
     "extract": "extraction",
+    "look": "overview.overview",
     "read_volume": "read.files",
     "write_volume": "read.itk",
 }
 
-__all__ = ["Extraction", "Options", "Volume", "extract", "read_volume", "write_volume"]
+__all__ = ["Extraction", "Options", "Overview", "Volume", "extract", "look", "read_volume", "write_volume"]
 
 
 def __getattr__(name: str) -> Any:

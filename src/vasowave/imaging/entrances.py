@@ -1,20 +1,38 @@
 """Where the blood enters and leaves: whether the places that the user gave can be meant."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
 import numpy as np
-from scipy.ndimage import distance_transform_edt
+from scipy.ndimage import distance_transform_edt, gaussian_filter1d
 from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError
-from vasowave.findings import look_kind, warn
-from vasowave.imaging.axes.paths import long_tips, minimal_paths, paths_to
+from vasowave.findings import look_kind, note_kind, warn
+from vasowave.imaging.axes.paths import MinimalPaths, long_tips, minimal_paths
 from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.measure.contrast import BLUR, own_contrast
+from vasowave.imaging.measure.profiles import profile
+from vasowave.imaging.measure.radii import WIDER, densitometric_radius
 from vasowave.imaging.places import written
+from vasowave.imaging.read.volume import Volume
+from vasowave.imaging.tree import Line
 from vasowave.network.network import Network
 from vasowave.network.remarks import unlike_the_species
 
 SCALE_LIMIT = 0.2
 """A cannula that is off by more than this share is no matter of scale: the root or the voxel size is wrong."""
 
+SHOWN, END_REACH, SMOOTH = 6.0, 12, 3.0
+"""The end of a vessel is looked at along so many radii, at least so many voxels; its path is smoothed over voxels."""
+CLEAR, NAMED = 0.85, 4
+"""An end is clear if the next is narrower than this share of it; so many ends are named."""
+
+ROOT_TAKEN = note_kind(
+    "image.root-taken",
+    "no root was given: the blood enters at {place} (x,y,z, cm), the one end as wide as the cannula "
+    "(radius {radius:.3g} cm)",
+)
 WIDER_THAN_ROOT = look_kind(
     "image.wider-than-root",
     "vessel {vessel} (radius {radius:.3g} cm) is wider than the root ({root:.3g}): is the root where the blood enters?",
@@ -22,19 +40,87 @@ WIDER_THAN_ROOT = look_kind(
 )
 
 
-def root_wanted(lumen: Segmentation) -> InputError:
-    """Return the error that asks for the root and names the widest ends of the lumen."""
+@dataclass(frozen=True, eq=False)
+class Entrance:
+    """An end of the lumen where the blood may enter.
+
+    Attributes
+    ----------
+    place : float array, shape (3,)
+        z, y, x, cm, along the image's own axes.
+    radius : float
+        Of a circle of its sections' area, cm.
+    """
+
+    place: np.ndarray
+    radius: float
+
+
+def entrances(lumen: Segmentation, volume: Volume) -> tuple[Entrance, ...]:
+    """Return the ends of `lumen`, the one with the widest sections first.
+
+    Parameters
+    ----------
+    lumen : Segmentation
+    volume : Volume
+        The cubes that `lumen` was found in.
+    """
     start = np.argwhere(lumen.mask)[0] * lumen.spacing + lumen.origin
-    ways = minimal_paths(lumen, start)
-    paths = paths_to(ways, long_tips(ways))
-    inner = np.zeros(len(paths.above), dtype=bool)
-    inner[paths.above[paths.above >= 0]] = True
-    ends = []
-    for tip in np.flatnonzero(~inner | (paths.above < 0)):
-        ball = np.linalg.norm(paths.line.points - paths.line.points[tip], axis=1) < 12 * lumen.spacing
-        ends.append((float(np.median(paths.line.radius[ball])), tip))
-    ends.sort(reverse=True)
-    places = "; ".join(f"{written(paths.line.points[tip])} (radius {radius:.2g})" for radius, tip in ends[:4])
+    tip = int(np.argmax(minimal_paths(lumen, start).travelled))
+    ways = minimal_paths(lumen, np.argwhere(lumen.mask)[tip] * lumen.spacing + lumen.origin)  # from an end, not a wall
+    inside = cKDTree(ways.points)
+    found = [_entrance(way, volume) for way in _ways_from_ends(ways)]
+    found = [replace(one, place=ways.points[inside.query(one.place)[1]]) for one in found]
+    return tuple(sorted(found, key=lambda one: -one.radius))
+
+
+def _ways_from_ends(ways: MinimalPaths) -> list[Line]:
+    """Return the path from each end of the lumen inward, as long as `SHOWN` says, without stairs."""
+    tips, found = long_tips(ways), []
+    for tip in tips:
+        rows = [tip]
+        while ways.above[rows[-1]] >= 0:
+            rows.append(int(ways.above[rows[-1]]))
+        found.append(rows)
+    if found:
+        found.append(found[0][::-1])  # the end that all paths lead to
+    lines = []
+    for rows in found:
+        line = Line(ways.points[rows], ways.depth[rows] * ways.spacing)
+        wide = float(line.radius[line.run < END_REACH * ways.spacing].max())
+        line = line[line.run < max(SHOWN * wide, END_REACH * ways.spacing)]
+        lines.append(Line(gaussian_filter1d(line.points, SMOOTH, axis=0, mode="nearest"), line.radius))
+    return lines
+
+
+def _entrance(way: Line, volume: Volume) -> Entrance:
+    """Return the end at which `way` begins; sections beyond its first ball and before its last say how wide it is."""
+    wide, spacing = float(np.median(way.radius)), float(volume.spacing[0])
+    inner = np.flatnonzero((way.run > 1.2 * wide) & (way.run < way.run[-1] - 0.3 * wide))
+    one = profile(way, inner, WIDER * wide, volume)
+    if one is None:
+        return Entrance(_middle(way, wide, spacing), wide)
+    contrast, _ = own_contrast(one, BLUR * spacing)
+    return Entrance(_middle(way, wide, spacing), densitometric_radius(one, contrast))
+
+
+def _middle(way: Line, wide: float, spacing: float) -> np.ndarray:
+    """Return the middle of the flat end whose corner `way` begins at, a voxel inside."""
+    near, far = (way.points[min(int(np.searchsorted(way.run, at * wide)), len(way) - 1)] for at in (1.2, 2.5))
+    along = (far - near) / max(float(np.linalg.norm(far - near)), 1e-12)
+    return np.asarray(near + along * ((way.points[0] - near) @ along + spacing))
+
+
+def clear_entrance(found: Sequence[Entrance], cannula: float) -> Entrance | None:
+    """Return the one end that is as wide as the `cannula` (radius, cm; 0 without one), None if it is not so clear."""
+    if not cannula or not found or abs(np.log(found[0].radius / cannula)) > np.log1p(SCALE_LIMIT):
+        return None
+    return found[0] if len(found) == 1 or found[1].radius < CLEAR * found[0].radius else None
+
+
+def root_wanted(found: Sequence[Entrance]) -> InputError:
+    """Return the error that asks for the root and names the widest ends of the lumen."""
+    places = "; ".join(f"{written(one.place)} (radius {one.radius:.2g})" for one in found[:NAMED])
     return InputError(
         f"where does the blood enter? Give the root as x,y,z in cm: the outer end of the cannula. The widest ends of "
         f"the lumen: {places}"

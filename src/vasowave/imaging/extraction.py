@@ -12,7 +12,15 @@ from vasowave.errors import VasowaveWarning
 from vasowave.findings import Finding, found_in, warn
 from vasowave.imaging.axes.starts import Settled, settled
 from vasowave.imaging.axes.vessels import tree_of
-from vasowave.imaging.entrances import check_root, deepest_near, require_reached, root_wanted
+from vasowave.imaging.entrances import (
+    ROOT_TAKEN,
+    check_root,
+    clear_entrance,
+    deepest_near,
+    entrances,
+    require_reached,
+    root_wanted,
+)
 from vasowave.imaging.given import Given, given
 from vasowave.imaging.kept.keys import image_key, keys_of, volume_key
 from vasowave.imaging.kept.profiles import Profiles
@@ -20,17 +28,19 @@ from vasowave.imaging.kept.stages import Stages
 from vasowave.imaging.lumen.segmentation import Segmentation
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.cannula import scale_of, tip_sd, without_cannula
+from vasowave.imaging.measure.grey_scale import corrected
 from vasowave.imaging.measure.measurement import Measurement, filled_at, measured_in, with_errors
 from vasowave.imaging.measure.spread import Elsewhere, elsewhere, with_spread
 from vasowave.imaging.options import Options
-from vasowave.imaging.places import written_in_the_world
+from vasowave.imaging.places import written, written_in_the_world
 from vasowave.imaging.read.files import read_volume
 from vasowave.imaging.read.volume import Volume, is_cubic, isotropic
 from vasowave.imaging.revise.edits import Edit, edited, edited_alike, with_radii
 from vasowave.imaging.revise.junctions import with_junctions_at
 from vasowave.imaging.revise.parts import scaled, wanted_part
 from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.doubts import Doubt, ranked, warn_of
+from vasowave.imaging.witness.doubts import Doubt, is_doubt, ranked, warn_of
+from vasowave.imaging.witness.grey import grey_doubts, grey_look
 from vasowave.imaging.witness.loops import loop_doubts, told_loops
 from vasowave.imaging.witness.misfit import surface_misfit
 from vasowave.imaging.witness.skeleton import Thinned, skeleton_branches, thinned
@@ -146,7 +156,7 @@ def extract(
             extraction = _extracted(image, wanted, say, stages or Stages())
     finally:  # an error is easier to understand with the warnings that led to it
         # What is gravest comes first: doubts of the witness, in their order, before what was noticed on the way.
-        notes = tuple(sorted(dict.fromkeys(found_in(told)), key=lambda note: note.room != "witness"))
+        notes = tuple(sorted(dict.fromkeys(found_in(told)), key=lambda note: not is_doubt(note)))
         for note in notes:
             warn(note)
     return replace(extraction, notes=notes)
@@ -155,6 +165,8 @@ def extract(
 def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str], None], stages: Stages) -> Extraction:
     say("image")
     image, key = _image(source, options.voxel, stages)
+    if options.grey is not None:
+        image, key = corrected(image, options.grey), f"{key} {options.grey}"
     with written_in_the_world(image.frame):
         found = _found_in(image, key, options, say, stages)
     return replace(found, source=None if isinstance(source, Volume) else Path(source))
@@ -163,7 +175,7 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
 def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], None], stages: Stages) -> Extraction:
     """Return the extraction without its source; all is computed along the image's axes, and turned at the end."""
     volume = image if is_cubic(image) else stages.kept("cubes", key, lambda: isotropic(image))
-    said = given(image, volume, options)
+    said = _entered(given(image, volume, options), options)
     say("lumen")
     keys = keys_of(key, said, options)
     lumen = stages.kept("lumen", keys.lumen, lambda: _lumen(said, options))
@@ -200,6 +212,8 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
     branches = skeleton_branches(skeleton, ends)
     doubts = doubts_about(measured, lumen, branches, misfit, found.place_sd, all_ends)
     doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
+    levels = grey_look(measured.tree, volume, lumen, cannula, options.cannula / 2)
+    doubts += tuple(grey_doubts(levels, measured.network.name))
     factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
     measured = replace(measured, tree=measured.tree.moved(world))
     whole = scaled(with_junctions_at(measured, options.junction), factor)
@@ -223,9 +237,19 @@ def _image(source: Volume | str | Path, voxel: float | None, stages: Stages) -> 
     return image, volume_key(image)
 
 
+def _entered(said: Given, options: Options) -> Given:
+    """Return what was said, with the root: the cannula's end where none was given and one end alone can be it."""
+    if said.root is not None:
+        return said
+    found = entrances(said.segmenter(said.volume, options.threshold, None), said.volume)
+    clear = clear_entrance(found, options.cannula / 2)
+    if clear is None:
+        raise root_wanted(found)
+    warn(ROOT_TAKEN(place=written(clear.place), radius=clear.radius))
+    return replace(said, root=clear.place, seed=clear.place if said.seed is None else said.seed)
+
+
 def _lumen(said: Given, options: Options) -> Segmentation:
-    if said.root is None:
-        raise root_wanted(said.segmenter(said.volume, options.threshold, None))
     return said.segmenter(said.volume, options.threshold, said.seed)
 
 

@@ -1,15 +1,48 @@
 """What a user can ask of an extraction: the one definition from which the command line is made too."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
+import numpy as np
 from annotated_types import Ge, Le, Lt
+from pydantic import BeforeValidator, SkipValidation
 
 from vasowave.errors import InputError
 from vasowave.imaging.places import Place, Places, Region
 from vasowave.network.network import HIGHEST
 from vasowave.settings import settings_class
 from vasowave.species import SpeciesName
+
+
+def parse_grey(text: str) -> tuple[tuple[float, float], ...]:
+    """Return the pairs in ``"measured:linear,measured:linear"``.
+
+    Raises
+    ------
+    InputError
+        Not at least two pairs of numbers, both ascending.
+    """
+    try:
+        pairs = tuple((float(one), float(other)) for one, other in (pair.split(":") for pair in text.split(",")))
+    except ValueError:
+        pairs = ()
+    if len(pairs) < 2 or not (np.isfinite(pairs).all() and (np.diff(pairs, axis=0) > 0).all()):
+        raise InputError(f"grey '{text}': write at least two ascending pairs measured:linear, as 0:0,120:80,255:255")
+    return pairs
+
+
+def grey_text(pairs: Sequence[tuple[float, float]]) -> str:
+    """Return what `parse_grey` reads."""
+    rounded = ((float(f"{one:.4g}"), float(f"{other:.4g}")) for one, other in pairs)
+    return ",".join(f"{measured:g}:{linear:g}" for measured, linear in rounded)
+
+
+def _grey(value: Any) -> Any:
+    return parse_grey(value if isinstance(value, str) else grey_text(value))
+
+
+GreyPairs = Annotated[tuple[tuple[float, float], ...], SkipValidation, BeforeValidator(_grey)]
 
 
 @settings_class
@@ -32,6 +65,9 @@ class Options:
     """The lumen as edited by hand; labels: 1 lumen, 2 root, 3… outlets."""
     edits: Path | None = None
     """Corrections: remove, cut, merge, root, one a line."""
+    grey: GreyPairs | None = None
+    """Pairs measured:linear of grey levels, ascending, 0:0,120:80,255:255: they correct a scale that is bent, and the
+    threshold then counts on the corrected one."""
     region: Region | None = None
     """Mask file, or box x,y,z:x,y,z; outside is no lumen."""
     voxel: float | None = None

@@ -21,6 +21,15 @@ def across(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return u, np.cross(axes, u)
 
 
+def carried(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return what `across` does, the first vectors turning from axis to axis no more than the axes do."""
+    u, _ = across(axes)
+    for row in range(1, len(u)):
+        turned = u[row - 1] - axes[row] * (u[row - 1] @ axes[row])
+        u[row] = turned / max(float(np.linalg.norm(turned)), 1e-12)
+    return u, np.cross(axes, u)
+
+
 def disc(reach: float, step: float) -> np.ndarray:
     """Return the points of a square grid of `step` within `reach` of its middle, shape (sample, 2)."""
     side = np.arange(-int(reach / step) - 1, int(reach / step) + 2) * step

@@ -73,15 +73,15 @@ def _none(_: Seen) -> float:
 
 
 def _wider(seen: Seen, factor: float) -> Seen:
-    return seen._replace(network=replace(seen.network, radius=seen.network.radius * factor))
+    return seen._replace(network=seen.network.resized(radius=seen.network.radius * factor))
 
 
 def _longer(seen: Seen, factor: float) -> Seen:
-    return seen._replace(network=replace(seen.network, length=seen.network.length * factor))
+    return seen._replace(network=seen.network.resized(length=seen.network.length * factor))
 
 
 def _filled(seen: Seen, pressure: float) -> Seen:
-    return seen._replace(network=replace(seen.network, pressure=float(pressure)))
+    return seen._replace(network=seen.network.resized(pressure=pressure))
 
 
 def _more_flow(seen: Seen, factor: float) -> Seen:

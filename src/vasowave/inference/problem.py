@@ -27,6 +27,7 @@ from vasowave.solver.simulate import Numerics, simulate_runs
 
 _SOLVER = 0.02  # mmHg, error of the simulated pressure by its grid of 0.1 cm, white; see docs/decisions.md
 _LEAST = 1e-12  # of a strain or compliance whose logarithm is taken
+_PERIODIC = 0.1 * _SOLVER  # mmHg, change from cycle to cycle that is left in simulations
 _SAMPLES = 64  # the solver chooses its step in multiples of this
 _WAVES = 256  # samples of a cycle whose waves are separated
 
@@ -122,21 +123,21 @@ class Problem:
 
         Of the indices those that an error moves; I_R from the harmonics that are compared.
         """
-        unknowns, model, seen = self.unknowns, self.unknowns.model(point), self.unknowns.without_errors(point)
+        unknowns, (model, seen) = self.unknowns, self.unknowns.posed(point)
         mean = self.recording.mean_pressure - zero * unknowns.priors.sd("zero")
         found = derived(model, mean, self._diastole)
         found = {name: found[name] for name in (*OF_PARAMETERS, "tau") if name in found}
-        flow = resample(resample(seen.recording.flow, self.samples), _WAVES)
+        flow = resample(resample(seen.flow, self.samples), _WAVES)
         place = operating_point(model, mean)
         if np.isfinite([*output[: self.samples], *place]).all():
             pressure = resample(self.in_time(output), _WAVES)
-            waves = wave_intensity(pressure, flow, seen.recording.period, *place, model.blood.inertia)
+            waves = wave_intensity(pressure, flow, seen.period, *place, model.blood.inertia)
             found["I_R"] = float(waves.reflection_coefficient)
         else:
             found["I_R"] = np.nan
         moved = {"mPAP": unknowns.priors.sd("zero") > 0, "CO": "flow_gain" in unknowns.all}
         behind = float(unknowns.values(point)["wedge"])
-        CO = seen.recording.cardiac_output
+        CO = seen.cardiac_output
         indices = {"mPAP": mean, "CO": CO, "PVR": (mean - behind) / CO}
         moved["PVR"] = any(moved.values()) or "wedge" in unknowns.all
         return found | {name: value for name, value in indices.items() if moved[name]}
@@ -167,10 +168,10 @@ class Problem:
         NumericalError
             A model with one vessel wider, longer or narrowing more by one SD cannot be simulated.
         """
-        models, inflow = [self.unknowns.model(point)], self._inflow(point)
+        posed = [self._posed(point)]
         for kind, errors in zip(("radii", "lengths", "falls"), self.unknowns.own_errors, strict=True):
-            models += [self.unknowns.model(point, **{kind: one}) for one in np.diag(errors) if one.any()]
-        outputs = self._simulated([(model, inflow) for model in models])
+            posed += [self._posed(point, **{kind: one}) for one in np.diag(errors) if one.any()]
+        outputs = self._simulated(posed)
         if not np.isfinite(outputs).all():
             raise NumericalError(
                 "a model with one vessel wider or longer by its assumed error cannot be simulated; give smaller errors "
@@ -258,8 +259,11 @@ class Problem:
 
     @property
     def _numerics(self) -> Numerics:
-        """The step is free in multiples of few samples, unless a number of steps or cycles was asked for."""
-        given = replace(self.numerics, every_cell=False)
+        """The step is free in multiples of few samples, unless a number of steps or cycles was asked for.
+
+        Cycles repeat far within the error of the grid, which is part of the likelihood.
+        """
+        given = replace(self.numerics, every_cell=False, tolerance=max(self.numerics.tolerance, _PERIODIC))
         fixed = given.cycles_from_rest is not None or given.steps_per_cycle is not None
         return given if fixed else replace(given, samples=_SAMPLES)
 
@@ -281,12 +285,10 @@ class Problem:
         sites = self.sites
         return () if sites is None else (sites.measured, sites.harmonic, sites.places.vessel, sites.places.share)
 
-    def _inflow(self, point: np.ndarray) -> Inflow:
-        return self.unknowns.without_errors(point).recording.inflow
-
-    def _posed(self, point: np.ndarray) -> tuple[Model, Inflow] | None:
+    def _posed(self, point: np.ndarray, **own: np.ndarray) -> tuple[Model, Inflow] | None:
         """Return model and inflow at a point, or nothing where a number of it overflows or its law raises an error."""
         try:
-            return self.unknowns.model(point), self._inflow(point)
+            model, recording = self.unknowns.posed(point, **own)
+            return model, recording.inflow
         except (VasowaveError, ArithmeticError, ValueError):
             return None

@@ -1,9 +1,9 @@
 """The unknowns of one animal: names, units, priors, and the model that their values make."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
 from vasowave.model.outlets import Site
 from vasowave.model.shape import Shape
-from vasowave.network.network import MEASURED, Network, measured_falls
+from vasowave.network.network import Network, measured_falls
 from vasowave.recording import Recording
 
 
@@ -132,37 +132,39 @@ class Unknowns:
                 scores[i] = change / one.spread
         return scores
 
-    @property
+    @cached_property
     def _seen(self) -> Seen:
-        unmeasured: dict[str, Any] = dict.fromkeys(MEASURED)
-        return Seen(replace(self.network, **unmeasured), self.recording, self.space.blood)
+        network = self.network.resized()
+        _ = network.terminals, network.generations  # once for all networks that are made of it
+        return Seen(network, self.recording, self.space.blood)
 
-    def without_errors(self, scores: np.ndarray) -> Seen:
-        """Return what would have been measured without the errors at scores of shape (unknown,)."""
-        value, seen = self.values(scores), self._seen
-        for name, one in kinds().items():
-            if name in self.all:
-                seen = one.without(seen, float(value[name]))
-        return seen
+    def model(self, scores: np.ndarray) -> Model:
+        """Return the model at scores of shape (unknown,)."""
+        return self.posed(scores)[0]
 
-    def model(
+    def posed(
         self,
         scores: np.ndarray,
         radii: np.ndarray | None = None,
         lengths: np.ndarray | None = None,
         falls: np.ndarray | None = None,
-    ) -> Model:
-        """Return the model at scores of shape (unknown,), with each vessel's own errors, shape (vessel,).
+    ) -> tuple[Model, Recording]:
+        """Return the model at scores of shape (unknown,), and what would have been recorded without errors.
 
-        They are those of the logarithms of radius and length, and of what the radius falls along the vessel. Nominal
-        vascular beds share the flow by Poiseuille's law in the changed network, as in the one of the image.
+        Each vessel's own errors, shape (vessel,), are those of the logarithms of radius and length, and of what the
+        radius falls along the vessel. Nominal vascular beds share the flow by Poiseuille's law in the changed network,
+        as in the one of the image.
         """
-        value, seen = self.values(scores), self.without_errors(scores)
-        changed: dict[str, Any] = dict.fromkeys(MEASURED) | {
-            "radius": seen.network.radius * np.exp(0.0 if radii is None else radii),
-            "length": seen.network.length * np.exp(0.0 if lengths is None else lengths),
-        }
-        network = replace(seen.network, **changed)
+        value, seen = self.values(scores), self._seen
+        for name, one in kinds().items():
+            if name in self.all:
+                seen = one.without(seen, float(value[name]))
+        network = seen.network
+        if radii is not None or lengths is not None:
+            network = network.resized(
+                radius=network.radius * np.exp(0.0 if radii is None else radii),
+                length=network.length * np.exp(0.0 if lengths is None else lengths),
+            )
         stiffer = (network.radius / network.radius[network.root]) ** -value["k"]
         law = self.space.law
         wall = law(*(value[name] * self.space.parameters[name].scale(stiffer) for name in self.space.wall_names))
@@ -172,9 +174,9 @@ class Unknowns:
         factors = (float(value[name]) for name in self.space.names[len(law._fields) :])
         outlets, behind = beds.scaled(*factors), float(value["wedge"])
         if not self.fall.any():
-            return Model(network, wall, outlets, blood, behind)
+            return Model(network, wall, outlets, blood, behind), seen.recording
         fall = value["taper_scale"] * (self.fall + (0.0 if falls is None else falls))
-        return Model(network, wall, outlets, blood, behind, Shape.falling(fall), junctions="total")
+        return Model(network, wall, outlets, blood, behind, Shape.falling(fall), junctions="total"), seen.recording
 
     @cached_property
     def own_errors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -84,7 +84,8 @@ class Columns:
         """Like `find`, but a missing column is an `InputError`."""
         column = self.find(name, also)
         if column is None:
-            hint = did_you_mean(name, self.names)
+            near = next((own for own in self.names if own.startswith(f"{name}_")), "")
+            hint = f"; write '{near}' as '{name} [{near[len(name) + 1 :]}]'" if near else did_you_mean(name, self.names)
             raise InputError(
                 f"{self.source}: no column '{name}'{hint}; the header has: {', '.join(self.names) or 'nothing'}"
             )

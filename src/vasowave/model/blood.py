@@ -31,22 +31,41 @@ def boundary_layer(viscosity: float, period: float) -> float:
     return math.sqrt(viscosity * period / (2 * math.pi))
 
 
-def relative_to_usual(hematocrit: float | None) -> float:
-    """Viscosity of blood in wide vessels over that at a hematocrit of 0.45 (Pries et al. 1994, Circ. Res. 75).
+def relative_to_usual(hematocrit: float | None, temperature: float | None = None) -> float:
+    """Viscosity of blood in wide vessels over that at a hematocrit of 0.45 and 37 °C.
+
+    By the hematocrit as Pries et al. (1994, Circ. Res. 75); by the temperature (°C) as that of water, to which the
+    viscosity of blood keeps its ratio (Merrill 1969, Physiol. Rev. 49). None: as usual.
 
     Raises
     ------
     InputError
-        It is none of blood, as a number in percent.
+        It is none of blood, as a hematocrit in percent.
     """
-    if hematocrit is None:
-        return 1.0
-    if not _HEMATOCRITS[0] <= hematocrit <= _HEMATOCRITS[1]:
-        raise InputError(f"hematocrit {hematocrit:g} is none of blood; give the share of cells, as 0.45")
-    return float((1 + 2.2 * ((1 - hematocrit) ** -0.8 - 1) / (0.55**-0.8 - 1)) / 3.2)
+    cells = 1.0
+    if hematocrit is not None:
+        if not _HEMATOCRITS[0] <= hematocrit <= _HEMATOCRITS[1]:
+            raise InputError(f"hematocrit {hematocrit:g} is none of blood; give the share of cells, as 0.45")
+        cells = float((1 + 2.2 * ((1 - hematocrit) ** -0.8 - 1) / (0.55**-0.8 - 1)) / 3.2)
+    if temperature is None:
+        return cells
+    if not _TEMPERATURES[0] <= temperature <= _TEMPERATURES[1]:
+        low, high = _TEMPERATURES
+        raise InputError(
+            f"temperature {temperature:g} °C is none of an animal's blood; give one of {low:g} to {high:g}"
+        )
+    return cells * 10 ** (_water(temperature) - _water(_USUAL))
+
+
+def _water(temperature: float) -> float:
+    """Logarithm of the viscosity of water over that at 20 °C (Kestin, Sokolov and Wakeham 1978)."""
+    away = 20.0 - temperature
+    return away / (temperature + 96.0) * (1.2364 - 1.37e-3 * away + 5.7e-6 * away**2)
 
 
 _HEMATOCRITS = 0.2, 0.8
+_TEMPERATURES = 20.0, 45.0  # °C
+_USUAL = 37.0  # °C
 
 
 @settings_class

@@ -26,6 +26,9 @@ _NO_TAPER = 0.05  # probability of the measured tapers in a straight tree from w
 MEASURED = ("radius_sd", "taper", "taper_sd")
 """What may be known of each vessel beside its sizes."""
 
+_TOPOLOGY = ("name", "parent", "nodes", "root", "inlets", "start", "end", "junctions", "daughters", "terminals",
+             "generations", "_rows")  # fmt: skip
+
 
 @dataclass(frozen=True, eq=False)
 class Network:
@@ -91,7 +94,7 @@ class Network:
 
     def __post_init__(self, where: Callable[[int], str] | None) -> None:
         """Check the topology once and freeze the arrays; `where` says for a row how errors call it."""
-        where = where or (lambda row: f"row {row + 1}")
+        where = where or _row
         object.__setattr__(self, "name", tuple(str(name) for name in self.name))
         if self.nodes is not None:
             _take_nodes(self, where)
@@ -207,6 +210,34 @@ class Network:
             fraction[rows] = fraction[above] * conductance[rows] / siblings[above]
         return fraction
 
+    def resized(
+        self, *, radius: np.ndarray | None = None, length: np.ndarray | None = None, pressure: float | None = None
+    ) -> "Network":
+        """Return the same vessels with other sizes, and nothing measured beside them (`MEASURED`).
+
+        The topology is not checked again, which a posterior would do for thousands of networks.
+
+        Parameters
+        ----------
+        radius, length : array, shape (vessel,), optional
+            cm.
+        pressure : float, optional
+            At which the radii are those, mmHg.
+
+        Raises
+        ------
+        InputError
+            As for a new network.
+        """
+        other = object.__new__(Network)
+        sizes = {"radius": self.radius if radius is None else _frozen(radius, np.float64),
+                 "length": self.length if length is None else _frozen(length, np.float64),
+                 "pressure": self.pressure if pressure is None else image_pressure(pressure)}  # fmt: skip
+        known = {name: self.__dict__[name] for name in _TOPOLOGY if name in self.__dict__}
+        other.__dict__.update(known | sizes | dict.fromkeys(MEASURED))
+        _check_sizes(other, _row)
+        return other
+
     def plot(self, ax: Any = None) -> Any:
         """Draw the tree into matplotlib axes, or a new figure; returns the axes."""
         return upstairs("figures.signals:draw_network")(self, ax)
@@ -276,15 +307,16 @@ def _take_nodes(network: Network, where: Callable[[int], str]) -> None:
     object.__setattr__(network, "nodes", None if alone and np.sum(parent < 0) == 1 else nodes)
 
 
+def _row(row: int) -> str:
+    return f"row {row + 1}"
+
+
 def _check_vessels(network: Network, where: Callable[[int], str]) -> None:
     """Raise `InputError`, naming the row through `where`, unless every row is a real vessel."""
     count = len(network.name)
     if count == 0:
         raise InputError("the network has no vessels")
-    for field in ("parent", "length", "radius"):
-        shape = getattr(network, field).shape
-        if shape != (count,):
-            raise InputError(f"network: {count} names but {field} has shape {shape}; give one value per vessel")
+    _check_shape(network, "parent")
     seen: dict[str, int] = {}
     for row, name in enumerate(network.name):
         if not name.strip():
@@ -294,18 +326,34 @@ def _check_vessels(network: Network, where: Callable[[int], str]) -> None:
         if name in seen:
             raise InputError(f"{where(row)}: vessel '{name}' is already defined in {where(seen[name])}; rename one")
         seen[name] = row
-        for field in ("length", "radius"):
-            value = getattr(network, field)[row]
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"{where(row)} (vessel '{name}'): {field} {value:g} cm is not a positive number")
-            if not POSSIBLE[field][0] <= value <= POSSIBLE[field][1]:
-                low, high = POSSIBLE[field]
-                raise InputError(
-                    f"{where(row)} (vessel '{name}'): {field} {value:g} cm is no animal's (possible are {low:g} to "
-                    f"{high:g} cm); is its unit right?"
-                )
-        if not -1 <= network.parent[row] < count:
-            raise InputError(f"{where(row)} (vessel '{name}'): parent row {network.parent[row]} does not exist")
+    _check_sizes(network, where)
+    outside = np.flatnonzero((network.parent < -1) | (network.parent >= count))
+    if len(outside):
+        row = int(outside[0])
+        raise InputError(
+            f"{where(row)} (vessel '{network.name[row]}'): parent row {network.parent[row]} does not exist"
+        )
+
+
+def _check_shape(network: Network, field: str) -> None:
+    shape, count = getattr(network, field).shape, len(network.name)
+    if shape != (count,):
+        raise InputError(f"network: {count} names but {field} has shape {shape}; give one value per vessel")
+
+
+def _check_sizes(network: Network, where: Callable[[int], str]) -> None:
+    """Raise `InputError`, naming the row through `where`, unless every length and radius may be an animal's."""
+    for field, (low, high) in POSSIBLE.items():
+        _check_shape(network, field)
+        values = getattr(network, field)
+        bad = np.flatnonzero(~((values >= low) & (values <= high)))
+        if not len(bad):
+            continue
+        row = int(bad[0])
+        value, said = values[row], f"{where(row)} (vessel '{network.name[row]}'): {field} {values[row]:g} cm is"
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{said} not a positive number")
+        raise InputError(f"{said} no animal's (possible are {low:g} to {high:g} cm); is its unit right?")
 
 
 def _check_tree(network: Network, where: Callable[[int], str]) -> None:

@@ -16,7 +16,15 @@ from vasowave.network.graph import numbered
 from vasowave.network.network import Network, image_pressure
 from vasowave.units import CANONICAL
 
-_ALIASES = {"radius_end": "radius end", "vessel": "name", "id": "name", "l": "length", "r0": "radius", "r": "radius"}
+_ALIASES = {
+    "radius_end": "radius end",
+    "vessel": "name",
+    "id": "name",
+    "l": "length",
+    "r0": "radius",
+    "r": "radius",
+    "d": "diameter",
+}
 _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other programs write that there is no parent
 
 _END = "radius end"
@@ -53,7 +61,8 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
     vessels with a node in common meet there. Sizes and pressure may be in any unit that the header names. The pressure
     is that of the image, the same in every row; without the column it is not known. ``radius_sd``, ``taper`` and
     ``taper_sd`` are those of `Network`; their columns may be left out, and their cells be empty. In place of a taper,
-    ``radius end`` may hold the radius at the outlet: ``radius`` is then that at the inlet. Other columns are ignored.
+    ``radius end`` may hold the radius at the outlet: ``radius`` is then that at the inlet. ``diameter`` may stand in
+    place of ``radius``. Other columns are ignored.
 
     Raises
     ------
@@ -73,7 +82,7 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
         raise InputError(f"{path}: no header; the first line must read: name,parent,length [cm],radius [cm]")
     names = [row[table.require("name")] for row in table.cells]
     length = table.numbers(table.require("length"), "length")
-    radius = table.numbers(table.require("radius"), "length")
+    radius = _radius(table)
 
     def where(row: int) -> str:
         return f"{path}, line {table.lines[row]}"
@@ -124,6 +133,15 @@ def measured_columns(network: Network) -> dict[str, list[str]]:
             cells = ["" if np.isnan(value) else repr(float(value)) for value in values]
             columns[f"{field} [{CANONICAL[quantity]}]"] = cells
     return columns
+
+
+def _radius(table: Columns) -> np.ndarray:
+    diameter = table.find("diameter")
+    if diameter is None:
+        return table.numbers(table.require("radius"), "length")
+    if table.find("radius") is not None:
+        raise InputError(f"{table.source}: both 'radius' and 'diameter' say how wide vessels are; keep one of them")
+    return 0.5 * table.numbers(diameter, "length")
 
 
 def _known_in(table: Columns, field: str, quantity: str) -> np.ndarray | None:

@@ -155,10 +155,12 @@ class RawRecording:
         stretch = replace(self._cut(start, end), notes=(*self.notes, STRETCH(start=start, end=end)))
         return replace(stretch, beside=tuple(sorted(beside, key=lambda one: one.origin)))
 
-    def above(self, zero: float) -> "RawRecording":
-        """Return the recording with its pressure counted from what the transducer reads at none, mmHg."""
-        beside = tuple(one.above(zero) for one in self.beside)
-        return replace(self, pressure=self.pressure - zero, beside=beside)
+    def calibrated(self, zero: float = 0.0, gain: float = 1.0, flow_gain: float = 1.0) -> "RawRecording":
+        """Return the recording with its pressure counted from what the transducer reads at none (mmHg), and gains."""
+        if (zero, gain, flow_gain) == (0.0, 1.0, 1.0):
+            return self
+        beside = tuple(one.calibrated(zero, gain, flow_gain) for one in self.beside)
+        return replace(self, pressure=(self.pressure - zero) * gain, flow=self.flow * flow_gain, beside=beside)
 
     def _cut(self, start: float, end: float) -> "RawRecording":
         """Return a stretch alone."""

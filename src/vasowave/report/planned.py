@@ -22,7 +22,7 @@ def write_plan(plan: Plan, path: Path) -> Path:
     InputError
         It cannot be written.
     """
-    caption = _CAPTION.format("pairs" if plan.settings.groups == 1 else "animals in each of two groups")
+    caption = _CAPTION.format("pairs" if plan.settings.pairs is not None else "animals in each of two groups")
     blocks: list[Block] = [Paragraph(text) for text in plan_texts(plan)]
     blocks += [Columns([_needed(plan)], [Drawing("Power", caption, plan.figure())]), _spreads(plan)]
     section = Section("plan", "How many animals", blocks)
@@ -41,7 +41,7 @@ def plan_texts(plan: Plan) -> list[str]:
     each = listed([f"{count:.0f} for {words(str(name), {})} {_symbol(str(name))}" for name, count in shown.items()])
     most = plan.powers.index[-1]
     aim = f"a ratio of {asked.effect:g} with a power of {number(asked.power, 2)}"
-    paired = asked.groups == 1
+    paired = asked.pairs is not None
     need = f"To show {aim}, {'pairs are needed' if paired else 'each of two groups needs'}: {each}."
     none = (
         f"No quantity shows a ratio of {asked.effect:g} with {most} {'pairs' if paired else 'animals in each group'}."
@@ -50,16 +50,26 @@ def plan_texts(plan: Plan) -> list[str]:
     beyond = [_symbol(str(name)) for name in needed.index[~np.isfinite(needed)]]
     if beyond and len(shown):
         said.append(f"More than {plan.powers.index[-1]} for {listed(beyond)}.")
+    more = f"more beats; {'' if paired else _OWN}{_AGAIN[paired]}"
     said.append(
         f"Each quantity is judged in the family of all {len(needed)}, with the p of the primary comparison; logarithms "
         "are taken as normal. A column of the table that needs fewer animals is what that change would save: errors "
-        f"halved, as by a better image or more beats; {'' if paired else _OWN}two recordings of each animal"
-        f"{' on each occasion' if paired else ''}. Recordings cannot lessen what animals differ."
+        f"halved, as by a better image or {more}."
     )
     if paired:
+        who = "littermates, one in each group" if asked.littermates else "one animal on two occasions"
         said.append(
-            f"The two true values of a pair are taken as correlated by {asked.pairs:g}. A mixed model judges their "
-            "changes, in which errors that the pair shares cancel."
+            f"A pair is {who}; its two true values are taken as correlated by {asked.pairs:g}. The mixed model of the "
+            "design judges it; errors that a pair shares cancel."
+        )
+    told = [one for one in plan.spreads if one.within]
+    if told:
+        each = listed([f"{_symbol(one.quantity)} {one.alike:.2f}" for one in told])
+        said.append(f"In this study true values of one animal on two occasions are correlated by: {each}.")
+    elif not paired:
+        said.append(
+            "How far an animal differs from day to day is not known apart from how far animals differ: a second "
+            "occasion may save more than the table says. A pilot with a subject in its design tells it."
         )
     if not any(one.error for one in plan.spreads):
         said.append("Errors of single animals are not known apart from their spread here, so that nothing is saved.")
@@ -67,6 +77,11 @@ def plan_texts(plan: Plan) -> list[str]:
 
 
 _OWN = "images of one's own in place of shared ones; "
+_AGAIN = {
+    False: "a second occasion of each animal, which lessens errors and what an animal differs from day to day",
+    True: "two recordings of each animal on each occasion, which lessen errors alone",
+}
+"""What more recordings do, of groups and of pairs."""
 
 
 def _symbol(name: str) -> str:
@@ -84,7 +99,7 @@ def _needed(plan: Plan) -> Table:
     note = f"More: than {plan.powers.index[-1]}."
     return Table(
         "Needed",
-        "Pairs" if plan.settings.groups == 1 else "Animals of each group",
+        "Pairs" if plan.settings.pairs is not None else "Animals of each group",
         tuple(map(str, frame.columns)),
         cells,
         note,
@@ -94,8 +109,9 @@ def _needed(plan: Plan) -> Table:
 
 def _spreads(plan: Plan) -> Table:
     cells = [
-        (_symbol(one.quantity), *(f"{100 * part:.0f} %" for part in (*one.between, one.error, one.shared)))
+        (_symbol(one.quantity), *(f"{100 * part:.0f} %" for part in (*one.between, one.within, one.error, one.shared)))
         for one in plan.spreads
     ]
-    header = ("quantity", "between animals, first group", "second group", "error of one", "shared error of the ratio")
+    header = ("quantity", "between animals, first group", "second group", "one animal between occasions",
+              "error of one", "shared error of the ratio")  # fmt: skip
     return Table("Spreads", "What the plan rests on: SD of logarithms", header, cells)

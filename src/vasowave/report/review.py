@@ -9,6 +9,7 @@ import numpy as np
 from vasowave.findings import texts
 from vasowave.imaging.extraction import Extraction
 from vasowave.imaging.measure.taper import taper
+from vasowave.imaging.options import grey_text
 from vasowave.imaging.places import written
 from vasowave.imaging.witness.doubts import Grade, gravest
 from vasowave.imaging.witness.witness import UNEVEN
@@ -154,7 +155,9 @@ def settings_rows(extraction: Extraction) -> list[tuple[str, str]]:
         value = getattr(extraction.options, entry.name)
         if value is None or entry.name == "root":
             continue
-        if isinstance(value, tuple | list | np.ndarray):
+        if entry.name == "grey":
+            value = grey_text(value)
+        elif isinstance(value, tuple | list | np.ndarray):
             value = "; ".join(written(point) for point in np.atleast_2d(value))
         rows.append((entry.name.replace("_", " "), str(value)))
     return rows

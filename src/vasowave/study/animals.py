@@ -173,7 +173,7 @@ def _row(
         return Place(table.source, line, f"column '{title}'")
 
     row, wrong = read_row(cell, Path(table.source).parent, groups, place, line)
-    carried = own | {title: where[title] for title in (*SHARED, "hematocrit [1]") if title in where}
+    carried = own | {title: where[title] for title in (*SHARED, "hematocrit [1]", "temperature [°C]") if title in where}
     further = {title: unicodedata.normalize("NFC", table.cells[number][i].strip()) for title, i in carried.items()}
     return row and replace(row, own=further), wrong
 
@@ -218,7 +218,7 @@ def read_row(
         said.setdefault("zero_sd", abs(drift) / math.sqrt(12))
     try:
         KnownErrors(**said)
-        relative_to_usual(numbers["hematocrit"])
+        relative_to_usual(numbers["hematocrit"], numbers["temperature"])
     except InputError as error:
         say("animal", UNREADABLE(text=str(error)))
         return None, wrong

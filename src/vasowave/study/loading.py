@@ -77,6 +77,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
         "own",
         "errors",
         "hematocrit",
+        "temperature",
     }
     what: dict[str, Any] = {name: value for name, value in vars(row).items() if name not in ignored}
     what["settings"], what["image pressure"] = animal_settings(study, row).as_json(), study.image_pressure
@@ -122,11 +123,20 @@ def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, Ensemble
     if (row.kind or kind_of(row.recordings)) == "cycle":
         units = row.pressure_unit or None, row.flow_unit or None
         cycle = read_recording(*row.recordings, period=row.period, pressure_unit=units[0], flow_unit=units[1])
-        return replace(cycle, pressure=cycle.pressure - (row.zero or 0.0)), None, None
+        return _calibrated(cycle, *row.calibration), None, None
     raw = read_stretch(row)
     edits = read_edits(row.beat_edits) if row.beat_edits else ()
     beats = average_beats(raw, averaging=averaging_settings(study), edits=edits)
     return beats.recording, beats, raw
+
+
+def _calibrated(cycle: Recording, zero: float, gain: float, flow_gain: float) -> Recording:
+    """Return a cycle counted from the zero, and both gains applied, to errors too."""
+    errors: dict[str, Any] = {
+        "pressure_error": None if cycle.pressure_error is None else cycle.pressure_error * gain,
+        "flow_error": None if cycle.flow_error is None else cycle.flow_error * flow_gain,
+    }
+    return replace(cycle, pressure=(cycle.pressure - zero) * gain, flow=cycle.flow * flow_gain, **errors)
 
 
 def read_stretch(row: AnimalRow) -> RawRecording:
@@ -143,7 +153,7 @@ def read_stretch(row: AnimalRow) -> RawRecording:
         progress=None,
         **_units(row),
     )
-    return raw if row.zero is None else raw.above(row.zero)
+    return raw.calibrated(*row.calibration)
 
 
 def _through_catheter(recording: Recording, study: StudyFile) -> Recording:

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.cohort.planning import Plan, Planning, Spread, plan_of, spreads_of
+from vasowave.cohort.planning import Plan, Planning, plan_of
+from vasowave.cohort.spreads import Spread, spreads_of, with_occasions
 from vasowave.datasets import published_table
 from vasowave.settings import given_values
 from vasowave.study.results import Results, read_results
@@ -18,9 +19,11 @@ def plan(study: Path | Results | None = None, **settings: Any) -> Plan:
     ----------
     study : Path or Results, optional
         A study that was run, for instance a pilot: spreads, errors and shared images of its first two groups, of each
-        subject the first recording. Without it those of the published mice, of which errors are not known apart.
+        subject the first recording, and how far its recordings differ. Without it those of the published mice, of which
+        errors are not known apart.
     settings
-        Those of `Planning` by name: ``effect=1.5, power=0.8, occasions=1``; ``pairs=0.5`` for pairs.
+        Those of `Planning` by name: ``effect=1.5, power=0.8, occasions=1``; ``pairs=0.5`` for pairs, with
+        ``littermates=True`` of littermates.
 
     Raises
     ------
@@ -43,6 +46,9 @@ def plan(study: Path | Results | None = None, **settings: Any) -> Plan:
     first = {subject.get(result.name, result.name): result for result in reversed(results.in_order(whole=False))}
     cohort = results.gathered([*reversed(first.values())], results.settings.groups[0])
     spreads, correlation = spreads_of(cohort, results.settings.report)
+    if subject:
+        everything = results.gathered(results.in_order(whole=False), results.settings.groups[0])
+        spreads = with_occasions(spreads, everything, results.settings.report)
     return plan_of(spreads, correlation, results.settings.title, asked)
 
 

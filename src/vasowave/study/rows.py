@@ -34,7 +34,11 @@ COLUMNS = {
     "zero [mmHg]": "What the transducer reads at zero pressure, where it is not 0; it is subtracted.",
     "zero after [mmHg]": "What it reads at zero pressure after the recording: the mean of both is subtracted, and the "
     "zero's SD is that of a drift between them, where no other is said.",
+    "pressure gain [1]": "By what the pressure above the zero is multiplied, where a second point of calibration says "
+    "that the transducer reads too much or too little.",
+    "flow gain [1]": "By what the flow is multiplied, likewise.",
     "hematocrit [1]": "Share of cells in the blood, 0.2 to 0.8: the viscosity of study.yaml is that at 0.45.",
+    "temperature [°C]": "Of the blood while it was recorded, 20 to 45: the viscosity of study.yaml is that at 37.",
     "sampling rate [1/s]": "raw: samples per second of a table without a time column.",
     "synthetic": "yes if the recording was made and not measured; the report then says so.",
     "shared recording": "yes if another animal has the same recording on purpose; else that is an error.",
@@ -83,6 +87,8 @@ class AnimalRow:
     beat_edits: Path | None = None
     sites: Path | None = None
     zero: float | None = None
+    pressure_gain: float | None = None
+    flow_gain: float | None = None
     sampling_rate: float | None = None
     image_pressure: float | None = None
     wedge: float | None = None
@@ -92,10 +98,16 @@ class AnimalRow:
     C_T: float | None = None
     tau: float | None = None
     hematocrit: float | None = None
+    temperature: float | None = None
     errors: Mapping[str, float] = field(default_factory=dict)
     """Settings of `KnownErrors` that are said of this animal."""
     own: Mapping[str, str] = field(default_factory=dict)
     """Cells of the columns that are the lab's own, by title, and of those that say what animals share."""
+
+    @property
+    def calibration(self) -> tuple[float, float, float]:
+        """What is subtracted from the pressure that was read, mmHg, and the factors of pressure and flow."""
+        return self.zero or 0.0, self.pressure_gain or 1.0, self.flow_gain or 1.0
 
     @property
     def files(self) -> tuple[Path, ...]:

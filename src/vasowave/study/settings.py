@@ -147,7 +147,8 @@ def animal_settings(study: StudyFile, row: AnimalRow | None = None) -> Settings:
         settings = _as_paper(settings)
     if row is None:
         return settings
-    blood = replace(settings.blood, viscosity=settings.blood.viscosity * relative_to_usual(row.hematocrit))
+    thicker = relative_to_usual(row.hematocrit, row.temperature)
+    blood = replace(settings.blood, viscosity=settings.blood.viscosity * thicker)
     errors: dict[str, Any] = {**row.errors}
     return replace(settings, blood=blood, **errors)
 

@@ -1,15 +1,18 @@
 """What the Figure desk makes: chosen panels at a size in mm, and the line of Python that draws the same again."""
 
+import threading
 from typing import Annotated, Any, Literal
 
-from annotated_types import Ge, Le, MinLen
+from annotated_types import Ge, Le, MaxLen, MinLen
 
 from vasowave.errors import InputError
 from vasowave.figures.fitted import figure_bytes
+from vasowave.figures.style import CTL
 from vasowave.settings import settings_class
 from vasowave.study.results import read_results
 from vasowave.workbench.desk import Desk
 
+_drawing = threading.Lock()  # matplotlib's look is one for the whole process
 _KINDS = {"svg": "image/svg+xml", "pdf": "application/pdf", "png": "image/png"}
 
 
@@ -19,11 +22,13 @@ class Wish:
 
     animal: Annotated[str, MinLen(1)]
     panels: Annotated[
-        list[Literal["pressure", "residuals", "autocorrelation", "pressure_area", "impedance"]], MinLen(1)
+        list[Literal["pressure", "flow", "residuals", "autocorrelation", "pressure_area", "impedance"]], MinLen(1)
     ]
     width: Annotated[float, Ge(20), Le(400)] = 170.0
     height: Annotated[float, Ge(20), Le(400)] = 60.0
     font: Annotated[float, Ge(4), Le(24)] = 8.0
+    family: Annotated[str, MinLen(1), MaxLen(100)] = "sans-serif"
+    color: Annotated[str, MinLen(1), MaxLen(30)] = CTL
     format: Literal["svg", "pdf", "png"] = "svg"
 
 
@@ -37,16 +42,19 @@ def figure_file(desk: Desk, message: dict[str, Any]) -> tuple[bytes, str, str]:
     """
     wish = Wish(**{name: value for name, value in message.items() if name != "only"})
     size = f"width={wish.width:g}, height={wish.height:g}, font={wish.font:g}"
+    look = f"family={wish.family!r}, color={wish.color!r}"
     line = (
         f"import vasowave as vw; vw.read_results({str(desk.folder.absolute())!r})[{wish.animal!r}].plot.save("
-        f"'figure.{wish.format}', {wish.panels!r}, {size})"
+        f"'figure.{wish.format}', {wish.panels!r}, {size}, {look})"
     )
     if message.get("only") == "line":
         return b"", "", line
     stored = read_results(desk.folder)
     if wish.animal not in stored:
         raise InputError(f"there is no result of '{wish.animal[:80]}'")
-    content = figure_bytes(
-        stored[wish.animal], wish.panels, wish.format, width=wish.width, height=wish.height, font=wish.font
-    )
+    with _drawing:
+        content = figure_bytes(
+            stored[wish.animal], wish.panels, wish.format,
+            width=wish.width, height=wish.height, font=wish.font, family=wish.family, color=wish.color,
+        )  # fmt: skip
     return content, _KINDS[wish.format], line

@@ -96,7 +96,7 @@ def _unit_cm(lines: list[str]) -> list[str]:
 
 
 def _numbers(at: "Workplace", image: str, point: Point) -> str:
-    return written(at.lungs.own(at.desk, image, point)[::-1]).replace(",", " ")
+    return written(at.lungs.own(at.desk, image, point)[::-1] + 0.0).replace(",", " ")
 
 
 LUNG_ACTIONS = {"edit-tree": EditTree, "forget-edit": ForgetEdit, "write-lung": WriteLung}

@@ -20,6 +20,7 @@ from vasowave.settings import settings_class
 from vasowave.species import SpeciesName
 from vasowave.study.names import plain_name
 from vasowave.workbench.desk import EDITS, Desk
+from vasowave.workbench.values import number
 
 IMAGES, LUNGS = "images", "lungs"
 """Folders of the images that are dropped, and of what is extracted from each."""
@@ -253,8 +254,8 @@ def _shown(extraction: Extraction) -> dict[str, Any]:
         name = network.name[row]
         vessels.append({
             "name": name, "parent": network.name[network.parent[row]] if network.parent[row] >= 0 else "",
-            "terminal": row in terminals, "length": _number(network.length[row]),
-            "radius": _number(network.radius[row]), "sd": _number(measured.radius_sd[row]),
+            "terminal": row in terminals, "length": number(network.length[row], 5),
+            "radius": number(network.radius[row], 5), "sd": number(measured.radius_sd[row], 5),
             "reliable": bool(measured.reliable[row]),
             "points": np.round(np.column_stack([own(line.points[few])[:, ::-1], line.radius[few]]), 5).tolist(),
             "doubts": sorted({one.about for one in extraction.doubts if name in one.vessels}),
@@ -272,9 +273,5 @@ def _shown(extraction: Extraction) -> dict[str, Any]:
         "vessels": vessels, "doubts": doubts, "notes": texts(extraction.notes),
         "root": own(extraction.root)[::-1].tolist(),
         "scale": 100 * (extraction.scale - 1) if extraction.options.cannula else None,
-        "generations": len(network.generations), "total": _number(float(network.length.sum())),
+        "generations": len(network.generations), "total": number(float(network.length.sum())),
     }  # fmt: skip
-
-
-def _number(value: float) -> float | None:
-    return float(f"{value:.5g}") if np.isfinite(value) else None

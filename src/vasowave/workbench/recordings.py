@@ -27,6 +27,7 @@ from vasowave.study.rows import COLUMNS, AnimalRow
 from vasowave.study.settings import averaging_settings
 from vasowave.study.table import read_rows
 from vasowave.workbench.desk import Desk
+from vasowave.workbench.values import number
 
 SIGNALS = ("pressure", "flow", "ecg")
 _KEPT, _MOST = 3, 9_000_000  # recordings in memory, and their samples in all, save for the one that is looked at
@@ -99,7 +100,7 @@ class Opened:
     def beats(self, row: AnimalRow, study: Study, edits: Sequence[BeatEdit]) -> Prepared:
         """Return the beats of the stretch of a row, cut anew only if the stretch or the settings changed."""
         how = averaging_settings(study.settings)
-        key = (row.start, row.end, how)
+        key = (row.start, row.end, row.calibration, how)
         if self.prepared is None or self.prepared[0] != key:
             self.prepared = None  # room for the next
             self.prepared = key, prepare(self._stretch(row), how)
@@ -109,7 +110,7 @@ class Opened:
     def _stretch(self, row: AnimalRow) -> RawRecording:
         """Return what `read_stretch` does, without the file if it can be."""
         if self.whole is not None and row.start is None and row.end is None:
-            return self.whole
+            return self.whole.calibrated(*row.calibration)
         if self.whole is None or row.start is None or row.end is None:
             return read_stretch(row)
         try:
@@ -117,7 +118,7 @@ class Opened:
         except InputError:  # said by the reader in its own words
             return read_stretch(row)
         beside = tuple(one for one in part.beside if one.duration > SHORTEST + 1.5 / self.rate)
-        return replace(part, notes=self.whole.notes, beside=beside)
+        return replace(part, notes=self.whole.notes, beside=beside).calibrated(*row.calibration)
 
 
 class Recordings:
@@ -131,15 +132,18 @@ class Recordings:
         """Return a part of one signal, see `Trace.between`."""
         if not (0 < width <= _WIDEST and np.isfinite([start, end]).all() and start < end):
             raise InputError("a stretch begins before it ends, and a screen has 1 to 4000 pixels")
-        traces = self.opened(row_of(desk, animal)[0]).traces
+        row, _ = row_of(desk, animal)
+        traces = self.opened(row).traces
         if signal not in traces:
             raise InputError(f"'{signal}' is no signal of this recording; it has: {', '.join(traces)}")
-        return traces[signal].between(start, end, width)
+        zero, gain, flow_gain = row.calibration
+        above, factor = {"pressure": (zero, gain), "flow": (0.0, flow_gain)}.get(signal, (0.0, 1.0))
+        return (traces[signal].between(start, end, width) - above) * factor
 
     def opened(self, row: AnimalRow) -> Opened:
-        """Return a recording from the start of its block, gaps and all, whatever stretch of it is averaged."""
+        """Return a recording from the start of its block as it was read, gaps and all, whatever is averaged of it."""
         about = row.recordings[0].stat()
-        ignored = ("start", "end", "beat_edits", "group", "network", "line")
+        ignored = ("start", "end", "zero", "pressure_gain", "flow_gain", "beat_edits", "group", "network", "line")
         key = (about.st_mtime_ns, about.st_size,
                tuple(str(value) for name, value in vars(row).items() if name not in ignored))  # fmt: skip
         with self._lock:
@@ -162,7 +166,7 @@ class Recordings:
             average = average_prepared(prepared, edits)
         raw = prepared.raw
         return {"beats": _beats(average), "fiducial": average.fiducial, "origin": raw.origin, **_stretch(raw),
-                "baseline": {"removed": average.baseline.removed, "size": _number(average.baseline.size)},
+                "baseline": {"removed": average.baseline.removed, "size": number(average.baseline.size)},
                 "sd": {"pressure": _rounded(average.pressure_sd), "flow": _rounded(average.flow_sd)},
                 **_cycle(average.recording)}  # fmt: skip
 
@@ -220,10 +224,11 @@ def row_of(desk: Desk, animal: str) -> tuple[AnimalRow, Study]:
 
 
 def _opened(row: AnimalRow) -> Opened:
+    as_read = replace(row, zero=None, pressure_gain=None, flow_gain=None)
     try:
-        raw = read_stretch(replace(row, start=None, end=None))
+        raw = read_stretch(replace(as_read, start=None, end=None))
     except InputError:  # a gap: the stretch of the row is whole, and what is beside it
-        raw = read_stretch(row)
+        raw = read_stretch(as_read)
     pieces = (raw, *raw.beside)
     alone = not raw.beside and raw.origin == 0
     count = max(round((one.origin + one.duration) * raw.sampling_rate) for one in pieces)
@@ -271,7 +276,7 @@ def _cycle(cycle: Recording) -> dict[str, Any]:
         "period": cycle.period,
         "pressure": _rounded(cycle.pressure),
         "flow": _rounded(cycle.flow),
-        "indices": {name: _number(value) for name, value in cycle.indices().items()},
+        "indices": {name: number(value) for name, value in cycle.indices().items()},
         "findings": list(map(as_said, cycle.notes)),
     }
 
@@ -283,12 +288,7 @@ def as_said(finding: Finding) -> dict[str, Any]:
 
 
 def _rounded(values: np.ndarray) -> list[float | None]:
-    return [_number(value) for value in values]
-
-
-def _number(value: float) -> float | None:
-    """Return a number of six digits; None where there is none, which JSON cannot say."""
-    return float(f"{value:.6g}") if np.isfinite(value) else None
+    return [number(value) for value in values]
 
 
 def stretch_cells(start: float, end: float) -> Mapping[str, str]:
@@ -296,12 +296,12 @@ def stretch_cells(start: float, end: float) -> Mapping[str, str]:
     return dict(zip(_STRETCH, (f"{start:.10g}", f"{end:.10g}"), strict=True))
 
 
-def mean_between(traces: Mapping[str, Trace], start: float, end: float) -> float:
-    """Return the mean pressure of a stretch, mmHg."""
-    trace = traces["pressure"]
+def mean_between(traces: Mapping[str, Trace], signal: str, start: float, end: float) -> float:
+    """Return the mean of a signal in a stretch as it was read: mmHg, ml/s."""
+    trace = traces[signal]
     values = trace.values[max(0, round(start * trace.rate)) : max(0, round(end * trace.rate))]
     if not np.isfinite(values).any():
-        raise InputError("there is no pressure in this stretch")
+        raise InputError(f"there is no {signal} in this stretch")
     return float(np.nanmean(values, dtype=np.float64))
 
 

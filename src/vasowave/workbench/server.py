@@ -20,13 +20,14 @@ from vasowave.errors import InputError, VasowaveError
 from vasowave.io.files import PART, is_full, not_written
 from vasowave.workbench.access import REPORT_POLICY, App, Guarded, Patient, TooLargeError
 from vasowave.workbench.actions import Workplace, act
+from vasowave.workbench.cohorts import Cohorts
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.explorer import Explorer
 from vasowave.workbench.figures import figure_file
 from vasowave.workbench.lungs import Lungs, Wishes
 from vasowave.workbench.recordings import Recordings
 from vasowave.workbench.running import Runs
-from vasowave.workbench.studies import checked, shown, state
+from vasowave.workbench.studies import checked, outdated, shown, state
 from vasowave.workbench.uploads import place_of, sorted_in
 
 _PAGE = Path(__file__).parent / "page"
@@ -43,7 +44,7 @@ class Workbench:
 
     def __init__(self, folder: Path, image: Path | None = None) -> None:
         self.desk, self.recordings, self.runs, self.explorer = Desk(folder), Recordings(), Runs(), Explorer()
-        self.lungs = Lungs(image)
+        self.lungs, self.cohorts = Lungs(image), Cohorts()
         self.at = Workplace(self.desk, self.recordings, self.runs, self.lungs)
 
     def app(self) -> App:
@@ -57,7 +58,9 @@ class Workbench:
             Route("/check", of(lambda ask: checked(desk))),
             Route("/recording", of(lambda ask: self.recordings.described(desk, ask("animal")))),
             Route("/trace", of(self._trace)),
-            Route("/results", of(lambda ask: self.explorer.animals(desk))),
+            Route("/outdated", of(lambda ask: outdated(desk))),
+            Route("/results", of(lambda ask: self.cohorts.animals(desk))),
+            Route("/means", of(lambda ask: self.cohorts.means(desk, ask("quantity")))),
             Route("/model", of(lambda ask: self.explorer.described(desk, ask("animal"), ask("law")))),
             Route("/band", of(lambda ask: self.explorer.band(desk, ask("animal"), ask("law")))),
             Route("/lung", of(lambda ask: self.lungs.described(desk, ask("image")))),

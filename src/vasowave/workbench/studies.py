@@ -82,6 +82,12 @@ def checked(desk: Desk) -> dict[str, Any]:
     }
 
 
+def outdated(desk: Desk) -> list[str]:
+    """Return the animals whose result is no longer that of their row, files and settings."""
+    study = inspect_study(desk.folder)[0] if desk.file.is_file() else None
+    return _outdated(desk, {one.animal: one for one in study_status(study).animals}) if study is not None else []
+
+
 def _problem(one: Problem, rows: list[dict[str, str]]) -> dict[str, Any]:
     """Return a problem as the page shows it: beside its cell, with what mends it where one click can."""
     place = one.place

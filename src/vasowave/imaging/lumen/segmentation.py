@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from vasowave.errors import EXTRAS, InputError
 from vasowave.findings import look_kind, warn
 from vasowave.imaging.lumen.background import background_level, noise_level
+from vasowave.imaging.lumen.proposal import levels_of
 from vasowave.imaging.places import written
 from vasowave.imaging.read.volume import Volume
 
@@ -109,10 +110,24 @@ def segment(volume: Volume, threshold: float = 45.0, seed: np.ndarray | None = N
     grey, noise = smoothed(volume, threshold)
     bright = grey > threshold
     if not bright.any():
-        raise InputError(f"no voxel is brighter than {threshold:g}; the brightest has {grey.max():.4g}: lower it")
+        raise InputError(
+            f"no voxel is brighter than {threshold:g}; the brightest has {grey.max():.4g}: lower the threshold"
+            f"{_about(volume)}"
+        )
     if bright.sum() > 0.5 * grey.size:
-        raise InputError(f"more than half of the volume is brighter than {threshold:g}; raise the threshold")
+        raise InputError(
+            f"more than half of the volume is brighter than {threshold:g}; raise the threshold{_about(volume)}"
+        )
     return connected_lumen(volume, grey, bright, threshold, noise, seed)
+
+
+def _about(volume: Volume) -> str:
+    """Return what a threshold of `volume` may be, in words."""
+    levels = levels_of(volume)
+    return (
+        f" to about {levels.threshold:g} (around the vessels the grey level is {levels.background:.4g}, in the widest "
+        f"{levels.lumen:.4g})"
+    )
 
 
 def smoothed(volume: Volume, threshold: float) -> tuple[np.ndarray, float]:

@@ -27,12 +27,19 @@ class Grade(StrEnum):
 
 
 _SEVERITIES = {Grade.WRONG: Severity.ERROR, Grade.LOOK: Severity.LOOK, Grade.UNCERTAIN: Severity.NOTE}
+_CODES: set[str] = set()
 _GRADES = {severity: grade for grade, severity in _SEVERITIES.items()}
 
 
 def doubt_kind(code: str, grade: Grade, text: str, remedy: str = "") -> Kind:
     """Declare a kind of finding that a doubt is made of; its text begins with the grade; raises as `kind`."""
+    _CODES.add(code)
     return kind(code, _SEVERITIES[grade], f"{grade}: {text}", remedy)
+
+
+def is_doubt(finding: Finding) -> bool:
+    """Whether a finding is that of a doubt, or says how many more there are."""
+    return finding.code in _CODES
 
 
 MORE = note_kind(
@@ -40,6 +47,7 @@ MORE = note_kind(
     "{count} more doubts ({wrong} wrong, {look} to look at, {uncertain} uncertain as the SD says) stand in review.html "
     "and extraction.json",
 )
+_CODES.add(MORE.code)
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,10 @@ APART = 3.0
 
 NAMED = 6
 """A message names so many rings."""
+GAP = 3
+"""Gaps that so many voxels on either side close are as wide as those that noise leaves between spurs."""
+RAISED, KEPT = (1.15, 1.3, 1.5), 0.6
+"""Multiples of the contrast of the wall at which a higher threshold is tried; so much of the lumen must stay."""
 
 LOOP = doubt_kind(
     "witness.loop",
@@ -32,7 +36,7 @@ LOOP = doubt_kind(
 LOOPS_CUT = look_kind(
     "image.loops",
     "{loops}. The tree cuts each somewhere: vessels, lengths and flows on it may be far off: {ways}",
-    "Raise the threshold, cut the loops in the mask, or give the outlets.",
+    "Try the level set where noise makes them, cut the loops in the mask, or give the outlets.",
 )
 
 
@@ -99,7 +103,7 @@ def told_loops(lumen: Segmentation, what: Literal["refuse", "open"], guided: boo
         f"the lumen closes {count} loop(s), thinnest at (x,y,z, cm) {'; '.join(places)}{more}: vessels touch, noise "
         "bridges them, or they join again"
     )
-    ways = "raise the threshold, cut them in the mask" + (", try the method 'level-set'" if level_set else "")
+    ways = _ways(lumen, count, level_set)
     outlets = "" if guided else "; give the outlets then, so that each cut leads to them"
     if what == "refuse":
         raise InputError(
@@ -108,6 +112,41 @@ def told_loops(lumen: Segmentation, what: Literal["refuse", "open"], guided: boo
         )
     warn(LOOPS_CUT(loops=text, ways=f"{ways}{outlets}"))
     return np.array([one.place for one in loops])
+
+
+def _ways(lumen: Segmentation, count: int, level_set: bool) -> str:
+    """Return what may rid `lumen` of its rings, the likeliest first, in words."""
+    ways = []
+    gaps = count - loops_after_closing(lumen)
+    if gaps > 0 and level_set:
+        ways.append(
+            f"{gaps} of them close with gaps of {2 * GAP} voxels, as noise makes them: try the method 'level-set'"
+        )
+    level = opening_threshold(lumen)
+    ways += [f"raise the threshold to {level:.4g}, where none is left"] if level else []
+    ways.append("cut them in the mask")
+    if gaps <= 0 and level_set:
+        ways.append("try the method 'level-set'")
+    return ", ".join(ways)
+
+
+def loops_after_closing(lumen: Segmentation) -> int:
+    """Return how many tunnels are left where gaps of twice `GAP` voxels are closed."""
+    closed = ndimage.binary_closing(np.pad(lumen.mask, GAP + 1), ndimage.generate_binary_structure(3, 1), GAP)
+    return 1 - euler_number(closed)
+
+
+def opening_threshold(lumen: Segmentation) -> float | None:
+    """Return the least of a few thresholds at which the largest piece of `lumen` closes no loop; None without one."""
+    for raised in RAISED:
+        level = lumen.background + raised * (lumen.threshold - lumen.background)
+        pieces, count = ndimage.label(lumen.grey > level)
+        sizes = np.bincount(pieces.ravel())[1:]
+        if not count or sizes.max() < KEPT * lumen.mask.sum():
+            return None
+        if euler_number(ndimage.binary_fill_holes(pieces == 1 + int(np.argmax(sizes)))) >= 1:
+            return float(f"{level:.3g}")
+    return None
 
 
 def loop_doubts(tree: Tree, names: tuple[str, ...], places: np.ndarray) -> list[Doubt]:

@@ -73,7 +73,8 @@ def _places(row: pd.Series, reference: str, other: str) -> tuple[str, str]:
             return f"{{}} at {other} than at {reference} by the trend", f"from {reference} to {other} by the trend"
         case "interaction":
             change = short(row["change"], _MAX_LETTERS)
-            return f"{change} {{}} in {other} than in {reference}", f"of {change} between {other} and {reference}"
+            ratio = f"the ratio {change}"
+            return f"{ratio} {{}} in {other} than in {reference}", f"between {other} and {reference} in {ratio}"
         case "contrast":
             return f"{{}} by the contrast '{other}'", f"by the contrast '{other}'"
     return f"{{}} in {other} than in {reference}", f"between {other} and {reference}"

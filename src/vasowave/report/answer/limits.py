@@ -15,7 +15,21 @@ def model_limits(cohort: Cohort, law: str, written: Mapping[str, str]) -> list[s
     """Return sentences on what the fits leave open; nothing where nothing was fitted."""
     if not law:
         return []
-    return [*_image_pressure(cohort), *_residual(cohort, law), *_open(cohort, law, written), *_held(cohort, written)]
+    return [
+        *_image_pressure(cohort), *_residual(cohort, law), *_open(cohort, law, written), *_held(cohort, written),
+        *_of_fits(cohort),
+    ]  # fmt: skip
+
+
+def _of_fits(cohort: Cohort) -> list[str]:
+    """Offer posteriors, with what they cost, where there is none."""
+    if any(result.laws[law].posterior is not None for result in cohort.results for law in result.laws):
+        return []
+    return [
+        "Intervals of fits take what nobody said of image, zero and probe for exact, and the model for right. "
+        "Posteriors (inference: posterior in study.yaml, --inference posterior of vasowave fit) allow for these "
+        "errors; they take up to half a minute of one processor for an animal and law."
+    ]
 
 
 def _image_pressure(cohort: Cohort) -> list[str]:

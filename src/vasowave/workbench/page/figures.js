@@ -2,41 +2,64 @@
 import { ask, file, post, say } from "./ask.js";
 import { choice, fill, h } from "./dom.js";
 
-const PANELS = { pressure: "pressure", residuals: "residuals", autocorrelation: "their autocorrelation", pressure_area: "pressure and area", impedance: "impedance" };
-const wish = { animal: "", panels: ["pressure", "impedance"], width: 170, height: 60, font: 8, format: "svg" };
-let parts = null, before = "";
+const PANELS = { pressure: "pressure", flow: "flow", residuals: "residuals", autocorrelation: "their autocorrelation", pressure_area: "pressure and area", impedance: "impedance" };
+const FONTS = ["sans-serif", "serif", "monospace"];
+const wish = { animal: "", panels: ["pressure", "impedance"], width: 170, height: 60, font: 8, family: "sans-serif", color: "", format: "svg" };
+let parts = null, before = "", drawing = 0;
 
 export async function show(place, rest) {
-  const { animals } = await ask("results"), names = animals.map((one) => one.name);
+  const { animals, groups } = await ask("results");
+  if (!place.isConnected) return;  // another desk is wanted by now
+  const names = animals.map((one) => one.name);
   wish.animal = names.includes(rest[0]) ? rest[0] : names.includes(wish.animal) ? wish.animal : names[0];
-  parts = { picture: h("img", { class: "preview", alt: "the figure" }), line: h("code", { class: "line" }) };
+  const own = () => groups[animals.find((one) => one.name === wish.animal).group];  // as in the report
+  wish.color = own();
+  parts = { picture: h("img", { class: "preview", alt: "the figure" }), line: h("code", { class: "line" }), old: h("div") };
   const number = (name, text, low, high) => {
     const input = h("input", { type: "number", value: wish[name], min: low, max: high, step: "any", size: 5, data: { key: name }, onchange: () => { wish[name] = Number(input.value); draw(); } });
     return h("label", {}, text, input);
   };
-  fill(place, h("div", { class: "row" }, h("h1", {}, "Figure of "), choice(names, wish.animal, (name) => { wish.animal = name; draw(); }, { "aria-label": "animal" })),
-    h("div", { class: "row" }, Object.entries(PANELS).map(([name, text]) => h("label", {}, h("input", { type: "checkbox", checked: wish.panels.includes(name), onchange: (event) => {
+  const color = h("input", { type: "color", value: wish.color, data: { key: "color" }, onchange: () => { wish.color = color.value; draw(); } });
+  fill(place, h("div", { class: "row" }, h("h1", {}, "Figure of "), choice(names, wish.animal, (name) => { wish.animal = name; wish.color = color.value = own(); draw(); outdated(); }, { "aria-label": "animal", data: { key: "animal" } })),
+    parts.old,
+    h("div", { class: "row" }, Object.entries(PANELS).map(([name, text]) => h("label", {}, h("input", { type: "checkbox", checked: wish.panels.includes(name), data: { key: `panel ${name}` }, onchange: (event) => {
       wish.panels = Object.keys(PANELS).filter((one) => (one === name ? event.target.checked : wish.panels.includes(one)));
       draw();
     } }), text))),
     h("div", { class: "row" }, number("width", "width [mm]", 20, 400), number("height", "height [mm]", 20, 400), number("font", "letters [pt]", 4, 24),
-      ["svg", "pdf", "png"].map((kind) => h("button", { type: "button", onclick: () => save(kind) }, `Save as ${kind.toUpperCase()}`))),
+      h("label", {}, "font", choice(FONTS, wish.family, (name) => { wish.family = name; draw(); }, { data: { key: "family" } })), h("label", {}, "color of the model", color)),
+    h("div", { class: "row" }, ["svg", "pdf", "png"].map((kind) => h("button", { type: "button", data: { key: `save ${kind}` }, onclick: () => save(kind) }, `Save as ${kind.toUpperCase()}`))),
     parts.picture, h("p", {}, "The same again in Python:"), parts.line);
+  outdated();
   await draw();
+}
+
+/** Draw anew what may have been computed anew. */
+export async function renew() {
+  if (!parts?.picture.isConnected) return;
+  await Promise.all([draw(), outdated()]);
+}
+
+async function outdated() {
+  const mine = parts, old = await ask("outdated");
+  if (mine === parts) fill(parts.old, old.includes(wish.animal) ? h("span", { class: "old" }, "outdated: its row, its files or the settings changed since this was computed") : null);
 }
 
 async function draw() {
   if (!wish.panels.length) { say("Choose at least one panel.", true); return; }
+  const mine = ++drawing;
   try {
-    const content = await file("figure", { ...wish, format: "svg" });
+    const [content, { line }] = await Promise.all([file("figure", { ...wish, format: "svg" }), post("figure", { ...wish, only: "line" })]);
+    if (mine !== drawing) return;
     if (before) URL.revokeObjectURL(before);
     before = URL.createObjectURL(content);
     parts.picture.src = before;
     parts.picture.style.width = `${wish.width}mm`;
-    parts.line.textContent = (await post("figure", { ...wish, only: "line" })).line;
+    parts.line.textContent = line;
+    parts.picture.dataset.drawn = String(Number(parts.picture.dataset.drawn || 0) + 1);
     say("");
   } catch (error) {
-    say(error.message, true);
+    if (mine === drawing) say(error.message, true);
   }
 }
 

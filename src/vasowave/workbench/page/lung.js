@@ -8,12 +8,14 @@ const SPECIES = ["mouse", "rat", "rabbit", "dog", "pig", "human", "other"], DOUB
 let told = null, image = null, found = null, parts = null, at = [0, 0, 0], chosen = "", moving = null, wishes = {}, look = {}, space = null, stale = false, waiting = 0, drawing = false;
 
 export async function show(place, rest) {
-  told = await ask("lung", { image: rest[0] || "" });
+  const about = await ask("lung", { image: rest[0] || "" });
+  if (!place.isConnected) return;  // another desk or image is wanted by now
+  told = about;
   if (!told.images.length) { fill(place, h("h1", {}, "Lung"), h("p", {}, "No images yet: "), h("a", { href: "#study" }, "drop a volume on the Study desk"), ", or open one: ", h("code", {}, "vasowave open scan.nrrd")); return; }
   found = null; image = null; chosen = ""; moving = null; stale = false; wishes = { ...told.wishes };
   const slices = VIEWS.map((view) => h("canvas", { class: "slice", tabindex: 0, role: "img", "aria-label": `slice ${view.name}; click picks a place, arrow keys move it, wheel or page keys go through` }));
   parts = { slices, space: h("canvas", { class: "space", tabindex: 0, role: "img", "aria-label": "the tree; drag or arrow keys turn it, a click picks a vessel" }),
-    wish: h("div"), stage: h("p", { class: "note", role: "status", id: "stage" }), sliders: h("div"), picked: h("div"), doubts: h("div"), edits: h("div"), table: h("div"), notes: h("div"), facts: h("p", { class: "note" }) };
+    wish: h("div"), stage: h("p", { class: "note", role: "status", id: "stage" }), sliders: h("div"), picked: h("div"), doubts: h("div", { class: "doubts" }), edits: h("div"), table: h("div"), notes: h("div"), facts: h("p", { class: "note" }) };
   const go = (name) => { location.hash = `lung/${encodeURIComponent(name)}`; };
   fill(place,
     h("div", { class: "row" }, h("h1", {}, "Lung in "), choice(told.images, told.image, go, { "aria-label": "image", data: { key: "image" } })),
@@ -35,13 +37,15 @@ export async function show(place, rest) {
   begin(); sliders(); picked();
   parts.stage.textContent = "";
   draw();
-  if (told.root) await vessels();
+  if (told.root) vessels();  // which may take a while; the page is there meanwhile
   else parts.stage.textContent = "Click the outer end of the cannula in a slice, then “Blood enters here”.";
 }
 
 export async function renew(place, rest) {
   if (!parts || !told?.image || !image) return;
-  told = await ask("lung", { image: told.image });
+  const mine = parts, now = await ask("lung", { image: told.image });
+  if (mine !== parts) return;
+  told = now;
   edits(); wish();
   if (found && !stale) await vessels();
 }
@@ -64,7 +68,9 @@ async function vessels() {
   } finally {
     clearInterval(watching);
   }
-  told = await ask("lung", { image: told.image });
+  const about = await ask("lung", { image: told.image });
+  if (of !== parts) return;
+  told = about;
   wish(); doubts(); table(); picked(); edits(); draw();
 }
 
@@ -81,7 +87,8 @@ function wish() {
     h("label", {}, h("input", { type: "checkbox", checked: wishes.open_loops, data: { key: "loops" }, onchange: (event) => { wishes.open_loops = event.target.checked; stale = true; wish(); } }), "open loops"),
     h("button", { type: "button", id: "find", class: stale || !found ? "main" : "", disabled: !image, data: { key: "find" }, onclick: vessels }, stale && found ? "Find the vessels again" : "Find the vessels"),
     h("button", { type: "button", id: "write", disabled: !found || stale, data: { key: "write" }, onclick: async () => { parts.stage.textContent = "Writing …"; await act("write-lung", { image: told.image, wishes }); parts.stage.textContent = ""; told = await ask("lung", { image: told.image }); wish(); } }, "Write the network"),
-    stale && found ? h("span", { class: "old" }, "outdated: something was changed since") : told.written ? (told.outdated ? h("span", { class: "old" }, "network.csv is older than the edits") : h("span", { class: "note" }, `lungs/${told.image}/network.csv is written`)) : null));
+    stale && found ? h("span", { class: "old" }, "outdated: something was changed since") : told.written ? (told.outdated ? h("span", { class: "old" }, "network.csv is older than the edits") : h("span", { class: "note" }, `lungs/${told.image}/network.csv is written`)) : null,
+    told.written && !stale ? h("button", { type: "button", data: { key: "use" }, onclick: () => act("use-network", { network: `lungs/${told.image}/network.csv` }) }, "Use it for all animals that have none") : null));
 }
 
 function sliders() {

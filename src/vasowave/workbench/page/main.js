@@ -9,25 +9,32 @@ import * as study from "./study.js";
 
 const DESKS = { study, recording, lung, explorer, figures };
 const place = document.getElementById("desk"), running = document.getElementById("running");
-let open = null, state = null;
+let open = null, state = null, turn = 0, room = null;
 
 const wanted = () => {
   const [desk, ...rest] = location.hash.slice(1).split("/");
   return { desk: desk in DESKS ? desk : "study", rest: rest.map(decodeURIComponent) };
 };
 
+/** Show a desk, or what changed on it; each stands in a room of its own, so that one that comes late covers no other. */
 async function show(fresh) {
-  const { desk, rest } = wanted();
+  const { desk, rest } = wanted(), mine = fresh ? ++turn : turn;
   document.querySelectorAll("[data-desk]").forEach((one) => {
     one.dataset.desk === desk ? one.setAttribute("aria-current", "page") : one.removeAttribute("aria-current");
   });
   try {
-    if (fresh) { place.replaceChildren(h("p", { class: "note" }, "Reading …")); await DESKS[desk].show(place, rest, state); }
-    else await DESKS[desk].renew?.(place, rest, state);
+    if (fresh) {
+      open = null;
+      room = h("div", {}, h("p", { class: "note" }, "Reading …"));
+      place.replaceChildren(room);
+      await DESKS[desk].show(room, rest, state);
+    } else await DESKS[desk].renew?.(room, rest, state);
   } catch (error) {
+    if (mine !== turn) return;
     say(error.message, true);
-    if (fresh) place.replaceChildren(h("p", {}, error.message), h("p", {}, h("a", { href: "#study" }, "To the Study desk")));
+    if (fresh) room.replaceChildren(h("p", {}, error.message), h("p", {}, h("a", { href: "#study" }, "To the Study desk")));
   }
+  if (mine !== turn) return;
   open = desk;
   document.body.dataset.ready = desk;
 }
@@ -45,7 +52,16 @@ function told(now) {
   running.textContent = now.run.runner ? `Running: ${done} of ${Object.keys(now.run.animals).length} animals done${left}` : "";
 }
 
+let looking = null;
+
+/** Look whether something changed, one look after another: what takes long is not asked for twice. */
 async function look() {
+  while (looking) await looking;
+  looking = lookOnce();
+  try { await looking; } finally { looking = null; }
+}
+
+async function lookOnce() {
   let now;
   try {
     now = await ask("state");
@@ -58,7 +74,7 @@ async function look() {
   state = now;
   told(now);
   if (open !== null && changed) await show(false);
-  else DESKS[open]?.progress?.(place, now);
+  else DESKS[open]?.progress?.(room, now);
 }
 
 addEventListener("hashchange", () => { say(""); show(true).then(() => place.focus({ preventScroll: true })); });
@@ -75,6 +91,6 @@ afterChange(look);
 (async () => {
   await look();
   await show(true);
-  const again = async () => { if (!document.hidden) await look(); setTimeout(again, state?.run.runner ? 700 : 1000); };
+  const again = async () => { if (!document.hidden && !looking) await look(); setTimeout(again, state?.run.runner ? 700 : 1000); };
   setTimeout(again, 1000);
 })();

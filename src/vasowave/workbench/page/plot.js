@@ -37,7 +37,7 @@ const finite = (list) => list.filter((one) => one !== null && Number.isFinite(on
 
 /**
  * Draw curves; returns where values stand.
- * series: [{x, y, color, dash, width, points, band: {low, high}}], `range` fixes the ordinate, `log` makes it logarithmic.
+ * series: [{x, y, color, dash, width, points, size, hollow, band: {low, high}}], `range` fixes the ordinate, `log` makes it logarithmic.
  */
 export function plot(canvas, { series, x, y, range, across, log = false }) {
   const { pen, width, height } = sheet(canvas), ink = style("--ink"), quiet = style("--quiet"), line = style("--faint");
@@ -91,11 +91,14 @@ export function plot(canvas, { series, x, y, range, across, log = false }) {
     let up = true;
     one.y.forEach((value, k) => {
       if (value === null || !Number.isFinite(value)) { up = true; return; }
-      if (one.points) { pen.moveTo(px(one.x[k]) + 3.5, py(value)); pen.arc(px(one.x[k]), py(value), 3.5, 0, 7); return; }
+      const size = one.size || 3.5;
+      if (one.points) { pen.moveTo(px(one.x[k]) + size, py(value)); pen.arc(px(one.x[k]), py(value), size, 0, 7); return; }
       pen[up ? "moveTo" : "lineTo"](px(one.x[k]), py(value));
       up = false;
     });
-    one.points ? pen.fill() : pen.stroke();
+    if (one.points && one.hollow) pen.fillStyle = style("--paper");
+    if (one.points) pen.fill();
+    if (!one.points || one.hollow) pen.stroke();
   }
   pen.restore();
   pen.setLineDash([]);

@@ -9,6 +9,7 @@ let told = null, view = null, chosen = null, beat = -1, kept = {}, whole = {}, p
 
 export async function show(place, rest) {
   const list = await ask("study");
+  if (!place.isConnected) return;  // another desk or animal is wanted by now
   const names = (list.rows || []).map((row) => row.animal);
   if (!names.length) { fill(place, h("h1", {}, "Recording"), h("p", {}, "No animals yet: "), h("a", { href: "#study" }, "drop their files on the Study desk.")); return; }
   const animal = names.includes(rest[0]) ? rest[0] : names[0];
@@ -18,6 +19,7 @@ export async function show(place, rest) {
   const average = h("canvas", { class: "panel", role: "img", "aria-label": "averaged cycle of pressure" });
   const flow = h("canvas", { class: "panel", role: "img", "aria-label": "averaged cycle of flow" });
   parts = { canvas, strip, average, flow, tools: h("div"), numbers: h("div", { class: "numbers" }), found: h("div"), given: h("div"), error: h("div") };
+  parts.side = h("section", { "aria-label": "average" }, parts.numbers, average, flow, parts.found);
   const at = names.indexOf(animal);
   const go = (name) => { location.hash = `recording/${encodeURIComponent(name)}`; };
   fill(place,
@@ -30,7 +32,7 @@ export async function show(place, rest) {
         h("p", { class: "keys" }, key("#00a7c4", "averaged"), key("", "good, not needed"), key("var(--alarm-edge)", "rejected"), key("var(--shade)", "outside the stretch")),
         h("p", { class: "keys" }, "Drag: a stretch. Click: a beat. Wheel: zoom, with Shift: scroll. Keys: ", ["←", "→", "+", "−", "n", "p", "x", "[", "]", "b", "e"].flatMap((key) => [h("kbd", {}, key), " "]),
           "scroll, zoom, next and previous beat, reject or restore, earlier and later by 1 ms, begin and end of a stretch at the middle.")),
-      h("section", { "aria-label": "average" }, parts.numbers, average, flow, parts.found)),
+      parts.side),
     parts.given);
   pointer(canvas, strip);
   watched(canvas, draw); watched(strip, draw); watched(average, drawAverage); watched(flow, drawAverage);
@@ -39,7 +41,9 @@ export async function show(place, rest) {
 
 export async function renew(place, rest) {
   const animal = rest[0] || told.animal;
-  told = await ask("recording", { animal });
+  const found = await ask("recording", { animal });
+  if (!place.isConnected) return;
+  told = found;
   if (told.duration && !view) view = whole_();
   if (told.duration) { const before = JSON.stringify(told.cells); if (kept.of !== before) { kept = { of: before }; whole = {}; } }
   fill(parts.error, told.error ? h("div", { class: "finding bad" }, told.error) : null);
@@ -267,23 +271,30 @@ const middle = (k) => { const [start, end] = span(k); return (start + end) / 2; 
 /** The edit that decides on a beat already, if there is one. */
 const edited = (k) => told.edits.find(([what, at]) => what !== "move" && at >= span(k)[0] && at < span(k)[1]);
 
+/** Change something of this animal; until its average is computed anew the old numbers are pale. */
+async function change(what, given, quiet = false) {
+  parts.side.classList.add("old-numbers");
+  await act(what, { animal: told.animal, ...given }, quiet);
+  parts.side.classList.remove("old-numbers");
+}
+
 function toggle() {
   if (beat < 0) return;
   const own = edited(beat), lost = told.beats.rejected[beat];
-  if (own) act("edit-beats", { animal: told.animal, forget: [own[1]] });
-  else act("edit-beats", { animal: told.animal, edits: [[lost ? "keep" : "reject", middle(beat), null]] });
+  if (own) change("edit-beats", { forget: [own[1]] });
+  else change("edit-beats", { edits: [[lost ? "keep" : "reject", middle(beat), null]] });
 }
 
 function move(by) {
   if (beat < 0) return;
   const start = told.beats.starts[beat], own = told.edits.find(([what, , to]) => what === "move" && Math.abs(to - start) < 1e-4);
-  act("edit-beats", { animal: told.animal, edits: [["move", own ? own[1] : start, start + by]] }, true);
+  change("edit-beats", { edits: [["move", own ? own[1] : start, start + by]] }, true);
 }
 
 async function judge(what) {
   const inside = told.beats.starts.map((_, k) => k).filter((k) => middle(k) >= chosen[0] && middle(k) < chosen[1]);
   const wanted = inside.filter((k) => (what === "reject") !== Boolean(told.beats.rejected[k]));
-  if (wanted.length) await act("edit-beats", { animal: told.animal, edits: wanted.map((k) => [what, middle(k), null]) });
+  if (wanted.length) await change("edit-beats", { edits: wanted.map((k) => [what, middle(k), null]) });
   else say(`No beat there is to ${what}.`);
 }
 
@@ -293,15 +304,16 @@ const button = (text, does, key) => h("button", { type: "button", data: { key: k
 
 function tools() {
   if (!told.duration) { fill(parts.tools); return; }
-  const animal = told.animal, done = (what, given) => act(what, { animal, ...given });
+  const done = change;
   const both = chosen && { start: chosen[0], end: chosen[1] };
   fill(parts.tools,
     h("div", { class: "row" }, button("−", () => zoom(2), "out"), button("+", () => zoom(0.5), "in"), button("all", () => look(0, told.duration)),
       told.cells["start [s]"] || told.cells["end [s]"] ? button("Average the whole recording", () => done("set-stretch", {})) : null,
+      ["pressure", "flow"].filter((one) => told.cells[`${one} gain [1]`]).map((one) => button(`Take back the gain of the ${one} (${told.cells[`${one} gain [1]`]})`, () => done("set-gain", { signal: one }))),
       told.cells["zero [mmHg]"] ? button(`Take back the zero (${told.cells["zero [mmHg]"]} mmHg)`, () => done("set-zero", {})) : null,
       h("label", {}, "drift", choice([["remove", "removed"], ["warn", "left in"]], told.drift, (value) => act("set-setting", { key: "averaging.drift", value }), { data: { key: "drift" } }), h("span", {}, "(of all animals)"))),
     chosen ? h("div", { class: "row" }, h("span", {}, `${chosen[0].toFixed(3)} to ${chosen[1].toFixed(3)} s:`),
-      button("Average this stretch", () => done("set-stretch", both)), button("This is zero pressure", () => done("set-zero", both)),
+      button("Average this stretch", () => done("set-stretch", both)), button("This is zero pressure", () => done("set-zero", both)), known(done, both),
       told.beats ? [button("Reject its beats", () => judge("reject")), button("Keep its beats", () => judge("keep"))] : null,
       button("Zoom in", () => look(...chosen))) : null,
     reasons(),
@@ -311,6 +323,13 @@ function tools() {
       button("1 ms earlier", () => move(-0.001)), button("1 ms later", () => move(0.001))) : null,
     told.edits.length ? h("div", { class: "row" }, h("span", { class: "note" }, `${told.edits.length} beats edited, in ${told.cells["beat edits"]}`),
       button("Forget all edits", () => done("edit-beats", { forget: told.edits.map(([, at]) => at) }))) : null);
+}
+
+/** A point of calibration: what the mean of the stretch was known to be. */
+function known(done, both) {
+  const value = h("input", { type: "number", step: "any", min: 0, data: { key: "known" }, "aria-label": "known mean of the stretch" });
+  const signal = choice([["pressure", "mmHg"], ["flow", "ml/s"]], "pressure", () => {}, { "aria-label": "of pressure or flow", data: { key: "known of" } });
+  return h("label", {}, "its mean is known:", value, signal, button("Calibrate", () => done("set-gain", { ...both, signal: signal.value, known: Number(value.value) })));
 }
 
 /** Rejected beats by reason; the next of them at a click. */
@@ -343,7 +362,7 @@ function given() {
   const raw = told.kind === "raw";
   fill(parts.given, h("h2", {}, "What the table says"), h("div", { class: "row" },
     raw ? ["pressure channel", "flow channel", "ecg channel"].map(one) : field("period [s]"),
-    ["pressure unit", "flow unit", "zero [mmHg]", "wedge [mmHg]", ...(raw ? ["start [s]", "end [s]", "sampling rate [1/s]"] : [])].map(field),
+    ["pressure unit", "flow unit", "zero [mmHg]", "pressure gain [1]", "flow gain [1]", "wedge [mmHg]", ...(raw ? ["start [s]", "end [s]", "sampling rate [1/s]"] : [])].map(field),
     raw && told.blocks > 1 ? field("block") : null));
 }
 

@@ -4,7 +4,7 @@ import { choice, fill, h } from "./dom.js";
 
 const ALWAYS = ["animal", "group", "network", "recording"];
 const FILES = ["network", "recording", "flow", "beat edits"];
-let known = null, checked = null, fresh = false, asked = 0, state = null, more = false;
+let known = null, checked = null, fresh = false, asked = 0, state = null, more = false, room = null;
 
 export async function show(place, rest, now) {
   checked = null;
@@ -12,7 +12,7 @@ export async function show(place, rest, now) {
 }
 
 export async function renew(place, rest, now) {
-  state = now;
+  [state, room] = [now, place];
   known = await ask("study");
   fresh = false;
   draw(place);
@@ -128,6 +128,7 @@ function table() {
   if (!known.rows.length) return h("p", {}, "No animals yet: drop their files above.");
   const used = known.columns.map(([title]) => title).filter((title) =>
     ALWAYS.includes(title) || more || known.rows.some((row) => row[title]));
+  used.push(...own());
   const read = checked ? [...checked.header.keys()].slice(2).filter((k) => checked.header[k][0] !== "kind") : [];
   const rows = known.rows.map((row) => {
     const mine = problems().filter((one) => one.animals.includes(row.animal));
@@ -145,13 +146,27 @@ function table() {
   });
   return [
     h("div", { class: "table", data: { scrolls: 1 } }, h("table", { class: "animals" },
-      h("thead", {}, h("tr", {}, used.map((title) => h("th", { title: known.columns.find(([one]) => one === title)[1] }, title)),
+      h("thead", {}, h("tr", {}, used.map(head),
         h("th", {}, "state"), h("th", {}), read.map((k) => h("th", {}, checked.header[k][0], checked.header[k][1] ? ` [${checked.header[k][1]}]` : "")))),
       h("tbody", {}, rows))),
     h("label", { class: "note" }, h("input", { type: "checkbox", checked: more, data: { key: "more" },
-      onchange: (event) => { more = event.target.checked; draw(document.getElementById("desk")); } }), " all columns"),
-    h("p", { class: "note", role: "status", id: "reading" }, fresh ? "" : "Reading the recordings …"),
+      onchange: (event) => { more = event.target.checked; draw(room); } }), " all columns"),
+    column(),
+    h("p", { class: "note", role: "status", id: "checking" }, fresh ? "" : "Reading the recordings …"),
   ];
+}
+
+/** Titles of the columns that are the lab's own. */
+const own = () => known.titles.filter((title) => !known.columns.some(([one]) => one === title));
+
+const head = (title) => h("th", { title: known.columns.find(([one]) => one === title)?.[1] ?? "a column of your own" }, title,
+  own().includes(title) ? [" ", h("button", { type: "button", title: `Take the column ${title} out of the table`, "aria-label": `Remove the column ${title}`,
+    onclick: () => act("remove-column", { title }) }, "×")] : null);
+
+function column() {
+  const title = h("input", { type: "text", placeholder: "sex, weight [g], …", defaultValue: "", data: { key: "new column" } });
+  return h("div", { class: "row" }, h("label", {}, "a column of your own", title),
+    h("button", { type: "button", data: { key: "add column" }, onclick: () => title.value.trim() && act("add-column", { title: title.value }) }, "Add it"));
 }
 
 function cell(row, title, mine) {

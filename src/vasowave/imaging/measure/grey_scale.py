@@ -1,0 +1,146 @@
+"""Whether equal steps of grey level are equal steps of contrast agent, by how much the noise moves each level.
+
+Noise is the same everywhere before a scale is bent, windowed or saturated. Afterwards it is large where the scale is
+steep and small where it is flat: the noise at a level is the slope of the scale there. Noise is what differs between
+sections of one vessel at the same place of the section, so neither the wall nor the vessel's axis counts as noise.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from vasowave.imaging.axes.stretches import clear_stretches
+from vasowave.imaging.read.volume import Volume
+from vasowave.imaging.sections import carried, disc, sampled, tangents
+from vasowave.imaging.tree import Tree
+
+LAG = 3
+"""Sections so many points apart have noise of their own; the middle one differs from the mean of both others by it."""
+REACH, STEP, BIN = 4.5, 0.5, 0.25
+"""Sections reach so far beyond the radius, are sampled at this distance, and in rings of this width; voxels."""
+APART = 3.0
+"""What lies nearer to another vessel's wall is left out, voxels."""
+SECTIONS, SAMPLES = 12, 40
+"""A vessel with fewer sections, and a ring with fewer samples, shows no noise."""
+RINGS, DEGREE = 30, 3
+"""Fewer rings show no scale; the logarithm of the noise is a polynomial of this degree in the level."""
+WITHIN = 0.683
+"""So large a share of normal noise lies within one deviation; where a vessel narrows or bends, the rest is no noise."""
+ROUNDS, OUTLIER = 10, 2.0
+"""Of the robust fit, in which a ring so many deviations off counts half."""
+KNOTS = 9
+"""Pairs of a correction."""
+
+
+@dataclass(frozen=True, eq=False)
+class GreyScale:
+    """A grey scale between background and lumen.
+
+    Attributes
+    ----------
+    measured : float array, shape (level,)
+        Grey levels of the image at equal steps, the first that of the background, the last that of the lumen.
+    linear : float array, shape (level,)
+        What they would be on a linear scale on which the first and the last are the same.
+    noise : float array, shape (level,)
+        SD of the noise at each, grey levels.
+    """
+
+    measured: np.ndarray
+    linear: np.ndarray
+    noise: np.ndarray
+
+    @property
+    def bend(self) -> float:
+        """The most that a level is off, as a share of the contrast; positive where the image is too bright."""
+        off = (self.measured - self.linear) / np.ptp(self.measured)
+        return float(off[np.argmax(np.abs(off))])
+
+    @property
+    def flatness(self) -> float:
+        """The slope of the flatter end of the scale over the mean slope."""
+        slope = self.noise / (np.ptp(self.measured) / np.trapezoid(1 / self.noise, self.measured))
+        return float(min(slope[0], slope[-1]))
+
+    @property
+    def pairs(self) -> tuple[tuple[float, float], ...]:
+        """Measured and linear levels that correct the scale."""
+        few = np.linspace(0, len(self.measured) - 1, KNOTS).round().astype(int)
+        return tuple(zip(self.measured[few].tolist(), self.linear[few].tolist(), strict=True))
+
+
+def corrected(volume: Volume, pairs: tuple[tuple[float, float], ...]) -> Volume:
+    """Return `volume` with the linear level of every measured one, straight between the `pairs` and beyond them."""
+    measured, linear = np.array(pairs).T
+    slope = np.diff(linear) / np.diff(measured)
+    at = np.clip(np.searchsorted(measured, volume.grey, side="right") - 1, 0, len(slope) - 1)
+    return Volume(linear[at] + slope[at] * (volume.grey - measured[at]), volume.spacing, volume.origin, volume.axes)
+
+
+def grey_scale(tree: Tree, volume: Volume) -> GreyScale | None:
+    """Return the scale of `volume` (cubes) as the noise within and around the vessels of `tree` shows it.
+
+    None where there is no noise, or too little of the vessels is clear of others.
+    """
+    rings = [_rings(tree, row, stretch, volume) for row, stretch in enumerate(clear_stretches(tree))]
+    level, noise, weight = np.concatenate(rings, axis=1)
+    if len(level) < RINGS or not np.ptp(level) > 0 or not np.median(noise) > 0:
+        return None
+    knots = np.linspace(level.min(), level.max(), 8 * (KNOTS - 1) + 1)
+    fitted = np.exp(_smooth(level, np.log(np.maximum(noise, 1e-3 * np.median(noise))), weight, knots))
+    steps = np.diff(knots) * (1 / fitted[1:] + 1 / fitted[:-1]) / 2
+    share = np.append(0, np.cumsum(steps)) / steps.sum()
+    return GreyScale(knots, knots[0] + share * np.ptp(knots), fitted)
+
+
+def _rings(tree: Tree, row: int, stretch: tuple[float, float], volume: Volume) -> np.ndarray:
+    """Return level, noise and count of samples of the rings around one vessel's axis, shape (3, ring)."""
+    line, spacing = tree.lines[row], float(volume.spacing[0])
+    begin, end = max(stretch[0], 2 * line.radius[0]), min(stretch[1], line.length - 1.5 * line.typical_radius)
+    sections = np.flatnonzero((line.run > begin) & (line.run < end))
+    if len(sections) < SECTIONS:
+        return np.empty((3, 0))
+    u, v = carried(tangents(line.points, 4)[sections])
+    grid = disc(line.typical_radius + REACH * spacing, STEP * spacing)
+    places = line.points[sections, None] + grid[:, :1] * u[:, None] + grid[:, 1:] * v[:, None]
+    grey = np.where(
+        _near_others(tree, row, places, spacing), np.nan, sampled(volume.grey, places, volume.origin, spacing)
+    )
+    differs = grey[LAG:-LAG] - (grey[: -2 * LAG] + grey[2 * LAG :]) / 2
+    ring = (np.hypot(*grid.T) / (BIN * spacing)).astype(int)
+    found = []
+    for number in np.unique(ring):
+        own, here = differs[:, ring == number], grey[LAG:-LAG, ring == number]
+        seen = np.isfinite(own)
+        if seen.sum() >= SAMPLES:
+            found.append((here[seen].mean(), np.quantile(np.abs(own[seen]), WITHIN) / np.sqrt(1.5), seen.sum()))
+    return np.array(found).reshape(-1, 3).T
+
+
+def _near_others(tree: Tree, row: int, places: np.ndarray, spacing: float) -> np.ndarray:
+    """Return which of `places` lie within `APART` of another vessel's wall."""
+    others = [line for other, line in enumerate(tree.lines) if other != row]
+    if not others:
+        return np.zeros(places.shape[:-1], dtype=bool)
+    radius = np.concatenate([line.radius for line in others])
+    reach = float(radius.max()) + APART * spacing
+    index = cKDTree(np.concatenate([line.points for line in others]))
+    distance, nearest = index.query(places, distance_upper_bound=reach)
+    return np.asarray(distance < np.append(radius, 0.0)[nearest] + APART * spacing)
+
+
+def _smooth(level: np.ndarray, value: np.ndarray, weight: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return the polynomial through `value` at the levels `at`, outliers counting less."""
+
+    def basis(levels: np.ndarray) -> np.ndarray:
+        return np.polynomial.legendre.legvander(2 * (levels - at[0]) / (at[-1] - at[0]) - 1, DEGREE)
+
+    matrix, full = basis(level), np.sqrt(weight / weight.max())
+    root = full
+    for _ in range(ROUNDS):
+        fit = np.linalg.lstsq(matrix * root[:, None], value * root, rcond=None)[0]
+        off = value - matrix @ fit
+        size = max(1.4826 * float(np.median(np.abs(off))), 1e-9)
+        root = full / np.sqrt(1 + (off / (OUTLIER * size)) ** 2)
+    return np.asarray(basis(at) @ fit)

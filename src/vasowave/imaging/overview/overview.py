@@ -1,0 +1,220 @@
+"""The first look at an image: what it is, where its lumen is, what speaks against it, and with what to extract."""
+
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.findings import Finding, found_in
+from vasowave.imaging.axes.vessels import tree_of
+from vasowave.imaging.entrances import Entrance, clear_entrance, entrances
+from vasowave.imaging.lumen.contours import level_set
+from vasowave.imaging.lumen.proposal import Levels, levels_of
+from vasowave.imaging.lumen.segmentation import Segmentation, segment
+from vasowave.imaging.measure.cannula import without_cannula
+from vasowave.imaging.measure.grey_scale import corrected
+from vasowave.imaging.measure.measurement import Measurement, measured_in
+from vasowave.imaging.options import Options
+from vasowave.imaging.overview.histogram import Histogram, histogram_of
+from vasowave.imaging.places import written_in_the_world
+from vasowave.imaging.read.files import read_volume
+from vasowave.imaging.read.formats import VOLUMES
+from vasowave.imaging.read.volume import Volume, isotropic
+from vasowave.imaging.tree import Line
+from vasowave.imaging.witness.grey import GreyLook, grey_doubts, grey_look, saturation
+from vasowave.imaging.witness.loops import Loop, loop_count, loops_of, opening_threshold
+from vasowave.species import SpeciesName
+
+
+@dataclass(frozen=True, eq=False)
+class Overview:
+    """What an image shows at a first look.
+
+    Attributes
+    ----------
+    source : Path, optional
+        Where it was read from.
+    kind : str
+        Its format.
+    image : Volume
+        As read.
+    histogram : Histogram
+    levels : Levels
+        Background and lumen.
+    lumen : Segmentation
+        At the threshold of `options`, by its method.
+    entrances : tuple of Entrance
+        Ends of the lumen where the blood may enter, the widest first; places z, y, x, cm, in the world.
+    loops : tuple of Loop
+        Rings of the lumen as the threshold alone shows them, the longest first; places likewise.
+    closed : bool
+        Whether the level set closes them all.
+    opening : float, optional
+        A higher threshold at which no ring is left.
+    measured : Measurement, optional
+        A first tree from the widest end, in the image's own axes; None where the lumen has loops or no tree.
+    grey : GreyLook
+        Saturation and curvature of the grey scale.
+    findings : tuple of Finding
+        What speaks against the image.
+    options : Options
+        What is proposed for `extract`.
+    """
+
+    source: Path | None
+    kind: str
+    image: Volume
+    histogram: Histogram
+    levels: Levels
+    lumen: Segmentation
+    entrances: tuple[Entrance, ...]
+    loops: tuple[Loop, ...]
+    closed: bool
+    opening: float | None
+    measured: Measurement | None
+    grey: GreyLook
+    findings: tuple[Finding, ...]
+    options: Options
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether one end alone is as wide as the cannula."""
+        return clear_entrance(self.entrances, self.options.cannula / 2) is not None
+
+
+def look(
+    scan: Volume | str | Path,
+    threshold: float | None = None,
+    *,
+    cannula: float = 0.086,
+    species: SpeciesName = "mouse",
+    voxel: float | None = None,
+) -> Overview:
+    """Return what `scan` shows at a first look, and the options with which to extract its network.
+
+    Parameters
+    ----------
+    scan : Volume or path
+        See `read_volume`.
+    threshold : float, optional
+        Grey level of the wall; proposed from the image where none is given.
+    cannula : float
+        Known inner diameter of the cannula, cm; 0 where there is none.
+    species : str
+        See `Options`.
+    voxel : float, optional
+        Voxel size in place of the file's, cm.
+
+    Raises
+    ------
+    InputError
+        As `read_volume` and `segment`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vasowave as vw
+    >>> from vasowave.imaging import Volume
+    >>> z, y, x = np.indices((60, 40, 40)) * 0.01  # cm
+    >>> grey = np.random.default_rng(0).normal(20, 5, z.shape) + 100 * (np.hypot(y - 0.2, x - 0.2) < 0.05)
+    >>> seen = vw.look(Volume(grey, (0.01,) * 3, (0, 0, 0)), cannula=0.1)
+    >>> round(seen.options.threshold, -1), len(seen.loops)
+    (60.0, 0)
+    """
+    image = scan if isinstance(scan, Volume) else read_volume(scan, voxel)
+    with written_in_the_world(image.frame), warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", VasowaveWarning)
+        volume = isotropic(image)
+        levels = levels_of(volume)
+        first = Options(threshold=threshold or levels.threshold, cannula=cannula, species=species, voxel=voxel)
+        return _seen(scan, image, volume, levels, first, told)
+
+
+def _seen(
+    scan: Volume | str | Path,
+    image: Volume,
+    volume: Volume,
+    levels: Levels,
+    first: Options,
+    told: list[warnings.WarningMessage],
+) -> Overview:
+    lumen = segment(volume, first.threshold)
+    loops, opening, closed = loops_of(lumen) if loop_count(lumen) > 0 else [], None, False
+    if loops:
+        opening = opening_threshold(lumen)
+        smooth = _level_set(volume, first.threshold)
+        closed = smooth is not None and loop_count(smooth) <= 0
+        lumen = smooth if closed and smooth is not None else lumen
+    ends = entrances(lumen, volume)
+    measured, cannula = (None, None) if loops and not closed else _first_tree(lumen, ends, volume, first.cannula)
+    grey = GreyLook(*saturation(volume, lumen), None)
+    if measured is not None:
+        grey = grey_look(measured.tree, volume, lumen, cannula, first.cannula / 2)
+    names = () if measured is None else measured.network.name
+    findings = (*(doubt.finding for doubt in grey_doubts(grey, names)), *found_in(told))
+    world = image.frame.world
+    ends = tuple(Entrance(world(one.place), one.radius) for one in ends)
+    return Overview(
+        None if isinstance(scan, Volume) else Path(scan),
+        "arrays" if isinstance(scan, Volume) else VOLUMES.of(Path(scan)).title,
+        image,
+        histogram_of(image),
+        levels,
+        lumen,
+        ends,
+        tuple(one._replace(place=world(one.place)) for one in loops),
+        closed,
+        opening,
+        measured,
+        grey,
+        tuple(dict.fromkeys(findings)),
+        _proposed(first, volume, ends, grey, closed, opening if loops else None),
+    )
+
+
+def _level_set(volume: Volume, threshold: float) -> Segmentation | None:
+    try:
+        return level_set(volume, threshold)
+    except InputError:
+        return None
+
+
+def _first_tree(
+    lumen: Segmentation, ends: tuple[Entrance, ...], volume: Volume, cannula: float
+) -> tuple[Measurement | None, Line | None]:
+    """Return what is measured of a first tree from the widest end and the cannula's line, None where there is none."""
+    if not ends:
+        return None, None
+    try:
+        tree, line = tree_of(lumen, ends[0].place).tree, None
+        if cannula:
+            tree, line = without_cannula(tree, volume)
+        return measured_in(tree, volume), line
+    except InputError:
+        return None, None
+
+
+def _proposed(
+    first: Options,
+    volume: Volume,
+    ends: tuple[Entrance, ...],
+    grey: GreyLook,
+    closed: bool,
+    opening: float | None,
+) -> Options:
+    """Return the options with which to extract."""
+    threshold = opening if opening is not None and not closed else first.threshold
+    pairs = grey.offered or None
+    if pairs:
+        threshold = levels_of(corrected(volume, pairs)).threshold
+    return Options(
+        root=None if not ends else np.round(ends[0].place, 5).tolist(),
+        threshold=threshold,
+        method="level-set" if closed else "threshold",
+        cannula=first.cannula,
+        species=first.species,
+        voxel=first.voxel,
+        grey=pairs,
+    )

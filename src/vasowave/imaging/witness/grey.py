@@ -1,0 +1,124 @@
+"""Doubts about all radii at once: a grey scale that is clipped, flat at one end, or bent."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vasowave.errors import InputError
+from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.measure.cannula import cannula_radius
+from vasowave.imaging.measure.grey_scale import GreyScale, corrected, grey_scale
+from vasowave.imaging.options import grey_text
+from vasowave.imaging.read.volume import Volume
+from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.witness.doubts import Doubt, Grade, doubt_kind
+
+CLIPPED = 0.05
+"""A lumen with a larger share of voxels at its highest grey level is cut off there."""
+BENT, SURELY, FLAT = 0.035, 0.06, 0.4
+"""A scale that is off by more than the first share of the contrast is bent (radii are off by about half as much), by
+more than the second whatever the cannula says; an end flatter than the third of the mean slope is flat."""
+AGREE, CONTRADICT = 0.02, 0.01
+"""A correction is right if the cannula then has its known radius within the first share; a bend is none if it has it
+within the second as the image is, and not after a correction."""
+
+LINEAR = "export the image on a linear scale, or give its linear levels (option 'grey')"
+IMAGE_CLIPPED = doubt_kind(
+    "image.clipped",
+    Grade.WRONG,
+    "{share:.0%} of the lumen's voxels have its highest grey level ({level:g}): what is brighter was cut off, and all "
+    "radii are too large: {remedy}",
+    "export the image with a wider window, or with 16 bits",
+)
+IMAGE_FLAT = doubt_kind(
+    "image.flat-grey-scale",
+    Grade.LOOK,
+    "the grey scale is nearly flat at one end: noise there is {flatness:.0%} of what it is on average, so the image "
+    "was windowed or saturates, and all radii may be off; {way}",
+    LINEAR,
+)
+IMAGE_BENT = doubt_kind(
+    "image.bent-grey-scale",
+    Grade.LOOK,
+    "the grey scale is bent by {bend:+.0%} of the contrast, as the noise at each grey level shows, so all radii are "
+    "off; {way}",
+    LINEAR,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class GreyLook:
+    """What there is to say of the grey levels of an image.
+
+    Attributes
+    ----------
+    saturated : float
+        Share of the lumen's voxels at its highest grey level.
+    highest : float
+        That level.
+    scale : GreyScale, optional
+        None where noise does not show it.
+    offered : tuple of (float, float)
+        Measured and linear levels: a correction on which noise and cannula agree; empty without one.
+    contradicted : bool
+        Whether the cannula says that the scale is linear.
+    """
+
+    saturated: float
+    highest: float
+    scale: GreyScale | None
+    offered: tuple[tuple[float, float], ...] = ()
+    contradicted: bool = False
+
+
+def grey_look(tree: Tree, volume: Volume, lumen: Segmentation, cannula: Line | None, known: float) -> GreyLook:
+    """Return what `volume` (cubes) and the `cannula` of `known` radius (cm) say of the grey scale."""
+    share, highest = saturation(volume, lumen)
+    scale = grey_scale(tree, volume)
+    if scale is None or cannula is None or share > CLIPPED:
+        return GreyLook(share, highest, scale)
+    try:
+        before, after = (
+            abs(float(np.log(cannula_radius(cannula, one) / known))) for one in (volume, corrected(volume, scale.pairs))
+        )
+    except InputError:  # too little of the cannula is seen
+        return GreyLook(share, highest, scale)
+    offered = scale.pairs if _is_off(scale) and after < AGREE else ()
+    return GreyLook(share, highest, scale, offered, before < CONTRADICT and after > AGREE and abs(scale.bend) < SURELY)
+
+
+def saturation(volume: Volume, lumen: Segmentation) -> tuple[float, float]:
+    """Return the share of the lumen's voxels at its highest grey level, and that level.
+
+    0 in a mask of two levels, and in an image without noise and of broken numbers, where equal levels are no sign.
+    """
+    box = tuple(slice(a, a + n) for a, n in zip(lumen.corner, lumen.mask.shape, strict=True))
+    grey = volume.grey[box][lumen.mask]
+    highest, lowest = float(grey.max()), float(volume.grey.min())
+    near = volume.grey[box]
+    mask = bool(((near == highest) | (near == lowest)).all())
+    made = lumen.noise == 0 and not np.array_equal(grey, np.round(grey))
+    if mask or made:
+        return 0.0, highest
+    return float(np.mean(grey >= highest - 1e-6 * (highest - lowest))), highest
+
+
+def grey_doubts(look: GreyLook, vessels: Sequence[str]) -> list[Doubt]:
+    """Return the gravest thing that the grey levels say against the radii of all `vessels`, if there is one."""
+    names = tuple(vessels)
+    if look.saturated > CLIPPED:
+        return [Doubt("radius", IMAGE_CLIPPED(share=look.saturated, level=look.highest), names)]
+    scale = look.scale
+    if scale is None or look.contradicted or not _is_off(scale):
+        return []
+    way = LINEAR
+    if look.offered:
+        way = f"with it corrected, grey {grey_text(look.offered)}, the cannula has its known diameter: extract again so"
+    if scale.flatness < FLAT:
+        return [Doubt("radius", IMAGE_FLAT(flatness=scale.flatness, way=way), names)]
+    return [Doubt("radius", IMAGE_BENT(bend=scale.bend, way=way), names)]
+
+
+def _is_off(scale: GreyScale) -> bool:
+    return abs(scale.bend) > BENT or scale.flatness < FLAT

@@ -1,0 +1,137 @@
+"""The first look: what it proposes is what extracts, and what it shows is there."""
+
+import json
+import re
+import shlex
+import warnings
+
+import numpy as np
+import pytest
+from made_phantom import phantom
+from typer.testing import CliRunner
+
+import vasowave as vw
+from vasowave.cli import app
+from vasowave.errors import InputError, VasowaveWarning
+from vasowave.imaging import Volume, write_volume
+from vasowave.imaging.lumen.segmentation import segment
+from vasowave.imaging.witness.loops import loops_after_closing, opening_threshold
+from vasowave.report.look import command, look_json, look_page, look_text
+
+CANNULA = 0.043
+
+
+@pytest.fixture(scope="module")
+def scan(tmp_path_factory):
+    embedding, volume = phantom()
+    path = tmp_path_factory.mktemp("look") / "mouse 6.nrrd"
+    write_volume(volume, path)
+    return path, embedding, volume
+
+
+@pytest.fixture(scope="module")
+def seen(scan):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)
+        return vw.look(scan[0])
+
+
+def test_the_cannula_is_proposed_first_with_its_radius_and_at_its_end(scan, seen):
+    _, embedding, volume = scan
+    first, second = seen.entrances[:2]
+    assert first.radius == pytest.approx(CANNULA, rel=0.03)
+    assert np.linalg.norm(first.place - embedding.cannula[0]) < 3 * volume.spacing[0]
+    assert second.radius < 0.85 * CANNULA
+    assert seen.is_clear
+    assert list(seen.entrances) == sorted(seen.entrances, key=lambda one: -one.radius)
+
+
+def test_what_is_told_of_the_image_is_what_it_is(scan, seen):
+    _, _, volume = scan
+    assert seen.image.grey.shape == volume.grey.shape
+    assert seen.histogram.counts.sum() == volume.grey.size
+    assert not seen.histogram.whole
+    assert seen.levels.background == pytest.approx(12, abs=1)
+    assert seen.levels.lumen == pytest.approx(100, rel=0.05)
+    assert seen.grey.saturated < 0.001
+    assert abs(seen.grey.scale.bend) < 0.03
+    assert seen.loops == ()
+
+
+def test_whole_numbers_are_counted_in_bits(scan):
+    _, _, volume = scan
+    whole = Volume(np.clip(np.round(2 * volume.grey), 0, 255), volume.spacing, volume.origin)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)
+        seen = vw.look(whole)
+    assert seen.histogram.bits == 8
+    assert "8 bits" in look_text(seen)
+
+
+def test_the_proposed_command_extracts_the_tree(scan, seen, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    program, *words = shlex.split(command(seen))
+    assert program == "vasowave"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)
+        result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output + repr(result.exception)
+    assert "Network(5 vessels" in result.output
+
+
+def test_without_a_root_the_one_end_that_is_as_wide_as_the_cannula_is_taken(scan):
+    _, embedding, volume = scan
+    with pytest.warns(VasowaveWarning, match="no root was given: the blood enters at"):
+        found = vw.extract(volume)
+    assert len(found.network) == 5
+    assert np.linalg.norm(found.root - embedding.cannula[0]) < 3 * volume.spacing[0]
+    with pytest.raises(InputError, match=r"where does the blood enter.*\(radius 0\.04[234]\)"):
+        vw.extract(volume, cannula=0)
+
+
+def test_the_page_needs_no_network_and_json_holds_the_same(scan, seen, tmp_path):
+    page = look_page(seen)
+    assert not re.findall(r'(?:src|href)="(?!data:|#)[^"]', page)
+    assert page.count("<svg") == 4  # three figures, one of them in two forms
+    stored = json.loads(look_json(seen))
+    assert stored["command"] == command(seen)
+    assert stored["entrances"][0]["radius [cm]"] == pytest.approx(CANNULA, rel=0.03)
+    for name in ("look.html", "look.json"):
+        result = CliRunner().invoke(app, ["look", str(scan[0]), "-o", str(tmp_path / name)])
+        assert result.exit_code == 0, result.output
+        assert command(seen) in result.output
+        assert (tmp_path / name).stat().st_size > 1000
+    wrong = CliRunner().invoke(app, ["look", str(scan[0]), "-o", str(tmp_path / "look.txt")])
+    assert isinstance(wrong.exception, InputError)
+
+
+def ring(gap, noise=2.0):
+    """A vessel that divides and joins again around a hole of `gap` voxels."""
+    z, y, x = np.indices((30, 70, 90))
+    half = gap / 2 + 5
+    side = np.where(np.abs(x - 45) < 20, half * np.cos(np.pi * (x - 45) / 40), 0)
+    tube = np.minimum(np.hypot(y - 35 - side, z - 15), np.hypot(y - 35 + side, z - 15)) < 5
+    grey = 100 * (tube & (x > 3) & (x < 86)) + np.random.default_rng(0).normal(10, noise, z.shape)
+    return Volume(grey, np.full(3, 0.01), np.zeros(3))
+
+
+def test_a_gap_that_noise_could_make_is_told_from_a_ring_of_vessels():
+    wide = segment(ring(20), 50)
+    assert loops_after_closing(wide) == 1
+    z, y, x = np.indices((30, 60, 60))
+    holed = (np.hypot(y - 30, x - 30) < 12) & (np.abs(z - 15) < 10) & ~((np.abs(y - 30) < 2) & (np.abs(z - 15) < 2))
+    grey = 100.0 * holed + np.random.default_rng(0).normal(10, 2, z.shape)
+    assert loops_after_closing(segment(Volume(grey, np.full(3, 0.01), np.zeros(3)), 50)) == 0
+
+
+def test_a_bridge_that_a_higher_threshold_cuts_is_answered_with_that_threshold():
+    volume = ring(20)
+    _, y, x = np.indices(volume.grey.shape)
+    dim = (np.abs(x - 45) < 12) & (y > 35)
+    grey = np.where(dim, 10 + 0.5 * (volume.grey - 10), volume.grey)
+    bridged = Volume(grey, volume.spacing, volume.origin)
+    level = opening_threshold(segment(bridged, 50))
+    assert 55 < level < 75  # the bridge has 60
+    with pytest.raises(InputError, match=f"raise the threshold to {level:.4g}, where none is left"):
+        vw.extract(bridged, root=(0.15, 0.35, 0.05), threshold=50, cannula=0)
+    assert opening_threshold(segment(volume, 50)) is None
