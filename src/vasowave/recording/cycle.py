@@ -95,7 +95,7 @@ class InletPressure:
     >>> import vasowave as vw
     >>> network, mouse = vw.control_network(), vw.virtual_mouse()
     >>> nominal = vw.estimate_nominal(network, mouse)
-    >>> model = vw.Model(network, nominal.wall(vw.LinearWall), nominal.outlets)
+    >>> model = vw.Model(network, vw.LinearWall(60.0), nominal.outlets)
     >>> waves = vw.simulate(model, vw.InletPressure(mouse.pressure, mouse.period))
     >>> round(float(waves.flow.sel(vessel="1", station="inlet").mean()), 2)  # ml/s
     0.1...
