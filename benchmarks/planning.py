@@ -140,7 +140,7 @@ def lines(studies: int, draws: int) -> list[str]:
         table += _rows(f"{size} + {size}", effect, promised, found)
     for size, effect in ((6, 1.8), (12, 1.5)):
         promised = plan_of(TWICE, CORRELATION, "theory", Planning(effect=effect, occasions=2)).powers.loc[size]
-        table += _rows(f"unseen: {size} + {size}, a second occasion of each", effect, promised,
+        table += _rows(f"{size} + {size}, a second occasion of each", effect, promised,
                        found_twice(size, effect, studies, draws))  # fmt: skip
     for size, effect, kind, occasions, alike in PAIRED:
         asked = Planning(effect=effect, pairs=alike, occasions=occasions, littermates="litters" in kind)
