@@ -32,6 +32,32 @@ def test_outputs_are_those_of_the_inlet_and_then_those_of_the_sites():
     assert one.key != both.key
 
 
+def test_what_was_kept_of_one_site_is_not_taken_for_another():
+    sites = [
+        vw.Observation("flow", "b", 0.005, mean=0.08), vw.Observation("flow", "b", 5.0, mean=80.0),
+        vw.Observation("velocity", "b", 0.005, mean=0.08), vw.Observation("pressure", "b", 0.5, systolic=20.0),
+        vw.Observation("pressure", "b", 0.5, diastolic=20.0),
+    ]  # fmt: skip
+    assert len({problem(sites=(site,)).key for site in sites}) == len(sites)
+
+
+def test_what_was_kept_of_a_loop_is_not_taken_for_a_tree():
+    def key(ends):
+        network = vw.Network(
+            ("in", "a", "b", "out", "side"), None, [0.5] * 5, [0.05, 0.04, 0.04, 0.05, 0.02], nodes=ends
+        )
+        return network.parent.tolist(), problem_of(network, MOUSE, "linear", Sampling()).key
+
+    ring, tree = key([[0, 1], [1, 2], [1, 2], [2, 3], [1, 4]]), key([[0, 1], [1, 2], [1, 5], [2, 3], [1, 4]])
+    assert ring[0] == tree[0]
+    assert ring[1] != tree[1]
+
+
+def test_as_many_harmonics_are_compared_at_a_site_as_at_the_inlet():
+    both = problem(sites=(SITE,), search=vw.Search(pressure_harmonics="all"))
+    assert both.sites.harmonic.max() == (both.samples - 1) // 2
+
+
 def test_a_site_far_from_all_models_costs_likelihood_and_one_whose_error_is_endless_costs_none():
     point = np.zeros((1, len(problem().unknowns.all)))
 

@@ -25,6 +25,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_a_law_is_named_by_its_files_content_and_leaves_no_trace_on_the_path_of_imports(folder):
+    (folder / "our_laws.py").write_text(f"{EXPONENTIAL}# loaded by no other test\n", "utf-8")
     path, modules = list(sys.path), set(sys.modules)
     law = find_law(NAME)
     assert law(1.0, 2.0) == (1.0, 2.0)

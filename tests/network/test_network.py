@@ -201,3 +201,13 @@ def test_a_size_that_no_animal_has_is_refused_with_its_row(field, value, said):
 @pytest.mark.parametrize(("length", "radius"), [(1e-4, 1e-4), (600.0, 11.5)])
 def test_an_arteriole_of_a_micrometer_and_a_whales_aorta_are_networks(length, radius):
     assert len(Network(("a",), [-1], [length], [radius])) == 1
+
+
+@pytest.mark.parametrize(
+    ("nodes", "why"),
+    [(None, "give the row of each vessel's parent, or nodes"), ([[0, 1], [1, 2.7]], "whole numbers"),
+     ([["heart", "lung"], ["lung", "out"]], "nodes are numbers")],
+)  # fmt: skip
+def test_a_network_in_memory_needs_parents_or_nodes_that_are_numbers(nodes, why):
+    with pytest.raises(InputError, match=why):
+        vw.Network(("a", "b"), None, [1.0, 1.0], [0.1, 0.1], nodes=nodes)

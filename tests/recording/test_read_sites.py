@@ -50,3 +50,35 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path, text, message):
     wave = "\n".join(["flow [ml/s]", *map(str, np.sin(np.arange(64) / 10))])
     with pytest.raises(InputError, match=message):
         vw.read_sites(written(tmp_path, text, wave=wave + "\n"))
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ({"mean": 1.0, "systolic": 0.5}, "must rise in this order"),
+        ({"systolic": 20.0, "diastolic": 20.0}, "must rise in this order"),
+        ({"mean": 0.0}, "says nothing of its size"),
+        ({"waveform": np.full(64, 0.1)}, "the same number throughout"),
+        ({"mean": 1.0, "error": None}, "error is None"),
+        ({"mean": 1.0, "error": "a"}, "error is 'a'"),
+        ({"mean": 1.0, "place": "x"}, "place is 'x'"),
+        ({"mean": 1.0, "gain_sd": "x"}, "gain_sd is 'x'"),
+    ],
+)
+def test_values_that_no_cycle_has_are_refused(given, why):
+    with pytest.raises(InputError, match=why):
+        vw.Observation("flow", "b", **({"error": 0.1} | given))
+
+
+def test_a_vessel_is_never_as_wide_as_nothing():
+    with pytest.raises(InputError, match="is no vessel's"):
+        vw.Observation("diameter", "b", 0.01, diastolic=-0.1, systolic=0.2)
+
+
+def test_one_place_says_the_unit_and_a_gain_may_be_in_percent(tmp_path):
+    head = "quantity,vessel,mean,unit,error"
+    (tmp_path / "sites.csv").write_text("quantity,vessel,mean [ul/s],unit,error\nflow,b,80,ml/s,1\n")
+    with pytest.raises(InputError, match=r"column 'mean \[ul/s\]': the column 'unit' says the unit"):
+        vw.read_sites(tmp_path / "sites.csv")
+    (tmp_path / "sites.csv").write_text(f"{head},gain sd [%]\nflow,b,80,ul/s,1,7\n")
+    assert vw.read_sites(tmp_path / "sites.csv")[0].gain_sd == pytest.approx(0.07)

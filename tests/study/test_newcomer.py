@@ -316,7 +316,7 @@ def test_fit_reads_what_add_reads_says_how_to_cut_a_gap_and_status_knows_it(lab,
     drawn = typed("posterior", "fit", "--draws", "40", "-o", "p.nc")
     assert re.search(r"^wave_speed +[\d.]+ +\[[\d.]+, [\d.]+\] .* cm/s$", drawn, re.MULTILINE)
     assert re.search(r"Pareto k -?[\d.]+, \d+ of 40 draws effective", drawn)
-    assert max(map(len, drawn.partition("The numbers")[0].splitlines())) <= 80
+    assert max(map(len, drawn.partition("The sampling")[0].splitlines())) <= 80
     assert (tmp_path / "p.nc").stat().st_size > 1000
     assert "brings recording and settings along; leave out --seed" in str(
         CliRunner().invoke(app, ["posterior", "fit", "--seed", "1", "-o", "q.nc"]).exception

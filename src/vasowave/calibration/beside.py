@@ -28,7 +28,7 @@ from vasowave.units import ratios
 _STEP = 1e-4  # of differences of quantities, in the logarithms
 _SURE = 4.0  # SD of the ratio to the prediction from which it is not 1
 _APART = 3.0  # root mean square of what a prediction misses, over what was expected, from which a site disagrees
-_GEOMETRIC = {"diameter": {"a radius": 0.5}, "area": {"a radius": 0.318, "a diameter squared": 1.273}}
+_GEOMETRIC = {"diameter": {"a radius": 0.5}, "area": {"a radius squared": 0.318, "a diameter squared": 1.273}}
 """What else is taken for a quantity, and by what it is then multiplied."""
 
 SITE_UNIT = look_kind(

@@ -67,7 +67,7 @@ class Sites:
     def _harmonics(self) -> tuple[np.ndarray, ...]:
         k = harmonics(self.samples)
         return tuple(
-            k[k <= (len(one.waveform) - 1) // 2] if one.waveform is not None
+            k[k <= (min(len(one.waveform), self.samples) - 1) // 2] if one.waveform is not None
             else np.array([0 if name == "mean" else POINT for name in one.numbers])
             for one in self.observations
         )  # fmt: skip

@@ -83,9 +83,9 @@ def with_occasions(spreads: Sequence[Spread], cohort: Cohort, family: Family | N
     law, found = primary_law(cohort, family or Family()), []
     for one in spreads:
         values = known_values(cohort, source_of(one.quantity, law), one.quantity, list(cohort.groups))
-        within = occasions_apart(cohort, values)
+        within = min(occasions_apart(cohort, values), *one.between)
         left = [float(np.sqrt(max(between**2 - within**2, 0.0))) for between in one.between]
-        found.append(one._replace(between=(left[0], left[1]), within=min(within, *one.between)))
+        found.append(one._replace(between=(left[0], left[1]), within=within))
     return found
 
 

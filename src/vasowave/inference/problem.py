@@ -275,15 +275,18 @@ class Problem:
         return digest_of(
             *(space.law, type(space.outlets), space.free_names, space.blood, space.nominal),
             *(unknowns.all, unknowns.fall, nominal.total_resistance, nominal.time_constant),
-            *(network.name, network.parent, network.length, network.radius, network.pressure),
+            *(network.name, network.start, network.end, network.length, network.radius, network.pressure),
             *(self.recording.flow, self.recording.period, self._numerics, self.samples, version("vasowave")),
             *self._of_sites,
         )
 
     @property
-    def _of_sites(self) -> tuple[np.ndarray, ...]:
+    def _of_sites(self) -> tuple[object, ...]:
         sites = self.sites
-        return () if sites is None else (sites.measured, sites.harmonic, sites.places.vessel, sites.places.share)
+        if sites is None:
+            return ()
+        kinds = [(one.quantity, *one.numbers) for one in sites.observations]
+        return sites.measured, sites.harmonic, sites.places.vessel, sites.places.share, sites.scales, kinds
 
     def _posed(self, point: np.ndarray, **own: np.ndarray) -> tuple[Model, Inflow] | None:
         """Return model and inflow at a point, or nothing where a number of it overflows or its law raises an error."""

@@ -80,6 +80,10 @@ class Columns:
             raise InputError(f"{self.source}: two columns are called '{name}'; keep one of them")
         return hits[0] if hits else None
 
+    def unit_of(self, name: str) -> str:
+        """Return the unit that the title of a column says; empty without one, and without the column."""
+        return dict(zip(self.names, self.units, strict=True)).get(name, "")
+
     def require(self, name: str, also: Sequence[str] = ()) -> int:
         """Like `find`, but a missing column is an `InputError`."""
         column = self.find(name, also)

@@ -98,6 +98,8 @@ class Network:
         object.__setattr__(self, "name", tuple(str(name) for name in self.name))
         if self.nodes is not None:
             _take_nodes(self, where)
+        if self.parent is None:
+            raise InputError("network: give the row of each vessel's parent, or nodes")
         object.__setattr__(self, "parent", _frozen(self.parent, np.int64))
         object.__setattr__(self, "length", _frozen(self.length, np.float64))
         object.__setattr__(self, "radius", _frozen(self.radius, np.float64))
@@ -296,7 +298,13 @@ def _frozen(values: object, dtype: type) -> np.ndarray:
 
 def _take_nodes(network: Network, where: Callable[[int], str]) -> None:
     """Check the nodes of a network that was given some and set its parents; a tree keeps its parents alone."""
-    nodes = _frozen(network.nodes, np.int64)
+    try:
+        given = np.asarray(network.nodes, dtype=float)
+        nodes = _frozen(given, np.int64)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError("network: nodes are numbers, two per vessel: where it begins and where it ends") from None
+    if not np.array_equal(nodes, given):
+        raise InputError("network: nodes are whole numbers")
     if nodes.shape != (len(network.name), 2) or not len(nodes):
         raise InputError(f"network: {len(network.name)} names but nodes have shape {nodes.shape}; give two per vessel")
     parent = parents(network.name, nodes, where)

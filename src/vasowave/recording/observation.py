@@ -82,6 +82,10 @@ class Observation:
             hint = did_you_mean(self.quantity, QUANTITIES)
             raise InputError(f"site: '{self.quantity}' cannot be observed{hint}; known are: {', '.join(QUANTITIES)}")
         place, cm = _number(self.place, "place"), _number(self.cm, "cm")
+        for name in ("error", "zero_sd"):
+            if _number(getattr(self, name), name) is None:
+                raise InputError(f"site: {name} is None; give the SD, a number")
+        _number(self.gain_sd, "gain_sd")
         if place is not None and cm is not None:
             raise InputError(f"{self.title}: a share of the length and a distance are given; give one of them")
         if place is not None and not 0 <= place <= 1:
@@ -98,7 +102,22 @@ class Observation:
             raise InputError(f"{self.title}: give a waveform, or at least one of {', '.join(NUMBERS)}")
         if self.waveform is not None:
             object.__setattr__(self, "waveform", _waveform(self.waveform, self.title))
+        self._check_values()
         object.__setattr__(self, "place", place if place is not None or cm is not None else 0.5)
+
+    def _check_values(self) -> None:
+        """Raise `InputError` for values that no cycle has, or that say nothing of its size."""
+        low, middle, high = (self.numbers.get(name) for name in ("diastolic", "mean", "systolic"))
+        ordered = [value for value in (low, middle, high) if value is not None]
+        if ordered != sorted(ordered) or (low is not None and low == high):
+            raise InputError(f"{self.title}: diastolic, mean and systolic must rise in this order; are two exchanged?")
+        if self.waveform is not None and np.ptp(self.waveform) == 0:
+            raise InputError(f"{self.title}: the waveform is the same number throughout; give a mean instead")
+        if self.quantity != "pressure" and ordered and not any(ordered):
+            raise InputError(f"{self.title}: nothing but 0 says nothing of its size")
+        least = min(ordered) if ordered else float(np.min(self.waveform))  # type: ignore[arg-type]
+        if self.quantity in ("area", "diameter") and least <= 0:
+            raise InputError(f"{self.title}: {least:g} {self.unit} is no vessel's; is its zero right?")
 
     @property
     def title(self) -> str:
@@ -141,9 +160,13 @@ class Observation:
 def _number(value: Any, what: str) -> float | None:
     if value is None:
         return None
-    if not np.isfinite(value):
-        raise InputError(f"site: {what} is {value}; give a number, or leave it out")
-    return float(value)
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = np.nan
+    if not np.isfinite(number):
+        raise InputError(f"site: {what} is {value!r}; give a number, or leave it out")
+    return number
 
 
 def _waveform(values: Any, title: str) -> np.ndarray:

@@ -62,6 +62,10 @@ def read_sites(path: str | Path) -> tuple[Observation, ...]:
                              f"{', '.join(COLUMNS)}")  # fmt: skip
     for name in _NEEDED:
         table.require(name)
+    for name, unit in zip(table.names, table.units, strict=True):
+        if unit and name != "place" and (name, unit) not in (("gain sd", "%"), ("gain sd", "1")):
+            raise InputError(f"{path}, header, column '{name} [{unit}]': the column 'unit' says the unit of every row; "
+                             f"call this one '{name}'")  # fmt: skip
     table.warn()
     return tuple(_site(table, row) for row in range(len(table.cells)))
 
@@ -92,12 +96,14 @@ def _site(table: Columns, row: int) -> Observation:
         place, (error, zero) = _number(cell, "place"), (_number(cell, name) for name in ("error", "zero sd"))
         if error is None:
             raise InputError("the cell 'error' is empty; give the SD of the error of each value")
-        unit = dict(zip(table.names, table.units, strict=True)).get("place", "")
+        unit = table.unit_of("place")
         cm = place * units.factor(unit, "length") if place is not None and unit not in ("", "1") else None
         zero_sd = ZERO_SD if zero is None else zero * scale
         share = place if cm is None else None
         mean, largest, smallest = (values.get(name) for name in NUMBERS)
         gain = _number(cell, "gain sd")
+        if gain is not None and table.unit_of("gain sd") == "%":
+            gain /= 100
         return Observation(
             quantity, cell["vessel"], error * scale, share, cm, waveform, mean, largest, smallest, zero_sd, gain, period
         )

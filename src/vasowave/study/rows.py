@@ -11,6 +11,9 @@ from vasowave.recording.read_sites import site_files
 ERRORS = {title: name for name, (title, _) in columns().items()}
 """Columns of errors that the lab knows, and the settings that they stand for."""
 
+FILES = ("network", "recording", "flow", "beat edits", "sites")
+"""Columns that hold names of files."""
+
 COLUMNS = {
     "animal": "Name of the animal, each once.",
     "group": "One of the groups of study.yaml.",

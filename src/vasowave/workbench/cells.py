@@ -6,7 +6,7 @@ from pathlib import Path
 from vasowave.errors import InputError, did_you_mean
 from vasowave.io.files import write_file
 from vasowave.study.animals import read_row
-from vasowave.study.rows import COLUMNS
+from vasowave.study.rows import COLUMNS, FILES
 from vasowave.study.table import Rows, read_rows, written_rows
 from vasowave.workbench.desk import Desk, unchanged
 
@@ -54,6 +54,6 @@ def _check(
     name = cells.get("animal", animal)
     if not name or any(one["animal"].casefold() == name.casefold() for one in rows if one["animal"] != animal):
         raise InputError(f"'{name}': an animal has a name that no other has")
-    for title in ("network", "recording", "flow", "beat edits"):
+    for title in FILES:
         if cells.get(title):
             desk.inside(cells[title])

@@ -162,9 +162,10 @@ class Lungs:
 
     def own(self, desk: Desk, name: str, place: tuple[float, float, float]) -> np.ndarray:
         """Return x, y, z of the page as x, y, z in the world, cm."""
-        if self._volume is None:
-            raise InputError("look at the image first")
-        return self._volume[1].frame.world(np.array(place[::-1]))[::-1]
+        seen = self._volume
+        if seen is None or seen[0][0] != self.image(desk, name):
+            raise InputError("another image was looked at meanwhile; look at this one again, and then do it")
+        return seen[1].frame.world(np.array(place[::-1]))[::-1]
 
     def finds(self, desk: Desk, name: str) -> Wishes | None:
         """Return with what an image's vessels were looked for last here, None if they were not."""

@@ -52,6 +52,7 @@ def opened(place: Path) -> Opened:
     folder = place.absolute().with_name(f"{place.stem} study")
     if not (folder / STUDY_FILE).is_file():
         new_study(folder)
+    if not _animal(folder, place):
         add_files(folder, [place.absolute()])
     return Opened(folder, f"#recording/{_animal(folder, place)}", (f"Its study, which holds what is chosen: {folder}",))
 

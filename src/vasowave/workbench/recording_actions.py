@@ -34,7 +34,7 @@ class SetStretch:
 
     def do(self, at: "Workplace") -> str:
         """Do it."""
-        written = ("" if one is None else f"{one:.6g}" for one in (self.start, self.end))
+        written = ("" if one is None else f"{one:.10g}" for one in (self.start, self.end))
         return set_cells(at.desk, self.animal, dict(zip(("start [s]", "end [s]"), written, strict=True)), {})
 
 

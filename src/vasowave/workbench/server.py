@@ -248,5 +248,5 @@ async def _unforeseen(request: Request, error: Exception) -> Response:
     """Say what went wrong; the server lives on."""
     if is_full(error):
         return JSONResponse({"error": "no space left on the disk; make room and do it again"}, status_code=507)
-    text = f"the workbench failed here ({type(error).__name__}: {error}); nothing was changed half"
+    text = f"the workbench failed here ({type(error).__name__}: {error}); reload the page to see what is stored"
     return JSONResponse({"error": text}, status_code=500)

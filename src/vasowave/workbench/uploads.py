@@ -1,5 +1,6 @@
 """Files that are dropped on the page: where they come to lie in the study, and that none replaces another."""
 
+import os
 import unicodedata
 from pathlib import Path, PurePosixPath
 
@@ -63,9 +64,16 @@ def sorted_in(desk: Desk, part: Path, place: Path) -> str:
             network = False
         if network:
             place = made_inside(desk.folder, _NETWORKS) / place.name
-        if place.exists() and look(place).sha256 != look(named).sha256:
-            raise InputError(f"{place.name}: the study has another file of this name; rename one of the two")
-        if not place.exists():
+        try:
+            os.link(named, place)  # unlike a renaming it never takes another's place
+        except FileExistsError:
+            if look(place).sha256 != look(named).sha256:
+                raise InputError(
+                    f"{place.name}: the study has another file of this name; rename one of the two"
+                ) from None
+        except OSError:  # a file system without links
+            if place.exists():
+                raise
             named.rename(place)
     finally:
         named.unlink(missing_ok=True)

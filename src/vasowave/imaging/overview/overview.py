@@ -128,7 +128,12 @@ def look(
         warnings.simplefilter("always", VasowaveWarning)
         volume = isotropic(image)
         levels = levels_of(volume)
-        first = Options(threshold=threshold or levels.threshold, cannula=cannula, species=species, voxel=voxel)
+        first = Options(
+            threshold=levels.threshold if threshold is None else threshold,
+            cannula=cannula,
+            species=species,
+            voxel=voxel,
+        )
         return _seen(scan, image, volume, levels, first, told)
 
 

@@ -3,7 +3,7 @@ import { act, ask, say, upload } from "./ask.js";
 import { choice, fill, h } from "./dom.js";
 
 const ALWAYS = ["animal", "group", "network", "recording"];
-const FILES = ["network", "recording", "flow", "beat edits"];
+const FILES = ["network", "recording", "flow", "beat edits", "sites"];
 let known = null, checked = null, fresh = false, asked = 0, state = null, more = false, room = null;
 
 export async function show(place, rest, now) {
