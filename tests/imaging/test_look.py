@@ -135,3 +135,9 @@ def test_a_bridge_that_a_higher_threshold_cuts_is_answered_with_that_threshold()
     with pytest.raises(InputError, match=f"raise the threshold to {level:.4g}, where none is left"):
         vw.extract(bridged, root=(0.15, 0.35, 0.05), threshold=50, cannula=0)
     assert opening_threshold(segment(volume, 50)) is None
+
+
+def test_an_image_of_noise_alone_is_refused_before_its_loops_are_counted():
+    grey = np.random.default_rng(5).normal(100.0, 20.0, (60, 50, 40))
+    with pytest.raises(InputError, match="nothing stands out: the brightest piece lies 0"):
+        vw.look(Volume(grey, (0.01,) * 3, (0.0, 0.0, 0.0)))

@@ -82,3 +82,9 @@ def test_one_place_says_the_unit_and_a_gain_may_be_in_percent(tmp_path):
         vw.read_sites(tmp_path / "sites.csv")
     (tmp_path / "sites.csv").write_text(f"{head},gain sd [%]\nflow,b,80,ul/s,1,7\n")
     assert vw.read_sites(tmp_path / "sites.csv")[0].gain_sd == pytest.approx(0.07)
+
+
+def test_an_empty_unit_is_asked_for(tmp_path):
+    (tmp_path / "sites.csv").write_text("quantity,vessel,mean,unit,error\nflow,b,80,,1\n")
+    with pytest.raises(InputError, match="the cell 'unit' is empty"):
+        vw.read_sites(tmp_path / "sites.csv")

@@ -11,6 +11,8 @@ from vasowave.findings import Finding, from_json
 
 OVERSTRAINED = "solver.vessel-overstrained"
 """Code of the finding of a law that explains the data by vessels that no artery could be."""
+SITE_DOUBTS = ("fit.site-unit", "fit.site-apart")
+"""Codes of the findings that a further site speaks against the recording at the inlet."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -106,6 +108,11 @@ class LawResult(Measured):
     def overstrained(self) -> Finding | None:
         """The finding that a vessel is strained beyond what an artery survives, if there is one."""
         return next((one for one in self.findings if one.code == OVERSTRAINED), None)
+
+    @property
+    def site_doubts(self) -> tuple[Finding, ...]:
+        """The findings that a further site speaks against the recording at the inlet."""
+        return tuple(one for one in self.findings if one.code in SITE_DOUBTS)
 
     @property
     def title(self) -> str:

@@ -168,6 +168,19 @@ def sites_of(observations: Sequence[Observation], network: Network, compared: Co
     """
     if not observations:
         return None
+    places = places_of(observations, network, compared.recording.period)
+    pulse = compared.recording.pulse_pressure
+    return Sites(tuple(observations), places, compared.samples, pulse, SIZE[0] * pulse)
+
+
+def places_of(observations: Sequence[Observation], network: Network, period: float) -> Places:
+    """Return where sites lie in a network; `period` (s) is that of the recording.
+
+    Raises
+    ------
+    InputError
+        A vessel that the network does not have, a place beyond its end, another period, a site that is none.
+    """
     rows, shares = [], []
     for one in observations:
         if not isinstance(one, Observation):
@@ -179,7 +192,6 @@ def sites_of(observations: Sequence[Observation], network: Network, compared: Co
         share = float(one.place if one.cm is None else one.cm / network.length[row])  # type: ignore[arg-type]
         if share > 1:
             raise InputError(f"{one.title}: the vessel is {network.length[row]:.4g} cm long; the place lies beyond it")
-        period = compared.recording.period
         if one.period is not None and abs(one.period - period) > _SAME_PERIOD * period:
             raise InputError(
                 f"{one.title}: its cycle lasts {one.period:.5g} s and that of the recording {period:.5g} s; give one "
@@ -187,6 +199,4 @@ def sites_of(observations: Sequence[Observation], network: Network, compared: Co
             )
         rows.append(row)
         shares.append(share)
-    places = Places(np.array(rows), np.array(shares))
-    pulse = compared.recording.pulse_pressure
-    return Sites(tuple(observations), places, compared.samples, pulse, SIZE[0] * pulse)
+    return Places(np.array(rows), np.array(shares))

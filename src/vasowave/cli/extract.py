@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
@@ -40,7 +41,7 @@ def extract(
     if not keep:
         forget_stages(output)
     typer.echo(repr(extraction.network))
-    typer.echo(f"Look at it: {page}; then: vasowave fit {output / 'network.csv'} RECORDING")
+    typer.echo(f"Look at it: {page}; then: vasowave fit {quote(str(output / 'network.csv'))} RECORDING")
 
 
 @app.command(
@@ -105,9 +106,8 @@ def centerlines(
     }
     write_centerline_network(measured, [lines, *([] if surface is None else [surface])], settings, output)
     typer.echo(repr(measured.network))
-    typer.echo(
-        f"Look at it: {output / 'figures' / 'network.png'}; then: vasowave fit {output / 'network.csv'} RECORDING"
-    )
+    table = quote(str(output / "network.csv"))
+    typer.echo(f"Look at it: {output / 'figures' / 'network.png'}; then: vasowave fit {table} RECORDING")
 
 
 @app.command(epilog="Example: vasowave match control/network.csv hypertensive/network.csv -o matched.csv")

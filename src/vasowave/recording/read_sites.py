@@ -89,6 +89,8 @@ def _site(table: Columns, row: int) -> Observation:
         hint = did_you_mean(quantity, QUANTITIES)
         raise InputError(f"{where}: '{cell['quantity']}' cannot be observed{hint}; known are: {', '.join(QUANTITIES)}")
     try:
+        if not cell["unit"]:
+            raise InputError("the cell 'unit' is empty; the error has one, also where a file names that of its values")
         scale = units.factor(cell["unit"], kind_of(quantity))
         waveform, period = _waveform(Path(table.source).parent / cell["file"], quantity, cell["unit"]) if cell.get(
             "file") else (None, None)  # fmt: skip

@@ -10,7 +10,8 @@ from vasowave.animal.animal import Animal, Settings
 from vasowave.animal.files import to_bytes
 from vasowave.animal.pipeline import Progress, analyze
 from vasowave.animal.result import AnimalResult
-from vasowave.errors import InputError, VasowaveError, VasowaveWarning
+from vasowave.calibration.sites import places_of
+from vasowave.errors import InputError, VasowaveError, VasowaveWarning, of_file
 from vasowave.findings import Finding, found_in, note_kind, warn
 from vasowave.io.textfile import look
 from vasowave.model.law_files import LawFile, in_words, learn
@@ -113,6 +114,8 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     if study.practice == "paper":
         recording = PAPER.recording(recording)
     sites = read_sites(row.sites) if row.sites else ()
+    with of_file(row.sites):
+        places_of(sites, network, recording.period)
     return replace(animal, recording=recording, synthetic=synthetic, sites=sites)
 
 

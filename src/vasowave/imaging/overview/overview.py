@@ -27,6 +27,8 @@ from vasowave.imaging.witness.grey import GreyLook, grey_doubts, grey_look, satu
 from vasowave.imaging.witness.loops import Loop, loop_count, loops_of, opening_threshold
 from vasowave.species import SpeciesName
 
+_LEAST_CONTRAST = 1.0  # SD of the noise
+
 
 @dataclass(frozen=True, eq=False)
 class Overview:
@@ -146,6 +148,12 @@ def _seen(
     told: list[warnings.WarningMessage],
 ) -> Overview:
     lumen = segment(volume, first.threshold)
+    contrast = levels.lumen - levels.background
+    if contrast < _LEAST_CONTRAST * lumen.noise:
+        raise InputError(
+            f"nothing stands out: the brightest piece lies {contrast / lumen.noise:.2g} SD of the noise above the "
+            "rest; is this the image of a filled lung?"
+        )
     loops, opening, closed = loops_of(lumen) if loop_count(lumen) > 0 else [], None, False
     if loops:
         opening = opening_threshold(lumen)

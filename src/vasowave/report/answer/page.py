@@ -124,7 +124,8 @@ def _pictures(cohort: Cohort, law: str) -> tuple[list[Block], list[Block]]:
     who = "" if cohort.single else " of the animal nearest to its group's medians"
     text = f"The network{who}: width is the radius, color how far the mean pressure falls from the inlet in the model."
     text += " Lengths are not to scale."
-    return waves, [Drawing("Pressures", text, tree_figure(cohort, law))]
+    shown = any(law in result.laws for result in cohort.shown.values())
+    return waves, [Drawing("Pressures", text, tree_figure(cohort, law))] if shown else []
 
 
 def _open(cohort: Cohort, primary: Primary, written: Mapping[str, str], called: Called) -> list[Block]:

@@ -36,7 +36,18 @@ def problems(cohort: Cohort, primary: Primary) -> list[str]:
         sentences.append(f"Interrupted: not all fits of {_some(interrupted)} had finished.")
     if differing := cohort.differing_settings:
         sentences.append(f"The animals were not all analyzed with the same settings: {', '.join(differing)}.")
-    return [*sentences, *overstrained(cohort, [primary.law]), *_missed(cohort), *_alone(cohort)]
+    return [*sentences, *_sites(cohort), *overstrained(cohort, [primary.law]), *_missed(cohort), *_alone(cohort)]
+
+
+def _sites(cohort: Cohort) -> list[str]:
+    """Say of which animals a further site speaks against the others, once for all laws that say so."""
+    found = {
+        (result.name, one.code): f"{short(result.name, 40)}, {law} wall: {one}"
+        for result in cohort.results
+        for law, fitted in result.laws.items()
+        for one in fitted.site_doubts
+    }
+    return list(found.values())
 
 
 def overstrained(cohort: Cohort, walls: Sequence[str]) -> list[str]:
