@@ -84,7 +84,7 @@ def test_the_lung_simulates_and_agrees_with_the_frequency_domain(tree, mouse):
     assert q[:, network.terminals, -1].mean(0).sum() == pytest.approx(q[:, network.root, 0].mean(), rel=1e-5)
     drop = p[:, :, 0].mean(0) - p[:, :, -1].mean(0)
     assert (drop > -0.02).all()  # an expansion may win back some pressure
-    linear = linear_solution(model, mouse, 40)
+    linear = linear_solution(model, mouse.inflow, 40)
     predicted = linear.in_time(linear.pressure[:, network.root], result["time"].values)
     error = np.sqrt(np.mean((inlet - predicted) ** 2))
     print(f"inlet {inlet.min():.2f} {inlet.mean():.2f} {inlet.max():.2f} mmHg, linear theory within {error:.3f} rms, "
