@@ -13,7 +13,7 @@ from vasowave.imaging.tree import Line, Tree, distance_along, with_inscribed_rad
 
 STEP, SHORTEST, PIECES = 0.4, 2.0, 4
 """Nodes of an axis lie STEP radii apart, at least SHORTEST voxels; a vessel has at least PIECES pieces."""
-DENSITY = 60
+DENSITY = 62
 """So many points of the surface a node are enough; the rest is left out."""
 OUTLIER, SHAPE = 0.5, 0.1
 """A point this far from all tubes, OUTLIER voxels + SHAPE radii, counts half: noise, fillets of junctions."""
