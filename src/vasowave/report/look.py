@@ -59,7 +59,7 @@ def facts(seen: Overview) -> list[tuple[str, str]]:
         ("voxel", f"{spacing} µm"),
         (
             "grey levels",
-            f"{low:.5g} to {high:.5g}, {f'whole numbers, {bits} bits' if bits else 'broken numbers'}",
+            f"{low:.5g} to {high:.5g}, {f'whole numbers, {bits} bits' if bits else 'decimal numbers'}",
         ),
         ("background, lumen", f"{levels.background:.4g}, {levels.lumen:.4g}; noise {seen.lumen.noise:.3g} (SD)"),
         ("threshold", f"{seen.options.threshold:.4g}{' on the corrected scale' if seen.options.grey else ''}"),

@@ -32,7 +32,7 @@ class Histogram:
 
     @property
     def bits(self) -> int | None:
-        """Bits that hold all levels; None where they are broken numbers."""
+        """Bits that hold all levels; None where they are decimal numbers."""
         return max(1, int(np.ceil(np.log2(np.ptp(self.edges) + 1)))) if self.whole else None
 
 

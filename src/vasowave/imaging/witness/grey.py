@@ -91,7 +91,7 @@ def grey_look(tree: Tree, volume: Volume, lumen: Segmentation, cannula: Line | N
 def saturation(volume: Volume, lumen: Segmentation) -> tuple[float, float]:
     """Return the share of the lumen's voxels at its highest grey level, and that level.
 
-    0 in a mask of two levels, and in an image without noise and of broken numbers, where equal levels are no sign.
+    0 in a mask of two levels, and in an image without noise and of decimal numbers, where equal levels are no sign.
     """
     box = tuple(slice(a, a + n) for a, n in zip(lumen.corner, lumen.mask.shape, strict=True))
     grey = volume.grey[box][lumen.mask]
