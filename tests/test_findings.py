@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 import finding_codes as pages
 import vasowave as vw
 from vasowave import findings
+from vasowave.animal.law_result import OVERSTRAINED, SITE_DOUBTS
 from vasowave.cli import app
 from vasowave.datasets.raw import synthetic_raw_recording
 from vasowave.errors import VasowaveWarning
@@ -77,6 +78,11 @@ def test_codes_name_a_room_and_what_was_noticed_and_every_look_has_a_remedy():
         assert re.fullmatch(r"other|[a-z]+\.[a-z-]+", code), code
         assert one.severity is not Severity.LOOK or one.remedy or code == "other", code
         assert all(field is None or field.isidentifier() for _, field, _, _ in string.Formatter().parse(one.text))
+
+
+def test_codes_that_results_ask_for_are_declared():
+    pages.load_all()
+    assert {OVERSTRAINED, *SITE_DOUBTS} <= set(KINDS)
 
 
 def test_the_documentation_lists_every_kind_of_finding():

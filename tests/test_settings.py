@@ -85,6 +85,7 @@ def test_every_setting_says_what_it_means_and_its_values_cannot_be_changed(kind)
         (lambda: vw.Search(bounds={"beta": 3}), r"bounds.beta: write a list"),
         (lambda: vw.Search(fixed=3), "fixed: write 'name: value'"),
         (lambda: vw.Search(sees=3), r"no setting 'sees' \(did you mean 'seed'\?\); choose from: starts, "),
+        (lambda: vw.Search(**{"self": 3}), "no setting 'self'"),
         (lambda: vw.Search(1, "sqp", False, {}, {}, "all", 0, 8), "seed|argument"),
         (lambda: replace(vw.Numerics(), tolerance=np.inf), "tolerance: inf is not a number; give a finite one"),
         (lambda: vw.Settings(walls=("linear", "linear")), "choose at least one, each once"),

@@ -91,7 +91,7 @@ def settings_class(cls: type[Values]) -> type[Values]:
     made: Any = dataclass(frozen=True)(cls)
 
     @wraps(made.__init__)
-    def checked(self: Any, *args: Any, **given: Any) -> None:
+    def checked(self: Any, /, *args: Any, **given: Any) -> None:
         try:
             _adapter(made).validator.validate_python(ArgsKwargs(args, given), self_instance=self)
         except ValidationError as error:

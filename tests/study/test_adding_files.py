@@ -229,6 +229,23 @@ def test_a_network_is_told_by_the_animals_name_or_else_by_its_group():
     assert told_network("b", "CTL", marks, networks, Path("study")) == networks[1]
 
 
+def test_a_network_is_not_taken_for_all_beside_one_that_cannot_be_read_and_a_kept_one_is_told(lab, tmp_path):
+    folder, _ = lab
+    study, nets = tmp_path / "s", tmp_path / "nets"
+    nets.mkdir()
+    sound = (folder / "lung.csv").read_bytes()
+    (nets / "loop.csv").write_bytes(sound)
+    (nets / "normoxia.csv").write_text("Vessel;leaves;L (mm)\nMPA;;4,1\nLPA;MPA;4,5\nRPA;MPA;3,7\n")
+    CliRunner().invoke(app, ["new", str(study), "--groups", "normoxia,hypoxia"])
+    added = add_files(study, [folder / "normoxia" / "M11.txt", nets])
+    assert [row["network"] for row in added.rows] == [""]
+    assert any("some files could not be read: M11" in one for one in added.said)
+    add_files(study, [folder / "normoxia" / "M11.txt", nets / "loop.csv"])
+    (nets / "normoxia.csv").write_bytes(sound)
+    again = add_files(study, [folder / "normoxia" / "M11.txt", nets])
+    assert any("M11: the table keeps ../nets/loop.csv (not ../nets/normoxia.csv)" in one for one in again.said)
+
+
 def test_the_only_network_serves_all_unless_another_file_could_not_be_read():
     networks = [Path("nets/loop.csv")]
     told = [

@@ -107,7 +107,7 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
         group_of_it = one.cells["group"] or (one.old or {}).get("group", "")
         told = told_network(one.recorded.name, group_of_it, marks, networks, path.parent, serves_all)
         one.cells["network"] = seen_from(path.parent, told) if told else ""
-    more += _kept_networks(touched, networks, serves_all)
+    more += _kept_networks(touched, networks)
     _name(new, [row["animal"] for row in before.rows])
     explicit = {*(cells or {}), *(["group"] if group or groups else []), *(["network"] if network else [])}
     updated = [one for one in touched if _filled(one, explicit)]
@@ -274,11 +274,11 @@ def told_network(
     return next((few[0] for few in (own, of_group, list(networks) if serves_all else []) if len(few) == 1), None)
 
 
-def _kept_networks(touched: Sequence[_Row], networks: Sequence[Path], serves_all: bool) -> list[str]:
+def _kept_networks(touched: Sequence[_Row], networks: Sequence[Path]) -> list[str]:
     """Return what to say of rows that name another network than the one which their name or group tells now."""
     other = [one for one in touched if one.old and one.old.get("network") and one.cells["network"]
              and os.path.normpath(one.old["network"]) != os.path.normpath(one.cells["network"])]  # fmt: skip
-    if serves_all or len(networks) < 2 or not other:
+    if len(networks) < 2 or not other:
         return []
     pairs = dict.fromkeys(f"{one.old['network']} (not {one.cells['network']})" for one in other if one.old)
     names = some_of([one.old["animal"] for one in other if one.old], _NAMED)

@@ -100,6 +100,4 @@ def act(at: Workplace, asked: object) -> Any:
     if kind is None:
         raise InputError(f"there is no action '{asked['do'][:80]}'{did_you_mean(asked['do'][:80], ACTIONS)}")
     given = {str(key): value for key, value in asked.items() if key != "do"}
-    if "self" in given:
-        raise InputError(f"'{asked['do']}' takes nothing called 'self'")
     return kind(**given).do(at)
