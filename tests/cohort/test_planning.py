@@ -140,9 +140,7 @@ def test_what_an_animal_differs_between_occasions_is_taken_from_what_animals_dif
     (found,) = with_occasions([one], cohort)
     assert found.within == pytest.approx(expected, rel=1e-3)
     assert np.hypot(found.between[0], found.within) == pytest.approx(0.35)
-    (small,) = with_occasions(
-        [Spread("mPAP", (0.5 * expected, 0.35))], cohort
-    )
+    (small,) = with_occasions([Spread("mPAP", (0.5 * expected, 0.35))], cohort)
     assert np.hypot(*np.array([small.between, [small.within] * 2])) == pytest.approx([0.5 * expected, 0.35])
 
 
