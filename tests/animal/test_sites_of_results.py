@@ -45,8 +45,11 @@ def test_a_stored_result_keeps_its_sites_and_leads_back_to_them(result, tmp_path
 
 def test_the_report_has_a_row_and_a_panel_for_every_site(result):
     table = sites_table(gathered([result]))
-    assert len(table.data) == 2
+    assert len(table.rows) == 2
     assert np.isfinite(table.data.select_dtypes(float)).to_numpy().all()
+    fitted = [str(name) for name in result.laws["linear"].calibration["parameter"].values]
+    assert table.data["quantity"].tolist() == 2 * ["wave_speed", "R_T", *fitted]
+    assert (table.data["low"] < table.data["high"]).all()
     drawn = [ax for ax in sites_figure(result).axes if ax.lines]
     assert [ax.get_ylabel() for ax in drawn] == ["flow [ml/s]", "pressure [mmHg]"]
 

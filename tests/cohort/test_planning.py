@@ -51,6 +51,7 @@ def test_pairs_of_one_quantity_have_the_power_of_the_paired_t_test(alike):
             assert expected - 0.045 < power < expected + 0.12
 
 
+@pytest.mark.validation
 def test_what_animals_keep_between_occasions_saves_pairs_and_images_that_they_share_cost_none():
     shared = [one._replace(shared=0.3) for one in SPREADS]
     little, much = (
@@ -114,6 +115,7 @@ def test_the_promised_power_of_two_occasions_is_found_again_by_the_model_of_repe
     np.testing.assert_allclose(found, promised, atol=3 * 0.5 / np.sqrt(150))  # as above
 
 
+@pytest.mark.validation
 def test_a_second_occasion_saves_animals_where_animals_differ_from_day_to_day_and_none_where_that_is_not_known():
     much = [one._replace(between=(0.1, 0.1), within=0.4) for one in SPREADS]
     needed = plan_of(much, ALIKE, "theory", Planning(effect=1.5)).needed
@@ -164,6 +166,7 @@ def test_the_promised_power_is_found_again_in_simulated_studies(planned):
     np.testing.assert_allclose(shown / 150, promised, atol=3 * 0.5 / np.sqrt(150))
 
 
+@pytest.mark.validation
 def test_what_lessens_errors_saves_animals_only_where_errors_are_what_costs(planned):
     needed = planned.needed
     assert needed.loc["a", "errors halved"] < needed.loc["a", "as it is"]

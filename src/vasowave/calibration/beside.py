@@ -154,16 +154,21 @@ def _slip(quantity: str, ratio: float, end: _End, sites: Sites, site: int) -> st
     sd = np.sqrt(slope @ end.covariance @ slope + gain**2 + SIZE[0] ** 2)
     if ratio <= 0 or abs(np.log(ratio)) < _SURE * sd:
         return None
-    slips = {1.0: ""} | dict(_slips(quantity))
+    slips = {1.0: ""}
+    for factor, what in _slips(quantity):
+        slips.setdefault(factor, what)
     nearest = min(slips, key=lambda one: abs(np.log(ratio / one)))
     return slips[nearest] or None
 
 
 def _slips(quantity: str) -> Iterator[tuple[float, str]]:
-    """Yield by what a quantity is multiplied where one unit was taken for another, and what happened then."""
-    for (one, in_one), (other, in_other) in permutations(ratios(quantity).items(), 2):
-        if in_one != in_other:
-            yield in_other / in_one, f"{one} had been read as {other}"
+    """Yield by what a quantity is multiplied where one unit was taken for another, and what happened then.
+
+    Of units of one size the first is named, and pairs with the unit that values are held in come first.
+    """
+    named = {scale: unit for unit, scale in reversed(ratios(quantity).items())}
+    for one, other in sorted(permutations(named, 2), key=lambda pair: 1.0 not in pair):
+        yield other / one, f"{named[one]} had been read as {named[other]}"
     for what, factor in _GEOMETRIC.get(quantity, {}).items():
         yield factor, f"{what} had been given for it"
         yield 1 / factor, f"it had been given for {what}"

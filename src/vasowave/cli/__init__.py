@@ -1,6 +1,7 @@
 """The command line. Heavy modules are imported where they are used, so that help answers at once."""
 
 import _thread
+import signal
 import sys
 import threading
 import warnings
@@ -56,9 +57,17 @@ def run() -> None:
 def interrupt_again(lost: "UnraisableHookArgs") -> None:
     """Interrupt the program once more if Ctrl-C fell into a destructor, where Python drops every exception."""
     if issubclass(lost.exc_type, KeyboardInterrupt):
-        threading.Timer(_AGAIN, _thread.interrupt_main).start()
+        threading.Timer(_AGAIN, _interrupt_main).start()
     else:
         sys.__unraisablehook__(lost)
+
+
+def _interrupt_main() -> None:
+    """Interrupt the main thread, also while it sleeps or waits: only a signal to that thread wakes it."""
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    else:
+        _thread.interrupt_main()
 
 
 __all__ = ["app", "run"]

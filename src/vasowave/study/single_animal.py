@@ -10,7 +10,7 @@ from vasowave.animal.result import AnimalResult
 from vasowave.cohort.cohort import gathered
 from vasowave.cohort.primary import Family
 from vasowave.errors import InputError
-from vasowave.findings import Finding, Place, texts
+from vasowave.findings import Finding, Place, Severity, texts
 from vasowave.io.files import check_writable
 from vasowave.report.answer.animal import animal_answers
 from vasowave.report.glossary import caller
@@ -135,8 +135,8 @@ def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[
         said.append(
             f"{wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {law.rmse:.3g} mmHg, {agree} starts agree"
         )
-    notes = [one for one in result.findings if one not in warned]
-    return said + [f"note: {note}" for note in texts(notes)]
+    other = sorted((one for one in result.findings if one not in warned), key=lambda one: one.severity == Severity.NOTE)
+    return said + [f"{one.severity}: {text}" for one, text in zip(other, texts(other), strict=True)]
 
 
 def _parameter(one: xr.Dataset) -> str:

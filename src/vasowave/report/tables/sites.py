@@ -1,40 +1,54 @@
 """The table of further sites: how each is predicted without it, and what it adds."""
 
-import numpy as np
 import pandas as pd
+import xarray as xr
 
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures.sites import sites_of
 from vasowave.report.blocks import Table
-from vasowave.report.tables.cells import who
+from vasowave.report.tables.cells import symbols, who
+from vasowave.report.wording import number, with_interval
 
-_TOLD = {"wave_speed": "cm/s", "R_T": "mmHg s/ml"}
-"""Quantities whose intervals are compared, and their units."""
+_TOLD = ("wave_speed", "R_T")
+"""Quantities on the page; the file has every parameter."""
+
+_ENDS = ("value", "low", "high")
 
 NOTE = (
     "Ratio: observed over what the recording at the inlet alone predicts, by least squares. Misfit: root mean square "
     "of what the fit without the site misses there, over what its error, the model's and the spread of that fit let "
-    "expect; about 1 or less is agreement, more than 3 is a finding. Narrower: share of the 95 % interval (of the "
-    "logarithm) that the site takes away; less than 0 where it disagrees with the others."
+    "expect; about 1 or less is agreement, more than 3 is a finding. With: 95 % interval of the fit to all sites; "
+    "without: of the fit to all but this one. The CSV file has them for every parameter."
 )
 
 
 def sites_table(cohort: Cohort) -> Table:
-    """Return a row for every site of every animal and wall law."""
-    rows = []
+    """Return a row for every site of every animal and wall law; its data have one for every quantity of these."""
+    written = symbols(cohort)
+    header = ("animal", "wall law", "site", "ratio", "misfit",
+              *(f"{written.get(name, name)} {how}" for name in _TOLD for how in ("with", "without")))  # fmt: skip
+    cells, rows = [], []
     for result in cohort.results:
         for wall, data in sites_of(result).items():
             for site in range(data.sizes["site"]):
                 one = data.isel(site=site)
-                row = who(result) | {
-                    "wall law": wall, "site": str(one["site"].item()), "ratio [1]": float(one["ratio"]),
-                    "misfit [1]": float(one["misfit"]),
-                }  # fmt: skip
-                for name, unit in _TOLD.items():
-                    here = one.sel(quantity=name)
-                    width, without = (np.log(float(here[f"high{end}"] / here[f"low{end}"])) for end in ("", "_without"))
-                    row[f"{name} [{unit}]"] = float(here["value"])
-                    row[f"{name} without [{unit}]"] = float(here["value_without"])
-                    row[f"{name} narrower [%]"] = 100 * (1 - width / without)
-                rows.append(row)
-    return Table.of("Sites", "Further sites: predicted without each, and what it adds", pd.DataFrame(rows), NOTE)
+                name, ratio, misfit = str(one["site"].item()), float(one["ratio"]), float(one["misfit"])
+                told = [
+                    with_interval(*_ends(one.sel(quantity=each), how)) for each in _TOLD for how in ("", "_without")
+                ]
+                cells.append((result.name, wall, name, number(ratio, 3), number(misfit, 2), *told))
+                known = who(result) | {"wall law": wall, "site": name, "ratio [1]": ratio, "misfit [1]": misfit}
+                rows += [known | _row(one.sel(quantity=each)) for each in data["quantity"].values]
+    return Table("Sites", "Further sites: predicted without each, and what it adds", header, cells, NOTE,
+                 pd.DataFrame(rows))  # fmt: skip
+
+
+def _row(one: xr.Dataset) -> dict[str, object]:
+    """Return the cells of one quantity."""
+    both = {f"{end}{how.replace('_', ' ')}": float(one[f"{end}{how}"]) for how in ("", "_without") for end in _ENDS}
+    return {"quantity": str(one["quantity"].item()), **both}
+
+
+def _ends(one: xr.Dataset, how: str) -> tuple[float, float, float]:
+    value, low, high = (float(one[f"{end}{how}"]) for end in _ENDS)
+    return value, low, high
