@@ -49,6 +49,6 @@ def _row(one: xr.Dataset) -> dict[str, object]:
     return {"quantity": str(one["quantity"].item()), **both}
 
 
-def _ends(one: xr.Dataset, how: str) -> tuple[float, float, float]:
+def _interval(one: xr.Dataset, how: str) -> str:
     value, low, high = (float(one[f"{end}{how}"]) for end in _ENDS)
-    return value, low, high
+    return with_interval(value, low, high)
