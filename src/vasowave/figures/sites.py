@@ -18,6 +18,7 @@ from vasowave.figures.style import (
     short,
     wall_lines,
 )
+from vasowave.recording.observation import NUMBERS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 _ABREAST = 2  # panels in a row
 _HEIGHT = 5.5  # of a row, cm
 _TITLE = 44  # letters
+_NUMBERS = "mean, largest or smallest value"
 _WIDE = 3.0  # pt: a prediction shows on both sides of a fit that lies on it
 
 
@@ -46,7 +48,8 @@ def sites_figure(result: AnimalResult, color: str = CTL) -> "Figure":
         plot_site(axes[site], result, site, color)
     for spare in axes[count:]:
         spare.set_axis_off()
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+    said = {label: drawn for ax in axes for drawn, label in zip(*ax.get_legend_handles_labels(), strict=True)}
+    figure.legend(said.values(), said.keys(), loc="outside upper center", ncols=2)
     return figure
 
 
@@ -68,6 +71,6 @@ def plot_site(ax: "Axes", result: AnimalResult, site: int, color: str = CTL) -> 
 def _observed(ax: "Axes", one: xr.Dataset, time: "np.ndarray") -> None:
     if one["measured"].notnull().any():
         ax.plot(time, closed(one["measured"].values), color=DATA, label="observed")
-    for name in ("mean", "systolic", "diastolic"):
+    for name in NUMBERS:
         if one[name].notnull():
-            ax.axhline(float(one[name]), color=DATA, linestyle=":", label="observed")
+            ax.axhline(float(one[name]), color=DATA, linestyle=":", label=f"observed: {_NUMBERS}")
