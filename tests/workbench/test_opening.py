@@ -13,8 +13,8 @@ from vasowave.workbench.opening import opened
 def raw_files(folder, names):
     import scipy.io
 
-    raw = recorded(1, 14.0, duration=8.0)
-    for name in names:
+    for seed, name in enumerate(names, 1):
+        raw = recorded(seed, 14.0, duration=8.0)
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         signals = {one: getattr(raw, one).astype("f4") for one in ("pressure", "flow", "ecg")}
         scipy.io.savemat(folder / name, signals)
