@@ -1,6 +1,8 @@
 """Grey levels that are not what they seem: clipped, bent, flat; and what the noise and the cannula make of them."""
 
+import tracemalloc
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from vasowave.imaging.lumen.segmentation import Segmentation, segment
 from vasowave.imaging.measure.grey_scale import corrected, grey_scale
 from vasowave.imaging.options import grey_text, parse_grey
 from vasowave.imaging.tree import Line, Tree
-from vasowave.imaging.witness.grey import grey_doubts, saturation
+from vasowave.imaging.witness.grey import grey_doubts, grey_look, saturation
 from vasowave.network.network import Network
 
 NETWORK = Network(("a", "b", "c"), np.array([-1, 0, 0]), np.array([0.4, 0.4, 0.3]), np.array([0.052, 0.04, 0.034]))
@@ -159,3 +161,21 @@ def test_no_doubt_stands_where_grey_levels_say_nothing():
     from vasowave.imaging.witness.grey import GreyLook
 
     assert grey_doubts(GreyLook(0.0, 100.0, None), ("1",)) == []
+
+
+def test_a_look_at_the_grey_scale_of_a_large_image_needs_less_memory_than_the_image(fork):
+    embedding, volume = fork
+    found = found_in(volume, embedding)
+    wide = Volume(np.pad(volume.grey, 60, mode="edge"), volume.spacing, volume.origin - 60 * volume.spacing)
+    outer, tip = embedding.cannula
+    axis = outer + np.linspace(0, 1, 60)[:, None] * (tip - outer)
+    cannula, lumen = Line(axis, np.full(60, 0.043)), found.lumen
+    looks = {}
+    for name, image, corner in (("small", volume, lumen.corner), ("wide", wide, np.array(lumen.corner) + 60)):
+        tracemalloc.start()
+        looks[name] = grey_look(found.tree, image, replace(lumen, corner=corner), cannula, 0.043)
+        memory = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert memory < wide.grey.nbytes
+    assert looks["small"].contradicted == looks["wide"].contradicted
+    assert looks["small"].scale.bend == pytest.approx(looks["wide"].scale.bend, abs=1e-5)

@@ -12,6 +12,7 @@ from phantom import embed, render
 from vasowave.errors import VasowaveWarning
 from vasowave.imaging import Options, Volume, extract, read_volume, write_volume
 from vasowave.imaging.given import given
+from vasowave.imaging.kept import profiles
 from vasowave.imaging.kept.keys import Keys, image_key, keys_of, volume_key
 from vasowave.imaging.kept.stages import FOLDER, Stages
 from vasowave.imaging.places import written
@@ -24,7 +25,7 @@ NETWORK = Network(
     np.array([0.3, 0.3, 0.25, 0.2, 0.25]),
     np.array([0.052, 0.042, 0.032, 0.034, 0.03]),
 )
-ALL = {"image", "lumen", "loops", "axes", "elsewhere", "witness", "profiles"}
+ALL = {"image", "lumen", "loops", "axes", "elsewhere", "witness", "profiles", "grey"}
 
 
 @pytest.fixture(scope="module")
@@ -70,9 +71,9 @@ def middle(embedding, row):
 @pytest.mark.parametrize(
     ("edits", "made"),
     [
-        ({"remove": 4}, {"profiles"}),
-        ({"cut": 4, "merge": 1}, {"profiles"}),
-        ({"root": None}, {"lumen", "loops", "axes", "elsewhere", "witness", "profiles"}),
+        ({"remove": 4}, {"profiles", "grey"}),
+        ({"cut": 4, "merge": 1}, {"profiles", "grey"}),
+        ({"root": None}, {"lumen", "loops", "axes", "elsewhere", "witness", "profiles", "grey"}),
     ],
 )
 def test_after_an_edit_the_answer_is_that_of_an_extraction_from_nothing(scan, tmp_path, edits, made):
@@ -202,3 +203,25 @@ def test_what_is_kept_is_bounded(scan, tmp_path):
     kept = {file.stem: file.stat().st_size for file in (tmp_path / FOLDER).iterdir()}
     assert set(kept) == ALL
     assert sum(kept.values()) < 2.5 * 4 * 100**3
+
+
+def test_a_radius_that_is_set_looks_at_no_vessel_again_and_one_that_is_removed_at_fewer(scan, tmp_path, monkeypatch):
+    folder, embedding = scan
+    looked = []
+    for name in ("profile", "signal_beside"):
+        own = getattr(profiles, name)
+        monkeypatch.setattr(profiles, name, lambda line, *rest, own=own: looked.append(own) or own(line, *rest))
+    root, edits = embedding.cannula[0].tolist(), tmp_path / "edits.txt"
+    at = written(middle(embedding, 4)).replace(",", " ")
+    counts = []
+    for place, text in (("none", ""), ("kept", f"radius {at} 0.02\n"), ("kept", f"remove {at}\n")):
+        edits.write_text(text)
+        stages = Stages(tmp_path / "nothing") if place == "none" else copied(folder, tmp_path / text[:6])[0]
+        looked.clear()
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", VasowaveWarning)
+            extract(folder / "image.nrrd", Options(root, edits=edits), stages=stages)
+        counts.append(len(looked))
+    assert counts[0] > 20
+    assert counts[1] == 0
+    assert 0 < counts[2] < counts[0]

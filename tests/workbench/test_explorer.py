@@ -219,3 +219,15 @@ def test_a_figure_that_cannot_be_is_refused_in_a_sentence(kept_results):
             status, answer = door.post("figure", wish | wrong)
             assert status == 400
             assert said in answer["error"]
+
+
+def test_every_curve_of_a_figure_has_the_color_that_was_chosen_and_laws_differ_by_their_dashes(kept_results):
+    wish = {"animal": "CTL 0", "panels": ["pressure", "residuals", "pressure_area"], "format": "svg"}
+    with served(kept_results) as door:
+        root = door.root + "figure"
+        drawn = door.raw("POST", root, json.dumps(wish | {"color": "#ff0000"}).encode())[2].decode()
+    strokes = re.findall(r'style="fill: none;([^"]*)"', drawn)
+    colors = {found for one in strokes for found in re.findall(r"stroke: (#[0-9a-f]{6})", one)}
+    assert "#ff0000" in colors
+    assert "#8c0000" not in colors
+    assert {"stroke-dasharray" in one for one in strokes if "#ff0000" in one} == {True, False}

@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def plot_pressure(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
+def plot_pressure(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw measured pressure, and each wall law's at the inlet of the root vessel, over one cycle."""
     recording = result.recording
     ax.plot(_closed_time(recording["time"], result), closed(recording["pressure"].values), color=DATA, label="measured")
-    _plot_simulated(ax, result, "pressure", color)
+    _plot_simulated(ax, result, "pressure", color, shaded)
     ax.legend()
     return label_axes(ax, "time [s]", "pressure [mmHg]")
 
 
-def plot_flow(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
+def plot_flow(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw measured flow, and each wall law's at the inlet of the root vessel, over one cycle.
 
     The measured flow is the model's inflow, so the curves coincide.
@@ -31,14 +31,14 @@ def plot_flow(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
     ax.plot(
         _closed_time(recording["flow_time"], result), closed(recording["flow"].values), color=DATA, label="measured"
     )
-    _plot_simulated(ax, result, "flow", color)
+    _plot_simulated(ax, result, "flow", color, shaded)
     return label_axes(ax, "time [s]", "flow [ml/s]")
 
 
-def plot_residuals(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
+def plot_residuals(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw measured minus simulated pressure over one cycle."""
     ax.axhline(0.0, color=FAINT, linewidth=0.8)
-    for wall, line in wall_lines(result.laws, color).items():
+    for wall, line in wall_lines(result.laws, color, shaded).items():
         calibration = result.laws[wall].calibration
         rmse = f"{wall}, RMSE {float(calibration['RMSE']):.2f} mmHg"
         residual = calibration["pressure_residual"].values
@@ -47,9 +47,9 @@ def plot_residuals(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes"
     return label_axes(ax, "time [s]", "residual pressure [mmHg]")
 
 
-def plot_autocorrelation(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
+def plot_autocorrelation(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw the circular autocorrelation of the residuals up to half a period, and the 95 % band of white noise."""
-    lines = wall_lines(result.laws, color)
+    lines = wall_lines(result.laws, color, shaded)
     curves = {wall: residual_autocorrelation(result, wall) for wall in lines}
     for wall, rho in curves.items():
         ax.plot(rho["lag"].values, rho.values, **lines[wall])
@@ -61,8 +61,8 @@ def plot_autocorrelation(ax: "Axes", result: AnimalResult, color: str = CTL) -> 
     return label_axes(ax, "lag [s]", "autocorrelation [1]")
 
 
-def _plot_simulated(ax: "Axes", result: AnimalResult, quantity: str, color: str) -> None:
-    for wall, line in wall_lines(result.laws, color).items():
+def _plot_simulated(ax: "Axes", result: AnimalResult, quantity: str, color: str, shaded: bool) -> None:
+    for wall, line in wall_lines(result.laws, color, shaded).items():
         values = result.laws[wall].simulated(quantity, result.root)
         ax.plot(_closed_time(values["time"], result), closed(values.values), **line)
 

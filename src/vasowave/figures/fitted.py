@@ -29,30 +29,33 @@ class FitPlots:
         Of the animal, as `animal.analyze` returns it.
     color : str
         Of the wall laws' curves; data are black.
+    shaded : bool
+        Whether laws differ by shades of it as in the report, or by their dashes alone.
     """
 
     result: AnimalResult
     color: str = CTL
+    shaded: bool = True
 
     def pressure(self, ax: "Axes | None" = None) -> "Axes":
         """Draw measured and fitted pressure at the inlet over one cycle."""
-        return plot_pressure(ax or _axes(), self.result, self.color)
+        return plot_pressure(ax or _axes(), self.result, self.color, self.shaded)
 
     def flow(self, ax: "Axes | None" = None) -> "Axes":
         """Draw measured and simulated flow at the inlet over one cycle."""
-        return plot_flow(ax or _axes(), self.result, self.color)
+        return plot_flow(ax or _axes(), self.result, self.color, self.shaded)
 
     def residuals(self, ax: "Axes | None" = None) -> "Axes":
         """Draw measured minus simulated pressure over one cycle."""
-        return plot_residuals(ax or _axes(), self.result, self.color)
+        return plot_residuals(ax or _axes(), self.result, self.color, self.shaded)
 
     def autocorrelation(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the autocorrelation of the residuals."""
-        return plot_autocorrelation(ax or _axes(), self.result, self.color)
+        return plot_autocorrelation(ax or _axes(), self.result, self.color, self.shaded)
 
     def pressure_area(self, ax: "Axes | None" = None) -> "Axes":
         """Draw pressure against area at the middle of the root vessel, and the wall law."""
-        return plot_pressure_area(ax or _axes(), self.result, self.color)
+        return plot_pressure_area(ax or _axes(), self.result, self.color, self.shaded)
 
     def impedance(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the modulus of the measured impedance by harmonic."""
@@ -67,7 +70,7 @@ class FitPlots:
         height: float = 60.0,
         font: float = 8.0,
         family: str = "sans-serif",
-        color: str = CTL,
+        color: str | None = None,
     ) -> Path:
         """Write panels side by side as one figure, ``fit.plot.save("fit.pdf", ["pressure", "impedance"])``.
 
@@ -83,8 +86,9 @@ class FitPlots:
             Size of the letters, pt.
         family : str
             Font: ``sans-serif``, ``serif``, ``monospace``, or the name of one that is installed.
-        color : str
-            Of the wall laws' curves, ``"#d6259b"`` or a name that matplotlib knows; data are black.
+        color : str, optional
+            Of the wall laws' curves, ``"#d6259b"`` or a name that matplotlib knows, exactly so; data are black. Without
+            one they have the shades of the report.
 
         Raises
         ------
@@ -115,7 +119,7 @@ def figure_bytes(
     height: float,
     font: float,
     family: str = "sans-serif",
-    color: str = CTL,
+    color: str | None = None,
 ) -> bytes:
     """Return panels of a fit side by side as a file: svg, pdf or png. Sizes as `FitPlots.save`."""
     import matplotlib
@@ -125,14 +129,14 @@ def figure_bytes(
         raise InputError(
             f"there is no panel '{unknown}'{did_you_mean(str(unknown), PANELS)}; there are: {', '.join(PANELS)}"
         )
-    _check_look(family, color)
+    _check_look(family, color or CTL)
     letters: dict[str, object] = dict.fromkeys(("font.size", "axes.labelsize", "axes.titlesize"), font)
     letters |= dict.fromkeys(("legend.fontsize", "xtick.labelsize", "ytick.labelsize"), font - 1)
     letters["font.family"] = family
     with style(), matplotlib.rc_context(letters):  # type: ignore[arg-type]
         figure = new_figure(width / 10, height / 10)
         for ax, name in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
-            getattr(FitPlots(result, color), name)(ax)
+            getattr(FitPlots(result, color or CTL, shaded=color is None), name)(ax)
         if kind == "svg":
             return svg(figure).encode()
         content = io.BytesIO()

@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def plot_pressure_area(ax: "Axes", result: AnimalResult, color: str = CTL) -> "Axes":
+def plot_pressure_area(ax: "Axes", result: AnimalResult, color: str = CTL, shaded: bool = True) -> "Axes":
     """Draw pressure against area at the middle of the root vessel over the cycle, and thinly the law, if stored."""
     vessels, root = result.network, result.root
-    for wall, line in wall_lines(result.laws, color).items():
+    for wall, line in wall_lines(result.laws, color, shaded).items():
         pressure, area = (result.laws[wall].simulated(what, root, "middle").values for what in ("pressure", "area"))
         # An elastic wall goes up and down the same curve; in order of pressure its dashes do not cover each other.
         order = np.argsort(pressure)

@@ -135,11 +135,11 @@ def source_looks(sources: Iterable[str]) -> dict[str, SourceLook]:
     }
 
 
-def wall_lines(walls: Iterable[str], color: str = CTL) -> dict[str, dict[str, Any]]:
-    """Return the line style of each wall law; `color` is the group's."""
+def wall_lines(walls: Iterable[str], color: str = CTL, shaded: bool = True) -> dict[str, dict[str, Any]]:
+    """Return the line style of each wall law; `color` is the group's, or one for all laws where it is not `shaded`."""
     return {
         wall: {
-            "color": darker(color, look.shade),
+            "color": darker(color, look.shade if shaded else 0.0),
             "linestyle": look.dash,
             "label": f"{wall} wall",
             "zorder": 4 if look.shade else 3,

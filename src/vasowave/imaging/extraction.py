@@ -189,7 +189,7 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
     unedited, tree = found.tree, edited(found.tree, said.edits)
     say("radii")
     look = Profiles(stages.stored("profiles", keys.profiles))
-    measured = measured_in(tree, volume, look)
+    measured = measured_in(tree, volume, look, look.beside)
     scale = 1.0 if cannula is None else scale_of(cannula, volume, options.cannula / 2)
     check_root(measured.network, scale, options.cannula / 2, options.species)
     say("uncertainty")
@@ -212,7 +212,11 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
     branches = skeleton_branches(skeleton, ends)
     doubts = doubts_about(measured, lumen, branches, misfit, found.place_sd, all_ends)
     doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
-    levels = grey_look(measured.tree, volume, lumen, cannula, options.cannula / 2)
+    levels = stages.kept(
+        "grey",
+        keys.grey(tree, options.cannula),
+        lambda: grey_look(measured.tree, volume, lumen, cannula, options.cannula / 2),
+    )
     doubts += tuple(grey_doubts(levels, measured.network.name))
     factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
     measured = replace(measured, tree=measured.tree.moved(world))

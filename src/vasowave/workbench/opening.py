@@ -82,10 +82,35 @@ def _folder(place: Path) -> Opened:
     if place.is_dir():
         known = (place / STUDY_FILE).is_file() or (place / RESULTS).is_dir()
         if not known and any(not one.name.startswith(".") for one in place.iterdir()):
-            raise InputError(f"{place}: is no study and not empty; name a folder for a new study, or the study itself")
+            return _collected(place.absolute())
     check_writable(place)
     fit = (place / RESULTS).is_dir() and not (place / STUDY_FILE).is_file()
     return Opened(place, "#explorer" if fit else "")
+
+
+def _collected(place: Path) -> Opened:
+    """Return the study beside a folder of recordings, made of them where there is none yet.
+
+    Raises
+    ------
+    InputError
+        Nothing in the folder is a recording; nothing is written then.
+    """
+    folder = place.with_name(f"{place.name} study")
+    said = [f"The study of the files in {place.name}, which stay as they are: {folder}"]
+    if not (folder / STUDY_FILE).is_file():
+        if not any(one.suffix.lower() in RECORDINGS.suffixes for one in place.rglob("*")):
+            raise InputError(
+                f"{place}: is no study, is not empty and holds no recordings; name the study, its recordings, or a "
+                "folder for a new study"
+            )
+        new_study(folder)
+        try:
+            added = add_files(folder, [place])
+            said += [*added.said, *added.refused]
+        except InputError as error:  # the desk can add them one by one
+            said.append(str(error))
+    return Opened(folder, "", tuple(said))
 
 
 def _animal(folder: Path, recording: Path) -> str:

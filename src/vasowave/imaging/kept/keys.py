@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from vasowave.imaging.given import Given
 from vasowave.imaging.options import Options
 from vasowave.imaging.read.volume import Volume
+from vasowave.imaging.tree import Tree
 from vasowave.io.textfile import look, read_start
 from vasowave.runtime.kept import digest_of, program
 
@@ -27,6 +28,10 @@ class Keys(NamedTuple):
     elsewhere: str
     witness: str
     profiles: str
+
+    def grey(self, tree: Tree, cannula: float) -> str:
+        """Return the key of what grey levels say of the edited `tree`, which edits of its radii do not change."""
+        return _key("grey", self.axes, cannula, tree)
 
 
 def keys_of(image: str, said: Given, options: Options) -> Keys:

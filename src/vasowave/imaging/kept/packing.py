@@ -9,14 +9,16 @@ import numpy as np
 
 from vasowave.imaging.axes.starts import Settled
 from vasowave.imaging.lumen.segmentation import Segmentation
+from vasowave.imaging.measure.grey_scale import GreyScale
 from vasowave.imaging.measure.profiles import Profile
 from vasowave.imaging.measure.spread import Elsewhere
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line, Tree
+from vasowave.imaging.witness.grey import GreyLook
 from vasowave.imaging.witness.skeleton import Thinned
 from vasowave.runtime.kept import keep, recall
 
-_ALL = (Volume, Segmentation, Line, Tree, Elsewhere, Settled, Thinned, Profile)
+_ALL = (Volume, Segmentation, Line, Tree, Elsewhere, Settled, Thinned, Profile, GreyLook, GreyScale)
 _KINDS: dict[str, type] = {one.__name__: one for one in _ALL}
 _BITS = np.dtype(bool).str
 _WORD = 16

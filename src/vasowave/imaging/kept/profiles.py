@@ -1,9 +1,11 @@
-"""Profiles of vessels that are known already: a vessel far from an edit shows the same sections as before."""
+"""Sections of vessels, and beside them, that are known already: far from an edit they show the same as before."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
+from vasowave.imaging.measure.beside import reach_beside, signal_beside
 from vasowave.imaging.measure.profiles import CLEARANCE, RING, Profile, profile
 from vasowave.imaging.read.volume import Volume
 from vasowave.imaging.tree import Line
@@ -16,12 +18,12 @@ class Profiles:
     Parameters
     ----------
     known : tuple of pairs
-        What was seen before: the digest of all that decides a profile, and the profile.
+        What was seen before: the digest of all that decides a value, and the value.
     """
 
-    def __init__(self, known: tuple[tuple[str, Profile | None], ...] = ()) -> None:
+    def __init__(self, known: tuple[tuple[str, Profile | float | None], ...] = ()) -> None:
         self._known = dict(known)
-        self._used: dict[str, Profile | None] = {}
+        self._used: dict[str, Profile | float | None] = {}
 
     def __call__(
         self, line: Line, sections: np.ndarray, radius: float, volume: Volume, others: Sequence[Line] = ()
@@ -29,13 +31,25 @@ class Profiles:
         """Return the profile, see `profile`."""
         near = _near(line, radius + RING * volume.spacing[0], others, CLEARANCE * volume.spacing[0])
         key = digest_of("profile", line, sections, radius, near)
+        return self._recalled(key, lambda: profile(line, sections, radius, volume, others))
+
+    def beside(self, line: Line, sections: np.ndarray, radius: float, volume: Volume, vessels: Line) -> float:
+        """Return the noise beside the vessel, see `signal_beside`."""
+        spacing = float(volume.spacing[0])
+        reach = reach_beside(radius, spacing) + float(vessels.radius.max()) + spacing
+        low, high = line.points.min(axis=0) - reach, line.points.max(axis=0) + reach
+        near = ((vessels.points > low) & (vessels.points < high)).all(axis=1)
+        key = digest_of("beside", line, sections, radius, vessels.points[near], vessels.radius[near])
+        return self._recalled(key, lambda: signal_beside(line, sections, radius, volume, vessels))
+
+    def _recalled(self, key: str, make: Callable[[], Any]) -> Any:
         if key not in self._known:
-            self._known[key] = profile(line, sections, radius, volume, others)
+            self._known[key] = make()
         self._used[key] = self._known[key]
         return self._known[key]
 
     @property
-    def used(self) -> tuple[tuple[str, Profile | None], ...]:
+    def used(self) -> tuple[tuple[str, Profile | float | None], ...]:
         """What was asked for."""
         return tuple(self._used.items())
 

@@ -1,5 +1,7 @@
 """What noise alone adds to a vessel's sections: the same sections laid beside the vessel, where nothing is."""
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -17,6 +19,9 @@ CLEAR = 0.9
 """A section is used if so much of it is no vessel."""
 FEWEST = 4
 """Fewer copies that lie clear of all vessels say nothing."""
+
+Beside = Callable[[Line, np.ndarray, float, Volume, Line], float]
+"""Tells what noise adds to sections, see `signal_beside`."""
 
 
 def signal_beside(line: Line, sections: np.ndarray, radius: float, volume: Volume, vessels: Line) -> float:
@@ -54,6 +59,11 @@ def signal_beside(line: Line, sections: np.ndarray, radius: float, volume: Volum
         background = np.array([np.median(g[own]) for g, own in zip(grey, clear[good] & ~within, strict=True)])
         means.append(float(np.mean(disc_mean - background)) * area)
     return float(np.median(np.abs(means))) / 0.6745 if len(means) >= FEWEST else np.nan
+
+
+def reach_beside(radius: float, spacing: float) -> float:
+    """Return how far from a vessel's axis the sections beside it reach, cm."""
+    return 2 * (radius + DISC * spacing) + spacing + radius + RING * spacing
 
 
 def _inside(voxels: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vasowave.imaging.axes.stretches import free_length
+from vasowave.imaging.measure.beside import Beside, signal_beside
 from vasowave.imaging.measure.profiles import Look, profile
 from vasowave.imaging.measure.radii import Densitometry, densitometry
 from vasowave.imaging.measure.sizes import network_of
@@ -49,10 +50,10 @@ class Measurement:
     grey: Densitometry | None = None
 
 
-def measured_in(tree: Tree, volume: Volume, look: Look = profile) -> Measurement:
+def measured_in(tree: Tree, volume: Volume, look: Look = profile, beside: Beside = signal_beside) -> Measurement:
     """Return lengths and radii of `tree` in `volume`; the spread of the radii is not known yet (NaN)."""
     first = network_of(tree)
-    grey = densitometry(tree, volume, first.radius, look)
+    grey = densitometry(tree, volume, first.radius, look, beside)
     dense = grey.radius
     radius = np.where(np.isfinite(dense), dense, first.radius)
     reliable = np.isfinite(dense) & (free_length(tree) >= RELIABLE * radius)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vasowave.imaging.axes.stretches import clear_stretches
-from vasowave.imaging.measure.beside import signal_beside
+from vasowave.imaging.measure.beside import Beside, signal_beside
 from vasowave.imaging.measure.contrast import blur_of, contrasts
 from vasowave.imaging.measure.evening import Evened, evened_sections, moderated
 from vasowave.imaging.measure.profiles import CLEARANCE, RING, Look, Profile, profile
@@ -59,7 +59,9 @@ class Densitometry:
         return replace(self, radius=self.radius * factor, sd=self.sd * factor)
 
 
-def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray, look: Look = profile) -> Densitometry:
+def densitometry(
+    tree: Tree, volume: Volume, inscribed: np.ndarray, look: Look = profile, beside: Beside = signal_beside
+) -> Densitometry:
     """Return the radius of every vessel from the area of its sections, ∫(g - background) dA / contrast.
 
     Blur conserves this integral, so neither blur nor threshold changes it. The contrast is each vessel's, see
@@ -74,14 +76,16 @@ def densitometry(tree: Tree, volume: Volume, inscribed: np.ndarray, look: Look =
         First estimate of the radii, cm.
     look : callable
         What looks at the sections of a vessel, as `profile` does.
+    beside : callable
+        What tells the noise beside a vessel, as `signal_beside` does.
     """
     window = windows(densitometric_radii(tree, volume, inscribed, inscribed, look), inscribed, float(volume.spacing[0]))
     looked = _looked(tree, volume, inscribed, window, look)
-    beside = [
-        np.nan if one is None else signal_beside(line, one.rows, reach, volume, tree.line)
+    noise = [
+        np.nan if one is None else beside(line, one.rows, reach, volume, tree.line)
         for line, one, reach in zip(tree.lines, looked.profiles, window, strict=True)
     ]
-    scatter = moderated([one if one is None else one.sections for one in looked.evened], np.array(beside))
+    scatter = moderated([one if one is None else one.sections for one in looked.evened], np.array(noise))
     columns = [
         _measured(*each, looked.blur)
         for each in zip(looked.evened, scatter, looked.contrast, looked.error, strict=True)
