@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 import vasowave as vw
 from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.imaging import Volume, write_volume
+from vasowave.imaging import Options, Volume, write_volume
+from vasowave.imaging.given import _METHODS
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.witness.loops import loops_after_closing, opening_threshold
 from vasowave.report.look import command, look_json, look_page, look_text
@@ -87,6 +88,34 @@ def test_without_a_root_the_one_end_that_is_as_wide_as_the_cannula_is_taken(scan
     assert np.linalg.norm(found.root - embedding.cannula[0]) < 3 * volume.spacing[0]
     with pytest.raises(InputError, match=r"where does the blood enter.*\(radius 0\.04[234]\)"):
         vw.extract(volume, cannula=0)
+
+
+def test_without_a_root_the_lumen_is_segmented_once(scan, monkeypatch):
+    _, _, volume = scan
+    thresholds = []
+
+    def counted(volume, threshold, seed):
+        thresholds.append(threshold)
+        return segment(volume, threshold, seed)
+
+    monkeypatch.setitem(_METHODS, "threshold", counted)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)
+        vw.extract(volume)
+    assert thresholds.count(Options().threshold) == 1
+
+
+@pytest.mark.parametrize("sizes", ["", "spacings: nan nan nan\n", "space directions: none none none\n"])
+def test_a_first_look_asks_for_the_voxel_size_that_a_file_lacks_as_the_extraction_does(sizes, tmp_path):
+    path = tmp_path / "lung.nrrd"
+    head = f"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 3 3\n{sizes}encoding: raw\n\n"
+    path.write_bytes(head.encode() + bytes(range(27)))
+    told = []
+    for read in (vw.look, vw.extract):
+        with pytest.raises(InputError, match="the size of its voxels is not known") as refused:
+            read(path)
+        told.append(str(refused.value))
+    assert told[0] == told[1]
 
 
 def test_the_page_needs_no_network_and_json_holds_the_same(scan, seen, tmp_path):

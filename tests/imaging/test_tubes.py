@@ -91,7 +91,9 @@ def test_a_curved_axis_is_followed_and_its_inscribed_radius_is_that_of_the_tube(
     np.testing.assert_allclose(middle.radius, 0.03, atol=0.7 * VOXEL)
 
 
-def test_a_bump_on_the_wall_does_not_draw_the_axis_aside():
+@pytest.mark.parametrize("density", [20, 45, 62, 80, 10**6])
+def test_a_bump_on_the_wall_does_not_draw_the_axis_aside_however_many_points_are_kept(density, monkeypatch):
+    monkeypatch.setattr("vasowave.imaging.axes.tubes.DENSITY", density)
     axis, radius = polyline([[0, 0], [0.6, 0]], 0.03), 0.03
     surface = walls([axis], [radius])
     bump = (np.abs(surface[:, 2] - 0.3) < 0.04) & (surface[:, 1] > 0.5 * radius)

@@ -175,10 +175,11 @@ def _extracted(source: Volume | str | Path, options: Options, say: Callable[[str
 def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], None], stages: Stages) -> Extraction:
     """Return the extraction without its source; all is computed along the image's axes, and turned at the end."""
     volume = image if is_cubic(image) else stages.kept("cubes", key, lambda: isotropic(image))
-    said = _entered(given(image, volume, options), options)
+    asked = given(image, volume, options)
     say("lumen")
+    lumen = stages.kept("lumen", keys_of(key, asked, options).lumen, lambda: _lumen(asked, options))
+    said = _entered(asked, lumen, options)  # it leaves the lumen as it is, and so its key
     keys = keys_of(key, said, options)
-    lumen = stages.kept("lumen", keys.lumen, lambda: _lumen(said, options))
     root = np.asarray(said.root)
     level_set = options.method == "threshold" and options.mask is None
     loops = stages.kept(
@@ -241,16 +242,16 @@ def _image(source: Volume | str | Path, voxel: float | None, stages: Stages) -> 
     return image, volume_key(image)
 
 
-def _entered(said: Given, options: Options) -> Given:
+def _entered(said: Given, lumen: Segmentation, options: Options) -> Given:
     """Return what was said, with the root: the cannula's end where none was given and one end alone can be it."""
     if said.root is not None:
         return said
-    found = entrances(said.segmenter(said.volume, options.threshold, None), said.volume)
+    found = entrances(lumen, said.volume)
     clear = clear_entrance(found, options.cannula / 2)
     if clear is None:
         raise root_wanted(found)
     warn(ROOT_TAKEN(place=written(clear.place), radius=clear.radius))
-    return replace(said, root=clear.place, seed=clear.place if said.seed is None else said.seed)
+    return replace(said, root=clear.place)
 
 
 def _lumen(said: Given, options: Options) -> Segmentation:

@@ -231,14 +231,16 @@ def _stored(settings: Path) -> Mapping[str, str]:
 
 
 def smaller(grey: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return the means of cubes of voxels, so large that no edge has more than 144, and their edge in voxels."""
+    """Return the means of cubes of voxels, so large that no edge has more than 144, and their edge in voxels.
+
+    The last cube of an edge that they do not fill is filled with its last plane.
+    """
     step = -(-max(grey.shape) // _FINEST)
     if step == 1:
         return grey, 1
-    counts = [max(1, length // step) for length in grey.shape]
-    cut = grey[tuple(slice(0, min(count * step, length)) for count, length in zip(counts, grey.shape, strict=True))]
-    shape = [number for count, length in zip(counts, cut.shape, strict=True) for number in (count, length // count)]
-    return cut.reshape(shape).mean(axis=(1, 3, 5), dtype=np.float32), step
+    whole = np.pad(grey, [(0, -length % step) for length in grey.shape], mode="edge")
+    shape = [number for length in whole.shape for number in (length // step, step)]
+    return whole.reshape(shape).mean(axis=(1, 3, 5), dtype=np.float32), step
 
 
 def _mark(path: Path) -> tuple[Any, ...]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array, diags_array, eye_array
@@ -93,11 +94,13 @@ def _fitted(
     """Return the tubes where they fit best, each tree to its own of the `surfaces` (voxels)."""
     kept = differences(tubes)
     stiff = begin / 2.0 ** np.arange(np.ceil(np.log2(begin)))
-    for schedule in (stiff, np.ones(rounds)):
+    for schedule, power in ((stiff, 1), (np.ones(rounds), 2)):
         points, near, _ = _thinned(tubes, surfaces)
         for stiffness in schedule:
             feet = feet_on(tubes, points, near)
-            closer = _closer(tubes, feet, kept, stiffness * strengths(tubes, feet, kept, roughness))
+            # Cauchy's weight finds the wall from far; Geman and McClure's keeps it, whatever bulges from it.
+            weight = 1 / (1 + (2 ** (1 / power) - 1) * _outlying(tubes, feet) ** 2) ** power
+            closer = _closer(tubes, feet, weight, kept, stiffness * strengths(tubes, feet, kept, roughness))
             moved = np.abs(closer.nodes - tubes.nodes).max()
             tubes = closer
             if moved < ENOUGH:
@@ -119,10 +122,15 @@ def _misfits(tubes: Tubes, surfaces: Sequence[np.ndarray], roughness: float) -> 
     points, near, owner = _thinned(tubes, surfaces)
     feet, kept = feet_on(tubes, points, near), differences(tubes)
     size = OUTLIER + SHAPE * tubes.radius[feet.places[:, 0]]
-    gaps = np.bincount(tubes.tree[feet.vessel], size**2 * np.log1p((feet.gap / size) ** 2), len(surfaces))
-    lost = np.bincount(owner[feet.lost], minlength=len(surfaces)) * OUTLIER**2 * np.log1p((BEYOND / OUTLIER) ** 2)
+    gaps = np.bincount(tubes.tree[feet.vessel], _loss(feet.gap, size), len(surfaces))
+    lost = np.bincount(owner[feet.lost], minlength=len(surfaces)) * _loss(BEYOND, OUTLIER)
     bending = strengths(tubes, feet, kept, roughness) * (kept.matrix @ tubes.state) ** 2
     return gaps + lost + np.bincount(tubes.tree[kept.vessel], bending, len(surfaces))
+
+
+def _loss(gap: Any, size: Any) -> Any:
+    """Return Geman and McClure's loss: the square of a small gap; a gap of `size` weighs half in the fit."""
+    return gap**2 / (1 + (np.sqrt(2) - 1) * (gap / size) ** 2)
 
 
 def _outlying(tubes: Tubes, feet: Feet) -> np.ndarray:
@@ -170,10 +178,9 @@ def _even(nodes: np.ndarray, spacing: float) -> np.ndarray:
     return np.asarray(CubicSpline(run, nodes[first])(np.linspace(0, run[-1], max(round(run[-1] / spacing), 3) + 1)))
 
 
-def _closer(tubes: Tubes, feet: Feet, kept: Differences, strength: np.ndarray) -> Tubes:
+def _closer(tubes: Tubes, feet: Feet, weight: np.ndarray, kept: Differences, strength: np.ndarray) -> Tubes:
     """Return the tubes after one weighted step of Gauss and Newton toward the feet's points."""
     state = tubes.state
-    weight = 1 / (1 + _outlying(tubes, feet) ** 2)
     jacobian = _jacobian(tubes, feet)
     smooth = kept.matrix.T @ diags_array(strength) @ kept.matrix
     held = _free_ends(tubes)
