@@ -71,8 +71,7 @@ def _values(problem: Problem, points: np.ndarray, outputs: np.ndarray, zeros: np
     """Return unknowns and derived quantities at points with their outputs and zeros, shape (point,) each."""
     unknowns = problem.unknowns
     known = {name: value for name, value in unknowns.values(points).items() if name in unknowns.all}
-    rows = [problem.quantities(*one) for one in zip(points, outputs, zeros.tolist(), strict=True)]
-    return known | {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return known | problem.quantities(points, outputs, zeros)
 
 
 def _units(problem: Problem) -> dict[str, tuple[str, str]]:
