@@ -142,7 +142,7 @@ class Problem:
         return every | {name: value for name, value in indices.items() if moved[name]}
 
     def _reflections(self, flows: np.ndarray, outputs: np.ndarray, places: np.ndarray, inertia: float) -> np.ndarray:
-        """Return I_R of the waves that flows (point, time) and coefficients make at places; NaN where there are none."""
+        """Return I_R of the waves of flows (point, time) and coefficients at places; NaN where there are none."""
         found = np.full(len(flows), np.nan)
         good = np.isfinite(outputs[:, : self.samples]).all(axis=1) & np.isfinite(places).all(axis=1)
         if good.any():
