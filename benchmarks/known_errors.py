@@ -107,10 +107,9 @@ def table(path):
     data["half"] = 50 * np.log(data["high"] / data["low"])
     rows = ["| what is wrong, by | analyzed | animals | R_T held | half width, % | wave speed held | half width, % |",
             "|---|---|---|---|---|---|---|"]  # fmt: skip
-    order = list(ERRORS)
-    for (error, way, told), part in sorted(
-        data.groupby(["error", "way", "told"]), key=lambda one: order.index(one[0][0])
-    ):
+    data["place"] = data["error"].map(list(ERRORS).index)
+    for (_, way, told), part in data.groupby(["place", "way", "told"]):
+        error = part["error"].iloc[0]
         said = "told" if told else "not told"
         cells = [f"{one['held'].mean():.3f} | {one['half'].median():.0f}"
                  for one in (part[part["quantity"] == name] for name in NAMES)]  # fmt: skip
