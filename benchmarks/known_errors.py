@@ -69,7 +69,7 @@ def animal(number, error):
     pressure, flow = waves[:, network.root, 0] + noise, inflow.flow
     mean = float(pressure.mean())
     if error == "flow_gain":
-        flow = flow / factor
+        flow = flow * factor
     elif error == "flow_delay":  # what is recorded now was so a while ago
         time = np.arange(len(flow)) * inflow.period / len(flow)
         flow = np.interp(time - size, time, flow, period=inflow.period)
