@@ -22,7 +22,7 @@ from vasowave.inference.mixture import explore, separate
 from vasowave.inference.mode import climb
 from vasowave.inference.result import Diagnostics
 from vasowave.inference.rounds import Target
-from vasowave.inference.starts import find_modes
+from vasowave.inference.starts import find_modes, screened
 from vasowave.quantities import derived
 
 SAMPLES, UNKNOWNS = 9, 3
@@ -56,7 +56,7 @@ def exact():
 def test_two_modes_are_found_and_drawn_from_as_often_as_they_are_likely(exact):
     share, evidence = exact
     assert 0.2 < share < 0.8  # both matter
-    modes = find_modes(folded, folded, DATA, NOISE, [], UNKNOWNS, 0)
+    modes = find_modes(folded, folded, DATA, NOISE, [], screened(folded, UNKNOWNS, 0))
     assert sorted(np.sign(mode.middle[0]) for mode in modes) == [-1.0, 1.0]
     explored = explore(TARGET, modes, np.random.default_rng(2), 1000)
     found = np.exp(explored.weights.log_weight)[explored.points[:, 0] > 0].sum()
@@ -106,10 +106,20 @@ def test_a_start_that_cannot_be_simulated_is_a_failed_start_and_not_the_end():
     def above(points):
         return np.where(points[:, :1] < -0.5, np.nan, folded(points))
 
-    modes = find_modes(above, folded, DATA, NOISE, [OTHER], UNKNOWNS, 0)
+    def nowhere(points):
+        return np.full((len(points), SAMPLES), np.nan)
+
+    modes = find_modes(above, folded, DATA, NOISE, [OTHER], screened(folded, UNKNOWNS, 0))
     assert [np.sign(mode.middle[0]) for mode in modes] == [1.0]
     with pytest.raises(NumericalError, match="start"):
-        find_modes(lambda points: np.full((len(points), SAMPLES), np.nan), folded, DATA, NOISE, [], UNKNOWNS, 0)
+        find_modes(
+            lambda points: np.full((len(points), SAMPLES), np.nan),
+            folded,
+            DATA,
+            NOISE,
+            [],
+            screened(folded, UNKNOWNS, 0),
+        )
 
 
 def test_a_posterior_whose_halves_differ_is_not_trusted():

@@ -21,7 +21,7 @@ from vasowave.inference.reporting import reported
 from vasowave.inference.result import Posterior
 from vasowave.inference.rounds import Target
 from vasowave.inference.simulations import Simulations
-from vasowave.inference.starts import find_modes
+from vasowave.inference.starts import find_modes, screened
 from vasowave.inference.unknowns import Unknowns
 from vasowave.model.blood import Blood
 from vasowave.model.laws import find_bed
@@ -133,12 +133,14 @@ def posterior_of(
     given = [] if fit is None else [np.clip(_scores(problem.unknowns, fit), -_OPEN, _OPEN)]
     simulations = Simulations(problem.simulate, path, problem.key, progress)
     size, rng = len(problem.unknowns.all), np.random.default_rng(how.seed)
-    modes = find_modes(simulations, problem.linear, problem.measured, problem.discrepancy(), given, size, how.seed)
+    halves = screened(problem.linear, size, how.seed)
+    modes = find_modes(simulations, problem.linear, problem.measured, problem.discrepancy(), given, halves)
     noise = problem.discrepancy(problem.vessels(modes[0].middle))
     target = Target(simulations, problem.measured, noise, problem.seen)
     explored = explore(target, modes, rng, how.draws)
     optimum = None if fit is None else _optimum(target, problem, fit)
-    return reported(problem, noise, explored, simulations.asked, np.random.default_rng([how.seed, 1]), optimum)
+    rng = np.random.default_rng([how.seed, 1])
+    return reported(problem, noise, explored, halves, simulations.asked, rng, optimum)
 
 
 def problem_of(network: Network, recording: Recording, wall: str | type, how: Sampling) -> Problem:

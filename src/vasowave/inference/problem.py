@@ -118,29 +118,40 @@ class Problem:
         apart = lowest - lowest[model.network.root]
         return self.recording.diastolic_pressure + np.where(np.isfinite(apart), apart, 0.0)
 
-    def quantities(self, point: np.ndarray, output: np.ndarray, zero: float) -> dict[str, float]:
-        """Return what follows from a point, its simulated coefficients, and a zero that is wrong by `zero` SD.
+    def quantities(self, points: np.ndarray, outputs: np.ndarray, zeros: np.ndarray) -> dict[str, np.ndarray]:
+        """Return what follows from points, their simulated coefficients, and zeros that are wrong by so many SD.
 
-        Of the indices those that an error moves; I_R from the harmonics that are compared.
+        Of the indices those that an error moves; I_R from the harmonics that are compared. All of shape (point,).
         """
-        unknowns, (model, seen) = self.unknowns, self.unknowns.posed(point)
-        mean = self.recording.mean_pressure - zero * unknowns.priors.sd("zero")
-        found = derived(model, mean, self._diastole)
-        found = {name: found[name] for name in (*OF_PARAMETERS, "tau") if name in found}
-        flow = resample(resample(seen.flow, self.samples), _WAVES)
-        place = operating_point(model, mean)
-        if np.isfinite([*output[: self.samples], *place]).all():
-            pressure = resample(self.in_time(output), _WAVES)
-            waves = wave_intensity(pressure, flow, seen.period, *place, model.blood.inertia)
-            found["I_R"] = float(waves.reflection_coefficient)
-        else:
-            found["I_R"] = np.nan
+        unknowns = self.unknowns
+        means = self.recording.mean_pressure - zeros * unknowns.priors.sd("zero")
+        rows, flows, places = [], [], []
+        for point, mean in zip(points, means.tolist(), strict=True):
+            model, seen = unknowns.posed(point)
+            found = derived(model, mean, self._diastole)
+            rows.append([found[name] for name in (*OF_PARAMETERS, "tau") if name in found])
+            flows.append(seen.flow)
+            places.append(operating_point(model, mean))
+        names = [name for name in (*OF_PARAMETERS, "tau") if name in found]
+        every = dict(zip(names, np.array(rows).T, strict=True))
+        every["I_R"] = self._reflections(np.array(flows), outputs, np.array(places), model.blood.inertia)
         moved = {"mPAP": unknowns.priors.sd("zero") > 0, "CO": "flow_gain" in unknowns.all}
-        behind = float(unknowns.values(point)["wedge"])
-        CO = seen.cardiac_output
-        indices = {"mPAP": mean, "CO": CO, "PVR": (mean - behind) / CO}
         moved["PVR"] = any(moved.values()) or "wedge" in unknowns.all
-        return found | {name: value for name, value in indices.items() if moved[name]}
+        CO = np.mean(flows, axis=1)
+        indices = {"mPAP": means, "CO": CO, "PVR": (means - unknowns.values(points)["wedge"]) / CO}
+        return every | {name: value for name, value in indices.items() if moved[name]}
+
+    def _reflections(self, flows: np.ndarray, outputs: np.ndarray, places: np.ndarray, inertia: float) -> np.ndarray:
+        """Return I_R of the waves of flows (point, time) and coefficients at places; NaN where there are none."""
+        found = np.full(len(flows), np.nan)
+        good = np.isfinite(outputs[:, : self.samples]).all(axis=1) & np.isfinite(places).all(axis=1)
+        if good.any():
+            pressure = resample(self.in_time(outputs[good]).T, _WAVES).T
+            flow = resample(resample(flows[good].T, self.samples), _WAVES).T
+            areas, speeds = places[good].T[:, :, np.newaxis]
+            waves = wave_intensity(pressure, flow, self.recording.period, areas, speeds, inertia)
+            found[good] = waves.reflection_coefficient
+        return found
 
     def discrepancy(self, vessels: np.ndarray | None = None) -> Discrepancy:
         """Return the likelihood of residuals, with what single vessels change (as from `vessels`) or without."""

@@ -1,5 +1,7 @@
 """From explored points to the posterior as a value: equally weighted draws, table, shares, findings."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -12,10 +14,10 @@ from vasowave.inference.mixture import Explored
 from vasowave.inference.problem import Problem
 from vasowave.inference.result import Diagnostics, Posterior
 from vasowave.inference.shares import variance_shares
+from vasowave.inference.starts import Screened
 from vasowave.inference.wording import meanings, trust, zero_unseen
 from vasowave.quantities import OF_PARAMETERS, QUANTITIES
 
-_PRIOR_DRAWS = 400  # enough to draw the prior beside the posterior
 _HELD = 1e-24  # variance before of a quantity that held parameters leave no freedom: rounding
 _FURTHER = ("tau", "I_R", "mPAP", "CO", "PVR")  # quantities of a posterior beside those of the parameters alone
 _STEP = 1e-3  # of the central differences, in SD of the prior
@@ -25,20 +27,24 @@ def reported(
     problem: Problem,
     noise: Discrepancy,
     explored: Explored,
+    looked: Sequence[Screened],
     simulations: int,
     rng: np.random.Generator,
     optimum: Optimum | None = None,
 ) -> Posterior:
-    """Return the posterior that explored points are; `optimum` is that of a fit, if there is one."""
+    """Return the posterior that explored points are; `optimum` is that of a fit, if there is one.
+
+    Draws of the prior, beside those of the posterior, are the points that the search `looked` at.
+    """
     rows = _resampled(explored.weights.log_weight, rng)
     points, residuals = explored.points[rows], explored.residuals[rows]
     behind = noise.drawn(residuals, problem.zero, rng)
     values = _values(problem, points, problem.measured - residuals, behind.zero)
     values["discrepancy"] = behind.deviation
-    first = rng.standard_normal((_PRIOR_DRAWS, len(problem.unknowns.all)))
-    before = _values(problem, first, problem.linear(first), rng.standard_normal(_PRIOR_DRAWS))
+    first, outputs = (np.concatenate(parts) for parts in zip(*looked, strict=True))
+    before = _values(problem, first, outputs, rng.standard_normal(len(first)))
     median, spread = noise.amplitude
-    before["discrepancy"] = median * np.exp(spread * rng.standard_normal(_PRIOR_DRAWS))
+    before["discrepancy"] = median * np.exp(spread * rng.standard_normal(len(first)))
     diagnostics = Diagnostics(
         explored.weights.k_hat, explored.weights.effective,
         float(np.sqrt(np.nanmean(explored.missed**2))), explored.log_error, explored.log_evidence,
@@ -71,8 +77,7 @@ def _values(problem: Problem, points: np.ndarray, outputs: np.ndarray, zeros: np
     """Return unknowns and derived quantities at points with their outputs and zeros, shape (point,) each."""
     unknowns = problem.unknowns
     known = {name: value for name, value in unknowns.values(points).items() if name in unknowns.all}
-    rows = [problem.quantities(*one) for one in zip(points, outputs, zeros.tolist(), strict=True)]
-    return known | {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return known | problem.quantities(points, outputs, zeros)
 
 
 def _units(problem: Problem) -> dict[str, tuple[str, str]]:

@@ -18,7 +18,7 @@ _ROUNDS = 7  # of simulations, at most
 _GOOD = 0.5  # SD of the emulator's error of the log-likelihood at new draws, below which no round follows
 _WIDER = 0.6  # power of the posterior that rounds learn: an emulator that saw the bulk alone ends the posterior there
 DRAWN = 0.8  # power of the posterior that is drawn from in the end: weights stay small where the emulator errs
-_WALKERS, _STEPS = 200, 300
+_WALKERS, _STEPS = 200, 150  # enough to spread from one round to the next; what is drawn in the end moves anew
 _FARTHER = 1.3  # the emulator is used up to this times the farthest point it was fitted to
 _FORETOLD = 2.0  # nats by which the emulator may miss the height of a mode that it covers
 

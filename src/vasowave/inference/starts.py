@@ -6,6 +6,7 @@ best of them; the simulations climb on from there, and from one that lies far aw
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,14 +21,27 @@ _MISSED = 0.4  # mmHg, r.m.s., by which the linear model differs from simulation
 _STEP = 1e-3  # of the linear model's differences, in SD of the prior
 
 
+class Screened(NamedTuple):
+    """Draws of the prior, (point, unknown), and what the linear model makes of them, NaN where it has no answer."""
+
+    points: np.ndarray
+    outputs: np.ndarray
+
+
+def screened(linear: Simulate, size: int, seed: int) -> tuple[Screened, Screened]:
+    """Return what each half looks at, of a prior of so many unknowns."""
+    halves = [np.random.default_rng([seed, 2 + half]).standard_normal((_SCREENED, size)) for half in (0, 1)]
+    first, second = (Screened(points, linear(points)) for points in halves)
+    return first, second
+
+
 def find_modes(
     simulate: Simulate,
     linear: Simulate,
     measured: np.ndarray,
     noise: Discrepancy,
     given: Sequence[np.ndarray],
-    size: int,
-    seed: int,
+    halves: Sequence[Screened],
 ) -> list[Climbed]:
     """Return the distinct modes that starts lead to, the likeliest first, and which halves of the starts found them.
 
@@ -38,9 +52,7 @@ def find_modes(
     noise : Discrepancy
     given : sequence of array, shape (unknown,)
         Starts that belong to neither half.
-    size : int
-        Number of unknowns.
-    seed : int
+    halves : pair of Screened
 
     Raises
     ------
@@ -51,12 +63,11 @@ def find_modes(
     failure: NumericalError | None = None
     wide = replace(noise, amplitude=(float(np.hypot(noise.amplitude[0], _MISSED)), noise.amplitude[1]))
     starts = [(point, frozenset[int]()) for point in given]
-    for half in (0, 1):
-        rng = np.random.default_rng([seed, 2 + half])
-        starts += [(point, frozenset((half,))) for point in _chosen(linear, measured, wide, size, rng)]
-    for start, halves in starts:
+    for half, looked in enumerate(halves):
+        starts += [(point, frozenset((half,))) for point in _chosen(linear, measured, wide, looked)]
+    for start, found_by in starts:
         try:
-            end = replace(climb(simulate, measured, noise, start, modes), halves=halves)
+            end = replace(climb(simulate, measured, noise, start, modes), halves=found_by)
         except NumericalError as error:
             failure = error
             continue
@@ -66,12 +77,10 @@ def find_modes(
     return sorted(modes, key=lambda one: -one.log_evidence(noise, measured))
 
 
-def _chosen(
-    linear: Simulate, measured: np.ndarray, noise: Discrepancy, size: int, rng: np.random.Generator
-) -> list[np.ndarray]:
+def _chosen(linear: Simulate, measured: np.ndarray, noise: Discrepancy, looked: Screened) -> list[np.ndarray]:
     """Return two starts: the linear model's optimum above the best point, and the farthest of the next best points."""
-    points = np.concatenate([np.zeros((1, size)), rng.standard_normal((_SCREENED, size))])
-    outputs = linear(points)
+    medians = np.zeros((1, looked.points.shape[1]))
+    points, outputs = np.vstack([medians, looked.points]), np.vstack([linear(medians), looked.outputs])
     good = np.isfinite(outputs).all(axis=1)
     if not good.any():
         return [points[0]]

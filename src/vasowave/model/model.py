@@ -8,9 +8,11 @@ import numpy as np
 
 from vasowave.errors import InputError
 from vasowave.model.blood import Blood
+from vasowave.model.outlets import BUILT_IN as CIRCUITS
 from vasowave.model.outlets import Outlets
 from vasowave.model.per_vessel import one_per_vessel
 from vasowave.model.shape import Shape
+from vasowave.model.walls import BUILT_IN as WALLS
 from vasowave.model.walls import Wall
 from vasowave.network.network import Network
 from vasowave.notebook import card, upstairs
@@ -78,9 +80,9 @@ class Model:
 
     def __post_init__(self) -> None:
         """Expand every parameter to one value per vessel or terminal, and check it."""
-        if not isinstance(self.wall, Wall):
+        if type(self.wall) not in WALLS and not isinstance(self.wall, Wall):  # which takes long to tell
             raise InputError(f"{self.wall!r} is not a wall law; use one of `walls`, as in LinearWall(beta)")
-        if not isinstance(self.outlets, Outlets):
+        if type(self.outlets) not in CIRCUITS and not isinstance(self.outlets, Outlets):
             raise InputError(f"{self.outlets!r} is not an outlet; use Windkessel(R1, R2, C) or ImpedanceSpectrum(Z)")
         terminals = [self.network.name[row] for row in self.network.terminals]
         object.__setattr__(self, "wall", one_per_vessel(self.wall, self.network.name, "wall"))

@@ -30,8 +30,9 @@ def _row(name: str, value: Any, names: Sequence[str], what: str, least: float | 
         raise InputError(
             f"{what} parameter {name} has shape {np.shape(value)}; give one number or {len(names)} values"
         ) from None
-    bad = np.flatnonzero(~(np.isfinite(array) & (array > 0 if least is None else array >= least)))
-    if len(bad):
+    good = np.isfinite(array) & (array > 0 if least is None else array >= least)
+    if not good.all():
+        bad = np.flatnonzero(~good)
         raise InputError(
             f"vessel '{names[bad[0]]}': {what} parameter {name} = {array[bad[0]]:g}; it must be "
             + ("positive and finite" if least is None else f"a number of {least:g} or more")

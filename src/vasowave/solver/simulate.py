@@ -1,6 +1,6 @@
 """Simulate a model, or many of them at once, and return labelled waveforms."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import xarray as xr
@@ -115,13 +115,19 @@ def simulate_runs(
         except (ArithmeticError, ValueError) as error:  # of a user's law, which may raise what it likes
             return NumericalError(f"this model cannot be ({type(error).__name__}: {error})")
 
-    outcomes: list[Run | VasowaveError] = []
-    with ThreadPoolExecutor(min(len(models), workers or threads())) as pool:
-        for done, outcome in enumerate(pool.map(one, models, inflows), 1):
-            outcomes.append(outcome)
+    def all_of(outcomes: Iterable[Run | VasowaveError]) -> list[Run | VasowaveError]:
+        found = []
+        for done, outcome in enumerate(outcomes, 1):
+            found.append(outcome)
             if progress is not None:
                 progress(done)
-    return outcomes
+        return found
+
+    count = min(len(models), workers or threads())
+    if count == 1:  # handing each to a thread costs as much as a tenth of a short run
+        return all_of(map(one, models, inflows))
+    with ThreadPoolExecutor(count) as pool:
+        return all_of(pool.map(one, models, inflows))
 
 
 __all__ = ["Numerics", "simulate", "simulate_run", "simulate_runs"]

@@ -28,7 +28,7 @@ def _of_fits(cohort: Cohort) -> list[str]:
     return [
         "Intervals of fits take what nobody said of image, zero and probe for exact, and the model for right. "
         "Posteriors (inference: posterior in study.yaml, --inference posterior of vasowave fit) allow for these "
-        "errors; they take up to half a minute of one processor for an animal and law."
+        "errors; they take about ten seconds of one processor for an animal and law."
     ]
 
 
