@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _APART = 1.25  # of two sources, where the points of one are 0.3 wide
+_ROUNDING = 1e-9  # of an interval whose end is its value
 _SHARES = 128  # of a cycle at which waveforms are averaged
 
 
@@ -101,6 +102,7 @@ def plot_importance(
         text = short(group) if source == "measured" else f"{short(group)}, {source} wall"
         eta = rows["eta"].to_numpy(float)
         reach = np.stack([eta - rows["low"], rows["high"] - eta])
+        reach[np.abs(reach) < _ROUNDING * (1 + np.abs(eta))] = 0.0  # an end that is the value itself
         ax.errorbar(eta, at, xerr=reach, fmt=look.marker, color=color, mfc=color if sources[source].filled else "white",
                     ms=4, elinewidth=1, capsize=2, label=text)  # fmt: skip
     for row in range(1, len(names)):

@@ -115,9 +115,7 @@ class Columns:
             scale = units.factor(unit, quantity)
         except InputError as error:
             raise InputError(f"{self.source}: column '{title}': {error}") from None
-        values = np.array([self._number(row, column, title) for row in range(len(self.cells))])
-        parts = 1 / scale  # 7 mm are 7 / 10 cm, and not the 0.7000000000000001 of 0.1 · 7
-        return values / parts if parts.is_integer() else scale * values
+        return scale * np.array([self._number(row, column, title) for row in range(len(self.cells))])
 
     def _number(self, row: int, column: int, title: str) -> float:
         text = self.cells[row][column]
