@@ -33,9 +33,7 @@ def sites_table(cohort: Cohort) -> Table:
             for site in range(data.sizes["site"]):
                 one = data.isel(site=site)
                 name, ratio, misfit = str(one["site"].item()), float(one["ratio"]), float(one["misfit"])
-                told = [
-                    _interval(one.sel(quantity=each), how) for each in _TOLD for how in ("", "_without")
-                ]
+                told = [_interval(one.sel(quantity=each), how) for each in _TOLD for how in ("", "_without")]
                 cells.append((result.name, wall, name, number(ratio, 3), number(misfit, 2), *told))
                 known = who(result) | {"wall law": wall, "site": name, "ratio [1]": ratio, "misfit [1]": misfit}
                 rows += [known | _row(one.sel(quantity=each)) for each in data["quantity"].values]
