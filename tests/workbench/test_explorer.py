@@ -2,14 +2,20 @@
 
 import json
 import re
+import shutil
 
 import numpy as np
 import pytest
 from served import served
 
 import vasowave as vw
+from made_cohort import planted_results
 from made_posterior import with_posterior
+from vasowave.animal.files import to_bytes
 from vasowave.animal.stored import stored_model, stored_recording
+from vasowave.study.results import write_results
+from vasowave.study.settings import StudyFile
+from vasowave.study.store import Store
 from vasowave.workbench.desk import Desk
 from vasowave.workbench.draws import posterior_draws
 from vasowave.workbench.explorer import Explorer
@@ -210,11 +216,38 @@ def test_the_line_of_python_draws_the_figure_of_the_page_again(program, kept_res
     assert files["png"].startswith(b"\x89PNG")
 
 
+@pytest.mark.validation
+def test_the_figure_of_two_groups_is_that_of_their_line_of_python(program, kept_results, tmp_path, monkeypatch):
+    store, pieces = Store(tmp_path / "results"), {}
+    for number, one in enumerate(planted_results()):
+        pieces[one.name, one.group] = store.keep(f"{number}", to_bytes(one.to_datatree()))
+    write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["CTL", "HPH"]))
+    shutil.copy(kept_results / "study.yaml", tmp_path)
+    shutil.copy(kept_results / "animals.csv", tmp_path)
+    with served(tmp_path) as door:
+        page = opened(program, door, "figures")
+        page.until("document.querySelector('img.preview')?.dataset.drawn === '1'")
+        page.choose("[data-key=animal]", "HPH against CTL")
+        page.until("document.querySelector('code.line').textContent.includes(\"compare('HPH')\")")
+        page.until("document.querySelector('img.preview').dataset.drawn === '2'")
+        assert page.js("document.querySelector('[data-key=width]').checkVisibility()") is False
+        line = page.js("document.querySelector('code.line').textContent")
+        content = door.raw("POST", door.root + "figure", json.dumps({"group": "HPH", "format": "svg"}).encode())[2]
+        page.choose("[data-key=animal]", "CTL 1")
+        page.until("document.querySelector('[data-key=width]').checkVisibility()")
+        assert page.errors == []
+    monkeypatch.chdir(tmp_path)
+    exec(line, {})
+    assert (tmp_path / "figure.svg").read_text(encoding="utf-8") == content.decode()
+    assert "mPAP" in content.decode()
+
+
 def test_a_figure_that_cannot_be_is_refused_in_a_sentence(kept_results):
     wish = {"animal": "CTL 0", "panels": ["pressure"], "format": "svg"}
     with served(kept_results) as door:
         wrongs = {"is no color": {"color": "javascript:x"}, "no font": {"family": "No Such Font"},
-                  "panels": {"panels": []}, "width": {"width": 1e9}, "no result": {"animal": "no"}}  # fmt: skip
+                  "panels": {"panels": []}, "width": {"width": 1e9}, "no result": {"animal": "no"},
+                  "no group 'no'": {"animal": "", "group": "no"}}  # fmt: skip
         for said, wrong in wrongs.items():
             status, answer = door.post("figure", wish | wrong)
             assert status == 400

@@ -1,6 +1,5 @@
 """The panels of one fit, for a notebook: ``fit.plot.residuals()``."""
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,7 @@ from vasowave.animal.result import AnimalResult
 from vasowave.errors import InputError, did_you_mean
 from vasowave.figures.fit import plot_autocorrelation, plot_flow, plot_pressure, plot_residuals
 from vasowave.figures.loop import plot_pressure_area
-from vasowave.figures.rendering import svg
+from vasowave.figures.rendering import as_file
 from vasowave.figures.spectra import plot_modulus
 from vasowave.figures.style import CTL, new_figure, shown_figure, style
 from vasowave.io.files import check_file, write_file
@@ -137,11 +136,7 @@ def figure_bytes(
         figure = new_figure(width / 10, height / 10)
         for ax, name in zip(figure.subplots(1, len(panels), squeeze=False)[0], panels, strict=True):
             getattr(FitPlots(result, color or CTL, shaded=color is None), name)(ax)
-        if kind == "svg":
-            return svg(figure).encode()
-        content = io.BytesIO()
-        figure.savefig(content, format=kind, transparent=False)
-    return content.getvalue()
+        return as_file(figure, kind)
 
 
 def _check_look(family: str, color: str) -> None:

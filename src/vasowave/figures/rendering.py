@@ -28,3 +28,12 @@ def svg(figure: "Figure") -> str:
     with style():
         figure.savefig(text, format="svg", metadata=_NO_METADATA)
     return with_marks(text.getvalue())
+
+
+def as_file(figure: "Figure", kind: str) -> bytes:
+    """Return the figure as a file: svg, pdf or png."""
+    if kind == "svg":
+        return svg(figure).encode()
+    content = io.BytesIO()
+    figure.savefig(content, format=kind, transparent=False)
+    return content.getvalue()

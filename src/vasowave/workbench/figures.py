@@ -1,6 +1,7 @@
 """What the Figure desk makes: chosen panels at a size in mm, and the line of Python that draws the same again."""
 
 import threading
+from dataclasses import field
 from typing import Annotated, Any, Literal
 
 from annotated_types import Ge, Le, MaxLen, MinLen
@@ -18,12 +19,13 @@ _KINDS = {"svg": "image/svg+xml", "pdf": "application/pdf", "png": "image/png"}
 
 @settings_class
 class Wish:
-    """A figure that is wished for."""
+    """A figure that is wished for: of an animal or, where there is none, of a group against the reference."""
 
-    animal: Annotated[str, MinLen(1)]
+    animal: str = ""
+    group: str = ""
     panels: Annotated[
         list[Literal["pressure", "flow", "residuals", "autocorrelation", "pressure_area", "impedance"]], MinLen(1)
-    ]
+    ] = field(default_factory=lambda: ["pressure"])
     width: Annotated[float, Ge(20), Le(400)] = 170.0
     height: Annotated[float, Ge(20), Le(400)] = 60.0
     font: Annotated[float, Ge(4), Le(24)] = 8.0
@@ -41,6 +43,8 @@ def figure_file(desk: Desk, message: dict[str, Any]) -> tuple[bytes, str, str]:
         A value that a figure cannot have; there is no such result.
     """
     wish = Wish(**{name: value for name, value in message.items() if name != "only"})
+    if not wish.animal:
+        return _of_group(desk, wish, line_only=message.get("only") == "line")
     size = f"width={wish.width:g}, height={wish.height:g}, font={wish.font:g}"
     look = f"family={wish.family!r}, color={wish.color!r}"
     line = (
@@ -58,3 +62,14 @@ def figure_file(desk: Desk, message: dict[str, Any]) -> tuple[bytes, str, str]:
             width=wish.width, height=wish.height, font=wish.font, family=wish.family, color=wish.color,
         )  # fmt: skip
     return content, _KINDS[wish.format], line
+
+
+def _of_group(desk: Desk, wish: Wish, line_only: bool) -> tuple[bytes, str, str]:
+    line = (
+        f"import vasowave as vw; vw.read_results({str(desk.folder.absolute())!r}).compare({wish.group!r})"
+        f".save('figure.{wish.format}')"
+    )
+    if line_only:
+        return b"", "", line
+    with _drawing:
+        return read_results(desk.folder).compare(wish.group).as_file(wish.format), _KINDS[wish.format], line

@@ -14,6 +14,7 @@ from vasowave.errors import InputError, VasowaveError, VasowaveWarning
 from vasowave.findings import texts
 from vasowave.imaging import Extraction, Options, Volume, extract, read_volume
 from vasowave.imaging.kept.stages import Stages
+from vasowave.imaging.lumen.proposal import levels_of
 from vasowave.imaging.read.formats import VOLUMES
 from vasowave.report.extraction import SETTINGS, write_extraction
 from vasowave.settings import settings_class
@@ -121,6 +122,7 @@ class Lungs:
             "shape": list(grey.shape), "low": low, "high": high, "spacing": spacing.tolist(),
             "origin": (volume.origin + 0.5 * (step - 1) * volume.spacing).tolist(),
             "voxels": list(volume.grey.shape), "voxel": volume.spacing.tolist(),
+            "threshold": levels_of(volume).threshold,
         }  # fmt: skip
         return json.dumps(about).encode() + b"\n" + levels.tobytes()
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -10,7 +11,9 @@ from vasowave.cohort.cohort import Cohort
 from vasowave.cohort.primary import Primary
 from vasowave.errors import InputError
 from vasowave.figures.forest import WIDE, Form, forest_figure
-from vasowave.figures.style import group_looks, new_figure, short, shown_figure, source_looks
+from vasowave.figures.rendering import as_file
+from vasowave.figures.style import group_looks, new_figure, short, shown_figure, source_looks, style
+from vasowave.io.files import check_file, write_file
 from vasowave.notebook import card
 from vasowave.report.answer.forest import group_rows
 from vasowave.report.answer.groups import group_answers
@@ -58,11 +61,34 @@ class Comparison:
         InputError
             No quantity could be compared.
         """
+        return next(ax for ax in self._figure(shown_figure).axes if ax.get_xscale() == "log")
+
+    def save(self, path: str | Path) -> Path:
+        """Write the figure of `forest`, 174 mm wide: ``results.compare("HPH").save("hph.pdf")``.
+
+        Parameters
+        ----------
+        path : path
+            It ends in .svg, .pdf or .png.
+
+        Raises
+        ------
+        InputError
+            No quantity could be compared, or the file cannot be written.
+        """
+        check_file(Path(path), ".svg", ".pdf", ".png")
+        return write_file(Path(path), self.as_file(Path(path).suffix.lower()[1:]))
+
+    def as_file(self, kind: str) -> bytes:
+        """Return what `save` writes: svg, pdf or png; raises as `forest`."""
+        with style():
+            return as_file(self._figure(new_figure), kind)
+
+    def _figure(self, make: Callable[[float, float], "Figure"]) -> "Figure":
         if not len(self.primary.rows):
             left = "; ".join(f"{what}: {why}" for what, why in self.primary.left_out.items())
             raise InputError(f"{self.group} and {self.reference} could not be compared; {left}")
-        figure = groups_figure(self.cohort, self.primary, WIDE, shown_figure)
-        return next(ax for ax in figure.axes if ax.get_xscale() == "log")
+        return groups_figure(self.cohort, self.primary, WIDE, make)
 
     def __repr__(self) -> str:
         said = group_answers(self.primary, caller(self.cohort))

@@ -32,6 +32,7 @@ export async function show(place, rest) {
   image = volume(content);
   at = [0, 1, 2].map((k) => (extent(image, k)[0] + extent(image, k)[1]) / 2);
   look = { dark: image.low, bright: image.high };
+  if (!told.written) { wishes.threshold = image.threshold; wish(); }  // as `vasowave look` proposes
   parts.facts.textContent = `${told.file}: ${image.voxels.join(" × ")} voxels of ${image.voxel.map((one) => shown(1e4 * one, 3)).join(" × ")} µm, shown as ${image.shape.join(" × ")}`;
   slices.forEach((canvas, k) => { pointer(canvas, VIEWS[k]); watched(canvas, draw); });
   begin(); sliders(); picked();

@@ -15,7 +15,7 @@ export function volume(buffer) {
   const about = JSON.parse(new TextDecoder().decode(bytes.subarray(0, end)));
   const turned = (list) => [...list].reverse();  // z, y, x on the wire; x, y, z here
   const levels = new Uint16Array(buffer.slice(end + 1)), shape = turned(about.shape);
-  return { levels, shape, spacing: turned(about.spacing), origin: turned(about.origin), low: about.low, high: about.high,
+  return { levels, shape, spacing: turned(about.spacing), origin: turned(about.origin), low: about.low, high: about.high, threshold: about.threshold,
     voxels: turned(about.voxels), voxel: turned(about.voxel), stride: [1, shape[0], shape[0] * shape[1]] };
 }
 
