@@ -21,7 +21,7 @@ export async function show(place, rest) {
     wish.animal = wish.group ? "" : name;
     wish.color = color.value = own();
     parts.choices.hidden = Boolean(wish.group);
-    draw(); outdated();
+    clear(); draw(); outdated();
   };
   wish.color = own();
   parts = { picture: h("img", { class: "preview", alt: "the figure" }), line: h("code", { class: "line" }), old: h("div") };
@@ -58,22 +58,29 @@ async function outdated() {
 async function draw() {
   if (!wish.panels.length) { say("Choose at least one panel.", true); return; }
   const mine = ++drawing;
+  if (wish.group) say("Comparing the groups …");  // seconds, the first time
   try {
     const [content, { line }] = await Promise.all([file("figure", { ...wish, format: "svg" }), post("figure", { ...wish, only: "line" })]);
     if (mine !== drawing) return;
     if (before) URL.revokeObjectURL(before);
     before = URL.createObjectURL(content);
     parts.picture.src = before;
+    parts.picture.hidden = false;
     parts.picture.style.width = wish.animal ? `${wish.width}mm` : "174mm";
     parts.line.textContent = line;
     parts.picture.dataset.drawn = String(Number(parts.picture.dataset.drawn || 0) + 1);
     say("");
   } catch (error) {
     if (mine !== drawing) return;
-    parts.picture.removeAttribute("src");  // of what was chosen before
-    parts.line.textContent = "";
+    clear();
     say(error.message, true);
   }
+}
+
+/** Take away what shows something else than what is chosen. */
+function clear() {
+  parts.picture.hidden = true;
+  parts.line.textContent = "";
 }
 
 async function save(format) {
