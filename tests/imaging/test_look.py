@@ -166,6 +166,18 @@ def test_a_bridge_that_a_higher_threshold_cuts_is_answered_with_that_threshold()
     assert opening_threshold(segment(volume, 50)) is None
 
 
+def test_of_a_ring_that_nothing_closes_the_proposed_command_cuts_it_and_doubts_what_it_cut():
+    volume = ring(20)
+    seen = vw.look(volume, cannula=0)
+    assert (len(seen.loops), seen.closed, seen.opening) == (1, False, None)
+    assert "--loops=open" in command(seen)
+    assert "doubts the vessels there" in look_text(seen)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)
+        found = vw.extract(volume, root=seen.options.root, threshold=seen.options.threshold, cannula=0, loops="open")
+    assert any(one.vessels for one in found.doubts)
+
+
 def test_an_image_of_noise_alone_is_refused_before_its_loops_are_counted():
     grey = np.random.default_rng(5).normal(100.0, 20.0, (60, 50, 40))
     with pytest.raises(InputError, match="nothing stands out: the brightest piece lies 0"):

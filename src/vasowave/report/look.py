@@ -36,7 +36,7 @@ def command(seen: Overview) -> str:
     source = Path("SCAN") if seen.source is None else seen.source
     name = source.name.split(".")[0] or "scan"
     defaults, words = settings_of(Options), ["vasowave", "extract", shlex.quote(str(source)), "-o", shlex.quote(name)]
-    for key in ("root", "threshold", "method", "cannula", "species", "voxel", "grey"):
+    for key in ("root", "threshold", "method", "cannula", "species", "voxel", "grey", "loops"):
         value = getattr(seen.options, key)
         if value is None or (key != "root" and value == defaults[key].default):
             continue
@@ -89,7 +89,9 @@ def _loops(seen: Overview) -> str:
     if not seen.loops:
         return "none"
     places = "; ".join(f"{written(one.place)} (ring of {one.length:.2g} cm)" for one in seen.loops[:_SHOWN])
-    what = "the level set closes them all" if seen.closed else "touching vessels, or an anastomosis"
+    what = "touching vessels, or an anastomosis; the command cuts each at its thinnest and doubts the vessels there"
+    if seen.closed:
+        what = "the level set closes them all"
     if seen.opening is not None and not seen.closed:
         what = f"none is left at a threshold of {seen.opening:.4g}"
     return f"{len(seen.loops)}, thinnest at (x,y,z, cm) {places}: {what}"

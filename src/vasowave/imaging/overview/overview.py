@@ -3,6 +3,7 @@
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -183,7 +184,9 @@ def _seen(
         measured,
         grey,
         tuple(dict.fromkeys(findings)),
-        _proposed(first, volume, ends, grey, closed, opening if loops else None),
+        _proposed(
+            first, volume, ends, grey, closed, opening, "open" if loops and not closed and opening is None else "refuse"
+        ),
     )
 
 
@@ -216,8 +219,9 @@ def _proposed(
     grey: GreyLook,
     closed: bool,
     opening: float | None,
+    loops: Literal["open", "refuse"],
 ) -> Options:
-    """Return the options with which to extract."""
+    """Return the options with which to extract; loops are opened where neither contour nor threshold is rid of them."""
     threshold = opening if opening is not None and not closed else first.threshold
     pairs = grey.offered or None
     if pairs:
@@ -230,4 +234,5 @@ def _proposed(
         species=first.species,
         voxel=first.voxel,
         grey=pairs,
+        loops=loops,
     )
