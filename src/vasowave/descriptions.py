@@ -12,6 +12,9 @@ NORMAL = 1.959964
 TAILS = (0.025, 0.5, 0.975)
 """Shares below the lower end of such an interval, the median, and the upper end."""
 
+ROUNDING = 1e-9
+"""Share of a value by which an end of its interval may differ from it by rounding alone."""
+
 
 class Quantity(NamedTuple):
     """The description of a number.

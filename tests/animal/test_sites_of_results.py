@@ -50,6 +50,9 @@ def test_the_report_has_a_row_and_a_panel_for_every_site(result):
     fitted = [str(name) for name in result.laws["linear"].calibration["parameter"].values]
     assert table.data["quantity"].tolist() == 2 * ["wave_speed", "R_T", *fitted]
     assert (table.data["low"] < table.data["high"]).all()
+    units = dict(zip(table.data["quantity"], table.data["unit"], strict=True))
+    assert (units["wave_speed"], units["R_T"], units["beta"], units["r1"]) == ("cm/s", "mmHg s/ml", "mmHg", "1")
+    assert "R_T without [mmHg s/ml]" in table.header
     drawn = [ax for ax in sites_figure(result).axes if ax.lines]
     assert [ax.get_ylabel() for ax in drawn] == ["flow [ml/s]", "pressure [mmHg]"]
 

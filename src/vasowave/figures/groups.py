@@ -8,6 +8,7 @@ import numpy as np
 from vasowave.animal.reading import from_foot
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.group_means import GroupMean
+from vasowave.descriptions import ROUNDING
 from vasowave.errors import InputError
 from vasowave.figures.marks import mark
 from vasowave.figures.style import (
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _APART = 1.25  # of two sources, where the points of one are 0.3 wide
-_ROUNDING = 1e-9  # of an interval whose end is its value
 _SHARES = 128  # of a cycle at which waveforms are averaged
 
 
@@ -102,7 +102,7 @@ def plot_importance(
         text = short(group) if source == "measured" else f"{short(group)}, {source} wall"
         eta = rows["eta"].to_numpy(float)
         reach = np.stack([eta - rows["low"], rows["high"] - eta])
-        reach[np.abs(reach) < _ROUNDING * (1 + np.abs(eta))] = 0.0  # an end that is the value itself
+        reach[np.abs(reach) < ROUNDING * (1 + np.abs(eta))] = 0.0  # an end that is the value itself
         ax.errorbar(eta, at, xerr=reach, fmt=look.marker, color=color, mfc=color if sources[source].filled else "white",
                     ms=4, elinewidth=1, capsize=2, label=text)  # fmt: skip
     for row in range(1, len(names)):

@@ -2,7 +2,7 @@
 
 Goodman & Weare, Comm. App. Math. Comp. Sci. 5 (2010), 65, and ter Braak, Stat. Comput. 16 (2006), 239: both moves suit
 every affine image of a density, so that nothing has to be tuned to scales and correlations. Differential moves forget
-twice as fast where a density is nearly normal; stretches reach along what is bent.
+sooner where a density is nearly normal; stretches reach along what is bent.
 """
 
 from collections.abc import Callable

@@ -9,10 +9,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.descriptions import ROUNDING
 from vasowave.io.columns import split_unit
 
-ROUNDING = 1e-9
-"""Share of a value below which what is said of its error is rounding."""
 UNLIMITED = "[no limits]"
 """In place of an interval that says nothing."""
 Row = tuple[str, ...]

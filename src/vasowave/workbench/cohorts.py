@@ -35,6 +35,7 @@ class Cohorts:
                 {"name": name, "group": groups[name], **more} for name, more in zip(stored, numbers, strict=True)
             ],
             "groups": {label: looks[label].color for label in stored.settings.groups},
+            "reference": next((label for label in stored.settings.groups if label in groups.values()), ""),
             "quantities": {name: what for one in reversed(numbers) for name, what in one.pop("described").items()},
             "sources": {name: look.filled for name, look in source_looks(sources).items()},
             "failures": [f"{one.animal}: {one}" for one in stored.failures],

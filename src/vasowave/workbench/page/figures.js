@@ -8,10 +8,10 @@ const wish = { animal: "", group: "", panels: ["pressure", "impedance"], width: 
 let parts = null, before = "", drawing = 0;
 
 export async function show(place, rest) {
-  const { animals, groups } = await ask("results");
+  const { animals, groups, reference } = await ask("results");
   if (!place.isConnected) return;  // another desk is wanted by now
   const names = animals.map((one) => one.name);
-  const reference = animals[0].group, others = Object.keys(groups).filter((one) => one !== reference && animals.some((each) => each.group === one));
+  const others = Object.keys(groups).filter((one) => one !== reference && animals.some((each) => each.group === one));
   const against = (group) => `${group} against ${reference}`;  // a name that no animal has is of two groups
   wish.animal = names.includes(rest[0]) ? rest[0] : names.includes(wish.animal) || others.includes(wish.group) ? wish.animal : names[0];
   if (wish.animal) wish.group = "";
