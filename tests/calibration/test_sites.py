@@ -91,6 +91,26 @@ def test_wrong_units_are_noticed_and_named(truth, quantity):
         assert len(named) == 1, (one, other)
 
 
+def test_without_its_only_site_a_fit_is_the_fit_that_never_knew_it():
+    """Of a lumped bed without waves, which the stiffest wall fits too: there the site, 7.5 times too high, leads."""
+    rng, n, period, output, mean = np.random.default_rng(3), 128, 0.11, 0.18, 15.0
+    share = np.arange(n) / n
+    flow = np.where(share < 0.4, np.abs(np.sin(np.pi * share / 0.4)) ** 1.5, 0.0)
+    flow *= output / flow.mean()
+    R, omega = mean / output, 2j * np.pi * np.fft.rfftfreq(n, period / n)
+    Z = 0.12 * R + 0.88 * R / (1 + omega * 0.88 * 0.5 * period * 20 / 12)
+    pressure = np.fft.irfft(np.fft.rfft(flow) * Z, n) + 0.05 * rng.standard_normal(n)
+    lumped = vw.Recording(pressure, flow + 0.002 * rng.standard_normal(n), period)
+    lengths, radii = (0.41, 0.44, 0.37, 0.24, 0.06, 0.2, 0.25), (0.047, 0.026, 0.037, 0.024, 0.015, 0.03, 0.02)
+    network = vw.Network(("MPA", "LPA", "RPA", "L1", "L2", "R1", "R2"), [-1, 0, 0, 1, 1, 2, 2], lengths, radii)
+    wrong = vw.Observation("pressure", "LPA", 2.0, waveform=7.5 * pressure)
+    alone = vw.calibrate(network, lumped, "tangent", starts=4)
+    added = vw.calibrate(network, lumped, "tangent", starts=4, sites=[wrong]).sites.isel(site=0)
+    named = [str(name) for name in alone.parameters.index]
+    without = added["value_without"].sel(quantity=named).values
+    np.testing.assert_allclose(without, alone.parameters["value"].to_numpy(float), rtol=0.01)
+
+
 def test_a_site_somewhere_else_stands_apart(truth):
     late = np.roll(site(truth, "pressure").waveform, 16)
     fit = vw.calibrate(NETWORK, truth[0], starts=1, sites=[vw.Observation("pressure", BRANCH, 0.1, waveform=late)])

@@ -6,7 +6,7 @@ from made_phantom import outlets_of, phantom, root_of, run
 
 from phantom import write_dicom_series
 from vasowave.errors import InputError
-from vasowave.imaging import Volume, write_volume
+from vasowave.imaging import Volume, read_volume, write_volume
 from vasowave.imaging.places import written
 
 
@@ -185,3 +185,39 @@ def test_a_region_cuts_the_tree_off_in_the_command(scan, image, tmp_path):
     result, _ = run(image, "-o", tmp_path / "out", "--root", root_of(embedding), "--region", box)
     assert result.exit_code == 0, repr(result.exception)
     assert len((tmp_path / "out" / "network.csv").read_text().splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ("lengths", "cm"),
+    [
+        ("spacings: 0.1 0.1 0.1", 0.01),
+        ('spacings: 0.01 0.01 0.01\nunits: "cm" "cm" "cm"', 0.01),
+        ('spacings: 100 100 100\nunits: "microns" "microns" "microns"', 0.01),
+        ('space: left-posterior-superior\nspace directions: (0.01,0,0) (0,0.01,0) (0,0,0.01)\nspace origin: (1,2,3)\n'
+         'space units: "cm" "cm" "cm"', 0.01),
+        ('space: left-posterior-superior\nspace directions: (0.1,0,0) (0,0.1,0) (0,0,0.1)\nspace origin: (10,20,30)\n'
+         'space units: "mm" "mm" "mm"', 0.01),
+    ],
+)  # fmt: skip
+def test_an_nrrd_file_has_lengths_in_the_unit_that_it_names(tmp_path, lengths, cm):
+    path = nrrd(tmp_path, lengths)
+    volume = read_volume(path)
+    np.testing.assert_allclose(volume.spacing, cm)
+    if "origin" in lengths:
+        np.testing.assert_allclose(volume.origin, [3, 2, 1])
+
+
+def test_an_nrrd_file_with_lengths_in_no_unit_of_a_length_is_refused_unless_its_voxels_are_given(tmp_path):
+    for units in ('"furlong" "furlong" "furlong"', '"mm" "mm" "cm"'):
+        path = nrrd(tmp_path, f"spacings: 0.01 0.01 0.01\nunits: {units}")
+        with pytest.raises(InputError, match="which is no unit of a length, so that the size of its voxels"):
+            read_volume(path)
+        np.testing.assert_allclose(read_volume(path, 0.02).spacing, 0.02)
+
+
+def nrrd(folder, lengths):
+    """Write a volume whose header has these lines about lengths."""
+    path = folder / "lung.nrrd"
+    head = f"NRRD0005\ntype: uint8\ndimension: 3\nsizes: 5 6 7\nencoding: raw\nendian: little\n{lengths}\n\n"
+    path.write_bytes(head.encode() + bytes(range(210)))
+    return path

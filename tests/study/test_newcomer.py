@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.io import savemat
+from test_doors import cycle_text
 from typer.testing import CliRunner
 
 from lab_files import SMALL, exported, recorded, write_lab
@@ -208,6 +209,18 @@ def test_a_folder_that_holds_the_study_too_tells_no_group():
     assert told_group(Path("/data/WT lab/raw/1.txt"), Path("/data/WT lab/study"), marks) == ""
     assert told_group(Path("/data/lab/WT old/1.txt"), Path("/data/lab/study"), marks) == "WT"
     assert told_group(Path("/data/lab/WT/HOX 1.txt"), Path("/data/lab/study"), marks) == "HOX"
+
+
+def test_words_of_which_none_is_a_reference_are_given_to_no_group(tmp_path, mice):
+    study, lab = tmp_path / "s", tmp_path / "lab"
+    typed("new", study, "--groups", "WT,SuHx 3w")
+    for place, name in enumerate(("SuHx_1", "SuHx_2", "Tier_1", "Tier_2")):
+        lab.mkdir(exist_ok=True)
+        (lab / f"{name}.csv").write_text(cycle_text(mice[place % len(mice)], flow_scale=1 + place / 100), "utf-8")
+    said = " ".join(add_files(study, [lab]).said)
+    assert "--groups 'WT=WORD,SuHx 3w=WORD'" in said
+    assert "SuHx (2 of them)" in said
+    assert "Tier (2 of them)" in said
 
 
 def test_groups_that_a_user_chose_are_not_replaced_and_one_option_says_which_is_which(lab, tmp_path):

@@ -83,9 +83,11 @@ class _End:
 
 
 def what_sites_add(
-    space: Space, compared: Compared, numerics: Numerics, method: str, x: np.ndarray
+    space: Space, compared: Compared, numerics: Numerics, method: str, x: np.ndarray, x_alone: np.ndarray
 ) -> tuple[xr.Dataset, list[Finding]]:
     """Return what each site of a fit that ended at the logarithms `x` adds, and what is found of them.
+
+    Without any site the search ended at `x_alone`: what is predicted by the inlet alone owes nothing to a site.
 
     Returns
     -------
@@ -101,11 +103,13 @@ def what_sites_add(
     assert sites is not None
     names = ["wave_speed", "R_T", *space.free_names]
     whole = _ended(space, compared, sites, numerics, method, x)
-    alone = _ended(space, replace(compared, sites=None), sites, numerics, method, x, np.log(space.nominal[space.free]))
+    alone = _ended(space, replace(compared, sites=None), sites, numerics, method, x_alone)
     ends, found = [], list[Finding]()
     for site, one in enumerate(sites.observations):
         kept = sites.without(site)
-        without = alone if kept is None else _ended(space, replace(compared, sites=kept), sites, numerics, method, x)
+        without = (
+            alone if kept is None else _ended(space, replace(compared, sites=kept), sites, numerics, method, x, x_alone)
+        )
         ratio, misfit = _ratio(sites, site, alone), _misfit(sites, site, without)
         if (why := _slip(one.quantity, ratio, alone, sites, site)) is not None:
             found.append(SITE_UNIT(site=one.title, ratio=ratio, why=why))

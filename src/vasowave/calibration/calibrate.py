@@ -180,8 +180,9 @@ def calibrate(
     numerics = _for_fits(plan.numerics, min(len(recording.pressure), MOST_SAMPLES))
     starts = starting_points(space, plan.starts, plan.seed)
     searched, stopped = search_all(space, compared, _coarser(numerics), starts, plan.method, progress, ends)
-    if plan.sites:
-        compared = _weighted(space, compared, numerics, plan, searched)
+    alone = _alone(space, compared, numerics, plan, starts) if plan.sites else None
+    if alone is not None:
+        compared = _weighted(compared, alone)
     objective, best = _polish(space, compared, numerics, plan, searched)
     residual, jacobian = objective.residuals(best.x), objective.jacobian(best.x)
     spread = spread_of(space, best.x, jacobian, residual, compared)
@@ -191,7 +192,11 @@ def calibrate(
     found = [INTERRUPTED(done=len(searched), starts=plan.starts)] if stopped else []
     found += [compared.finding(), *unknown_pressure(network), *oddities(nominal, recording.flow)]
     found += [*fit_findings(table, correlation, table_of_starts, spread), *run.notes]
-    added = what_sites_add(space, compared, objective.numerics, plan.method, best.x) if plan.sites else (None, [])
+    added = (
+        (None, [])
+        if alone is None
+        else what_sites_add(space, compared, objective.numerics, plan.method, best.x, alone.x)
+    )
     found += added[1]
     at_inlet = residual[: compared.samples]
     return Fit(
@@ -229,13 +234,17 @@ def _polish(
     raise NumericalError(f"no optimum of the {len(ends)} starts could be simulated a second time; {again.message}")
 
 
-def _weighted(
-    space: Space, compared: Compared, numerics: Numerics, plan: Search, searched: list[SearchEnd]
-) -> Compared:
+def _alone(space: Space, compared: Compared, numerics: Numerics, plan: Fitting, starts: list[np.ndarray]) -> SearchEnd:
+    """Return where the search from all starts ends without sites: a wrong one can pull every start elsewhere."""
+    compared = replace(compared, sites=None)
+    searched, _ = search_all(space, compared, _coarser(numerics), starts, plan.method)
+    return _polish(space, compared, numerics, plan, searched)[1]
+
+
+def _weighted(compared: Compared, alone: SearchEnd) -> Compared:
     """Return what is compared with its sites weighted by what the model leaves unexplained at the inlet alone."""
     sites = compared.sites
     assert sites is not None
-    _, alone = _polish(space, replace(compared, sites=None), numerics, plan, searched)
     left = float(np.sqrt(alone.S / max(1, compared.samples - len(alone.x))))
     return replace(compared, sites=replace(sites, deviation=max(left, _LEAST * sites.deviation)))
 

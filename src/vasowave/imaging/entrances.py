@@ -158,7 +158,8 @@ def check_root(network: Network, scale: float, cannula: float, species: str) -> 
         measured = cannula / scale
         raise InputError(
             f"the cannula measures {measured:.4g} cm instead of {cannula:.4g} (radius): the voxel size "
-            "is wrong, or the root is not at the cannula's outer end, or there is no cannula in the image"
+            "is wrong, or the root is not at the cannula's outer end, or there is no cannula in the image (then give "
+            "--cannula 0, or cannula=0)"
         )
     widest = int(np.argmax(network.radius))
     if network.radius[widest] > 1.15 * network.radius[network.root]:

@@ -1,6 +1,7 @@
 """Put files into a study: rows of its table, written from what the files and their names tell."""
 
 import os
+import shlex
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,8 @@ from vasowave.findings import Place
 from vasowave.io.files import write_file
 from vasowave.report.wording import some_of
 from vasowave.study.animals import read_row
-from vasowave.study.grouping import Marks, Proposal, parsed_groups, proposed_groups, told_group, within, words
+from vasowave.study.grouping import Marks, Proposal, is_reference, parsed_groups, proposed_groups, told_group, within
+from vasowave.study.grouping import words as words_of
 from vasowave.study.names import plain_name
 from vasowave.study.plan import RESULTS
 from vasowave.study.reading import read_settings, study_path
@@ -239,7 +241,9 @@ def _grouped(
     elif free and not kept:
         marks = dict(proposal.marks)
     else:
-        example = ",".join(f"{label}={word}" for label, word in zip(marks, proposal.sizes))
+        sure = is_reference(next(iter(proposal.sizes)))  # else the order of the words says nothing
+        words = list(proposal.sizes) if sure else ["WORD"] * len(marks)
+        example = shlex.quote(",".join(f"{label}={word}" for label, word in zip(marks, words)))
         return marks, [f"{proposal}, which are no groups of the study ({', '.join(marks)}). Say which is which: "
                        f"--groups {example}"]  # fmt: skip
     tell()
@@ -269,7 +273,7 @@ def told_network(
     name: str, group: str, marks: Marks, networks: Sequence[Path], beside: Path, serves_all: bool = True
 ) -> Path | None:
     """Return the network that carries an animal's name or its group, or, if that `serves_all`, the only one."""
-    own = [one for one in networks if within(words(name), words(one.stem))]
+    own = [one for one in networks if within(words_of(name), words_of(one.stem))]
     of_group = [one for one in networks if group and told_group(one, beside, marks) == group]
     return next((few[0] for few in (own, of_group, list(networks) if serves_all else []) if len(few) == 1), None)
 

@@ -84,7 +84,7 @@ def proposed_groups(files: Sequence[Path], beside: Path) -> Proposal | None:
     sources += [("folders are called", [one[i] for one in folders]) for i in range(depth)]
     sources += [("names end with", [one[-1] for one in stems])] if shortest else []
     good = [(where, said) for where, said in sources if _shares(said)]
-    good.sort(key=lambda one: not any(_is_reference(word) for word in one[1]))
+    good.sort(key=lambda one: not any(is_reference(word) for word in one[1]))
     return _proposal(*good[0]) if good else None
 
 
@@ -135,7 +135,8 @@ def _shares(said: Sequence[str]) -> bool:
     return 2 <= len(kinds) <= min(_MAX_GROUPS, (len(said) + 1) // 2)
 
 
-def _is_reference(word: str) -> bool:
+def is_reference(word: str) -> bool:
+    """Whether a word names a group that others are compared with, as ctl, wt or sham do."""
     return bool(set(words(word)) & set(_REFERENCE))
 
 
@@ -144,6 +145,6 @@ def _proposal(where: str, said: Sequence[str]) -> Proposal:
     sizes = {
         first[kind]: sum(word.casefold() == kind for word in said) for kind in dict.fromkeys(map(str.casefold, said))
     }
-    order = sorted(sizes, key=lambda label: not _is_reference(label))
+    order = sorted(sizes, key=lambda label: not is_reference(label))
     labels = {label: checked_name(" ".join(re.sub(r"[^\w .,+()-]", " ", label).split())) for label in order}
     return Proposal({labels[one]: (one,) for one in order}, {labels[one]: sizes[one] for one in order}, where)

@@ -1,4 +1,4 @@
-"""Whether an NRRD file (.nrrd, .nhdr) is whole, and what its header names."""
+"""NRRD files (.nrrd, .nhdr): whether they are whole, what their header names, and the unit of their lengths."""
 
 import re
 from math import prod
@@ -8,7 +8,9 @@ from vasowave.errors import InputError
 from vasowave.imaging.read.formats import VOLUMES, VolumeFormat
 from vasowave.imaging.read.itk import read_itk
 from vasowave.imaging.read.payload import Packing, data_file, no_voxel_size, require_bytes
+from vasowave.imaging.read.volume import Image
 from vasowave.io.textfile import read_start
+from vasowave.units import factor
 
 _BYTES = {
     **dict.fromkeys(("signed char", "int8", "int8_t", "uchar", "unsigned char", "uint8", "uint8_t"), 1),
@@ -23,6 +25,8 @@ _PACKINGS: dict[str, Packing] = {
     "raw": "raw", "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2"
 }  # fmt: skip
 _TEXTS = ("ascii", "text", "txt", "hex")
+_WORDS = {"millimeter": "mm", "millimetre": "mm", "centimeter": "cm", "centimetre": "cm", "meter": "m", "metre": "m",
+          "micrometer": "um", "micrometre": "um"}  # fmt: skip
 _LONGEST = 1 << 16
 """No header is longer, bytes."""
 
@@ -32,6 +36,23 @@ def require_whole_nrrd(path: Path, sized: bool = False) -> None:
 
     Nor, if it must be `sized`, without their size.
     """
+    fields, end = _header(path)
+    name = fields.get("datafile", "")
+    if name.upper().startswith("LIST") or "%" in name:
+        raise InputError(f"{path}: its voxels are spread over several files; save it as one")
+    if not name and end < 0:
+        raise InputError(f"{path}: not an image that can be read: its header has no end; truncated?")
+    holder = data_file(path, name) if name else path
+    _require_voxels(path, fields, holder, 0 if name else end)
+    size = fields.get("spacedirections") or fields.get("spacings") or "none"
+    if sized and any(word in size.lower() for word in ("none", "nan")):
+        raise no_voxel_size(path, "its header has no (or not all) space directions or spacings")
+    if sized and _millimeters(fields) is None:
+        raise no_voxel_size(path, f"its header has lengths in {_units(fields)}, which is no unit of a length")
+
+
+def _header(path: Path) -> tuple[dict[str, str], int]:
+    """Return the fields of a header by their names in lower case without blanks, and where it ends; -1 without end."""
     start = read_start(path, _LONGEST)
     if not start.startswith(b"NRRD"):
         raise InputError(f"{path}: not an image that can be read: no NRRD file")
@@ -39,16 +60,27 @@ def require_whole_nrrd(path: Path, sized: bool = False) -> None:
     lines = start[: end.start() if end else None].decode("utf-8", errors="replace").splitlines()[1:]
     pairs = (line.split(": ", 1) for line in lines if ": " in line and not line.startswith("#"))
     fields = {key.strip().lower().replace(" ", ""): value.strip() for key, value in pairs}
-    name = fields.get("datafile", "")
-    if name.upper().startswith("LIST") or "%" in name:
-        raise InputError(f"{path}: its voxels are spread over several files; save it as one")
-    if not name and end is None:
-        raise InputError(f"{path}: not an image that can be read: its header has no end; truncated?")
-    holder = data_file(path, name) if name else path
-    _require_voxels(path, fields, holder, 0 if name or end is None else end.end())
-    size = fields.get("spacedirections") or fields.get("spacings") or "none"
-    if sized and any(word in size.lower() for word in ("none", "nan")):
-        raise no_voxel_size(path, "its header has no (or not all) space directions or spacings")
+    return fields, end.end() if end else -1
+
+
+def read_nrrd(path: Path) -> Image:
+    """Read an NRRD file as `read_itk` does, with lengths in the unit that it names; mm where it names none."""
+    scale, image = _millimeters(_header(path)[0]) or 1.0, read_itk(path)
+    return image._replace(spacing=image.spacing * scale, origin=image.origin * scale)
+
+
+def _millimeters(fields: dict[str, str]) -> float | None:
+    """Return how many mm the unit of a header's lengths is; None if it is not one unit of a length."""
+    named = {word.lower().removesuffix("s") for word in re.findall(r'"([^"]*)"', _units(fields))} - {"", "none"}
+    try:
+        scales = {factor(_WORDS.get(word, word), "length") / factor("mm", "length") for word in named} or {1.0}
+    except InputError:
+        return None
+    return scales.pop() if len(scales) == 1 else None
+
+
+def _units(fields: dict[str, str]) -> str:
+    return fields.get("spaceunits" if "spacedirections" in fields else "units", "")
 
 
 def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int) -> None:
@@ -72,4 +104,4 @@ def _require_voxels(path: Path, fields: dict[str, str], holder: Path, start: int
         require_bytes(holder, start, count + max(offset, 0), packing)
 
 
-VOLUMES.register(VolumeFormat("nrrd", "NRRD", (".nrrd", ".nhdr"), None, read_itk, require_whole_nrrd))
+VOLUMES.register(VolumeFormat("nrrd", "NRRD", (".nrrd", ".nhdr"), None, read_nrrd, require_whole_nrrd))
