@@ -28,7 +28,7 @@ def made_posterior(wall, log_evidence, center, spread=0.1, foretold=(0.0, 0.0, 0
     for name in ("median", "interval_low", "interval_high", "prior_low", "prior_high", "contraction"):
         table[name] = 1.0
     table[[*SOURCES]] = 1 / len(SOURCES)
-    diagnostics = Diagnostics(k_hat, 700.0, 0.0, 0.1, log_evidence, 0.1, 1000, 3, harmonics, 1000)
+    diagnostics = Diagnostics(k_hat, 700.0, 0.0, 0.1, log_evidence, 0.1, 1000, 3, harmonics, 1000, 0.7)
     left_out = pd.DataFrame({"log_density": foretold, "k_hat": (0.9, 0.2, 0.2, 0.2)}, pd.Index(BLOCKS, name="block"))
     return Posterior(wall, tree, table, diagnostics, left_out)
 

@@ -71,6 +71,19 @@ def test_the_posterior_of_a_linear_problem_is_the_normal_one():
     assert np.all(np.abs(found - mean) < 5 * np.sqrt(np.diag(covariance) / 1000))
     assert spread == pytest.approx(covariance, abs=0.2 * np.diag(covariance).max())
     assert explored.weights.trusted
+    assert 500 < explored.effective < explored.weights.effective  # walkers remember
+
+
+@pytest.mark.validation
+def test_means_scatter_around_the_exact_ones_as_the_effective_draws_say():
+    covariance = np.linalg.inv(J.T @ J / 0.25 + np.eye(UNKNOWNS))
+    mean = covariance @ J.T @ DATA / 0.25
+    scores = []
+    for seed in range(30):
+        explored = explored_by(target(linear, white(0.25)), 100 + seed)
+        away = weighted(explored) @ explored.points - mean
+        scores.append(away / np.sqrt(np.diag(covariance) / explored.effective))
+    assert 0.7 < np.mean(np.square(scores)) < 1.35  # 90 of them; by chance outside once in a hundred
 
 
 def test_the_evidence_of_a_linear_problem_is_its_closed_form():

@@ -6,6 +6,7 @@ from scipy.stats import ks_2samp
 
 from vasowave.inference.ensemble import sample
 from vasowave.inference.evidence import log_integral
+from vasowave.inference.mixture import worth
 
 
 def banana(points):
@@ -54,3 +55,12 @@ def test_every_step_that_is_asked_for_is_kept_and_the_last_among_them():
     each, some = (sample(banana, begin, 20, np.random.default_rng(6), keep_every=n).points for n in (1, 5))
     assert each.shape == (20, 10, 2)
     np.testing.assert_array_equal(some, each[4::5])
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.5, 0.8])
+def test_walkers_are_worth_the_fewer_draws_the_longer_they_remember(kept):
+    """Autoregressive walkers: n (1 - φ)/(1 + φ) of n points are independent, of long chains."""
+    rng, points = np.random.default_rng(7), [np.random.default_rng(8).standard_normal((200, 4))]
+    for _ in range(399):
+        points.append(kept * points[-1] + np.sqrt(1 - kept**2) * rng.standard_normal((200, 4)))
+    assert worth(np.array(points)) == pytest.approx(400 * 200 * (1 - kept) / (1 + kept), rel=0.15)

@@ -26,6 +26,14 @@ def plain(name):
     return name
 
 
+@pytest.mark.parametrize(
+    ("p", "said"), [(0.5, "p = 0.50"), (0.0302, "p = 0.030"), (0.0002, "p = 0.00020"), (1e-4, "p ≤ 0.0001")]
+)
+def test_a_p_that_no_drawn_cohort_reaches_is_said_as_a_bound(p, said):
+    """10 000 cohorts, the observed one among them: 0.0001 is the least that there can be."""
+    assert probability(p) == said
+
+
 def test_the_best_law_is_compared_with_the_runner_up_not_with_the_worst(cohort_results):
     close = {"linear": 100.0, "tangent": 101.0, "power": 130.0}
     far = {"linear": 130.0, "tangent": 101.0, "power": 110.0}

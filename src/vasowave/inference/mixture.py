@@ -20,7 +20,8 @@ from vasowave.inference.mode import Climbed
 from vasowave.inference.reweighting import Weights, smoothed
 from vasowave.inference.rounds import DRAWN, Component, Target, learn, log_error, log_prior, moved, simulated_at, taught
 
-_STEPS = 400  # of the walkers, the later half of which is drawn from
+_STEPS = 400  # of the walkers
+_BEFORE = 0.25  # share of the steps that is not drawn from: the walkers come from a density that is a little wider
 _TRIES = 3  # draws that cannot be trusted teach the emulators, and others are drawn
 _HOPELESS = 7.0  # nats below the likeliest mode from which one is not explored: a thousandth of the probability
 _LEAST = 0.1  # share of the draws that every component has
@@ -38,6 +39,8 @@ class Explored:
     residuals : array, shape (draw, output)
         Measured minus simulated.
     weights : Weights
+    effective : float
+        Independent draws that would be worth as much: few weights are large, and walkers remember.
     missed : array, shape (draw, output)
         Simulated minus emulated.
     log_error : float
@@ -58,6 +61,7 @@ class Explored:
     points: np.ndarray
     residuals: np.ndarray
     weights: Weights
+    effective: float
     missed: np.ndarray
     log_error: float
     log_evidence: float
@@ -114,6 +118,7 @@ class _Cloud(NamedTuple):
     """Draws of one component: those of two independent halves of walkers, and the logarithm of the integral."""
 
     halves: tuple[np.ndarray, np.ndarray]
+    independent: float  # draws that both halves are worth together
     log_integral: float
     error: float
     log_evidence: float
@@ -129,17 +134,27 @@ def _likely(components: Sequence[Component], rng: np.random.Generator) -> tuple[
 
 def _cloud(component: Component, rng: np.random.Generator) -> _Cloud:
     log_drawn = component.surrogate.log_drawn
-    halves, values = [], []
+    halves, values, independent = [], [], 0.0
     for walkers in (component.walkers[::2], component.walkers[1::2]):
         ensemble = moved(log_drawn, walkers, _STEPS, rng)
-        late = slice(len(ensemble.points) // 2, None)
+        late = slice(int(_BEFORE * len(ensemble.points)), None)
+        independent += worth(ensemble.points[late])
         halves.append(ensemble.points[late].reshape(-1, walkers.shape[1]))
         values.append(ensemble.log_density[late].ravel())
     together = np.concatenate(values)
     integral, error = log_integral(log_drawn, np.concatenate(halves), together, rng)
     more = (1 / DRAWN - 1) * together  # log posterior density over the drawn one
     evidence = integral + float(logsumexp(more)) - np.log(len(more))
-    return _Cloud((halves[0], halves[1]), integral, error, float(evidence))
+    return _Cloud((halves[0], halves[1]), independent, integral, error, float(evidence))
+
+
+def worth(points: np.ndarray) -> float:
+    """Return how many independent draws walkers are worth, from points of shape (step, walker, unknown).
+
+    What the walkers' own means scatter by tells how long each remembers where it was.
+    """
+    scatter = points.mean(axis=0).var(axis=0, ddof=1) / points.var(axis=(0, 1))
+    return points.shape[1] / float(scatter.mean())
 
 
 class _Drawn(NamedTuple):
@@ -204,8 +219,10 @@ def _explored(
     posterior = np.exp(weights.log_weight)
     shares = np.array([posterior[drawn.component == i].sum() for i in range(len(components))])
     errors = shares * [one.error for one in clouds]
+    remembered = sum(share**2 / one.independent for share, one in zip(shares, clouds, strict=True))
+    effective = 1 / (1 / weights.effective + remembered)
     return Explored(
-        drawn.points, target.measured - drawn.outputs, weights, drawn.outputs - emulated,
+        drawn.points, target.measured - drawn.outputs, weights, effective, drawn.outputs - emulated,
         log_error(target, foretold, drawn.points, drawn.outputs, DRAWN),
         evidence, float(np.hypot(np.linalg.norm(errors), spread)),
         components[int(np.argmax(shares))].surrogate.emulator, sum(one.rounds for one in components),

@@ -46,13 +46,13 @@ def reported(
     median, spread = noise.amplitude
     before["discrepancy"] = median * np.exp(spread * rng.standard_normal(len(first)))
     diagnostics = Diagnostics(
-        explored.weights.k_hat, explored.weights.effective,
+        explored.weights.k_hat, explored.effective,
         float(np.sqrt(np.nanmean(explored.missed**2))), explored.log_error, explored.log_evidence,
         explored.log_evidence_error, simulations, explored.rounds, problem.samples // 2, len(explored.points),
-        len(explored.shares), explored.apart,
+        explored.weights.effective / len(explored.points), len(explored.shares), explored.apart,
     )  # fmt: skip
     found = tuple(findings(
-        explored.apart, explored.weights.effective, explored.shares, optimum, explored.best_log_likelihood, values
+        explored.apart, explored.effective, explored.shares, optimum, explored.best_log_likelihood, values
     ))  # fmt: skip
     units = _units(problem)
     summary = _summary(values, before, units).join(_shares(problem, noise, explored, rows))

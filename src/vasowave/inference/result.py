@@ -23,7 +23,7 @@ class Diagnostics(NamedTuple):
     k_hat : float
         Shape of the tail of the importance weights (Pareto k); above 0.7 weighted means cannot be trusted.
     effective : float
-        Number of equally weighted draws that would be worth as much.
+        Number of independent draws that would be worth as much.
     missed : float
         Root-mean-square difference between emulated and simulated pressure at the draws, mmHg.
     log_error : float
@@ -39,6 +39,8 @@ class Diagnostics(NamedTuple):
         Harmonics of the pressure that were compared.
     draws : int
         Draws that were weighted.
+    even : float
+        Share of the draws that their weights alone would leave; 1 if all weigh the same.
     modes : int
         Separate modes that the draws come from.
     halves_apart : float
@@ -56,6 +58,7 @@ class Diagnostics(NamedTuple):
     rounds: int
     harmonics: int
     draws: int
+    even: float
     modes: int = 1
     halves_apart: float = 0.0
 
@@ -67,7 +70,7 @@ class Diagnostics(NamedTuple):
     @property
     def trusted(self) -> bool:
         """Whether the numbers may be believed: Pareto k is at most 0.7, or weights hardly differ, and halves agree."""
-        return trusted(self.k_hat, self.effective / self.draws) and self.agree
+        return trusted(self.k_hat, self.even) and self.agree
 
 
 @dataclass(frozen=True, eq=False)

@@ -106,7 +106,7 @@ def zero_unseen(recording: Recording, sd: float) -> list[Finding]:
 
 def trust(diagnostics: Diagnostics) -> Iterator[Finding]:
     """Yield why the draws should not be believed."""
-    if not trusted(diagnostics.k_hat, diagnostics.effective / diagnostics.draws):
+    if not trusted(diagnostics.k_hat, diagnostics.even):
         yield HEAVY_TAIL(k_hat=float(diagnostics.k_hat), limit=UNTRUSTED)
     if diagnostics.effective < FEWEST_EFFECTIVE:
         yield FEW_DRAWS(effective=float(diagnostics.effective))

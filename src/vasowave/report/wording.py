@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.cohort.simultaneous import DRAWS
 from vasowave.descriptions import ROUNDING
 from vasowave.io.columns import split_unit
 
@@ -75,9 +76,16 @@ def value_text(value: xr.DataArray, with_unit: bool = True) -> str:
     return f"{size} {unit(str(value.attrs.get('units', '1')))}".rstrip() if with_unit else size
 
 
+def p_value(p: float) -> str:
+    """Return ``0.023``, two digits, and ``≤ 0.0001`` where no cohort drawn without an effect looks as different."""
+    least = 1 / (DRAWS + 1)
+    return f"≤ {least:.4f}" if p < 1.5 * least else number(float(p), 2)
+
+
 def probability(p: float) -> str:
-    """Return ``p = 0.023``, two digits, and a bound where it is very small."""
-    return "p < 0.0001" if p < 1e-4 else f"p = {number(float(p), 2)}"
+    """Return ``p = 0.023``, or ``p ≤ 0.0001``, as `p_value`."""
+    size = p_value(p)
+    return f"p {size}" if size.startswith("≤") else f"p = {size}"
 
 
 def ratio_with_interval(value: float, low: float, high: float) -> str:

@@ -12,7 +12,7 @@ from vasowave.figures.style import short
 from vasowave.io.columns import split_unit
 from vasowave.quantities import INDICES, question_of
 from vasowave.report.answer.groups import Called, effect_of
-from vasowave.report.wording import number, probability, ratio_with_interval, unit, value_text
+from vasowave.report.wording import number, p_value, probability, ratio_with_interval, unit, value_text
 
 _FROM_DATA = {"wave_speed": "up-slope of pressure and flow", "R_T": "mean pressure above the wedge's over mean flow",
               "tau": "diastolic decay"}  # fmt: skip
@@ -38,19 +38,15 @@ def _group_row(cohort: Cohort, primary: Primary, row: pd.Series, called: Called,
     heading = (
         f"{row['question']}{f': {short(effect if designed else other, 30 if designed else 20)}' if several else ''}"
     )
-    tip = f"{called(name)}: {effect} {size} ({row['source']}), {_p(row)}"
+    tip = f"{called(name)}: {effect} {size} ({row['source']}), {'no p' if row['untested'] else probability(row['p'])}"
     beside = primary.others
     if len(beside):
         same = [effect_of(one) == effect for _, one in beside.iterrows()]
         beside = beside[np.array(same) & (beside["quantity"] == name)]
-    p = _p(row).removeprefix("p ").removeprefix("= ")
+    p = "no p" if row["untested"] else p_value(row["p"])
     point = Point(row["ratio"], row["low"], row["high"], str(row["source"]), tip)
     dots = _dots(cohort, str(row["source"]), name, other) if row.get("what", "groups") == "groups" else []
     return Row(heading, called(name), size, p, point, [_beside(one, called) for _, one in beside.iterrows()], dots)
-
-
-def _p(row: pd.Series) -> str:
-    return "no p" if row["untested"] else probability(row["p"])
 
 
 def _beside(one: pd.Series, called: Called) -> Point:

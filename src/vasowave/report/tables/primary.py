@@ -7,7 +7,7 @@ import pandas as pd
 from vasowave.cohort.primary import Primary, Untested
 from vasowave.report.answer.groups import effect_of
 from vasowave.report.blocks import Table
-from vasowave.report.wording import number, ratio_with_interval
+from vasowave.report.wording import number, p_value, ratio_with_interval
 
 
 def primary_tables(primary: Primary, written: Mapping[str, str]) -> list[Table]:
@@ -75,7 +75,7 @@ def _effect(row: pd.Series) -> str:
 
 
 def _p(row: pd.Series) -> str:
-    return "none: one image" if row["untested"] == Untested.ONE_IMAGE else number(float(row["p"]), 2)
+    return "none: one image" if row["untested"] == Untested.ONE_IMAGE else p_value(float(row["p"]))
 
 
 def _influence(row: pd.Series) -> str:
