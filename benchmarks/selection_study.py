@@ -84,7 +84,7 @@ def emulator(wall, rng):
     terms = [term for d in range(DEGREE + 1) for term in combinations_with_replacement(range(D), d)]
     u = rng.uniform(-1, 1, (TRAINING[wall] + TEST, D))
     u[: TRAINING[wall] // 2] *= 0.6  # denser where optima lie
-    runs = simulate_runs(list(models(wall, u)), inflow, Numerics(samples=SAMPLES, tolerance=1e-6))
+    runs = list(simulate_runs(list(models(wall, u)), inflow, Numerics(samples=SAMPLES, tolerance=1e-6)))
     good = np.array([not isinstance(run, Exception) for run in runs])
     pressure = np.stack([run.inlet_pressure(SAMPLES) for run, ok in zip(runs, good) if ok])
     seen = (np.arange(len(u)) < TRAINING[wall])[good]

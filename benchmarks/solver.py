@@ -148,7 +148,7 @@ def of_threads(models: list[Model], inflow: Inflow) -> tuple[float, float]:
 
     def costs(workers: int | None) -> tuple[float, float]:
         clock, processor = time.perf_counter(), time.process_time()
-        simulate_runs(models, inflow, Numerics(), workers=workers)
+        list(simulate_runs(models, inflow, Numerics(), workers=workers))
         return time.perf_counter() - clock, time.process_time() - processor
 
     turns = np.array([[costs(workers) for workers in (1, None)] for _ in range(15)])

@@ -1,5 +1,6 @@
 """The solver against theory, conservation and itself."""
 
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from vasowave.model.walls import LinearWall, TangentWall
 from vasowave.network.network import Network
 from vasowave.recording import Inflow
 from vasowave.solver import Numerics, simulate
+from vasowave.solver.simulate import simulate_runs
 
 
 def _tube(length=2.0, radius=0.05):
@@ -217,6 +219,17 @@ def test_an_ensemble_returns_its_members_and_reports_the_one_that_failed(control
     assert "Courant number" in str(result.failure.values[1])
     alone = simulate(control, inflow, numerics)
     np.testing.assert_array_equal(result.pressure.values[2], alone.pressure.values)
+
+
+def test_the_runs_of_an_ensemble_are_not_in_memory_together(inflow):
+    """A run of the sickest animals' posteriors holds ten megabytes, and there are hundreds."""
+    models = [Model(_tube(), LinearWall(beta), Windkessel(10.0, 60.0, 0.001)) for beta in (50.0, 60.0, 70.0, 80.0)]
+    alive, most = [], 0
+    for run in simulate_runs(models, inflow, Numerics(), workers=1):
+        alive.append(weakref.ref(run))
+        most = max(most, sum(one() is not None for one in alive))
+    assert len(alive) == 4
+    assert most <= 2  # the one before goes when this one comes
 
 
 def test_too_large_a_step_is_an_error_that_names_vessel_and_remedy(control, inflow):

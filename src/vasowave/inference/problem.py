@@ -260,7 +260,7 @@ class Problem:
         whole = [one for one in posed if one is not None]
         outputs = np.full((len(posed), self.count), np.nan)
         models, inflows = zip(*whole, strict=True) if whole else ((), ())
-        runs = iter(simulate_runs(models, inflows, self._numerics, workers=self.workers) if whole else [])
+        runs = simulate_runs(models, inflows, self._numerics, workers=self.workers)
         for i, one in enumerate(posed):
             run = next(runs) if one is not None else None
             if one is not None and isinstance(run, Run):

@@ -66,12 +66,12 @@ def as_dataset(run: Run) -> xr.Dataset:
     return dataset if per_cell else dataset.transpose("time", "vessel", "station")
 
 
-def stack(outcomes: Sequence[Run | VasowaveError]) -> xr.Dataset:
+def stack(outcomes: Sequence[xr.Dataset | VasowaveError]) -> xr.Dataset:
     """Label an ensemble: a first dimension `ensemble`, and `failure` with the message of every member that failed.
 
     Raises the first member's error if all of them failed.
     """
-    good = {i: as_dataset(outcome) for i, outcome in enumerate(outcomes) if isinstance(outcome, Run)}
+    good = {i: outcome for i, outcome in enumerate(outcomes) if isinstance(outcome, xr.Dataset)}
     failures = [str(outcome) if isinstance(outcome, VasowaveError) else "" for outcome in outcomes]
     if not good:
         first = outcomes[0]

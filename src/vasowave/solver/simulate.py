@@ -1,6 +1,6 @@
 """Simulate a model, or many of them at once, and return labelled waveforms."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import xarray as xr
@@ -80,7 +80,7 @@ def simulate(
     if not models:
         raise InputError("no models to simulate")
     outcomes = simulate_runs(models, flow, numerics, progress=progress)
-    return stack(outcomes)
+    return stack([as_dataset(one) if isinstance(one, Run) else one for one in outcomes])
 
 
 def simulate_run(model: Model, inflow: Driven, numerics: Numerics, start: Run | None = None) -> Run:
@@ -100,10 +100,11 @@ def simulate_runs(
     *,
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
-) -> list[Run | VasowaveError]:
-    """Simulate many models in threads (the kernels release the interpreter); a member that fails returns its error.
+) -> Iterator[Run | VasowaveError]:
+    """Simulate many models in threads (kernels release the interpreter), and yield each run, or its error, in order.
 
-    They have one inflow, or each its own.
+    They have one inflow, or each its own. A run holds every step of every vessel: take from it what is needed, and let
+    it go, before the next one.
     """
     inflows = [inflow] * len(models) if isinstance(inflow, Inflow | InletPressure) else inflow
 
@@ -115,19 +116,17 @@ def simulate_runs(
         except (ArithmeticError, ValueError) as error:  # of a user's law, which may raise what it likes
             return NumericalError(f"this model cannot be ({type(error).__name__}: {error})")
 
-    def all_of(outcomes: Iterable[Run | VasowaveError]) -> list[Run | VasowaveError]:
-        found = []
-        for done, outcome in enumerate(outcomes, 1):
-            found.append(outcome)
+    count = min(len(models), workers or threads())
+    pool = ThreadPoolExecutor(max(count, 1))
+    try:
+        # handing each to a thread costs as much as a tenth of a short run
+        outcomes = map(one, models, inflows) if count < 2 else pool.map(one, models, inflows)
+        for done in range(1, len(models) + 1):
+            yield next(outcomes)
             if progress is not None:
                 progress(done)
-        return found
-
-    count = min(len(models), workers or threads())
-    if count == 1:  # handing each to a thread costs as much as a tenth of a short run
-        return all_of(map(one, models, inflows))
-    with ThreadPoolExecutor(count) as pool:
-        return all_of(pool.map(one, models, inflows))
+    finally:
+        pool.shutdown(cancel_futures=True)  # whoever stops listening does not wait for the rest
 
 
 __all__ = ["Numerics", "simulate", "simulate_run", "simulate_runs"]

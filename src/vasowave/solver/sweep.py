@@ -140,7 +140,7 @@ def _outcomes(
     while some := list(islice(combinations, _AT_ONCE)):
         models: list[Model | VasowaveError] = [_made(model, dict(zip(axes, one, strict=True))) for one in some]
         good = [one for one in models if isinstance(one, Model)]
-        runs = iter(simulate_runs(good, inflow, numerics)) if good else iter(())
+        runs = simulate_runs(good, inflow, numerics)
         yield [next(runs) if isinstance(one, Model) else one for one in models]
 
 

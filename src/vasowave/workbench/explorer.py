@@ -108,7 +108,7 @@ class Explorer:
         result, model, recording = self.fitted(desk, animal, law)
         one = result.laws[stored_law(result, law)[0]]
         models = models_around(model, one.calibration)
-        runs = simulate_runs(models, recording.inflow, Numerics()) if models else []
+        runs = simulate_runs(models, recording.inflow, Numerics())
         good = [(drawn, waves_of(run, drawn, recording)[0]) for drawn, run in zip(models, runs, strict=True)
                 if isinstance(run, Run)]  # fmt: skip
         if len(good) <= len(models) // 2:
