@@ -9,11 +9,12 @@ from scipy import stats
 
 from made_cohort import made_results, voting
 from vasowave.animal.law_result import PosteriorResult
-from vasowave.cohort import gathered
+from vasowave.cohort import Design, gathered
 from vasowave.cohort.censored import pooled_censored
 from vasowave.cohort.evidence import CLEAR, Evidence, evidences
 from vasowave.cohort.exponents import exponent_of
 from vasowave.cohort.pooling import pooled_mean
+from vasowave.cohort.variables import Variable
 from vasowave.cohort.votes import DECISIVE, differences, stored
 from vasowave.inference import laws
 from vasowave.report.answer.walls import wall_answer
@@ -213,3 +214,19 @@ def test_the_exponent_of_one_animal_has_its_own_interval():
     assert (one.value, one.low, one.high) == pytest.approx((1.4, 1.12, 1.75))
     stopped = wall_answer(exponents([0.05], at_bound=[0]), "linear")[1]
     assert "m is not determined (power law; 0.5 is linear; the search stopped at its lower bound)" in stopped
+
+
+def test_recordings_of_one_animal_are_one_voice_and_are_never_tested_as_animals(cohort_results):
+    """Six recordings of three mice: by hand the mean of each mouse, Student's interval of three."""
+    results = cohort_results[:6]
+    mice = {result.name: f"mouse {place // 2}" for place, result in enumerate(results)}
+    gaps = np.array([1.0, 2.0, 5.0, 7.0, 3.0, 3.5])
+    cohort = compared(results, gaps)
+    again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": Variable.of("mouse", mice)})
+    assert (again.repeated, cohort.repeated) == (True, False)
+    (row,) = differences(again.ballots, "linear").to_dict("records")
+    means = gaps.reshape(3, 2).mean(axis=1)
+    low, high = stats.t.interval(0.95, 2, means.mean(), stats.sem(means))
+    assert (row["n"], row["mean"], row["low"], row["high"]) == pytest.approx((3, means.mean(), low, high))
+    assert cohort.count("CTL") == "n = 3"
+    assert again.count("CTL") == "3 recordings, n = 2"

@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from xml.etree import ElementTree
 
@@ -8,11 +9,14 @@ import pytest
 
 from made_cohort import FAILURE, PLANTED, made_results
 from vasowave.animal.failure import Failure, Stage
-from vasowave.cohort import Primary, cohort_table, compare, contrasts, gathered, importance
+from vasowave.cohort import Design, Primary, cohort_table, compare, contrasts, gathered, importance
+from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError
 from vasowave.figures.style import new_figure, style
-from vasowave.report.blocks import SUPPLEMENT, Answers, Columns, Drawing, Report, Section
+from vasowave.report.blocks import SUPPLEMENT, Answers, Columns, Drawing, Fold, Report, Section
+from vasowave.report.documents import supplement_of
 from vasowave.report.pdf import markup
+from vasowave.report.sections.groups import groups_section
 from vasowave.report.sections.methods import methods_section
 from vasowave.report.tables import groups, models
 from vasowave.report.tables.cells import median_iqr
@@ -208,6 +212,18 @@ def test_the_methods_say_whose_beats_were_averaged():
     given = methods_section(gathered(made_results({"CTL": 2}, walls=("linear",))), NOTHING, {}).blocks[0].text
     assert "were averaged" not in given
     assert "One averaged cycle of pressure and flow per animal was given" in given
+
+
+def test_recordings_of_the_same_animals_are_not_tested_as_if_they_were_independent():
+    """Two recordings of each of two mice: the paper's tests would count four."""
+    cohort = gathered(made_results({"CTL": 2, "HPH": 2}, walls=("linear",)))
+    mice = Variable.of("mouse", {"CTL 1": "A", "CTL 2": "A", "HPH 1": "B", "HPH 2": "B"})
+    again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": mice})
+    folds = [[one.title for one in groups_section(each, NOTHING, {}, {}).blocks if isinstance(one, Fold)]
+             for each in (cohort, again)]  # fmt: skip
+    assert folds[0] == ["Secondary: importance indices of the paper", *folds[1]]
+    assert "Mann-Whitney" not in methods_section(again, NOTHING, {}).blocks[0].text
+    assert not [one.name for one in supplement_of(again, NOTHING).tables() if one.name.startswith("Contrasts")]
 
 
 def test_a_group_of_one_animal_has_no_empty_scatter():

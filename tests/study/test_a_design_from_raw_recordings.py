@@ -54,6 +54,8 @@ def test_the_page_says_what_the_design_says(study):
     assert "the 12 recordings are of 6 animals (column mouse), whose own level is a random effect" in page
     assert "time (before and after) is a second factor" in page
     assert "12 recordings of 6 animals in 2 groups: WT, HOX" in page
+    assert "WT (6 recordings, n = 3)" in page
+    assert "Mann-Whitney" not in (study / "report" / "supplement.html").read_text("utf-8")
 
 
 def test_what_was_done_to_the_animals_is_what_the_comparison_finds(study):

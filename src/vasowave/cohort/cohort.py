@@ -77,6 +77,24 @@ class Cohort:
         return len(self.results) == 1
 
     @cached_property
+    def subjects(self) -> dict[str, str]:
+        """The animal of every result, by the result's name, which is its own unless the design has a `subject`."""
+        known = self.variables.get(self.design.subject or "")
+        levels = {} if known is None else known.levels
+        return {result.name: levels.get(result.name, result.name) for result in self.results}
+
+    @property
+    def repeated(self) -> bool:
+        """Whether several recordings are of one animal, so that they are not independent of each other."""
+        return len(set(self.subjects.values())) < len(self.results)
+
+    def count(self, group: str) -> str:
+        """Return how many a group has: ``n = 6``, or ``12 recordings, n = 6`` where animals were recorded again."""
+        names = [result.name for result in self.groups[group]]
+        animals = len({self.subjects[name] for name in names})
+        return f"n = {animals}" if animals == len(names) else f"{len(names)} recordings, n = {animals}"
+
+    @cached_property
     def walls(self) -> list[str]:
         """Wall laws that were calibrated in any animal, in the order of the settings."""
         laws = {wall: law for result in self.results for wall, law in result.laws.items()}
@@ -142,7 +160,8 @@ class Cohort:
     @cached_property
     def ballots(self) -> list[Ballots]:
         """What the comparisons of the wall laws came to, animal by animal."""
-        return [stored(result.selection) for result in self.compared if result.selection is not None]
+        return [stored(result.selection, self.subjects[result.name])
+                for result in self.compared if result.selection is not None]  # fmt: skip
 
     @property
     def compared(self) -> list[AnimalResult]:

@@ -45,22 +45,24 @@ def vote(selection: xr.Dataset) -> str:
 
 
 class Ballots(NamedTuple):
-    """The `ballots` of one animal, and the noise model that is likeliest for it."""
+    """The `ballots` of one recording, the noise model that is likeliest for it, and whose it is where that is known."""
 
     table: pd.DataFrame
     likeliest: str
+    animal: str = ""
 
 
-def stored(selection: xr.Dataset) -> Ballots:
-    """Return what the comparison of one animal came to."""
+def stored(selection: xr.Dataset, animal: str = "") -> Ballots:
+    """Return what the comparison of one recording came to."""
     table = ballots(selection)
-    return Ballots(table, str(selection.attrs.get("preferred_covariance", table["covariance"].iloc[0])))
+    return Ballots(table, str(selection.attrs.get("preferred_covariance", table["covariance"].iloc[0])), animal)
 
 
 def differences(animals: Sequence[Ballots], reference: str, covariance: str = "") -> pd.DataFrame:
     """Return by how much AICc of every other wall law exceeds that of `reference`, pooled over animals.
 
-    Of each animal counts the noise model that is likeliest for it, or the one named.
+    Of each recording counts the noise model that is likeliest for it, or the one named; of several recordings of one
+    animal, their mean.
 
     Returns
     -------
@@ -73,8 +75,8 @@ def differences(animals: Sequence[Ballots], reference: str, covariance: str = ""
         residuals' own part prefer: over all animals by `DECISIVE` at least and, of several animals, beyond their
         scatter; empty where there is none.
     """
-    by_wall: dict[str, list[tuple[float, float]]] = {}
-    for animal in animals:
+    by_wall: dict[str, dict[Hashable, list[tuple[float, float]]]] = {}
+    for place, animal in enumerate(animals):
         scores = _under(animal, covariance or animal.likeliest)
         labels = [label for label in scores.index if label.startswith("AICc ") and label != "AICc prefers"]
         by_law = {label.removeprefix("AICc "): float(scores[label]) for label in labels}
@@ -82,8 +84,12 @@ def differences(animals: Sequence[Ballots], reference: str, covariance: str = ""
             prices = {wall: _price(int(scores[f"D {wall}"]), int(scores["N"])) for wall in by_law}
             for wall in (one for one in by_law if one != reference):
                 whole = by_law[wall] - by_law[reference]
-                by_wall.setdefault(wall, []).append((whole, prices[wall] - prices[reference]))
-    return pd.DataFrame([_difference(wall, reference, *np.transpose(both)) for wall, both in by_wall.items()])
+                own = by_wall.setdefault(wall, {}).setdefault(animal.animal or place, [])
+                own.append((whole, prices[wall] - prices[reference]))
+    return pd.DataFrame([
+        _difference(wall, reference, *np.transpose([np.mean(own, axis=0) for own in each.values()]))
+        for wall, each in by_wall.items()
+    ])  # fmt: skip
 
 
 def _difference(wall: str, reference: str, whole: np.ndarray, price: np.ndarray) -> dict[str, object]:

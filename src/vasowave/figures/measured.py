@@ -40,7 +40,7 @@ def hemodynamics_figure(cohort: Cohort) -> "Figure":
     for column, (group, results) in enumerate(cohort.groups.items()):
         color, shown = group_looks(cohort.groups)[group].color, cohort.shown[group].name
         if not cohort.single:
-            axes[0, column].set_title(f"{short(group)} (n = {len(results)}); black: {short(shown)}")
+            axes[0, column].set_title(f"{short(group)} ({cohort.count(group)}); black: {short(shown)}")
         for row, quantity in enumerate(("pressure", "flow")):
             plot_waveforms(axes[row, column], results, quantity, color, shown)
         for result in sorted(results, key=lambda result: result.name == shown):  # the shown one last, above the others

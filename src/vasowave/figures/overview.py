@@ -42,8 +42,8 @@ def _legend(cohort: Cohort) -> list[Any]:
     looks = group_looks(cohort.groups)
     return [
         Line2D([], [], color=darker(looks[group].color, 0.2), marker=looks[group].marker, ms=4, lw=1.8,
-               label=f"{short(group, 18)} (n = {len(results)})")
-        for group, results in cohort.groups.items()
+               label=f"{short(group, 18)} ({cohort.count(group)})")
+        for group in cohort.groups
     ]  # fmt: skip
 
 

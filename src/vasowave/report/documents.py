@@ -39,7 +39,8 @@ def report_of(cohort: Cohort, primary: Primary, family: Family, title: str = "")
 def supplement_of(cohort: Cohort, primary: Primary, title: str = "") -> Report:
     """Return the document of every table and figure."""
     heading, subtitle = _titles(cohort)
-    comparisons = {} if cohort.single else {source: compare(cohort, source) for source in cohort.sources}
+    independent = not (cohort.single or cohort.repeated)
+    comparisons = {source: compare(cohort, source) for source in cohort.sources} if independent else {}
     return Report(
         SUPPLEMENT,
         f"Supplement: {title or heading}",

@@ -28,7 +28,11 @@ def groups_section(
         blocks += [Heading("Primary comparison"), first, *_remarks(primary)]
         blocks += [Remarks("Missing animals", missing)] if missing else []
         blocks += [Fold("Secondary: the same effects by the other wall laws", others)] if others else []
-    if len(cohort.groups) > 1:
+    if cohort.repeated:
+        blocks.append(Paragraph(
+            "The paper's tests and importance indices are not made: they take every recording for an animal of its own."
+        ))  # fmt: skip
+    elif len(cohort.groups) > 1:
         blocks.append(Fold("Secondary: importance indices of the paper", [_importance(cohort, written)]))
         blocks += _secondary(comparisons, written)
     else:

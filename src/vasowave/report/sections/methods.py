@@ -270,6 +270,11 @@ def _not_tested(primary: Primary, written: Mapping[str, str]) -> str:
 
 
 def _statistics(cohort: Cohort, comparisons: Mapping[str, Comparison]) -> str:
+    if cohort.repeated:
+        return (
+            "Groups are described by mean, SD, median and quartiles of all recordings. The paper's tests and "
+            "importance indices are not made, since they take every recording for an animal of its own."
+        )
     counts = {source: len(one.contrasts) for source, one in comparisons.items()}
     tests = "; ".join(f"{source}: {count} tests" for source, count in counts.items() if count)
     if not tests:

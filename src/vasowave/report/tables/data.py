@@ -17,7 +17,7 @@ def hemodynamics(cohort: Cohort) -> Table:
     """Mean ± SD of the measured indices ("HemoStats")."""
     rows = cohort.table[cohort.table["source"] == "measured"]
     data = describe(rows, columns(rows, INDICES))
-    groups = [f"{group} (n = {len(results)})" for group, results in cohort.groups.items()]
+    groups = [f"{group} ({cohort.count(group)})" for group in cohort.groups]
     header = ("index", *(["measured"] if cohort.single else groups))
     known = cohort.meanings
     cells = [
