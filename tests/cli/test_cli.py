@@ -79,9 +79,8 @@ def test_interrupting_the_search_writes_nothing_or_what_had_finished(tmp_path):
     network, cycle = _write_mouse(tmp_path)
     output = tmp_path / "result"
     running = _vasowave("fit", network, cycle, "--starts", 40, "--walls", "tangent", "--no-pdf", "-o", output)
-    while running.poll() is None and not (output / "results").exists():
-        time.sleep(0.1)
-    time.sleep(5)
+    while running.poll() is None and not any(path.stat().st_size for path in output.rglob("*.jsonl")):
+        time.sleep(0.1)  # until a start has ended
     os.kill(running.pid, signal.SIGINT)
     text = running.communicate(timeout=300)[0]
     if (output / "results" / "index.json").exists():

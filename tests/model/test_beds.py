@@ -167,7 +167,8 @@ def test_trees_go_from_an_analysis_to_posterior_report_stored_model_sweep_and_ex
     noise = 0.1 * np.random.default_rng(1).standard_normal(len(pressure))
     cycle = Recording(pressure + noise, inflow.flow, inflow.period)
     animal = vw.Animal("mouse", "CTL", fork(), cycle, synthetic=True)
-    settings = vw.Settings(walls=("linear",), beds="blood_tree", starts=1, numerics=COARSE, inference="posterior")
+    settings = vw.Settings(walls=("linear",), beds="blood_tree", starts=1, numerics=COARSE, inference="posterior",
+                           pressure_harmonics=8)  # fmt: skip
     result = vw.analyze(animal, settings)
     linear = result.laws["linear"]
     fitted = {"tree_length", "tree_stiffness"}

@@ -340,6 +340,7 @@ def test_a_disk_that_takes_no_more_stops_the_run_with_a_message_and_it_goes_on_l
     assert_same(results(folder), results(undisturbed[0]))
 
 
+@pytest.mark.validation  # a whole run; the test above shows the same of one animal
 def test_a_full_file_system_stops_the_run_with_a_message_and_it_goes_on_later(undisturbed, tmp_path):
     """A real file system of a megabyte in memory, in a mount name space of its own, where the system allows that."""
     folder = tmp_path / "small"
