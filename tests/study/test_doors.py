@@ -84,6 +84,8 @@ def test_an_option_turns_no_reference_around_but_that_it_names(lab, tmp_path, gi
 def test_an_implausible_flow_is_said_by_add_run_fit_and_in_front_of_the_page(lab, tmp_path, mice):
     study = tmp_path / "s"
     (lab / "SuHx_2.csv").write_text(cycle_text(mice[2], flow_unit="ml/min"), "utf-8")  # the numbers are ml/s
+    for one in ("Nx_1", "SuHx_1"):  # two animals show it
+        (lab / f"{one}.csv").unlink()
     typed("new", study, "--groups", "Nx,SuHx")
     added = typed("add", study, lab)
     text = (study / "study.yaml").read_text("utf-8")
@@ -116,7 +118,7 @@ def test_an_implausible_flow_is_said_by_add_run_fit_and_in_front_of_the_page(lab
         typed("report", study)
     assert f"the study is {study}" in str(CliRunner().invoke(app, ["status", str(study / "report")]).exception)
 
-    other = CliRunner().invoke(app, ["fit", *map(str, (lab / "lung.csv", lab / "Nx_1.csv", "-o", tmp_path / "fit"))])
+    other = CliRunner().invoke(app, ["fit", *map(str, (lab / "lung.csv", lab / "Nx_2.csv", "-o", tmp_path / "fit"))])
     assert "holds the fit of 'SuHx_2' from " in str(other.exception)
 
 
