@@ -37,6 +37,11 @@ def test_help_shows_units_in_brackets(command, columns):
     assert columns in words
 
 
+def test_help_names_the_columns_of_a_table_of_sites():
+    words = re.sub(r"[\s│]+", " ", CliRunner().invoke(app, ["fit", "--help"], terminal_width=200).output)
+    assert all(f"{name}, " in words for name in ("quantity", "vessel", "place", "file", "unit", "error"))
+
+
 def test_fit_names_a_file_that_does_not_exist():
     result = CliRunner().invoke(app, ["fit", "missing.csv", "x.csv"])
     assert isinstance(result.exception, InputError)

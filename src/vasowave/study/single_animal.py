@@ -127,7 +127,7 @@ def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[
     called = caller(gathered([result]))
     answers = [one for wall in result.laws for one in animal_answers(result, wall, _TOLD, called)]
     doubts = {(one.code, dict(one.values)["site"]): one for law in result.laws.values() for one in law.site_doubts}
-    said = [f"warning: {one} Until then do not use what follows." for one in doubts.values()]
+    said = [f"warning: {one} Do not use what follows before." for one in doubts.values()]
     said += [f"warning: {one}" for one in warned]
     said += [f"{question}: {text}" for question, text in dict.fromkeys(answers)]
     for wall, law in result.laws.items():
