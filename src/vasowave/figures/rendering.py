@@ -38,7 +38,7 @@ def _placed(figure: "Figure") -> Iterator[None]:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
     canvas, engine, dpi = figure.canvas, figure.get_layout_engine(), figure.dpi
-    if engine is None:
+    if engine is None or not figure.axes:
         yield
         return
     FigureCanvasSVG(figure)  # which measures letters as the file will have them
