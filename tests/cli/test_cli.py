@@ -175,7 +175,7 @@ def _write_labchart(folder, mouse, words=""):
     return path
 
 
-def test_one_command_leads_from_a_raw_recording_to_the_page_and_back_from_the_results_alone(tmp_path):
+def test_one_command_leads_from_a_raw_recording_to_the_page_and_back_from_the_results_alone(tmp_path, undrawn):
     network = tmp_path / "network.csv"
     write_network(Network(("1", "2", "3"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037]), network)
     recording = _write_labchart(tmp_path, virtual_mouse(), "not_synthetic_")

@@ -108,7 +108,9 @@ def test_commands_take_a_stored_law_by_its_name(study, tmp_path, monkeypatch):
     assert Path("waves.nc").is_file()
 
 
-def test_results_are_read_without_the_law_and_a_sentence_says_what_cannot_be_done(study, tmp_path, monkeypatch):
+def test_results_are_read_without_the_law_and_a_sentence_says_what_cannot_be_done(
+    study, tmp_path, monkeypatch, undrawn
+):
     away = (study / "our_laws.py").rename(tmp_path / "elsewhere.py")
     monkeypatch.setattr(law_files, "_known", {})
     try:
