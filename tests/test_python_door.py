@@ -51,7 +51,7 @@ def test_every_line_of_the_page_for_python_users_runs(study, tmp_path, monkeypat
     raw = synthetic_raw_recording(mouse, np.random.default_rng(3), duration=6.0).raw
     Path("ctl-1.csv").write_text(table_text(raw), encoding="utf-8")
     Path("study").symlink_to(study)
-    names = {"vw": vw, "np": np, "xr": xr, "cycle": mouse}
+    names = {"vw": vw, "np": np, "xr": xr, "cycle": mouse.resampled(64)}  # few harmonics, which a posterior costs
     rows = list(ROW.finditer(PAGE.read_text(encoding="utf-8")))
     assert len(rows) >= 48
     for row in rows:
@@ -106,6 +106,31 @@ def test_results_are_a_mapping_that_reads_a_file_when_it_is_asked_for(results, s
         results["nobody"]
 
 
+def test_results_show_themselves_as_a_short_table_that_says_what_can_be_typed_next(results):
+    title, *rows = repr(results).splitlines()
+    assert title == f"Study: {results.settings.title}"
+    assert [row.split()[0] for row in rows] == ["CTL", "HPH", "wall", "next"]
+    assert rows[0].split("  ")[-1] == "CTL 1, CTL 2 and CTL 3"
+    assert rows[2].endswith("linear, tangent")
+    for typed in rows[3].partition("next")[2].strip().split(", "):
+        eval(typed, {"results": results})  # what we say can be typed
+
+
+def test_the_error_of_too_few_animals_names_three_reasons_and_how_many_more(tmp_path):
+    store, pieces = Store(tmp_path / "results"), {}
+    few = [next(one for one in planted_results() if one.group == label) for label in ("CTL", "HPH")]
+    for number, one in enumerate(few):
+        pieces[one.name, one.group] = store.keep(f"{number}", to_bytes(one.to_datatree()))
+    write_results(tmp_path / "results", pieces, {}, StudyFile(groups=["CTL", "HPH"]))
+    comparison = vw.read_results(tmp_path).compare("HPH")
+    count = len(comparison.primary.left_out)
+    with pytest.raises(vw.errors.InputError) as caught:
+        comparison.forest()
+    assert count > 4
+    assert str(caught.value).count("fewer than two animals") == 3
+    assert f"and {count - 3} more (all in `.primary.left_out`); add animals" in str(caught.value)
+
+
 def test_the_table_holds_every_stored_number_with_its_interval_and_unit_once(results):
     table = results.table()
     assert list(table.columns) == ["animal", "group", "law", "quantity", "value", "low", "high", "unit"]
@@ -126,7 +151,7 @@ def test_the_table_holds_every_stored_number_with_its_interval_and_unit_once(res
     assert counted == len(table)
 
 
-def test_a_comparison_is_the_one_that_the_report_shows(results, study):
+def test_a_comparison_is_the_one_that_the_report_shows(results, study, undrawn):
     comparison = results.compare("HPH", "CTL")
     report_study(study)
     shown = pd.read_csv(study / "report" / "tables" / "Primary.csv")

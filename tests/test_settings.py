@@ -175,6 +175,7 @@ StudyFile().title = "x"
 """
 
 
+@pytest.mark.validation  # the type checker reads the whole package
 def test_the_type_checker_sees_every_setting(tmp_path):
     (tmp_path / "typed.py").write_text(TYPED, "utf-8")
     command = [sys.executable, "-m", "mypy", "--no-error-summary", str(tmp_path / "typed.py")]

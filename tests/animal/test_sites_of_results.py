@@ -12,7 +12,7 @@ from vasowave.report.tables.sites import sites_table
 from vasowave.study.animals import read_row
 from vasowave.study.loading import file_hashes, load_animal
 from vasowave.study.settings import StudyFile
-from vasowave.study.single_animal import option_of
+from vasowave.study.single_animal import fit_sentences, option_of
 
 NETWORK, MOUSE = vw.control_network(), vw.virtual_mouse()
 SITES = (
@@ -55,6 +55,22 @@ def test_the_report_has_a_row_and_a_panel_for_every_site(result):
     assert "R_T without [mmHg s/ml]" in table.header
     drawn = [ax for ax in sites_figure(result).axes if ax.lines]
     assert [ax.get_ylabel() for ax in drawn] == ["flow [ml/s]", "pressure [mmHg]"]
+
+
+def test_a_wrong_unit_is_told_first_and_r_t_ends_where_it_ends_without_sites():
+    wrong = vw.Observation("flow", "2", 10.0, mean=36.0, systolic=280.0)
+    animal = vw.Animal("one", "CTL", NETWORK, MOUSE, synthetic=True, sites=(wrong,))
+    coarse = vw.Numerics(cell_size=0.3, tolerance=1e-6)
+    found = vw.analyze(animal, vw.Settings(walls=("linear",), starts=1, numerics=coarse))
+    first, second, *others = fit_sentences(found)
+    assert first.startswith("warning: The flow in '2', 0.5 of its length is 1.08e+03 times what the recording")
+    assert first.endswith("Do not use what follows before.")
+    assert second.startswith("Pressure and flow")
+    assert not any("flow in '2'" in one for one in others)
+    law = found.laws["linear"]
+    most = law.quantities["R_T"].attrs["interval_high"]  # what pressure and flow leave for the beds
+    assert float(law.sites["high"].sel(quantity="R_T").item()) == pytest.approx(most, rel=1e-9)
+    assert float(law.sites["high_without"].sel(quantity="R_T").item()) <= most
 
 
 def test_the_column_of_sites_is_read_and_its_waveforms_are_among_the_files(tmp_path, lab_like):

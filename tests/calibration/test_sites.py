@@ -19,6 +19,7 @@ from vasowave.units import ratios
 
 NETWORK, MOUSE = vw.control_network(), vw.virtual_mouse()
 BRANCH = "2"
+COARSE = vw.Numerics(cell_size=0.3, tolerance=1e-6)
 ERROR = {"pressure": 0.1, "flow": 0.002, "velocity": 0.5, "area": 2e-5, "diameter": 5e-4}
 
 
@@ -86,7 +87,7 @@ def test_wrong_units_are_noticed_and_named(truth, quantity):
                     if known[one] != known[other]}.items())  # fmt: skip
     for ratio, (one, other) in (pairs[0], pairs[-1]):
         wrong = site(truth, quantity, ratio)
-        fit = vw.calibrate(NETWORK, truth[0], starts=1, sites=[wrong])
+        fit = vw.calibrate(NETWORK, truth[0], starts=1, sites=[wrong], numerics=COARSE, pressure_harmonics=8)
         named = [str(each) for each in fit.findings if each.code == "fit.site-unit"]
         assert len(named) == 1, (one, other)
 

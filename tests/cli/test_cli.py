@@ -37,6 +37,11 @@ def test_help_shows_units_in_brackets(command, columns):
     assert columns in words
 
 
+def test_help_names_the_columns_of_a_table_of_sites():
+    words = re.sub(r"[\s│]+", " ", CliRunner().invoke(app, ["fit", "--help"], terminal_width=200).output)
+    assert all(f"{name}, " in words for name in ("quantity", "vessel", "place", "file", "unit", "error"))
+
+
 def test_fit_names_a_file_that_does_not_exist():
     result = CliRunner().invoke(app, ["fit", "missing.csv", "x.csv"])
     assert isinstance(result.exception, InputError)
@@ -79,9 +84,8 @@ def test_interrupting_the_search_writes_nothing_or_what_had_finished(tmp_path):
     network, cycle = _write_mouse(tmp_path)
     output = tmp_path / "result"
     running = _vasowave("fit", network, cycle, "--starts", 40, "--walls", "tangent", "--no-pdf", "-o", output)
-    while running.poll() is None and not (output / "results").exists():
-        time.sleep(0.1)
-    time.sleep(5)
+    while running.poll() is None and not any(path.stat().st_size for path in output.rglob("*.jsonl")):
+        time.sleep(0.1)  # until a start has ended
     os.kill(running.pid, signal.SIGINT)
     text = running.communicate(timeout=300)[0]
     if (output / "results" / "index.json").exists():
@@ -171,7 +175,7 @@ def _write_labchart(folder, mouse, words=""):
     return path
 
 
-def test_one_command_leads_from_a_raw_recording_to_the_page_and_back_from_the_results_alone(tmp_path):
+def test_one_command_leads_from_a_raw_recording_to_the_page_and_back_from_the_results_alone(tmp_path, undrawn):
     network = tmp_path / "network.csv"
     write_network(Network(("1", "2", "3"), [-1, 0, 0], [0.41, 0.45, 0.37], [0.047, 0.026, 0.037]), network)
     recording = _write_labchart(tmp_path, virtual_mouse(), "not_synthetic_")

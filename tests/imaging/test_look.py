@@ -172,6 +172,8 @@ def test_of_a_ring_that_nothing_closes_the_proposed_command_cuts_it_and_doubts_w
     assert (len(seen.loops), seen.closed, seen.opening) == (1, False, None)
     assert "--loops=open" in command(seen)
     assert "doubts the vessels there" in look_text(seen)
+    assert sorted(round(float(one.place[2]), 1) for one in seen.entrances) == [0.1, 0.8]  # none within the ring
+    assert "cannula:           none; if that is not so: --cannula DIAMETER" in look_text(seen)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", VasowaveWarning)
         found = vw.extract(volume, root=seen.options.root, threshold=seen.options.threshold, cannula=0, loops="open")

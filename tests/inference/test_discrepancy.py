@@ -53,6 +53,20 @@ def test_the_likelihood_is_the_mean_over_all_spectra(noise):
         assert noise.log_likelihood(residual) == pytest.approx(np.log(expected), abs=1e-9)
 
 
+def test_a_likelihood_that_takes_over_what_another_has_diagonalized_is_the_one_that_does_so_itself(noise):
+    rows = np.random.default_rng(3).normal(0, 0.5, (5, SAMPLES))
+    near = noise.narrowed(0.01 * rows)
+    shapes, sizes = near.kept
+    assert 0 < shapes.sum() < len(shapes)
+    wide, fresh = noise.widened(0.4), replace(noise, amplitude=(0.5, 0.7))
+    for one, itself in (
+        (near, replace(noise, kept=(shapes, sizes))),
+        (wide, fresh),
+        (near.narrowed(rows), noise.narrowed(rows)),
+    ):
+        np.testing.assert_allclose(one.log_likelihood(rows), itself.log_likelihood(rows), rtol=1e-12)
+
+
 @pytest.mark.parametrize("power", [lambda k: np.exp(-k), lambda k: (k < 2) + 0.01, lambda k: 1.0 + 0 * k])
 @pytest.mark.parametrize("of_mean", [np.inf, 0.5])
 def test_neither_nodes_nor_their_ends_decide_the_likelihood(power, of_mean):

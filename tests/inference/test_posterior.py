@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.stats import ks_2samp
 
 from made_fit import made_fit
+from vasowave.calibration import Search
 from vasowave.datasets import control_network, virtual_mouse
 from vasowave.datasets.virtual import TRUTH
 from vasowave.errors import InputError
@@ -29,7 +30,8 @@ SHAPE_ONLY = Priors(radius_scale_sd=0, length_scale_sd=0, k_sd=0)
 
 @pytest.fixture(scope="module")
 def found():
-    return posterior(control_network(), virtual_mouse(), draws=100, numerics=Numerics(cell_size=0.4, samples=128))
+    coarse, few = Numerics(cell_size=0.4, samples=128), Search(pressure_harmonics=16)
+    return posterior(control_network(), virtual_mouse(), draws=100, numerics=coarse, search=few)
 
 
 def test_intervals_of_a_virtual_mouse_hold_the_truth(found):

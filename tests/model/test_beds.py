@@ -109,14 +109,15 @@ def test_a_fit_finds_what_was_planted(kind, inflow):
 
 @pytest.mark.parametrize("kind", [pytest.param("rc", marks=pytest.mark.validation), "resistance", OWN])
 def test_a_bed_goes_from_an_analysis_to_posterior_report_stored_model_sweep_and_export(
-    kind, inflow, monkeypatch, tmp_path
+    kind, inflow, monkeypatch, tmp_path, undrawn
 ):
     monkeypatch.setattr(fitting, "posterior", partial(posterior, draws=40))
     pressure = simulate(model_with(kind), inflow, COARSE)["pressure"].values[:, 0, 0]
     noise = 0.1 * np.random.default_rng(1).standard_normal(len(pressure))
     cycle = Recording(pressure + noise, inflow.flow, inflow.period)
     animal = vw.Animal("mouse", "CTL", fork(), cycle, synthetic=True)
-    settings = vw.Settings(walls=("linear",), beds=kind, starts=1, numerics=COARSE, inference="posterior")
+    settings = vw.Settings(walls=("linear",), beds=kind, starts=1, numerics=COARSE, inference="posterior",
+                           pressure_harmonics=8)  # fmt: skip
     result = vw.analyze(animal, settings)
     linear, said = result.laws["linear"], find_bed(kind).bed()
     calibration, quantities = linear.calibration, linear.quantities
@@ -160,13 +161,16 @@ def test_a_bed_goes_from_an_analysis_to_posterior_report_stored_model_sweep_and_
             vw.export_model(model, cycle, "openbf", tmp_path / "openbf", numerics=COARSE)
 
 
-def test_trees_go_from_an_analysis_to_posterior_report_stored_model_sweep_and_export(inflow, monkeypatch, tmp_path):
+def test_trees_go_from_an_analysis_to_posterior_report_stored_model_sweep_and_export(
+    inflow, monkeypatch, tmp_path, undrawn
+):
     monkeypatch.setattr(fitting, "posterior", partial(posterior, draws=40))
     pressure = simulate(model_with("blood_tree"), inflow, COARSE)["pressure"].values[:, 0, 0]
     noise = 0.1 * np.random.default_rng(1).standard_normal(len(pressure))
     cycle = Recording(pressure + noise, inflow.flow, inflow.period)
     animal = vw.Animal("mouse", "CTL", fork(), cycle, synthetic=True)
-    settings = vw.Settings(walls=("linear",), beds="blood_tree", starts=1, numerics=COARSE, inference="posterior")
+    settings = vw.Settings(walls=("linear",), beds="blood_tree", starts=1, numerics=COARSE, inference="posterior",
+                           pressure_harmonics=8)  # fmt: skip
     result = vw.analyze(animal, settings)
     linear = result.laws["linear"]
     fitted = {"tree_length", "tree_stiffness"}

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import ModuleType
 from typing import NamedTuple
 
 import pytest
@@ -230,6 +231,33 @@ def test_a_kernel_for_a_class_from_elsewhere_is_compiled_in_every_process(thrice
     assert [one.name for one in file.parents[1].rglob("*.kernel")] == [file.name]
     kernels.kept(njit(first))((1.0, 2.0))
     assert len(list(file.parents[1].rglob("*.kernel"))) == 2
+
+
+PAIR = "from typing import NamedTuple\nclass Pair(NamedTuple):\n    one: float\n    other: float\n"
+
+
+def test_a_kernel_for_a_law_of_a_file_is_kept_by_the_content_of_the_file_unless_it_uses_what_could_change(thrice):
+    from numba import njit
+
+    from vasowave.runtime import kernels
+
+    def first(pair):
+        return pair[0]
+
+    def used(name, source):
+        module = sys.modules[name] = ModuleType(name)
+        exec(source, vars(module))
+        taken = kernels.kept(njit(first))
+        assert taken(module.Pair(1.0, 2.0)) == 1.0
+        del sys.modules[name]
+        return sum(taken.stats.cache_hits.values()), len(list(file.parents[1].rglob("*.kernel")))
+
+    _, file = thrice
+    assert used("vasowave_law_0123", PAIR) == (0, 2)
+    assert used("vasowave_law_0123", PAIR) == (1, 2)
+    assert used("vasowave_law_4567", PAIR) == (0, 3)  # another content
+    assert used("vasowave_law_89ab", f"from scipy.special import erf\n{PAIR}") == (0, 3)
+    assert used("vasowave_law_89ab", f"import scipy\n{PAIR}") == (0, 3)
 
 
 def test_compiling_is_timed_and_what_is_compiled_within_counts_once(tmp_path, monkeypatch):

@@ -36,11 +36,11 @@ def printed_law() -> str:
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory, mice) -> Path:
-    """Return a study of two animals that was run with the printed law, whose file lies beside study.yaml."""
-    settings = SETTINGS.replace("[linear]", f"[{NAME}]").replace("starts: 2", "starts: 1") + (
+    """Return a study of one animal that was run with the printed law, whose file lies beside study.yaml."""
+    settings = SETTINGS.replace("[linear]", f"[{NAME}]").replace("starts: 2", "starts: 1\n  pressure_harmonics: 8") + (
         "inference: posterior\ngroups: [CTL]\n"
     )
-    folder = make_study_in(tmp_path_factory.mktemp("own") / "study", mice[:2], settings)
+    folder = make_study_in(tmp_path_factory.mktemp("own") / "study", mice[:1], settings)
     (folder / "our_laws.py").write_text(printed_law(), "utf-8")
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(1) as here:
         patch.setattr(fitting, "posterior", partial(posterior, draws=40))
@@ -101,14 +101,16 @@ def test_commands_take_a_stored_law_by_its_name(study, tmp_path, monkeypatch):
     from vasowave.cli.app import app
 
     monkeypatch.chdir(tmp_path)
-    asked = ["--animal", "mouse 1", "--wall", STORED, "--cell-size", "0.3", "--set", "exponential.m=3"]
+    asked = ["--animal", "mouse 0", "--wall", STORED, "--cell-size", "0.3", "--set", "exponential.m=3"]
     done = CliRunner().invoke(app, ["simulate", str(study), *asked, "-o", "waves.nc"])
     assert done.exit_code == 0, done.output
     assert "ExponentialWall(k" in done.output
     assert Path("waves.nc").is_file()
 
 
-def test_results_are_read_without_the_law_and_a_sentence_says_what_cannot_be_done(study, tmp_path, monkeypatch):
+def test_results_are_read_without_the_law_and_a_sentence_says_what_cannot_be_done(
+    study, tmp_path, monkeypatch, undrawn
+):
     away = (study / "our_laws.py").rename(tmp_path / "elsewhere.py")
     monkeypatch.setattr(law_files, "_known", {})
     try:

@@ -48,6 +48,16 @@ def test_a_new_study_says_what_to_fill_in(tmp_path):
     assert "networks/ and recordings/" in check.output
 
 
+def test_titles_of_columns_are_known_in_any_case_and_never_become_free_ones(make_study):
+    folder = make_study()
+    text = (folder / "animals.csv").read_text("utf-8")
+    (folder / "animals.csv").write_text(text.replace("animal,group,network", "Animal,GROUP,Network"), "utf-8")
+    assert read_study(folder).animals[2].group == "HPH"
+    assert read_study(folder).variables == ()
+    (folder / "animals.csv").write_text(text.replace("animal,group,network", "Animal,Groups,Network"), "utf-8")
+    assert any("column 'groups': unknown column (did you mean 'group'?)" in one for one in said(folder))
+
+
 def test_a_good_study_has_only_what_is_odd_and_status_0(make_study):
     folder = make_study()
     assert said(folder) == ["W animals.csv: group 'HPH' has one animal; a comparison needs two or more"]

@@ -3,17 +3,21 @@
 import csv
 import json
 import re
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
 
 from vasowave.cli import app
+from vasowave.cohort.design import Design
 from vasowave.errors import VasowaveWarning
 from vasowave.findings import OTHER
 from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
 from vasowave.study.adding import add_files
+from vasowave.study.plan import read_study
 from vasowave.study.problems import Problem, one_per_cause
+from vasowave.study.results import write_results
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -84,6 +88,8 @@ def test_an_option_turns_no_reference_around_but_that_it_names(lab, tmp_path, gi
 def test_an_implausible_flow_is_said_by_add_run_fit_and_in_front_of_the_page(lab, tmp_path, mice):
     study = tmp_path / "s"
     (lab / "SuHx_2.csv").write_text(cycle_text(mice[2], flow_unit="ml/min"), "utf-8")  # the numbers are ml/s
+    for one in ("Nx_1", "SuHx_1"):  # two animals show it
+        (lab / f"{one}.csv").unlink()
     typed("new", study, "--groups", "Nx,SuHx")
     added = typed("add", study, lab)
     text = (study / "study.yaml").read_text("utf-8")
@@ -116,7 +122,7 @@ def test_an_implausible_flow_is_said_by_add_run_fit_and_in_front_of_the_page(lab
         typed("report", study)
     assert f"the study is {study}" in str(CliRunner().invoke(app, ["status", str(study / "report")]).exception)
 
-    other = CliRunner().invoke(app, ["fit", *map(str, (lab / "lung.csv", lab / "Nx_1.csv", "-o", tmp_path / "fit"))])
+    other = CliRunner().invoke(app, ["fit", *map(str, (lab / "lung.csv", lab / "Nx_2.csv", "-o", tmp_path / "fit"))])
     assert "holds the fit of 'SuHx_2' from " in str(other.exception)
 
 
@@ -138,7 +144,7 @@ def test_a_recording_that_cannot_be_read_is_said_at_the_first_add_whatever_else_
     said = typed("add", study, lab / "SuHx_8.csv", *(lab / name for name in networks), status=3)
     assert "no column 'flow'" in said
     assert len(groups_of(study)) == 1
-    said = typed("add", study, lab / "Nx_1.csv")
+    said = typed("add", study, lab / "Nx_1.csv", status=1)
     assert "no column 'flow'" not in said
 
 
@@ -147,9 +153,36 @@ def test_adding_a_file_says_nothing_of_the_errors_of_others(lab, tmp_path):
     typed("new", study, "--groups", "Nx,SuHx")
     typed("add", study, lab / "Nx_1.csv", lab / "lung.csv")
     (lab / "Nx_1.csv").unlink()
-    said = typed("add", study, lab / "SuHx_1.csv")
+    said = typed("add", study, lab / "SuHx_1.csv", status=1)  # as check has it
     assert "'../lab/Nx_1.csv' does not exist" not in said
     assert "1 problem of animals that were there: see vasowave check" in said
+
+
+def test_a_group_is_given_to_what_is_added_alone_and_a_new_one_is_said(lab, tmp_path):
+    study = tmp_path / "s"
+    typed("new", study, "--groups", "Nx,SuHx")
+    typed("add", study, lab / "Nx_1.csv", lab / "SuHx_1.csv", lab / "lung.csv")
+    said = typed("add", study, lab / "Nx_1.csv", lab / "SuHx_2.csv", "--group", "late")
+    assert groups_of(study) == {"Nx_1": "Nx", "SuHx_1": "SuHx", "SuHx_2": "late"}
+    assert "Nx_1: in the table already, with another group than late, and stays there" in said
+    assert "groups are [Nx, SuHx, late] now, the first is the reference; --group adds 'late'" in said
+
+
+def test_status_says_of_which_earlier_design_the_results_are(lab, tmp_path):
+    study = tmp_path / "s"
+    typed("new", study, "--groups", "Nx,SuHx")
+    typed("add", study, lab / "Nx_1.csv", lab / "lung.csv")
+    plan = read_study(study)
+    (study / "results").mkdir()
+    write_results(study / "results", {}, (), plan.settings, plan.variables)
+    assert "earlier" not in typed("status", study)
+    table = study / "animals.csv"
+    *above, header, row = table.read_text("utf-8").rstrip().splitlines()
+    table.write_text("\n".join([*above, f"{header},sex", f"{row},f", ""]), "utf-8")
+    other = replace(plan.settings, design=Design(covariates=("weight",)))
+    write_results(study / "results", {}, (), other, plan.variables)
+    said = typed("status", study)
+    assert "The results are of an earlier design and column 'sex'; vasowave run" in said
 
 
 def test_a_problem_of_many_animals_is_one_and_names_them_all():

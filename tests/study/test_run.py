@@ -13,9 +13,11 @@ import pandas as pd
 import pytest
 import xarray as xr
 from small_study import make_study_in
+from typer.testing import CliRunner
 
 from vasowave.animal.failure import Stage
 from vasowave.animal.result import AnimalResult
+from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.study import reporting
 from vasowave.study.plan import RESULTS, read_study
@@ -252,6 +254,21 @@ def test_a_failed_animal_is_reported_and_the_others_are_there(undisturbed, tmp_p
             report_study(folder, animal=name)
 
 
+def test_an_animal_that_goes_on_from_kept_searches_is_counted_as_such(make_study, monkeypatch):
+    folder = make_study(animals=2)
+    other = folder / "recordings/1.csv"
+    other.write_text("time [s],pressure [mmHg],flow [ml/s]\n0,1,2\n")
+    first = finish(folder)  # searches are kept as long as an animal is wanting
+    assert (first.computed, first.resumed) == (("mouse 0",), ())
+    for piece in (folder / RESULTS / "cache").iterdir():
+        piece.unlink()
+    again = finish(folder)
+    assert (again.computed, again.resumed) == (("mouse 0",), ("mouse 0",))
+    monkeypatch.setattr("vasowave.study.running.run_study", lambda *given, **more: again)
+    said = CliRunner().invoke(app, ["run", str(folder), "--no-report"]).output
+    assert "1 animal computed (1 from searches that were kept), 0 kept from earlier, 1 failed." in said
+
+
 def test_an_interrupted_run_ends_at_once_and_keeps_what_had_finished(undisturbed, tmp_path):
     folder = tmp_path / "study"
     shutil.copytree(undisturbed[0], folder, ignore=shutil.ignore_patterns(RESULTS))
@@ -340,6 +357,7 @@ def test_a_disk_that_takes_no_more_stops_the_run_with_a_message_and_it_goes_on_l
     assert_same(results(folder), results(undisturbed[0]))
 
 
+@pytest.mark.validation  # a whole run; the test above shows the same of one animal
 def test_a_full_file_system_stops_the_run_with_a_message_and_it_goes_on_later(undisturbed, tmp_path):
     """A real file system of a megabyte in memory, in a mount name space of its own, where the system allows that."""
     folder = tmp_path / "small"

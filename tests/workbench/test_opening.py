@@ -1,7 +1,5 @@
 """What `vasowave open` makes of a folder that is no study."""
 
-import shutil
-
 import pytest
 
 from lab_files import recorded
@@ -38,15 +36,23 @@ def test_a_folder_without_recordings_is_refused_and_nothing_is_written(tmp_path)
     place = tmp_path / "letters"
     place.mkdir()
     (place / "letter.docx").write_bytes(b"PK")
-    with pytest.raises(InputError, match="holds no recordings"):
+    with pytest.raises(InputError, match=r"name a study, recordings, or an empty folder for a study: .*no file there"):
         opened(place)
     assert sorted(one.name for one in tmp_path.iterdir()) == ["letters"]
 
 
-def test_a_folder_of_damaged_recordings_is_opened_and_says_what_is_wrong(tmp_path):
+@pytest.mark.parametrize(("name", "content"), [("one.mat", b"no matlab"), ("notes.txt", b"weigh the mice on monday\n")])
+@pytest.mark.parametrize("what", ["folder", "file"])
+def test_files_that_are_no_recordings_are_refused_with_the_reason_and_leave_no_study(tmp_path, name, content, what):
     place = tmp_path / "bad"
     place.mkdir()
-    (place / "one.mat").write_bytes(b"no matlab")
-    found = opened(place)
-    assert any("one.mat" in line for line in found.said)
-    shutil.rmtree(found.folder)
+    (place / name).write_bytes(content)
+    with pytest.raises(InputError, match=rf"no study can be made of it; .*no recording among these files:\n.*{name}"):
+        opened(place if what == "folder" else place / name)
+    assert [one.name for one in tmp_path.rglob("*")] == ["bad", name]
+
+
+def test_a_place_that_is_not_there_is_refused_and_says_what_makes_a_study(tmp_path):
+    with pytest.raises(InputError, match=r"there is no such folder; `vasowave new .*nowhere` makes a study there"):
+        opened(tmp_path / "nowhere")
+    assert list(tmp_path.iterdir()) == []

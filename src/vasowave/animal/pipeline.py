@@ -17,7 +17,7 @@ from vasowave.animal.fitting import Kept, Progress, fits_of, posteriors_of, tell
 from vasowave.animal.known_errors import effects_on_measured
 from vasowave.animal.law_result import LawResult, Measured
 from vasowave.animal.posterior import posterior_result
-from vasowave.animal.quantities import measured_quantities, measured_values, model_quantities
+from vasowave.animal.quantities import measured_quantities, measured_values, model_quantities, sites_within_bounds
 from vasowave.animal.result import AnimalResult
 from vasowave.animal.signals import (
     flow_noise,
@@ -189,7 +189,7 @@ def _modeled(animal: Animal, fit: Fit, settings: Settings) -> LawResult:
         vessels=vessels,
         quantities=model_quantities(fit, station, waves, spectrum, vessels, settings),
         stiffening=stiffening(fit),
-        sites=fit.sites,
+        sites=sites_within_bounds(fit, settings),
     )
 
 

@@ -89,15 +89,34 @@ def model_quantities(
         values, quantities_of(type(fit.model.wall), type(fit.model.outlets)), errors_of(fit, derive),
         effects_on_fit(fit, settings, of_model),
     )  # fmt: skip
-    bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
-    bounds |= dict.fromkeys(SHARES, (0.0, 1.0))
-    bounds["R_T"] = (0.0, max(_most_resistance(fit, settings), fit.total_resistance))
+    bounds = _bounds(fit, settings)
     for name, value in dataset.data_vars.items():
         low, high = bounds.get(str(name), (0.0, np.inf))
         if "interval_low" in value.attrs:  # beyond its bounds a parameter is not bounded by the data
             value.attrs["interval_low"] = max(value.attrs["interval_low"], low)
             value.attrs["interval_high"] = min(value.attrs["interval_high"], high)
     return dataset
+
+
+def sites_within_bounds(fit: Fit, settings: Settings) -> xr.Dataset | None:
+    """Return what further sites add, with intervals that end where those of `model_quantities` do."""
+    if fit.sites is None:
+        return None
+    ends = [_bounds(fit, settings).get(str(name), (0.0, np.inf)) for name in fit.sites["quantity"].values]
+    low, high = np.array(ends).T
+    bounded = {}
+    for how in ("", "_without"):
+        value, first, last = (fit.sites[f"{name}{how}"] for name in ("value", "low", "high"))
+        bounded[first.name] = first.copy(data=np.maximum(first.values, np.minimum(low, value.values)))
+        bounded[last.name] = last.copy(data=np.minimum(last.values, np.maximum(high, value.values)))
+    return fit.sites.assign(bounded)
+
+
+def _bounds(fit: Fit, settings: Settings) -> dict[str, tuple[float, float]]:
+    """Return between what the interval of a parameter, a share or R_T lies, whatever its normal approximation says."""
+    bounds = {str(name): (row["lower"], row["upper"]) for name, row in fit.parameters.iterrows()}
+    most = max(_most_resistance(fit, settings), fit.total_resistance)
+    return bounds | dict.fromkeys(SHARES, (0.0, 1.0)) | {"R_T": (0.0, most)}
 
 
 def _most_resistance(fit: Fit, settings: Settings) -> float:

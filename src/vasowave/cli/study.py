@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vasowave.cli.app import FAILED, app
+from vasowave.cli.app import FAILED, WRONG_INPUT, app
 from vasowave.cli.progress import alive, show_read, tell
 from vasowave.runtime.threads import cores
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from vasowave.study.plan import Study
     from vasowave.study.problems import Problem
 
 _STUDY = typer.Argument(help="The study: its folder or its study.yaml.")
@@ -82,14 +83,14 @@ def new(
 def add(
     study: Annotated[Path, _STUDY],
     paths: Annotated[list[Path] | None, typer.Argument(help="Recordings and networks: files, or folders.")] = None,
-    group: Annotated[str, typer.Option(help="The group of all of them.")] = "",
+    group: Annotated[str, typer.Option(help="The group of those that have none in the table.")] = "",
     groups: Annotated[str, typer.Option(help="Groups of the study: WT,HOX, or control=WT,hypoxic=HOX.")] = "",
     network: Annotated[Path | None, typer.Option(help="The vessel table of all of them.")] = None,
     given: Annotated[Any, typer.Option(hidden=True, parser=str)] = None,
 ) -> None:
     """Put files into a study: a row in its table for every recording, and what was read of it.
 
-    Exit status 3 if a file could not be read.
+    Exit status 3 if a file could not be read, else that of `check`: 1 if the study cannot run like this.
     """
     from vasowave.cli.options import row_cells
     from vasowave.study.adding import add_files
@@ -127,6 +128,7 @@ def add(
         )
     if added.refused or any(problem.finding.code == UNREADABLE.code for problem in own):
         raise typer.Exit(FAILED)
+    raise typer.Exit(WRONG_INPUT if errors else 0)
 
 
 def _tell_problems(problems: "Sequence[Problem]") -> None:
@@ -228,8 +230,24 @@ def status(study: Annotated[Path, _STATUS] = Path()) -> None:
         + (f"{lost} failed; " if lost else "")
         + (f"being run by {runner}" if runner else "not being run")
     )
+    if plan is not None and not errors and (said := _earlier(plan)):
+        tell(f"The results are of an earlier {said}; vasowave run {_typed(study)} writes them anew, with the report")
     _tell_problems(errors)
     raise typer.Exit(1 if errors else 0)
+
+
+def _earlier(plan: "Study") -> str:
+    """Return what the study says otherwise than when its results were made, of what no animal is computed anew for."""
+    from vasowave.errors import InputError
+    from vasowave.report.wording import listed
+    from vasowave.study.results import read_results
+    from vasowave.study.status import outdated
+
+    try:
+        settings, columns = outdated(plan, read_results(plan.results))
+    except InputError:  # there are none yet
+        return ""
+    return listed([*settings, *(f"column '{label}'" for label in columns)])
 
 
 def _run(
@@ -260,8 +278,9 @@ def _run(
         typer.echo("What had finished is kept, every search of a fit too; run it again to go on.", err=True)
         raise typer.Exit(130) from None
     say(
-        f"{_counted(len(done.computed), 'animal')} computed, {len(done.kept)} kept from earlier, "
-        f"{len(done.lost)} failed."
+        f"{_counted(len(done.computed), 'animal')} computed"
+        + (f" ({len(done.resumed)} from searches that were kept)" if done.resumed else "")
+        + f", {len(done.kept)} kept from earlier, {len(done.lost)} failed."
     )
     computed = time.monotonic()
     say(f"Results: {done.results} ({computed - begun:.0f} s)")

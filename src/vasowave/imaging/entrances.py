@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt, gaussian_filter1d
+from scipy.ndimage import distance_transform_edt, gaussian_filter1d, label
 from scipy.spatial import cKDTree
 
 from vasowave.errors import InputError
@@ -25,6 +25,7 @@ SCALE_LIMIT = 0.2
 
 SHOWN, END_REACH, SMOOTH = 6.0, 12, 3.0
 """The end of a vessel is looked at along so many radii, at least so many voxels; its path is smoothed over voxels."""
+_BEYOND = 3.0  # radii around an end within which the lumen is looked at, from half as far
 CLEAR, NAMED = 0.85, 4
 """An end is clear if the next is narrower than this share of it; so many ends are named."""
 
@@ -72,6 +73,18 @@ def entrances(lumen: Segmentation, volume: Volume) -> tuple[Entrance, ...]:
     found = [_entrance(way, volume) for way in _ways_from_ends(ways)]
     found = [replace(one, place=ways.points[inside.query(one.place)[1]]) for one in found]
     return tuple(sorted(found, key=lambda one: -one.radius))
+
+
+def goes_on(lumen: Segmentation, end: Entrance) -> bool:
+    """Whether the lumen goes on to two sides of an end: a ring has such ends where the paths around it meet."""
+    middle = np.round((end.place - lumen.origin) / lumen.spacing).astype(int)
+    reach = int(np.ceil(_BEYOND * end.radius / lumen.spacing))
+    low = np.maximum(middle - reach, 0)
+    near = lumen.mask[tuple(slice(first, last) for first, last in zip(low, middle + reach + 1, strict=True))]
+    apart = np.linalg.norm(np.moveaxis(np.indices(near.shape), 0, -1) + low - middle, axis=-1) * lumen.spacing
+    pieces, _ = label(near & (apart < _BEYOND * end.radius))
+    own = pieces == pieces[tuple(middle - low)]
+    return bool(label(own & (apart > 0.5 * _BEYOND * end.radius))[1] > 1)
 
 
 def _ways_from_ends(ways: MinimalPaths) -> list[Line]:

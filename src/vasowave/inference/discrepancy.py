@@ -74,9 +74,22 @@ class Discrepancy:
 
     def narrowed(self, residuals: np.ndarray) -> "Discrepancy":
         """Return the sum over only those spectra that matter for one of the residuals, (draw, coefficient)."""
-        log = replace(self, kept=None)._by_node(residuals)
+        whole = self if self.kept is None else replace(self, kept=None)
+        log = whole._by_node(residuals)
         share = np.exp(log - log.max(axis=(0, 2), keepdims=True)).max(axis=1)
-        return replace(self, kept=(share.max(axis=1) > _MATTERS, share.max(axis=0) > _MATTERS))
+        shapes, sizes = share.max(axis=1) > _MATTERS, share.max(axis=0) > _MATTERS
+        turn, values, logdet = whole._diagonal
+        return replace(whole, kept=(shapes, sizes))._diagonal_as(turn[shapes], values[shapes], logdet[shapes])
+
+    def widened(self, missed: float) -> "Discrepancy":
+        """Return the likelihood of residuals of a model that misses by so much more, mmHg, root mean square."""
+        median, spread = self.amplitude
+        return replace(self, amplitude=(float(np.hypot(median, missed)), spread))._diagonal_as(*self._diagonal)
+
+    def _diagonal_as(self, *known: np.ndarray) -> "Discrepancy":
+        """Take `_diagonal` from a likelihood of the same covariances: nothing else here costs as much."""
+        vars(self)["_diagonal"] = known
+        return self
 
     def log_likelihood(self, residuals: np.ndarray) -> np.ndarray:
         """Return the logarithm of the density of residuals, shape (...)."""

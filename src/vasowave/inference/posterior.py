@@ -112,7 +112,7 @@ def posterior(
     --------
     >>> import vasowave as vw
     >>> network = vw.Network(("1",), [-1], [0.4], [0.05])  # a quick one: one vessel, and one unknown
-    >>> search = vw.Search(fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0})
+    >>> search = vw.Search(fixed={"r1": 1.0, "r2": 1.0, "c1": 1.0}, pressure_harmonics=8)
     >>> priors = vw.Priors(radius=0, length=0, radius_scale_sd=0, length_scale_sd=0, k_sd=0)
     >>> vw.posterior(network, vw.virtual_mouse(), priors=priors, search=search, draws=40)
     Posterior(linear wall: beta ... [..., ...], stiffness ...; Pareto k ...)

@@ -61,7 +61,7 @@ def find_modes(
     """
     modes: list[Climbed] = []
     failure: NumericalError | None = None
-    wide = replace(noise, amplitude=(float(np.hypot(noise.amplitude[0], _MISSED)), noise.amplitude[1]))
+    wide = noise.widened(_MISSED)
     starts = [(point, frozenset[int]()) for point in given]
     for half, looked in enumerate(halves):
         starts += [(point, frozenset((half,))) for point in _chosen(linear, measured, wide, looked)]

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 from vasowave.errors import InputError, VasowaveError
 from vasowave.io.textfile import read_bytes
+from vasowave.runtime.kept import BY_CONTENT
 
 _LARGEST = 1 << 20  # bytes; no law is longer
 _NUMBAS_PLACE = re.compile(r'File "([^"]*)", line (\d+)')
@@ -103,7 +104,7 @@ def _digest(source: bytes) -> str:
 
 
 def _module_name(name: str) -> str:
-    return f"vasowave_law_{name.rpartition('@')[2]}"
+    return f"{BY_CONTENT}{name.rpartition('@')[2]}"
 
 
 def files_of(walls: Iterable[str]) -> tuple[LawFile, ...]:

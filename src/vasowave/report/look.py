@@ -65,9 +65,15 @@ def facts(seen: Overview) -> list[tuple[str, str]]:
         ("threshold", f"{seen.options.threshold:.4g}{' on the corrected scale' if seen.options.grey else ''}"),
         ("saturation", f"{seen.grey.saturated:.1%} of the lumen's voxels have its highest level"),
         ("grey scale", _scale(seen)),
+        ("cannula", _cannula(seen.options.cannula)),
         ("loops", _loops(seen)),
     ]
     return rows
+
+
+def _cannula(diameter: float) -> str:
+    known = f"{diameter:g} cm wide within, as is assumed" if diameter else "none"
+    return f"{known}; if that is not so: --cannula DIAMETER, 0 where there is none"
 
 
 def _scale(seen: Overview) -> str:

@@ -21,6 +21,9 @@ PART = ".vasowave-part-"
 
 PACKAGE = Path(__file__).parents[1]
 
+BY_CONTENT = "vasowave_law_"
+"""Beginning of the names of modules that go on with a digest of their source; see `model.law_files`."""
+
 _SEAL = hashlib.sha256().digest_size
 
 

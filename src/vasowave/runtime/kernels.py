@@ -27,13 +27,16 @@ import numpy as np
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
-from vasowave.runtime.kept import digest_of, keep, recall
+from vasowave.runtime.kept import BY_CONTENT, digest_of, keep, recall
 from vasowave.runtime.locks import lock_open_file
 
 _PATIENCE = 300.0  # s that a process waits while another compiles the same
 _LOOK = 0.1  # s between two looks whether it is done
 _OUTDATED = 30 * 24 * 3600.0  # s after which a folder of another source is removed
 _DIGITS = 16  # of a digest, in the names of folders and files
+_PACKAGE = __name__.partition(".")[0]
+_IN_STAMP = (_PACKAGE, "numpy", "builtins", "math", "typing", "types")
+"""What a law's file may be made of for its kernels to be kept: a folder's stamp holds the versions of these."""
 _OTHERS = stat.S_IRWXG | stat.S_IRWXO
 _OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 _READ = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
@@ -49,6 +52,25 @@ def kept(function: Any, *modules: ModuleType) -> Any:
     if folder is not None:
         function._cache = _Kernels(function.py_func, folder)
     return function
+
+
+def is_known(one: type) -> bool:
+    """Whether the names of folder and file say all that a class is made of: it is ours, or a law's that uses no more.
+
+    A law's module is named by its content; what else such a file has imported could change unseen.
+    """
+    module = sys.modules.get(one.__module__)
+    if not one.__module__.startswith(BY_CONTENT) or module is None:
+        return one.__module__.partition(".")[0] == _PACKAGE
+    used = {_home(value) for value in vars(module).values()} - {one.__module__}
+    return {name.partition(".")[0] for name in used} <= {*_IN_STAMP}
+
+
+def _home(value: Any) -> str:
+    """Return the name of the module that a value is or comes from, empty if that is not known."""
+    if value is None or isinstance(value, bool | int | float | str | tuple | dict):
+        return "builtins"
+    return str(value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", ""))
 
 
 @cache
@@ -161,7 +183,7 @@ class _Kernels:
     def save_overload(self, sig: Any, kernel: Any) -> None:
         """Keep a kernel."""
         try:
-            if not kernel.library.has_dynamic_globals and _is_ours(sig):
+            if not kernel.library.has_dynamic_globals and all(map(is_known, _classes(sig))):
                 file = self._file(sig, kernel.codegen)
                 keep(file, file.name, dumps(kernel._reduce()))
         except OSError:  # a full disk: it serves this process all the same
@@ -171,7 +193,9 @@ class _Kernels:
 
     def _file(self, sig: Any, codegen: Any) -> Path:
         """Return the file of the kernel for these types on this kind of processor."""
-        return self._folder / f"{self._name}-{digest_of(repr(sig), codegen.magic_tuple())[:_DIGITS]}.kernel"
+        modules = [one.__module__ for one in _classes(sig)]
+        stamp = digest_of(repr(sig), modules, codegen.magic_tuple())[:_DIGITS]
+        return self._folder / f"{self._name}-{stamp}.kernel"
 
     def _release(self) -> None:
         if self._compiling:
@@ -182,12 +206,12 @@ class _Kernels:
             self._lock = None
 
 
-def _is_ours(kinds: Any) -> bool:
-    """Whether all classes among the types are this package's: the source of others is not in a folder's name."""
-    of_class: Any = getattr(kinds, "instance_class", None)
-    if of_class is not None and of_class.__module__.partition(".")[0] != __name__.partition(".")[0]:
-        return False
-    return all(map(_is_ours, kinds)) if hasattr(kinds, "__iter__") else True
+def _classes(kinds: Any) -> Iterator[type]:
+    """Go through the classes among types."""
+    if (of_class := getattr(kinds, "instance_class", None)) is not None:
+        yield of_class
+    for kind in kinds if hasattr(kinds, "__iter__") else ():
+        yield from _classes(kind)
 
 
 def _loaded(file: Path, target_context: Any) -> tuple[Any, bool]:

@@ -9,7 +9,7 @@ from typing import Any
 from numba import njit
 
 from vasowave.model import walls
-from vasowave.runtime.kernels import kept
+from vasowave.runtime.kernels import is_known, kept
 from vasowave.solver import beds as bed_kernels
 from vasowave.solver import cells as cell_kernels
 from vasowave.solver import changing as changing_kernels
@@ -146,7 +146,7 @@ def _kernels() -> tuple[Any, Any]:
 def cycle_kernel(law: type) -> Any:
     """Return the compiled cycle for models with this wall law (its class).
 
-    Kernels of our own laws are kept on disk. One with a law from elsewhere is compiled in each process: nobody knows
-    which files it consists of.
+    Kernels of our own laws, and of laws in files, are kept on disk. One with a law from elsewhere is compiled in each
+    process: nobody knows which files it consists of.
     """
-    return _kernels()[law.__module__ != walls.__name__]
+    return _kernels()[not is_known(law)]

@@ -5,8 +5,7 @@ from typing import Any
 
 from numba import njit
 
-from vasowave.model import walls
-from vasowave.runtime.kernels import kept
+from vasowave.runtime.kernels import is_known, kept
 from vasowave.solver import changing_variations, node_variations, variations
 from vasowave.solver.cells import WHOLE, Faces, continue_lines, find_fluxes, inner_faces, update_cells
 from vasowave.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure, keep_energy
@@ -148,4 +147,4 @@ def _kernels() -> tuple[Any, Any]:
 
 def varied_cycle_kernel(law: type) -> Any:
     """Return the compiled cycle with changes for models with this wall law (its class); kept as `cycle_kernel` is."""
-    return _kernels()[law.__module__ != walls.__name__]
+    return _kernels()[not is_known(law)]

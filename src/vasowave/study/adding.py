@@ -69,7 +69,7 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
         The folder of the study or its study file.
     paths : sequence of Path
     group : str, optional
-        The group of all of them.
+        The group of all of them that have none yet.
     groups : str, optional
         The groups of the study, the reference first: ``WT,HOX``, or ``control=WT,hypoxic=HOX`` where names hold other
         words.
@@ -111,7 +111,8 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
         one.cells["network"] = seen_from(path.parent, told) if told else ""
     more += _kept_networks(touched, networks)
     _name(new, [row["animal"] for row in before.rows])
-    explicit = {*(cells or {}), *(["group"] if group or groups else []), *(["network"] if network else [])}
+    explicit = {*(cells or {}), *(["group"] if groups else []), *(["network"] if network else [])}
+    more += _kept_groups(touched, group)
     updated = [one for one in touched if _filled(one, explicit)]
     rows = [one.cells for one in new]
     all_new = [*rows, *(one.old for one in touched if one.old is not None)]
@@ -119,7 +120,8 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     write_file(table, written_rows(before, rows))
     if other:
         write_file(path, other)
-        more.append(f"{path.name}: groups are [{', '.join(marks)}] now, the first is the reference")
+        added = f"; --group adds '{group}'" if group and group not in settings.groups else ""
+        more.append(f"{path.name}: groups are [{', '.join(marks)}] now, the first is the reference{added}")
     said = [*said, *_once([*new, *updated]), *more, *_missing(all_new, marks, networks)]
     if len(updated) < len(touched):
         said.append(f"{len(touched) - len(updated)} of these recordings are in the table already, with all this")
@@ -287,6 +289,15 @@ def _kept_networks(touched: Sequence[_Row], networks: Sequence[Path]) -> list[st
     pairs = dict.fromkeys(f"{one.old['network']} (not {one.cells['network']})" for one in other if one.old)
     names = some_of([one.old["animal"] for one in other if one.old], _NAMED)
     return [f"{names}: the table keeps {', '.join(pairs)}; to change that, empty the cells 'network' or give --network"]
+
+
+def _kept_groups(touched: Sequence[_Row], group: str) -> list[str]:
+    """Return what to say of animals that were there and keep a group which is not that of the files being added."""
+    other = [one.old["animal"] for one in touched if group and one.old and one.old.get("group") not in ("", group)]
+    if not other:
+        return []
+    return [f"{some_of(other, _NAMED)}: in the table already, with another group than {group}, and stays there; to "
+            "change it, write it into the column 'group'"]  # fmt: skip
 
 
 def _name(new: Sequence[_Row], taken: Sequence[str]) -> None:

@@ -18,9 +18,9 @@ from vasowave.study.physiology import looks_of
 from vasowave.study.plan import Study, inspect_study
 from vasowave.study.reading import study_path
 from vasowave.study.results import Results, read_results
+from vasowave.study.status import outdated
 
 REPORT_FOLDER, ONE_BY_ONE = "report", "report of animals"
-_SHOWN = ("title", "groups", "design", "report")  # settings of the page; the others enter the key of every animal
 _NAMED = 6  # animals, in a sentence
 CHANGED = look_kind(
     "report.study-changed",
@@ -93,23 +93,18 @@ def _tell_changed(path: Path, stored: Results, results: Sequence[AnimalResult]) 
     groups = {one.animal: one.group for one in stored.animals}
     moved = [f"{row.animal} ({row.group}, was {before})" for row in study.animals
              if (before := groups.get(row.animal, row.group)) != row.group]  # fmt: skip
+    settings, columns = outdated(study, stored)
     listed = {
         "animals in another group": moved,
         "animals whose row, files or settings (or the program) changed": _changed(study, keys),
         "new animals": [row.animal for row in study.animals if row.animal not in known],
         "animals no longer in the table": lost,
-        "columns of the table of animals": _other_columns(study, stored),
-        "settings": [name for name in _SHOWN if getattr(study.settings, name) != getattr(stored.settings, name)],
+        "columns of the table of animals": columns,
+        "settings": settings,
     }
     said = "; ".join(f"{what}: {some_of(names, _NAMED)}" for what, names in listed.items() if names)
     if said:
         warn(CHANGED(path=str(path), changes=said), stacklevel=3)
-
-
-def _other_columns(study: Study, stored: Results) -> list[str]:
-    """Return the lab's own columns that say something else than when the study was run."""
-    now, before = ({one.label: one for one in some.variables} for some in (study, stored))
-    return [label for label in {**before, **now} if now.get(label) != before.get(label)]
 
 
 def _changed(study: Study, keys: dict[str, str]) -> list[str]:

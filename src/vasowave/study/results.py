@@ -75,7 +75,7 @@ class StoredAnimal:
     sha256: str
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Results(Mapping[str, AnimalResult]):
     """The results of a study: a mapping of every animal's name to its result.
 
@@ -157,13 +157,34 @@ class Results(Mapping[str, AnimalResult]):
         """Return how many animals were analyzed."""
         return len(self.animals)
 
+    def __repr__(self) -> str:
+        """Return a short table: the animals by group, the laws, what failed, and what can be typed next."""
+        others = [label for label, names in self._members.items() if names][1:]
+        facts = {label: f"{len(names)}  {some_of(names, _NAMED)}" for label, names in self._members.items()}
+        facts["wall laws"] = self._laws
+        facts |= {"failed": some_of([f"{one.animal}, {one}" for one in self.failures], _NAMED)} if self.failures else {}
+        calls = [*(f"results[{name!r}]" for name in [*self][:1]), "results.table()"]
+        facts["next"] = ", ".join([*calls, *(f"results.compare({label!r})" for label in others[:1])])
+        width = max(map(len, facts))
+        rows = [f"  {name:<{width}}  {text}" for name, text in facts.items()]
+        return "\n".join([f"Study: {self.settings.title}", *rows])
+
     def _repr_html_(self) -> str:
-        members = {label: [one.animal for one in self.animals if one.group == label] for label in self.settings.groups}
-        facts: dict[str, object] = {label: f"{len(names)}: {', '.join(names)}" for label, names in members.items()}
-        facts["wall laws"] = ", ".join(map(plain, self.settings.calibration.walls))
+        facts: dict[str, object] = {
+            label: f"{len(names)}: {', '.join(names)}" for label, names in self._members.items()
+        }
+        facts["wall laws"] = self._laws
         facts["run"] = ", ".join(f"{name} {version}" for name, version in self.versions.items())
         failed = [f"{one.animal} failed, {one}" for one in self.failures]
         return card(f"Study: {self.settings.title}", facts, failed)
+
+    @property
+    def _members(self) -> dict[str, list[str]]:
+        return {label: [one.animal for one in self.animals if one.group == label] for label in self.settings.groups}
+
+    @property
+    def _laws(self) -> str:
+        return ", ".join(map(plain, self.settings.calibration.walls))
 
     def table(self) -> pd.DataFrame:
         """Return the single numbers of all animals, a row each: tidy data for pandas, seaborn or R.

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from vasowave.inference.known_errors import SHARED, columns
+from vasowave.recording.read_sites import COLUMNS as SITES
 from vasowave.recording.read_sites import site_files
 
 ERRORS = {title: name for name, (title, _) in columns().items()}
@@ -33,7 +34,7 @@ COLUMNS = {
     "start [s]": "raw: start of the stretch to use, since the start of the block.",
     "end [s]": "raw: end of the stretch to use.",
     "beat edits": "raw: file of what a person decided of single beats: reject, keep, move (action, time [s], to [s]).",
-    "sites": "Table of what was observed at further places (vasowave's read_sites): one row a place.",
+    "sites": f"Table of what was observed at further places, one row a place, with the columns {', '.join(SITES)}.",
     "zero [mmHg]": "What the transducer reads at zero pressure, where it is not 0; it is subtracted.",
     "zero after [mmHg]": "What it reads at zero pressure after the recording: the mean of both is subtracted, and the "
     "zero's SD is that of a drift between them, where no other is said.",

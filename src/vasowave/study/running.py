@@ -18,7 +18,7 @@ from vasowave.runtime.threads import cores
 from vasowave.study.declaring import declare
 from vasowave.study.engine import Job, Pools, Progress, run_jobs
 from vasowave.study.executors import dask_cluster, process_pool
-from vasowave.study.journal import FOLDER, remove_journals
+from vasowave.study.journal import FOLDER, read_journal, remove_journals
 from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
 from vasowave.study.lock import locked
 from vasowave.study.physiology import looks_of
@@ -49,6 +49,8 @@ class Done:
         The index of the results.
     computed, kept : tuple of str
         Animals that were computed now, and that were known from earlier runs.
+    resumed : tuple of str
+        Animals among `computed` of which searches or simulations were kept from a run that was interrupted.
     failures : tuple of Failure
         What failed: whole animals, and wall laws of animals that have a result.
     warnings : dict of str to tuple of Finding
@@ -60,6 +62,7 @@ class Done:
     kept: tuple[str, ...]
     failures: tuple[Failure, ...]
     warnings: Mapping[str, tuple[Finding, ...]]
+    resumed: tuple[str, ...] = ()
 
     @property
     def lost(self) -> tuple[Failure, ...]:
@@ -132,6 +135,7 @@ def run_study(
         pressures: dict[str, float] = {}
         pieces, jobs, why = _plan(study, store, pressures)
         kept = tuple(pieces)
+        begun = {job.name for job in jobs if read_journal(study.results / FOLDER / f"{job.key}.jsonl")}
         for number, name in enumerate(kept, 1):
             say(Progress(name, "kept", number, len(study.animals)))
 
@@ -149,7 +153,8 @@ def run_study(
         if not why:
             remove_journals(study.results)
     computed = tuple(job.name for job in jobs if job.name in pieces)
-    return Done(results, computed, kept, failures, _warnings(study, pieces))
+    resumed = tuple(name for name in computed if name in begun)
+    return Done(results, computed, kept, failures, _warnings(study, pieces), resumed)
 
 
 def run_alone(study: Study, progress: FitProgress | None = None) -> Done:

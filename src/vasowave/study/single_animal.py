@@ -126,7 +126,9 @@ def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[
     """Return what a person at the terminal wants to know of an animal: answers, fits, and what to consider."""
     called = caller(gathered([result]))
     answers = [one for wall in result.laws for one in animal_answers(result, wall, _TOLD, called)]
-    said = [f"warning: {one}" for one in warned]
+    doubts = {(one.code, dict(one.values)["site"]): one for law in result.laws.values() for one in law.site_doubts}
+    said = [f"warning: {one} Do not use what follows before." for one in doubts.values()]
+    said += [f"warning: {one}" for one in warned]
     said += [f"{question}: {text}" for question, text in dict.fromkeys(answers)]
     for wall, law in result.laws.items():
         data = law.calibration
@@ -135,7 +137,11 @@ def fit_sentences(result: AnimalResult, warned: Sequence[Finding] = ()) -> list[
         said.append(
             f"{wall} wall: {values}; S {S:.4g} mmHg², N {count}, RMSE {law.rmse:.3g} mmHg, {agree} starts agree"
         )
-    other = sorted((one for one in result.findings if one not in warned), key=lambda one: one.severity == Severity.NOTE)
+    told = {code for code, _ in doubts}
+    other = sorted(
+        (one for one in result.findings if one not in warned and one.code not in told),
+        key=lambda one: one.severity == Severity.NOTE,
+    )
     return said + [f"{one.severity}: {text}" for one, text in zip(other, texts(other), strict=True)]
 
 

@@ -13,7 +13,7 @@ from vasowave.study.journal import FOLDER, read_journal
 from vasowave.study.loading import animal_key
 from vasowave.study.lock import holder
 from vasowave.study.plan import RESULTS, Study
-from vasowave.study.results import INDEX, read_results
+from vasowave.study.results import INDEX, Results, read_results
 from vasowave.study.running import LOCK
 from vasowave.study.store import CACHE
 
@@ -80,6 +80,17 @@ def study_status(study: Study) -> StudyStatus:
         else:
             statuses.append(_status(row.animal, key, study.results, lost))
     return StudyStatus(tuple(statuses), runner)
+
+
+OF_PAGE = ("title", "groups", "design", "report")
+"""Settings of the page; the others enter the key of every animal."""
+
+
+def outdated(study: Study, stored: Results) -> tuple[list[str], list[str]]:
+    """Return the settings of the page, and the lab's own columns, that say something else than when it was run."""
+    now, before = ({one.label: one for one in some.variables} for some in (study, stored))
+    columns = [label for label in {**before, **now} if now.get(label) != before.get(label)]
+    return [name for name in OF_PAGE if getattr(study.settings, name) != getattr(stored.settings, name)], columns
 
 
 def _lost(results: Path) -> dict[str, str]:

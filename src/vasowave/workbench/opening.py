@@ -1,5 +1,6 @@
 """What a person may open: a study, a fit, a folder that becomes one, a recording or an image alone."""
 
+import shutil
 from pathlib import Path
 from typing import NamedTuple
 
@@ -7,7 +8,7 @@ from vasowave.errors import InputError
 from vasowave.io.files import check_writable
 from vasowave.io.textfile import look
 from vasowave.recording.formats import RECORDINGS
-from vasowave.study.adding import add_files
+from vasowave.study.adding import Added, add_files
 from vasowave.study.names import plain_name
 from vasowave.study.plan import RESULTS
 from vasowave.study.reading import STUDY_FILE
@@ -50,10 +51,8 @@ def opened(place: Path) -> Opened:
         if (folder / STUDY_FILE).is_file() and (name := _animal(folder, place)):
             return Opened(folder, f"#recording/{name}")
     folder = place.absolute().with_name(f"{place.stem} study")
-    if not (folder / STUDY_FILE).is_file():
-        new_study(folder)
-    if not _animal(folder, place):
-        add_files(folder, [place.absolute()])
+    if not _is_study(folder) or not _animal(folder, place):
+        _put_into(folder, place.absolute())
     return Opened(folder, f"#recording/{_animal(folder, place)}", (f"Its study, which holds what is chosen: {folder}",))
 
 
@@ -83,6 +82,10 @@ def _folder(place: Path) -> Opened:
         known = (place / STUDY_FILE).is_file() or (place / RESULTS).is_dir()
         if not known and any(not one.name.startswith(".") for one in place.iterdir()):
             return _collected(place.absolute())
+    if not place.exists():
+        raise InputError(
+            f"{place}: there is no such folder; `vasowave new {place}` makes a study there, to be opened then"
+        )
     check_writable(place)
     fit = (place / RESULTS).is_dir() and not (place / STUDY_FILE).is_file()
     return Opened(place, "#explorer" if fit else "")
@@ -98,19 +101,29 @@ def _collected(place: Path) -> Opened:
     """
     folder = place.with_name(f"{place.name} study")
     said = [f"The study of the files in {place.name}, which stay as they are: {folder}"]
-    if not (folder / STUDY_FILE).is_file():
-        if not any(one.suffix.lower() in RECORDINGS.suffixes for one in place.rglob("*")):
-            raise InputError(
-                f"{place}: is no study, is not empty and holds no recordings; name the study, its recordings, or a "
-                "folder for a new study"
-            )
-        new_study(folder)
-        try:
-            added = add_files(folder, [place])
-            said += [*added.said, *added.refused]
-        except InputError as error:  # the desk can add them one by one
-            said.append(str(error))
+    if not _is_study(folder):
+        added = _put_into(folder, place)
+        said += [*added.said, *added.refused]
     return Opened(folder, "", tuple(said))
+
+
+def _is_study(folder: Path) -> bool:
+    return (folder / STUDY_FILE).is_file()
+
+
+def _put_into(folder: Path, place: Path) -> Added:
+    """Add a recording or a folder of them to a study; one that is made for them and stays empty is taken away."""
+    fresh = not folder.exists()
+    if not _is_study(folder):
+        new_study(folder)
+    try:
+        return add_files(folder, [place])
+    except InputError as error:
+        if fresh:
+            shutil.rmtree(folder)
+        raise InputError(
+            f"{place}: no study can be made of it; name a study, recordings, or an empty folder for a study: {error}"
+        ) from None
 
 
 def _animal(folder: Path, recording: Path) -> str:

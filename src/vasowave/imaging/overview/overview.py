@@ -10,7 +10,7 @@ import numpy as np
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.findings import Finding, found_in
 from vasowave.imaging.axes.vessels import tree_of
-from vasowave.imaging.entrances import Entrance, clear_entrance, entrances
+from vasowave.imaging.entrances import Entrance, clear_entrance, entrances, goes_on
 from vasowave.imaging.lumen.contours import level_set
 from vasowave.imaging.lumen.proposal import Levels, levels_of
 from vasowave.imaging.lumen.segmentation import Segmentation, segment
@@ -162,6 +162,8 @@ def _seen(
         closed = smooth is not None and loop_count(smooth) <= 0
         lumen = smooth if closed and smooth is not None else lumen
     ends = entrances(lumen, volume)
+    if loops and not closed:
+        ends = tuple(one for one in ends if not goes_on(lumen, one)) or ends
     measured, cannula = (None, None) if loops and not closed else _first_tree(lumen, ends, volume, first.cannula)
     grey = GreyLook(*saturation(volume, lumen), None)
     if measured is not None:

@@ -18,10 +18,13 @@ from vasowave.notebook import card
 from vasowave.report.answer.forest import group_rows
 from vasowave.report.answer.groups import group_answers
 from vasowave.report.glossary import caller
+from vasowave.report.wording import some_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+_NAMED = 3  # quantities, in a sentence
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +89,11 @@ class Comparison:
 
     def _figure(self, make: Callable[[float, float], "Figure"]) -> "Figure":
         if not len(self.primary.rows):
-            left = "; ".join(f"{what}: {why}" for what, why in self.primary.left_out.items())
-            raise InputError(f"{self.group} and {self.reference} could not be compared; {left}")
+            left = [f"{what} ({why})" for what, why in self.primary.left_out.items()]
+            more = " (all in `.primary.left_out`)" if len(left) > _NAMED else ""
+            raise InputError(
+                f"{self.group} and {self.reference} could not be compared by {some_of(left, _NAMED)}{more}; add animals"
+            )
         return groups_figure(self.cohort, self.primary, WIDE, make)
 
     def __repr__(self) -> str:
