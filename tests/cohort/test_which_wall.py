@@ -230,3 +230,14 @@ def test_recordings_of_one_animal_are_one_voice_and_are_never_tested_as_animals(
     assert (row["n"], row["mean"], row["low"], row["high"]) == pytest.approx((3, means.mean(), low, high))
     assert cohort.count("CTL") == "n = 3"
     assert again.count("CTL") == "3 recordings, n = 2"
+
+
+def test_exponents_are_pooled_over_animals_and_not_over_their_recordings():
+    cohort = exponents([0.4, 1.1, 0.9, 1.4, 0.7, 2.0])
+    mice = {result.name: f"mouse {place // 2}" for place, result in enumerate(cohort.results)}
+    again = replace(cohort, design=Design(subject="mouse"), variables={"mouse": Variable.of("mouse", mice)})
+    firsts = exponent_of(again, "power")
+    alone = exponent_of(gathered(cohort.results[::2]), "power")
+    assert firsts.animals == 3
+    assert firsts == alone
+    assert "3 animals pooled, the first recording of each" in wall_answer(again, "linear")[1]

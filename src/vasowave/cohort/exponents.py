@@ -50,9 +50,11 @@ def exponent_of(cohort: Cohort, wall: str) -> Exponent | None:
     """Return the exponent of a law; None if it has none.
 
     Of several animals it is pooled on logarithms: from their posteriors, where all have one that can be trusted, else
-    from their fits (`pooled_censored`). An animal whose search stopped at a bound counts as one that lies beyond it.
+    from their fits (`pooled_censored`). An animal whose search stopped at a bound counts as one that lies beyond it. Of
+    several recordings of one animal the first counts.
     """
-    said = [(one, stiffens) for one in cohort.calibrated(wall) if (stiffens := one.laws[wall].stiffening) is not None]
+    firsts = {cohort.subjects[one.name]: one for one in reversed(cohort.calibrated(wall))}
+    said = [(one, stiffens) for one in reversed(firsts.values()) if (stiffens := one.laws[wall].stiffening) is not None]
     if not said:
         return None
     results, each = [one for one, _ in said], [stiffens["exponent"] for _, stiffens in said]

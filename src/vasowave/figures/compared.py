@@ -31,6 +31,7 @@ def means_figure(
         By column what is written above each group.
     """
     table = cohort.table[cohort.table["source"].isin(sources)]
+    table = table.assign(subject=table["animal"].map(cohort.subjects))
     columns = 4 if len(quantities) > 2 else len(quantities)
     rows = -(-len(quantities) // columns)
     figure = new_figure(WIDEST if columns == 4 else NARROW, 5.2 * rows)

@@ -50,6 +50,7 @@ def plot_groups(
     ax : matplotlib Axes
     table : DataFrame
         Columns ``group``, `quantity` and, where several stand side by side, ``source``: one's points may be hollow.
+        Where rows are of the same animals, ``subject``, by which n counts them.
     quantity : str
         Name of a column, ``quantity [unit]``.
     label : str
@@ -75,7 +76,7 @@ def plot_groups(
             mean = (means or {}).get((str(group), source))
             _animals(ax, column * step + _APART * place, own, quantity, groups[str(group)], sources[source], mean)
             ticks[column * step + _APART * place] = sources[source].short if len(there) > 1 else ""
-            sizes.append(str(len(own)))
+            sizes.append(str(own["subject"].nunique() if "subject" in own else len(own)))
         middle = column * step + _APART * (len(there) - 1) / 2
         count = f"n = {', '.join(dict.fromkeys(sizes))}"
         name = f"{short(str(group), 14)}\n{count}"

@@ -25,7 +25,9 @@ def wall_answer(cohort: Cohort, law: str) -> tuple[str, str]:
     caveat = [_LOOKS_LIKE] if of_fits else [_STILL_LOOKS_LIKE] if said or exponents else []
     if len(cohort.walls) < 2:
         said.append(f"Only the {law} wall was fitted; nothing is known of others.")
-    return "Which wall?", " ".join([*said, *by_residuals, *(_exponent(*one) for one in exponents), *caveat])
+    return "Which wall?", " ".join(
+        [*said, *by_residuals, *(_exponent(*one, cohort.repeated) for one in exponents), *caveat]
+    )
 
 
 def _evidence(one: Evidence, law: str, cohort: Cohort) -> str:
@@ -111,7 +113,7 @@ def _signed(value: float, low: float = np.nan, high: float = np.nan) -> str:
     return f"+{text}" if value > 0 else text
 
 
-def _exponent(wall: str, one: Exponent) -> str:
+def _exponent(wall: str, one: Exponent, repeated: bool) -> str:
     """Say how the wall stiffens where a law has a parameter for it."""
     verdict = {1: "The wall stiffens more than a linear one", -1: "The wall stiffens less than a linear one",
                0: "It is open whether the wall stiffens more or less than a linear one"}[one.side]  # fmt: skip
@@ -120,7 +122,8 @@ def _exponent(wall: str, one: Exponent) -> str:
     about = [source, f"{one.linear:g} is linear"]
     if one.animals > 1:
         bounds = [f"{count} beyond the {end} bound of the search" for end, count in ends]
-        about.append(f"{one.animals} animals pooled" + (f", of them {listed(bounds)}" if bounds else ""))
+        firsts = ", the first recording of each" if repeated else ""
+        about.append(f"{one.animals} animals pooled{firsts}" + (f", of them {listed(bounds)}" if bounds else ""))
     else:
         about += [f"the search stopped at its {end} bound" for end, _ in ends]
     return f"{verdict}: {_range(one)} ({'; '.join(about)})."
