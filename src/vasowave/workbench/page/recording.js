@@ -5,7 +5,7 @@ import { plot, sheet, style, ticks, watched } from "./plot.js";
 
 const NAMES = { pressure: "pressure [mmHg]", flow: "flow [ml/s]", ecg: "ECG" };
 const INDICES = { HR: "1/min", mPAP: "mmHg", sPAP: "mmHg", dPAP: "mmHg", pPAP: "mmHg", CO: "ml/s", PVR: "mmHg s/ml" };
-let told = null, view = null, chosen = null, beat = -1, kept = {}, whole = {}, parts = null, asking = null, undrawn = false;
+let told = null, view = null, chosen = null, beat = -1, kept = {}, whole = {}, parts = null, asking = null, undrawn = false, carried = null;
 
 export async function show(place, rest) {
   const list = await ask("study");
@@ -30,7 +30,7 @@ export async function show(place, rest) {
     h("div", { class: "two" },
       h("section", { "aria-label": "signals" }, canvas, strip, parts.tools,
         h("p", { class: "keys" }, key("#00a7c4", "averaged"), key("", "good, not needed"), key("var(--alarm-edge)", "rejected"), key("var(--shade)", "outside the stretch")),
-        h("p", { class: "keys" }, "Drag: a stretch. Click: a beat. Wheel: zoom, with Shift: scroll. Keys: ", ["←", "→", "+", "−", "n", "p", "x", "[", "]", "b", "e"].flatMap((key) => [h("kbd", {}, key), " "]),
+        h("p", { class: "keys" }, "Drag: a stretch, or the bold line where the picked beat begins. Click: a beat. Wheel: zoom, with Shift: scroll. Keys: ", ["←", "→", "+", "−", "n", "p", "x", "[", "]", "b", "e"].flatMap((key) => [h("kbd", {}, key), " "]),
           "scroll, zoom, next and previous beat, reject or restore, earlier and later by 1 ms, begin and end of a stretch at the middle.")),
       parts.side),
     parts.given);
@@ -179,8 +179,8 @@ function beats(pen, height) {
     pen.fillStyle = lost ? style("--alarm-edge") : "#00a7c4";
     pen.globalAlpha = k === beat ? 0.4 : lost ? 0.16 : averaged.has(k) ? 0.2 : 0;
     pen.fillRect(x(list.starts[k]), 0, x(end(k)) - x(list.starts[k]), height);
-    pen.globalAlpha = 0.5;
-    pen.fillRect(x(list.starts[k]) - 0.5, 0, 1, height);
+    pen.globalAlpha = k === beat ? 0.9 : 0.5;
+    pen.fillRect(x(k === beat ? carried ?? list.starts[k] : list.starts[k]) - (k === beat ? 1.5 : 0.5), 0, k === beat ? 3 : 1, height);
   }
   pen.globalAlpha = 1;
 }
@@ -216,13 +216,27 @@ const scroll = (share) => { const by = share * (view[1] - view[0]); look(view[0]
 function pointer(canvas, strip) {
   let from = null;
   const at = (event) => Math.min(told.duration, Math.max(0, time(event.clientX - canvas.getBoundingClientRect().left)));
-  canvas.addEventListener("pointerdown", (event) => { if (told?.duration && event.button === 0) { from = at(event); canvas.setPointerCapture(event.pointerId); } });
+  const onLine = (event) => beat >= 0 && Math.abs(x(at(event)) - x(told.beats.starts[beat])) < 6;
+  canvas.addEventListener("pointerdown", (event) => {
+    if (!told?.duration || event.button !== 0) return;
+    if (onLine(event)) carried = told.beats.starts[beat]; else from = at(event);
+    canvas.setPointerCapture(event.pointerId);
+  });
   canvas.addEventListener("pointermove", (event) => {
+    if (!told?.duration) return;
+    canvas.style.cursor = carried !== null || onLine(event) ? "ew-resize" : "";
+    if (carried !== null) { carried = at(event); later(); return; }
     if (from === null || Math.abs(x(at(event)) - x(from)) < 4 && !chosen) return;
     chosen = [Math.min(from, at(event)), Math.max(from, at(event))];
     later();
   });
-  canvas.addEventListener("pointerup", (event) => {
+  canvas.addEventListener("pointerup", async (event) => {
+    if (carried !== null) {
+      const by = at(event) - told.beats.starts[beat];
+      if (Math.abs(by) >= 5e-4) await move(by);
+      carried = null;
+      later();
+    }
     if (from === null) return;
     if (Math.abs(x(at(event)) - x(from)) < 4) { chosen = null; pick(told.beats ? near(at(event), told.beats.starts) : -1); } else tools();
     from = null;
@@ -288,7 +302,7 @@ function toggle() {
 function move(by) {
   if (beat < 0) return;
   const start = told.beats.starts[beat], own = told.edits.find(([what, , to]) => what === "move" && Math.abs(to - start) < 1e-4);
-  change("edit-beats", { edits: [["move", own ? own[1] : start, start + by]] }, true);
+  return change("edit-beats", { edits: [["move", own ? own[1] : start, start + by]] }, true);
 }
 
 async function judge(what) {
@@ -377,5 +391,5 @@ function drawAverage() {
   plot(parts.flow, { series: [curve("flow", "#00a7c4")], y: "flow [ml/s]", x: "time [ms]" });
 }
 
-/** For measurements: look at a part of the recording. */
+/** For measurements and tests: look at a part of the recording. */
 export const lookAt = look;
