@@ -92,7 +92,7 @@ def picture_of_lung(page: Page) -> None:
     """Draw the Lung desk with its vessels found, one of them chosen."""
     page.wide(1180, 760)
     page.until(FIND, 300)
-    page.js("document.querySelectorAll('tr[data-vessel] button')[2].click(); scrollTo(0, 0)")
+    page.js("document.querySelectorAll('tr[data-vessel] button')[2].click()")
     time.sleep(1.0)
     _shot(page, "lung")
 
@@ -108,8 +108,11 @@ def _shot(page: Page, desk: str) -> None:
     from PIL import Image
 
     path = PICTURES / f"workbench-{desk}.png"
+    page.js("scrollTo(0, 0)")
+    time.sleep(0.5)
     page.shot(path, whole=False)
-    Image.open(path).convert("P", palette=Image.Palette.ADAPTIVE, colors=160).save(path, optimize=True)
+    few = Image.open(path).convert("RGB").quantize(160, Image.Quantize.MAXCOVERAGE)  # keeps colors of thin lines
+    few.save(path, optimize=True)
     print(f"{path.relative_to(ROOT)}: {path.stat().st_size / 1024:.0f} KiB")
 
 

@@ -29,7 +29,7 @@ export async function show(place, rest) {
     parts.error,
     h("div", { class: "two" },
       h("section", { "aria-label": "signals" }, canvas, strip, parts.tools,
-        h("p", { class: "keys" }, key("#00a7c4", "averaged"), key("", "good, not needed"), key("var(--alarm-edge)", "rejected"), key("var(--shade)", "outside the stretch")),
+        h("p", { class: "keys" }, key("#00a7c4", "averaged"), key("", "good, not needed"), key("var(--alarm-edge)", "rejected"), key("var(--shade)", "outside the stretch"), key("var(--picked)", "picked")),
         h("p", { class: "keys" }, "Drag: a stretch, or the bold line where the picked beat begins. Click: a beat. Wheel: zoom, with Shift: scroll. Keys: ", ["←", "→", "+", "−", "n", "p", "x", "[", "]", "b", "e"].flatMap((key) => [h("kbd", {}, key), " "]),
           "scroll, zoom, next and previous beat, reject or restore, earlier and later by 1 ms, begin and end of a stretch at the middle.")),
       parts.side),
@@ -58,6 +58,10 @@ const whole_ = () => {
   return [Math.max(0, from - 0.02 * (to - from)), Math.min(told.duration, to + 0.02 * (to - from))];
 };
 const signals = () => told.signals || [];
+const called = (name) => {
+  const unit = name === "ecg" && told.channels?.find(([, , quantity]) => quantity === name)?.[1];
+  return unit ? `${NAMES[name]} [${unit}]` : NAMES[name];
+};
 
 // Signals: what is near is fetched once, and drawn while more is on its way.
 
@@ -129,7 +133,7 @@ function paint() {
       if (data.values[k] < low) low = data.values[k];
       if (data.values[data.count + k] > high) high = data.values[data.count + k];
     }
-    if (!(high >= low)) { pen.fillText(`${NAMES[name]}: no samples here`, LEFT + 4, top); return; }
+    if (!(high >= low)) { pen.fillText(`${called(name)}: no samples here`, LEFT + 4, top); return; }
     const pad = 0.08 * (high - low) + 1e-9, y = (value) => bottom - (value - low + pad) / (high - low + 2 * pad) * (bottom - top);
     pen.strokeStyle = faint; pen.lineWidth = 1; pen.textAlign = "right"; pen.textBaseline = "middle";
     for (const at of ticks(low, high, each / 32)) {
@@ -149,7 +153,7 @@ function paint() {
     }
     pen.stroke(); pen.restore();
     pen.textAlign = "left"; pen.textBaseline = "top"; pen.fillStyle = ink;
-    pen.fillText(NAMES[name], LEFT + 4, top - 2);
+    pen.fillText(called(name), LEFT + 4, top - 2);
   });
   pen.fillStyle = quiet; pen.textAlign = "center"; pen.textBaseline = "bottom";
   for (const at of ticks(view[0], view[1], width / 90)) pen.fillText(clock(at), x(at), height - 2);
@@ -199,7 +203,11 @@ function strip() {
   pen.fillStyle = style("--picked"); pen.globalAlpha = 0.5;
   const [from, to] = view.map((at) => at / told.duration * width);
   pen.fillRect(from, 0, Math.max(2, to - from), height);
-  pen.globalAlpha = 1;
+  const words = `pressure of all ${shown(told.duration, 4)} s`;
+  pen.globalAlpha = 0.85; pen.fillStyle = style("--paper");
+  pen.fillRect(0, height - 15, pen.measureText(words).width + 8, 15);
+  pen.globalAlpha = 1; pen.fillStyle = style("--ink"); pen.textAlign = "left"; pen.textBaseline = "bottom";
+  pen.fillText(words, 4, height - 2);
 }
 
 // The hand: pointer and keys.
