@@ -3,6 +3,7 @@
 import json
 import re
 import socket
+import threading
 import time
 from pathlib import Path
 
@@ -29,6 +30,39 @@ def test_the_page_answers_whoever_has_the_address(door):
     status, headers, body = door.raw("GET", door.root)
     assert (status, headers["content-type"]) == (200, "text/html; charset=utf-8")
     assert b"main.js" in body
+
+
+def test_the_door_is_this_machines_own_and_has_another_key_each_time(kept_study):
+    with server._door(0) as one:
+        assert one.getsockname()[0] == "127.0.0.1"
+    keys = []
+    for _ in range(2):
+        with served(kept_study) as one:
+            keys.append(one.root.strip("/"))
+    assert keys[0] != keys[1]
+    assert min(map(len, keys)) >= 32  # 24 bytes by chance
+
+
+def test_nobody_waits_for_what_takes_another_long(study, monkeypatch):
+    begun, ended = threading.Event(), threading.Event()
+    monkeypatch.setattr(server, "checked", lambda desk: begun.set() or {"waited": ended.wait(20)})
+    monkeypatch.setattr(server, "figure_file", lambda desk, message: ended.wait(20) and (b"", "", ""))
+    with served(study) as door:
+        long = [
+            threading.Thread(target=door.get, args=("check",)),
+            threading.Thread(target=door.post, args=("figure", {"only": "line"})),
+        ]
+        for one in long:
+            one.start()
+        assert begun.wait(10)
+        asked = time.monotonic()
+        assert alive(door)
+        door.act("set-groups", groups=["control", "hypoxic", "third"])
+        assert time.monotonic() - asked < 10.0
+        assert not ended.is_set()
+        ended.set()
+        for one in long:
+            one.join()
 
 
 @pytest.mark.parametrize("path", ["/", "/wrong/", "/wrong/state", "//state", "/%00/state"])
@@ -132,6 +166,14 @@ def test_a_dropped_file_never_replaces_another(asker, study):
 def test_what_says_it_is_too_large_is_refused_before_it_comes(door):
     status, _, _ = door.raw("PUT", door.root + "upload?name=big.txt", Content_Length=str(10 << 30))
     assert status == 413
+    assert alive(door)
+
+
+def test_an_action_is_no_way_to_send_a_large_file(door):
+    assert door.raw("POST", door.root + "act", Content_Length=str((4 << 20) + 1))[0] == 413
+    body = json.dumps({"do": "undo", "more": "x" * (4 << 20)}).encode()
+    chunks = b"".join(b"%x\r\n%b\r\n" % (len(part), part) for part in (body[:9000], body[9000:])) + b"0\r\n\r\n"
+    assert door.raw("POST", door.root + "act", chunks, Transfer_Encoding="chunked")[0] == 413
     assert alive(door)
 
 

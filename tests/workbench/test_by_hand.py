@@ -1,6 +1,7 @@
 """Every desk by keys alone, and what a pointer does on the signals and the tree, in headless Chromium."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -257,4 +258,46 @@ def test_the_figure_desk_by_keys_alone_saves_the_file_that_its_line_of_python_dr
                  "family": "sans-serif", "color": color}  # fmt: skip
         asked = door.raw("POST", door.root + "figure", json.dumps(given | {"format": "svg"}).encode())[2]
         assert saved.read_bytes() == asked
+        assert page.errors == []
+
+
+OUTSIDE = """[...document.querySelectorAll('main *, header *')].filter((one) => {
+  if (!one.checkVisibility() || one.closest('.table')) return false;
+  return one.getBoundingClientRect().right > document.documentElement.clientWidth + 1;
+}).map((one) => `${one.tagName} ${one.className} ${one.textContent.slice(0, 40)}`)"""
+CONTRAST = """(() => {
+  const light = (text) => text.match(/[\\d.]+/g).slice(0, 3).map((one) => one / 255)
+    .map((one) => (one <= 0.04045 ? one / 12.92 : ((one + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, one, k) => sum + one * [0.2126, 0.7152, 0.0722][k], 0);
+  const all = getComputedStyle(document.body);
+  const pair = [light(all.color), light(all.backgroundColor)].sort((a, b) => b - a);
+  return [(pair[0] + 0.05) / (pair[1] + 0.05), light(all.backgroundColor)];
+})()"""
+
+
+def test_every_desk_fits_windows_from_400_to_1920_px_light_and_dark(program, ran, imaged):
+    """Nothing but a table that scrolls by itself sticks out; letters have the contrast of WCAG's level AAA."""
+    shutil.copytree(imaged / "images", ran / "images")
+    shutil.copytree(imaged / "edits", ran / "edits")
+    ready = {
+        "study": "document.querySelector('#checking')?.textContent === ''",
+        "recording": "document.querySelector('canvas.panel')",
+        "lung": f"{COUNT} === 5",
+        "explorer": "Number(document.querySelector('[data-panel=pressure]')?.dataset.drawn) > 0",
+        "figures": "document.querySelector('img.preview')?.dataset.drawn",
+    }
+    with served(ran) as door:
+        page = program.page(door.origin + door.root)
+        for desk, shown in ready.items():
+            page.js(f"location.hash = '{desk}'")
+            page.until(f"document.body.dataset.ready === '{desk}' && {shown}", 90)
+            for width, dark in ((400, False), (400, True), (1280, False), (1280, True), (1920, False)):
+                page.wide(width, 900, dark)
+                page.until(f"innerWidth === {width}")
+                assert page.js("document.documentElement.scrollWidth") <= width, (desk, width)
+                assert page.js(OUTSIDE) == [], (desk, width)
+                contrast, paper = page.js(CONTRAST)
+                assert contrast > 7
+                assert (paper < 0.2) is dark
+            page.wide(1280)
         assert page.errors == []
