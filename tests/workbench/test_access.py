@@ -1,5 +1,6 @@
 """Whoever is not the page on this machine is refused, and the server lives on."""
 
+import errno
 import json
 import re
 import socket
@@ -293,6 +294,17 @@ def test_a_question_that_makes_no_sense_is_answered_by_a_sentence(door, what):
     status, _, answer = door.raw("GET", door.root + what)
     assert status == 400
     assert json.loads(answer)["error"]
+
+
+def test_a_full_disk_that_no_action_foresees_is_told_in_a_sentence_and_the_server_lives_on(study, monkeypatch):
+    def full(desk):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(server, "checked", full)
+    with served(study) as door:
+        status, _, answer = door.raw("GET", door.root + "check")
+        assert (status, "no space left on the disk" in json.loads(answer)["error"]) == (507, True)
+        assert alive(door)
 
 
 def ended(one):
