@@ -222,7 +222,7 @@ FAULTS = [
     Fault(
         "tubes' sections count their neighbors",
         "imaging/measure/profiles.py",
-        (("inside[near] |= distance <", "inside[near] |= -1 >"),),
+        (("inside[at] |= distance <", "inside[at] |= -1 >"),),
     ),
     Fault(
         "tubes' radii count within sisters",

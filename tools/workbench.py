@@ -92,7 +92,7 @@ def picture_of_lung(page: Page) -> None:
     """Draw the Lung desk with its vessels found, one of them chosen."""
     page.wide(1180, 760)
     page.until(FIND, 300)
-    page.js("document.querySelectorAll('tr[data-vessel] button')[2].click(); scrollTo(0, 0)")
+    page.js("document.querySelectorAll('tr[data-vessel] button')[2].click()")
     time.sleep(1.0)
     _shot(page, "lung")
 
@@ -108,8 +108,11 @@ def _shot(page: Page, desk: str) -> None:
     from PIL import Image
 
     path = PICTURES / f"workbench-{desk}.png"
+    page.js("scrollTo(0, 0)")
+    time.sleep(0.5)
     page.shot(path, whole=False)
-    Image.open(path).convert("P", palette=Image.Palette.ADAPTIVE, colors=160).save(path, optimize=True)
+    few = Image.open(path).convert("RGB").quantize(160, Image.Quantize.MAXCOVERAGE)  # keeps colors of thin lines
+    few.save(path, optimize=True)
     print(f"{path.relative_to(ROOT)}: {path.stat().st_size / 1024:.0f} KiB")
 
 
@@ -163,6 +166,25 @@ CHANGED = """(async () => {
 """Milliseconds from a click to the table of vessels that follows."""
 
 
+def corrected(page: Page) -> None:
+    """Time three edits of each kind that changes which vessels there are; each is taken back."""
+    rows = page.js(
+        "[...document.querySelectorAll('tr[data-vessel]')].map(one => [0, 1].map(k => one.cells[k].innerText))"
+    )
+    parents = {parent for _, parent in rows}
+    ends, inner = (
+        [name for name, parent in rows if parent and (name in parents) == inside] for inside in (False, True)
+    )
+    for action, names in (("remove", ends[:3]), ("cut", ends[3:6]), ("merge", inner[:3])):
+        took = []
+        for name in names:
+            page.js(f"document.querySelector('[data-key=\"look {name}\"]').click()")
+            took.append(page.js(CHANGED % f"[data-edit={action}]"))
+            page.until("!document.querySelector('#undo').disabled")
+            page.js(CHANGED % "#undo")
+        told(action, took)
+
+
 def imaged(folder: Path, voxels: int) -> Path:
     """Make a study whose only file is the image of a phantom, with the end of its cannula said."""
     from imaging import EDGE
@@ -198,8 +220,9 @@ def lung(voxels: int) -> None:
                 page.js(f"document.querySelectorAll('tr[data-vessel] button')[{k + 3}].click()")
                 page.js(f"document.querySelector('[data-key=radius]').value = '0.02{k}'")
                 took.append(page.js(CHANGED % "[data-key='set radius']"))
-            took += [page.js(CHANGED % "#undo") for _ in range(8)]
-            told("edit of a tree", took)
+            told("a radius", took)
+            told("undo", [page.js(CHANGED % "#undo") for _ in range(8)])
+            corrected(page)
             keys = """(canvas, k) => canvas.dispatchEvent(
               new KeyboardEvent("keydown", {key: k % 40 < 20 ? "PageUp" : "PageDown"}))"""
             told("next slice", page.js(DRAWN % ("canvas.slice", COUNT, keys)))

@@ -10,11 +10,12 @@ from made_tree import forked_tree
 from vasowave.errors import VasowaveWarning
 from vasowave.imaging.axes import starts
 from vasowave.imaging.axes.junctions import without_short_vessels
-from vasowave.imaging.axes.starts import settled
+from vasowave.imaging.axes.starts import settled, settled_before
 from vasowave.imaging.axes.tubes import fitted
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.lumen.surface import surface_points
 from vasowave.imaging.measure.measurement import measured_alone
+from vasowave.imaging.revise.edits import Edit, edited
 from vasowave.imaging.tree import Line, Tree
 from vasowave.imaging.witness.crossings import crossing_doubts
 from vasowave.imaging.witness.doubts import Doubt, Grade, gravest, ranked, warn_of
@@ -141,18 +142,42 @@ def test_junctions_that_begin_a_radius_off_end_where_the_vessels_were_joined_and
     assert np.all(found.place_sd[list(tree.terminals)] == 0)
 
 
+@pytest.mark.parametrize(
+    ("action", "row", "fitted_anew"), [("cut", 4, 1), ("move", 4, 1), ("merge", 1, 1), ("remove", 4, 1)]
+)
+def test_an_edit_opens_only_the_junctions_that_it_touches_and_those_as_a_fit_of_all_does(
+    seen, action, row, fitted_anew
+):
+    _, tree, lumen = seen
+    surface = surface_points(lumen)
+    before = settled(tree, surface, lumen.spacing, 1e-3)
+    line, asked = before.tree.lines[row], []
+    place = line.points[2 * len(line) // 3]
+    to = line.points[-1] + [0.01, 0, 0] if action == "move" else None
+    now = edited(before.tree, (Edit(action, place, "line 1", to),))
+    found = settled_before(now, before, surface, lumen.spacing, 1e-3, lambda what, make: asked.append(what) or make())
+    whole, was = settled(now, surface, lumen.spacing, 1e-3), {one: at for at, one in enumerate(before.tree.lines)}
+    assert len(asked) == fitted_anew
+    for junction in set(range(len(now))) - set(now.terminals):
+        daughters = now.daughters(junction)
+        old = [was.get(now.lines[one]) for one in (junction, *daughters)]
+        kept = None not in old and list(before.tree.daughters(old[0])) == old[1:]
+        of, at, beyond = (before, old[0], old[1:]) if kept else (whole, junction, daughters)
+        assert found.ends_sd[junction, 1] == of.ends_sd[at, 1] > 0
+        assert found.place_sd[junction] == of.place_sd[at] > 0
+        np.testing.assert_array_equal(found.ends_sd[daughters, 0], of.ends_sd[beyond, 0])
+    assert found.ends_sd[0, 0] == 0  # the root begins at no junction
+    assert now is found.tree
+
+
 def test_lengths_of_two_fits_that_are_as_good_are_as_uncertain_as_they_differ_and_those_of_a_bad_one_do_not_count(
     monkeypatch,
 ):
     tree = forked_tree()
 
     def answered(misfits):
-        def fits(of, junctions, *rest):
-            own = []
-            for rows, cuts, _ in junctions:
-                start = starts._starts(tuple(of.lines[row][cut] for row, cut in zip(rows, cuts, strict=True)))
-                own.append(list(zip(start[:2], misfits, strict=True)))  # as it is, and nearer to the root
-            return own
+        def fits(seen, *rest):
+            return list(zip(starts._starts(seen.arms)[:2], misfits, strict=True))  # as it is, and nearer to the root
 
         monkeypatch.setattr(starts, "_fits", fits)
         return starts.settled(tree, tree.line.points, 0.01)

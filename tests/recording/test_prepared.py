@@ -7,7 +7,7 @@ import pytest
 
 from lab_files import recorded
 from vasowave.recording import Averaging, BeatEdit, average_beats
-from vasowave.recording.breaths import _best_rate, _columns
+from vasowave.recording.breaths import _best_rate, _columns, _inverse
 from vasowave.recording.ensemble import average_prepared
 from vasowave.recording.prepared import prepare
 
@@ -31,7 +31,9 @@ def test_edits_of_beats_that_are_kept_cut_give_what_the_recording_read_anew_give
     ):  # fmt: skip
         edits.append(more)
         kept = kept.with_moves(edits)
-        ours, anew = average_prepared(kept, edits), average_beats(raw, edits=edits)
+        ours = average_prepared(kept, edits)
+        _inverse.cache_clear()
+        anew = average_beats(raw, edits=edits)
         # The spline of the whole recording and that of 64 samples around a beat differ by round-off alone.
         for one, other in zip(_arrays(ours), _arrays(anew), strict=True):
             np.testing.assert_allclose(one, other, rtol=0, atol=1e-11)

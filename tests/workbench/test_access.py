@@ -1,16 +1,19 @@
 """Whoever is not the page on this machine is refused, and the server lives on."""
 
+import errno
 import json
 import re
 import socket
+import threading
 import time
 from pathlib import Path
 
 import pytest
 from served import served
 
+from vasowave.errors import InputError
 from vasowave.workbench import access, server
-from vasowave.workbench.desk import _LOCK
+from vasowave.workbench.desk import _LOCK, Desk
 
 PAGE = Path(server.__file__).parent / "page"
 
@@ -29,6 +32,39 @@ def test_the_page_answers_whoever_has_the_address(door):
     status, headers, body = door.raw("GET", door.root)
     assert (status, headers["content-type"]) == (200, "text/html; charset=utf-8")
     assert b"main.js" in body
+
+
+def test_the_door_is_this_machines_own_and_has_another_key_each_time(kept_study):
+    with server._door(0) as one:
+        assert one.getsockname()[0] == "127.0.0.1"
+    keys = []
+    for _ in range(2):
+        with served(kept_study) as one:
+            keys.append(one.root.strip("/"))
+    assert keys[0] != keys[1]
+    assert min(map(len, keys)) >= 32  # 24 bytes by chance
+
+
+def test_nobody_waits_for_what_takes_another_long(study, monkeypatch):
+    begun, ended = threading.Event(), threading.Event()
+    monkeypatch.setattr(server, "checked", lambda desk: begun.set() or {"waited": ended.wait(20)})
+    monkeypatch.setattr(server, "figure_file", lambda desk, message: ended.wait(20) and (b"", "", ""))
+    with served(study) as door:
+        long = [
+            threading.Thread(target=door.get, args=("check",)),
+            threading.Thread(target=door.post, args=("figure", {"only": "line"})),
+        ]
+        for one in long:
+            one.start()
+        assert begun.wait(10)
+        asked = time.monotonic()
+        assert alive(door)
+        door.act("set-groups", groups=["control", "hypoxic", "third"])
+        assert time.monotonic() - asked < 10.0
+        assert not ended.is_set()
+        ended.set()
+        for one in long:
+            one.join()
 
 
 @pytest.mark.parametrize("path", ["/", "/wrong/", "/wrong/state", "//state", "/%00/state"])
@@ -105,6 +141,23 @@ def test_a_link_out_of_the_report_is_not_followed(study):
         assert door.raw("GET", door.root + "report/inner.html")[0] == 404
 
 
+@pytest.mark.parametrize("name", ["../out.csv", "/etc/passwd", "..", ".", "a/../../out.csv", "away/out.csv", "a\0b"])
+def test_no_name_and_no_link_of_a_study_leads_out_of_it(study, name):
+    (study.parent / "out.csv").write_text("1\n", encoding="utf-8")
+    (study / "away").symlink_to(study.parent)
+    with pytest.raises(InputError, match="no file inside this study"):
+        Desk(study).inside(name)
+
+
+def test_edits_are_not_written_through_a_link_out_of_the_study(study):
+    (study.parent / "elsewhere").mkdir()
+    (study / "edits").symlink_to(study.parent / "elsewhere")
+    with served(study) as door:
+        status, answer = door.post("act", beats(["reject", 3.0, None]))
+    assert (status, list((study.parent / "elsewhere").iterdir())) == (400, [])
+    assert "inside this study" in answer["error"]
+
+
 @pytest.mark.parametrize(
     "name",
     ["../evil.txt", "/etc/evil.txt", "a/../../evil.txt", "..", "", ".hidden.txt", "a/.git/b.txt", "a\0b.txt",
@@ -132,6 +185,14 @@ def test_a_dropped_file_never_replaces_another(asker, study):
 def test_what_says_it_is_too_large_is_refused_before_it_comes(door):
     status, _, _ = door.raw("PUT", door.root + "upload?name=big.txt", Content_Length=str(10 << 30))
     assert status == 413
+    assert alive(door)
+
+
+def test_an_action_is_no_way_to_send_a_large_file(door):
+    assert door.raw("POST", door.root + "act", Content_Length=str((4 << 20) + 1))[0] == 413
+    body = json.dumps({"do": "undo", "more": "x" * (4 << 20)}).encode()
+    chunks = b"".join(b"%x\r\n%b\r\n" % (len(part), part) for part in (body[:9000], body[9000:])) + b"0\r\n\r\n"
+    assert door.raw("POST", door.root + "act", chunks, Transfer_Encoding="chunked")[0] == 413
     assert alive(door)
 
 
@@ -235,6 +296,28 @@ def test_a_question_that_makes_no_sense_is_answered_by_a_sentence(door, what):
     assert json.loads(answer)["error"]
 
 
+def test_a_full_disk_that_no_action_foresees_is_told_in_a_sentence_and_the_server_lives_on(study, monkeypatch):
+    def full(desk):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(server, "checked", full)
+    with served(study) as door:
+        status, _, answer = door.raw("GET", door.root + "check")
+        assert (status, "no space left on the disk" in json.loads(answer)["error"]) == (507, True)
+        assert alive(door)
+
+
+def ended(one):
+    """Whether the server has closed a connection that has asked nothing."""
+    one.setblocking(False)
+    try:
+        return one.recv(1) == b""
+    except BlockingIOError:
+        return False
+    except OSError:
+        return True
+
+
 def test_a_thousand_sockets_do_not_end_it(door):
     import resource
 
@@ -244,6 +327,10 @@ def test_a_thousand_sockets_do_not_end_it(door):
     try:
         for _ in range(1000):
             sockets.append(socket.create_connection(("127.0.0.1", door.port), timeout=10))
+        end = time.monotonic() + 10
+        while sum(map(ended, sockets)) < 790:  # a browser opens six, and two hundred are let in
+            assert time.monotonic() < end
+            time.sleep(0.05)
     finally:
         for one in sockets:
             one.close()

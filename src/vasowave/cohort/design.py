@@ -193,9 +193,8 @@ def laid_out(
     covariates = [column for name in design.covariates for column in _columns(known[name], animals)]
     whole = np.column_stack([coefficients[cell], *covariates]) if len(animals) else np.zeros((0, 1))
     if len(animals) <= np.linalg.matrix_rank(whole) + 1:
-        raise InputError(
-            f"{len(animals)} animal{'s are' if len(animals) != 1 else ' is'} too few for this design; name fewer columns in it"
-        )
+        few = "1 animal is" if len(animals) == 1 else f"{len(animals)} animals are"
+        raise InputError(f"{few} too few for this design; name fewer columns in it")
     _, sizes, turned = np.linalg.svd(whole, full_matrices=False)
     basis = turned[sizes > 1e-9 * sizes[0]].T
     means = np.column_stack([coefficients, np.zeros((len(pairs), len(covariates)))])

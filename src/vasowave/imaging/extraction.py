@@ -10,7 +10,7 @@ import numpy as np
 
 from vasowave.errors import VasowaveWarning
 from vasowave.findings import Finding, found_in, warn
-from vasowave.imaging.axes.starts import Settled, settled
+from vasowave.imaging.axes.starts import Settled, settled_before
 from vasowave.imaging.axes.vessels import tree_of
 from vasowave.imaging.entrances import (
     ROOT_TAKEN,
@@ -200,8 +200,11 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
     )
     skeleton, surface = stages.kept("witness", keys.witness, lambda: _witness(lumen, root))
     if tree is not unedited:
-        found = settled(tree, surface, lumen.spacing, lumen.roughness)
-    begin_sd = 0.0 if cannula is None else tip_sd(cannula, unedited.lines[unedited.root], volume)
+        found = settled_before(tree, found, surface, lumen.spacing, lumen.roughness, look.recalled)
+    begin_sd = 0.0
+    if cannula is not None:
+        begins = cannula, unedited.lines[unedited.root]
+        begin_sd = look.recalled(("tip", *begins), lambda: tip_sd(*begins, volume))
     open_sd = np.hypot(found.open_sd, begin_sd * (np.arange(len(tree)) == tree.root))
     measured = with_spread(measured, _edited_too(unedited, others, said.edits), open_sd, volume, look)
     measured = with_radii(measured, said.edits)
@@ -213,11 +216,7 @@ def _found_in(image: Volume, key: str, options: Options, say: Callable[[str], No
     branches = skeleton_branches(skeleton, ends)
     doubts = doubts_about(measured, lumen, branches, misfit, found.place_sd, all_ends)
     doubts += tuple(loop_doubts(measured.tree, measured.network.name, loops))
-    levels = stages.kept(
-        "grey",
-        keys.grey(tree, options.cannula),
-        lambda: grey_look(measured.tree, volume, lumen, cannula, options.cannula / 2),
-    )
+    levels = stages.kept("grey", keys.grey, lambda: grey_look(unedited, volume, lumen, cannula, options.cannula / 2))
     doubts += tuple(grey_doubts(levels, measured.network.name))
     factor, world = scale if options.scale == "cannula" else 1.0, image.frame.world
     measured = replace(measured, tree=measured.tree.moved(world))

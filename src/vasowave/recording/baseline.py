@@ -11,6 +11,7 @@ import numpy as np
 
 from vasowave.findings import Finding, look_kind, note_kind
 from vasowave.recording.breaths import breathing
+from vasowave.recording.cuts import Cuts
 from vasowave.recording.smooth import Curve, smooth_curve
 
 SAID = 0.3
@@ -197,28 +198,26 @@ def baseline_findings(baseline: Baseline, first: float, last: float) -> list[Fin
     return [*apart, drift, *said]
 
 
-def find_baseline(
-    starts: np.ndarray, ends: np.ndarray, pressure: np.ndarray, flow: np.ndarray, good: np.ndarray, zero_time: float
-) -> Baseline:
+def find_baseline(cuts: Cuts, usual: np.ndarray, good: np.ndarray, zero_time: float) -> Baseline:
     """Return the trend of the diastolic level, from beats cut to equal numbers of samples.
 
     Level = smooth trend + breaths + steps + scatter; steps are added one by one while one stands out.
 
     Parameters
     ----------
-    starts, ends : float array, shape (beat,)
-        s.
-    pressure, flow : float array, shape (beat, sample)
-        mmHg and ml/s.
+    cuts : Cuts
+    usual : float array, shape (sample,)
+        The median beat of the pressure, mmHg.
     good : bool array, shape (beat,)
         Beats whose length and shape are usual.
     zero_time : float
         The instant at which the transducer's zero is taken to be right, s.
     """
+    starts, ends, pressure, flow = cuts
     if good.sum() < _FEWEST:
         none = np.zeros(len(starts))
         return Baseline(0.5 * (starts + ends), pressure.min(axis=1), none, (), np.inf, zero_time)
-    low = np.argsort(np.median(pressure[good], axis=0))[: max(2, int(_LOW * pressure.shape[1]))]
+    low = np.argsort(usual)[: max(2, int(_LOW * pressure.shape[1]))]
     level = pressure[:, low].mean(axis=1)
     time = starts + (ends - starts) * low.mean() / (pressure.shape[1] - 1)
     zero_time = _known_zero(zero_time, time[good])

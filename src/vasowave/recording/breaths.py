@@ -60,34 +60,35 @@ def _in_stretch(time: np.ndarray, level: np.ndarray, used: np.ndarray) -> np.nda
 
 def _best_rate(time: np.ndarray, values: np.ndarray, rates: np.ndarray, step: float) -> tuple[int, float]:
     """Return which of the rates, `step` apart, leaves least, and the squares that it leaves; all are fitted at once."""
-    size = 2 * _HARMONICS + 1
-    known = _sums(time.tobytes(), float(rates[0]), step, len(rates))
-    sums = {0: np.full(len(rates), len(time) + 0j)} | dict(enumerate(known, 1))
-    sums |= {-k: np.conj(one) for k, one in sums.items()}
-    gram, moment = np.empty((len(rates), size, size)), np.empty((len(rates), size))
-    gram[:, 0, 0], moment[:, 0] = len(time), values.sum()
+    inverse = _inverse(time.tobytes(), float(rates[0]), step, len(rates))
+    moment = np.empty((len(rates), 2 * _HARMONICS + 1))
+    moment[:, 0] = values.sum()
     for k in range(1, _HARMONICS + 1):
-        cosine, sine = k, _HARMONICS + k  # columns, as in `_columns`
-        gram[:, 0, cosine], gram[:, 0, sine] = sums[k].real, sums[k].imag
         here = _transform(time, values, k * rates[0], k * step, len(rates))
-        moment[:, cosine], moment[:, sine] = here.real, here.imag
-        for m in range(1, _HARMONICS + 1):
-            apart, both = 0.5 * sums[k - m], 0.5 * sums[k + m]
-            gram[:, cosine, m], gram[:, sine, _HARMONICS + m] = apart.real + both.real, apart.real - both.real
-            gram[:, cosine, _HARMONICS + m] = gram[:, _HARMONICS + m, cosine] = both.imag - apart.imag
-    gram[:, :, 0] = gram[:, 0]
-    coefficients = np.linalg.solve(gram + _RIDGE * np.eye(size), moment[..., None])[..., 0]
-    left = values @ values - np.sum(coefficients * moment, axis=1)
+        moment[:, k], moment[:, _HARMONICS + k] = here.real, here.imag
+    left = values @ values - np.sum((inverse @ moment[..., None])[..., 0] * moment, axis=1)
     best = int(np.argmin(left))
     return best, float(left[best])
 
 
 @lru_cache(256)
-def _sums(times: bytes, first: float, step: float, count: int) -> tuple[np.ndarray, ...]:
-    """Return the transforms of ones by multiple of the rates; kept, since an edit changes one stretch of many."""
-    time = np.frombuffer(times)
+def _inverse(times: bytes, first: float, step: float, count: int) -> np.ndarray:
+    """Return the inverse of each rate's normal equations; kept, since an edit changes one stretch of many."""
+    time, size = np.frombuffer(times), 2 * _HARMONICS + 1
     ones = np.ones(len(time))
-    return tuple(_transform(time, ones, k * first, k * step, count) for k in range(1, 2 * _HARMONICS + 1))
+    sums = {k: _transform(time, ones, k * first, k * step, count) for k in range(1, size)}
+    sums |= {0: np.full(count, len(time) + 0j)} | {-k: np.conj(one) for k, one in sums.items()}
+    gram = np.empty((count, size, size))
+    gram[:, 0, 0] = len(time)
+    for k in range(1, _HARMONICS + 1):
+        cosine, sine = k, _HARMONICS + k  # columns, as in `_columns`
+        gram[:, 0, cosine], gram[:, 0, sine] = sums[k].real, sums[k].imag
+        for m in range(1, _HARMONICS + 1):
+            apart, both = 0.5 * sums[k - m], 0.5 * sums[k + m]
+            gram[:, cosine, m], gram[:, sine, _HARMONICS + m] = apart.real + both.real, apart.real - both.real
+            gram[:, cosine, _HARMONICS + m] = gram[:, _HARMONICS + m, cosine] = both.imag - apart.imag
+    gram[:, :, 0] = gram[:, 0]
+    return np.linalg.inv(gram + _RIDGE * np.eye(size))
 
 
 def _transform(time: np.ndarray, values: np.ndarray, first: float, step: float, count: int) -> np.ndarray:

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,8 +31,7 @@ CLOSED = note_kind(
 )
 
 
-@dataclass(frozen=True)
-class Beat:
+class Beat(NamedTuple):
     """One detected beat.
 
     Attributes

@@ -31,7 +31,8 @@ def _baseline(prepared: "Prepared", reasons: Sequence[Rejection]) -> Baseline:
     good = ~np.array([bool(reason) for reason in reasons])
     usable = np.ones(len(prepared.own), dtype=bool)
     usable[prepared.own] = good
-    whole = find_baseline(*prepared.every, usable, prepared.how.zero_time)
+    whole = find_baseline(prepared.every, prepared.shapes[0], usable, prepared.how.zero_time)
     if not whole.own or prepared.own.all():
         return whole
-    return replace(find_baseline(*prepared.cut, good, prepared.how.zero_time), elsewhere=whole.own)
+    here = find_baseline(prepared.cut, prepared.shapes[0], good, prepared.how.zero_time)
+    return replace(here, elsewhere=whole.own)

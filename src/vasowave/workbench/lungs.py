@@ -29,6 +29,7 @@ IMAGES, LUNGS = "images", "lungs"
 _FINEST = 144  # voxels along an edge of what is sent to the page
 _POINTS = 40  # of a vessel, likewise
 _LEVELS = 65535  # grey levels, likewise
+_KEPT = 8  # extractions of one image, so that an edit that is undone costs nothing
 
 
 @settings_class
@@ -51,7 +52,7 @@ class Found(NamedTuple):
 
 
 class Lungs:
-    """The image that was looked at last, and what was found in it; one at a time, for images are large.
+    """The image that was looked at last, and what was found in it lately; one at a time, for images are large.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ class Lungs:
         self.given = given
         self.stage = ""
         self._volume: tuple[Any, Volume] | None = None
-        self._found: Found | None = None
+        self._found: list[Found] = []
         self._stages: tuple[Path, Stages] | None = None
         self._lock = threading.Lock()
 
@@ -107,7 +108,7 @@ class Lungs:
         key = (path, voxel, _mark(path))
         with self._lock:
             if self._volume is None or self._volume[0] != key:
-                self._volume, self._found, self._stages = None, None, None  # room for the next
+                self._volume, self._found, self._stages = None, [], None  # room for the next
                 self._volume = key, read_volume(path, voxel)
             return self._volume[1]
 
@@ -137,7 +138,8 @@ class Lungs:
         path, edits = self.image(desk, name), edits_of(desk, name)
         with self._lock:
             key = (path, _mark(path), wishes, edits.read_bytes() if edits.is_file() else b"")
-            if self._found is None or self._found.key != key:
+            known = next((one for one in self._found if one.key == key), None)
+            if known is None:
                 options = options_of(wishes, edits)
                 try:
                     with warnings.catch_warnings():
@@ -145,9 +147,10 @@ class Lungs:
                         found = extract(path, options, self._say, self._kept(folder_of(desk, name)))
                 finally:
                     self.stage = ""
-                self._found = Found(key, found)
+                known = Found(key, found)
                 self._volume = (path, wishes.voxel, _mark(path)), found.image  # the one that the stages hold
-            return self._found.extraction
+            self._found = [*(one for one in self._found if one is not known), known][-_KEPT:]
+            return known.extraction
 
     def shown(self, desk: Desk, name: str, wishes: Wishes) -> dict[str, Any]:
         """Return the vessels that are found, as the desk draws them; places: x, y, z in cm along the image's axes."""
@@ -171,9 +174,10 @@ class Lungs:
 
     def finds(self, desk: Desk, name: str) -> Wishes | None:
         """Return with what an image's vessels were looked for last here, None if they were not."""
-        if self._found is None or self._found.key[0] != self.image(desk, name):
+        if not self._found or self._found[-1].key[0] != self.image(desk, name):
             return None
-        return self._found.key[2]
+        wishes: Wishes = self._found[-1].key[2]
+        return wishes
 
     def _say(self, stage: str) -> None:
         self.stage = stage

@@ -6,9 +6,9 @@ and from farther along each daughter. The start that ends nearest to the surface
 between those that end about as near are known no better than that.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -29,8 +29,6 @@ BETTER = 0.95
 """A junction is moved where that brings the misfit below this share of what it was."""
 UNSEEN = 0.06
 """Standard deviation of a junction's place that no start shows, radii of the parent."""
-TOGETHER = 16
-"""So many junctions are fitted at once."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,23 +38,45 @@ class Settled:
     Attributes
     ----------
     tree : Tree
-    open_sd : float array, shape (vessel,)
-        SD of its lengths, cm, for where its vessels meet: between fits that are as good, and what none shows.
+    ends_sd : float array, shape (vessel, 2)
+        SD of its lengths, cm, for where each vessel begins and where it ends: between fits that are as good, and what
+        none shows; 0 where no vessels meet.
     place_sd : float array, shape (vessel,)
         SD of the place where the daughters of each vessel leave it, cm; 0 for terminals.
     """
 
     tree: Tree
-    open_sd: np.ndarray
+    ends_sd: np.ndarray
     place_sd: np.ndarray
+
+    @property
+    def open_sd(self) -> np.ndarray:
+        """SD of the lengths for where vessels meet, cm, shape (vessel,)."""
+        return np.hypot(*self.ends_sd.T)
 
 
 class _Junction(NamedTuple):
-    """The vessels that meet, the parent first, which points of each are its arm, and the surface around the arms."""
+    """The vessels that meet, the parent first, which points of each are its arm, and what decides where they meet."""
 
     rows: list[int]
     cuts: list[slice]
+    seen: "_Seen"
+
+
+class _Seen(NamedTuple):
+    """Arms, the radius of the parent, cm, and the points of the surface around them."""
+
+    arms: tuple[Line, ...]
+    radius: float
     surface: np.ndarray
+
+
+class _Fit(NamedTuple):
+    """SD of the length of each vessel of a junction and of its place, cm, and its arms where they fit better."""
+
+    length_sd: np.ndarray
+    place_sd: float
+    arms: tuple[Line, ...] | None
 
 
 def settled(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 0.0) -> Settled:
@@ -71,35 +91,64 @@ def settled(tree: Tree, surface: np.ndarray, spacing: float, roughness: float = 
     spacing, roughness : float
         See `fitted`.
     """
-    junctions = _junctions(tree, surface)
-    lines, variance, place = [[line, line] for line in tree.lines], np.zeros(len(tree)), np.zeros(len(tree))
+    lines, ends, place = [[line, line] for line in tree.lines], np.zeros((len(tree), 2)), np.zeros(len(tree))
     moved = False
-    for first in range(0, len(junctions), TOGETHER):
-        some = junctions[first : first + TOGETHER]
-        for junction, fits in zip(some, _fits(tree, some, spacing, roughness), strict=True):
-            misfit = np.array([misfit for _, misfit in fits])
-            best = int(np.argmin(misfit)) if misfit.min() < BETTER * misfit[0] else 0
-            likely = np.exp(-(misfit / max(misfit[best], 1e-12) - 1) / ALIKE)
-            likely /= likely.sum()
-            lengths = np.array([[arm.length for arm in one.lines] for one, _ in fits])
-            places = np.array([_place(one) for one, _ in fits])
-            unseen = (UNSEEN * tree.lines[junction.rows[0]].typical_radius) ** 2
-            variance[junction.rows] += likely @ (lengths - lengths[best]) ** 2 + unseen
-            place[junction.rows[0]] = likely @ ((places - places[best]) ** 2).sum(axis=1) + unseen
-            if best:
-                moved = True
-                _put(lines, tree, junction, fits[best][0].lines)
-    best_tree = tree.with_lines([_halves(*pair) for pair in lines]) if moved else tree
-    return Settled(best_tree, np.sqrt(variance), np.sqrt(place))
+    for junction in _junctions(tree, surface, _inner(tree)):
+        fit = _fit(junction.seen, spacing, roughness)
+        _note(ends, place, junction.rows, fit.length_sd, fit.place_sd)
+        if fit.arms is not None:
+            moved = True
+            _put(lines, tree, junction, fit.arms)
+    return Settled(tree.with_lines([_halves(*pair) for pair in lines]) if moved else tree, ends, place)
 
 
-def _junctions(tree: Tree, surface: np.ndarray) -> list[_Junction]:
+def settled_before(
+    tree: Tree, before: Settled, surface: np.ndarray, spacing: float, roughness: float, recalled: Callable[..., Any]
+) -> Settled:
+    """Return `tree`, made of `before` by hand, as it is, and what is open of its lengths.
+
+    A junction whose vessels are those of `before` keeps what was open there; the others are fitted anew.
+
+    Parameters
+    ----------
+    tree : Tree
+    before : Settled
+    surface, spacing, roughness
+        See `settled`.
+    recalled : callable
+        Called with what decides a value and what makes it; returns the value, made now or earlier.
+    """
+    was = {line: row for row, line in enumerate(before.tree.lines)}
+    ends, place, others = np.zeros((len(tree), 2)), np.zeros(len(tree)), []
+    for row in _inner(tree):
+        rows = [row, *tree.daughters(row).tolist()]
+        old = [was.get(tree.lines[one], -1) for one in rows]
+        if min(old) >= 0 and set(old[1:]) == set(before.tree.daughters(old[0]).tolist()):
+            sd = [before.ends_sd[old[0], 1], *before.ends_sd[old[1:], 0]]
+            _note(ends, place, rows, np.array(sd), before.place_sd[old[0]])
+        else:
+            others.append(row)
+    for junction in _junctions(tree, surface, others):
+        given = junction.seen, spacing, roughness
+        _note(ends, place, junction.rows, *recalled(("junction", given), lambda given=given: _fit(*given)[:2]))
+    return Settled(tree, ends, place)
+
+
+def _inner(tree: Tree) -> list[int]:
+    return [row for row in range(len(tree)) if row not in tree.terminals]
+
+
+def _note(ends: np.ndarray, place: np.ndarray, rows: list[int], length_sd: np.ndarray, place_sd: float) -> None:
+    """Note what is open of the lengths of vessels that meet, where the parent ends and its daughters begin."""
+    ends[rows[0], 1], ends[rows[1:], 0] = length_sd[0], length_sd[1:]
+    place[rows[0]] = place_sd
+
+
+def _junctions(tree: Tree, surface: np.ndarray, parents: list[int]) -> list[_Junction]:
     nearest = cKDTree(tree.line.points).query(surface)[1]
     begins = np.cumsum([0, *map(len, tree.lines)])
     found = []
-    for row in range(len(tree)):
-        if row in tree.terminals:
-            continue
+    for row in parents:
         rows, reach = [row, *tree.daughters(row).tolist()], ARM * tree.lines[row].typical_radius
         parent = tree.lines[row]
         back = int(np.searchsorted(parent.run, parent.length - min(reach, MOST * parent.length)))
@@ -109,34 +158,40 @@ def _junctions(tree: Tree, surface: np.ndarray) -> list[_Junction]:
         own = np.zeros(begins[-1], dtype=bool)
         for one, cut in zip(rows, cuts, strict=True):
             own[begins[one] : begins[one + 1]][cut] = True
-        found.append(_Junction(rows, cuts, surface[own[nearest]]))
+        arms = tuple(tree.lines[one][cut] for one, cut in zip(rows, cuts, strict=True))
+        found.append(_Junction(rows, cuts, _Seen(arms, parent.typical_radius, surface[own[nearest]])))
     return found
 
 
-def _fits(
-    tree: Tree, junctions: Sequence[_Junction], spacing: float, roughness: float
-) -> list[list[tuple[Tree, float]]]:
-    """Return the fits of each junction's arms, that from where they meet now first, and their misfits.
+def _fit(seen: _Seen, spacing: float, roughness: float) -> _Fit:
+    """Return what the fits of a junction say of it."""
+    fits = _fits(seen, spacing, roughness)
+    misfit = np.array([misfit for _, misfit in fits])
+    best = int(np.argmin(misfit)) if misfit.min() < BETTER * misfit[0] else 0
+    likely = np.exp(-(misfit / max(misfit[best], 1e-12) - 1) / ALIKE)
+    likely /= likely.sum()
+    lengths = np.array([[arm.length for arm in one.lines] for one, _ in fits])
+    places = np.array([_place(one) for one, _ in fits])
+    unseen = (UNSEEN * seen.radius) ** 2
+    length_sd = np.sqrt(likely @ (lengths - lengths[best]) ** 2 + unseen)
+    place_sd = float(np.sqrt(likely @ ((places - places[best]) ** 2).sum(axis=1) + unseen))
+    return _Fit(length_sd, place_sd, fits[best][0].lines if best else None)
+
+
+def _fits(seen: _Seen, spacing: float, roughness: float) -> list[tuple[Tree, float]]:
+    """Return the fits of a junction's arms, that from where they meet now first, and their misfits.
 
     What is far from the surface after a few rounds, or at the place of another, is not followed to its end.
     """
-    starts = [_starts(tuple(tree.lines[row][cut] for row, cut in zip(*one[:2], strict=True))) for one in junctions]
-    owner = np.repeat(np.arange(len(junctions)), [len(own) for own in starts])
-    surfaces = [junctions[number].surface for number in owner.tolist()]
-    begun = fitted_apart([one for own in starts for one in own], surfaces, spacing, roughness, rounds=FIRST)
-    more: list[int] = []
-    for number in range(len(junctions)):
-        own = np.flatnonzero(owner == number).tolist()
-        least = min(begun[one][1] for one in own)
-        apart = SAME * tree.lines[junctions[number].rows[0]].typical_radius
-        kept = own[:1]
-        for one in sorted(own[1:], key=lambda row: begun[row][1]):
-            gaps = [np.linalg.norm(_place(begun[one][0]) - _place(begun[other][0])) for other in kept]
-            if begun[one][1] < WORTH * least and min(gaps) > apart:
-                kept.append(one)
-        more += kept
-    ends = fitted_apart([begun[one][0] for one in more], [surfaces[one] for one in more], spacing, roughness, 1.0)
-    return [[fit for fit, one in zip(ends, more, strict=True) if owner[one] == n] for n in range(len(junctions))]
+    starts = _starts(seen.arms)
+    begun = fitted_apart(starts, [seen.surface] * len(starts), spacing, roughness, rounds=FIRST)
+    least, apart = min(misfit for _, misfit in begun), SAME * seen.radius
+    more = begun[:1]
+    for tree, misfit in sorted(begun[1:], key=lambda one: one[1]):
+        gap = min(np.linalg.norm(_place(tree) - _place(other)) for other, _ in more)
+        if misfit < WORTH * least and gap > apart:
+            more.append((tree, misfit))
+    return fitted_apart([tree for tree, _ in more], [seen.surface] * len(more), spacing, roughness, 1.0)
 
 
 def _place(tree: Tree) -> np.ndarray:

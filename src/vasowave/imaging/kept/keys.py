@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 from vasowave.imaging.given import Given
 from vasowave.imaging.options import Options
 from vasowave.imaging.read.volume import Volume
-from vasowave.imaging.tree import Tree
 from vasowave.io.textfile import look, read_start
 from vasowave.runtime.kept import digest_of, program
 
@@ -28,10 +27,7 @@ class Keys(NamedTuple):
     elsewhere: str
     witness: str
     profiles: str
-
-    def grey(self, tree: Tree, cannula: float) -> str:
-        """Return the key of what grey levels say of the edited `tree`, which edits of its radii do not change."""
-        return _key("grey", self.axes, cannula, tree)
+    grey: str
 
 
 def keys_of(image: str, said: Given, options: Options) -> Keys:
@@ -43,7 +39,8 @@ def keys_of(image: str, said: Given, options: Options) -> Keys:
     lumen = _key("lumen", image, said.segmenter, options.threshold, said.seed)
     loops = _key("loops", lumen, options.loops, said.outlets is None)
     axes = _key("axes", lumen, said.root, said.outlets, bool(options.cannula))
-    return Keys(lumen, loops, axes, _key("elsewhere", axes), _key("witness", lumen, said.root), _key("profiles", image))
+    elsewhere, grey = _key("elsewhere", axes), _key("grey", axes, options.cannula)
+    return Keys(lumen, loops, axes, elsewhere, _key("witness", lumen, said.root), _key("profiles", image), grey)
 
 
 def _key(stage: str, *values: Any) -> str:

@@ -1,4 +1,4 @@
-"""Sections of vessels, and beside them, that are known already: far from an edit they show the same as before."""
+"""What is known already of sections of vessels, beside them, and of junctions: far from an edit it is as before."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -21,17 +21,17 @@ class Profiles:
         What was seen before: the digest of all that decides a value, and the value.
     """
 
-    def __init__(self, known: tuple[tuple[str, Profile | float | None], ...] = ()) -> None:
+    def __init__(self, known: tuple[tuple[str, Any], ...] = ()) -> None:
         self._known = dict(known)
-        self._used: dict[str, Profile | float | None] = {}
+        self._used: dict[str, Any] = {}
 
     def __call__(
         self, line: Line, sections: np.ndarray, radius: float, volume: Volume, others: Sequence[Line] = ()
     ) -> Profile | None:
         """Return the profile, see `profile`."""
         near = _near(line, radius + RING * volume.spacing[0], others, CLEARANCE * volume.spacing[0])
-        key = digest_of("profile", line, sections, radius, near)
-        return self._recalled(key, lambda: profile(line, sections, radius, volume, others))
+        what = ("profile", line, sections, radius, near)
+        return self.recalled(what, lambda: profile(line, sections, radius, volume, others))
 
     def beside(self, line: Line, sections: np.ndarray, radius: float, volume: Volume, vessels: Line) -> float:
         """Return the noise beside the vessel, see `signal_beside`."""
@@ -39,17 +39,19 @@ class Profiles:
         reach = reach_beside(radius, spacing) + float(vessels.radius.max()) + spacing
         low, high = line.points.min(axis=0) - reach, line.points.max(axis=0) + reach
         near = ((vessels.points > low) & (vessels.points < high)).all(axis=1)
-        key = digest_of("beside", line, sections, radius, vessels.points[near], vessels.radius[near])
-        return self._recalled(key, lambda: signal_beside(line, sections, radius, volume, vessels))
+        what = ("beside", line, sections, radius, vessels.points[near], vessels.radius[near])
+        return self.recalled(what, lambda: signal_beside(line, sections, radius, volume, vessels))
 
-    def _recalled(self, key: str, make: Callable[[], Any]) -> Any:
+    def recalled(self, what: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+        """Return what `make` returns, or returned before where `what` decides of it was the same."""
+        key = digest_of(*what)
         if key not in self._known:
             self._known[key] = make()
         self._used[key] = self._known[key]
         return self._known[key]
 
     @property
-    def used(self) -> tuple[tuple[str, Profile | float | None], ...]:
+    def used(self) -> tuple[tuple[str, Any], ...]:
         """What was asked for."""
         return tuple(self._used.items())
 

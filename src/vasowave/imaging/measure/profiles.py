@@ -125,7 +125,11 @@ def _within(places: np.ndarray, others: Sequence[Line], margin: float) -> np.nda
     middle, outer = (low + high) / 2, np.linalg.norm(high - low, axis=1) / 2
     for line in others:
         reach, index = line.radius.max() + margin, cKDTree(line.points)
-        near = np.flatnonzero(index.query(middle)[0] <= outer + reach)  # few sections come near to any other vessel
-        distance, nearest = index.query(places[near], distance_upper_bound=reach)
-        inside[near] |= distance < np.append(line.radius, 0.0)[nearest] + margin
+        gap = index.query(middle)[0] - reach
+        near = np.flatnonzero(gap <= outer)  # few sections come near to any other vessel, and few of their places
+        away = np.linalg.norm(places[near] - middle[near, None], axis=2)
+        section, sample = np.nonzero(away >= gap[near, None])
+        at = near[section], sample
+        distance, nearest = index.query(places[at], distance_upper_bound=reach)
+        inside[at] |= distance < np.append(line.radius, 0.0)[nearest] + margin
     return inside

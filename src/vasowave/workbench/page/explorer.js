@@ -144,7 +144,7 @@ const scale = () => range([now, ...(beside ? [beside.run] : [])], how);
 function redrawTrees() {
   if (!now) return;
   trees.forEach((one) => one.redraw());
-  scaleOf(parts.scale, told.stops, scale());
+  scaleOf(parts.scale, told.stops, scale(), how);
 }
 
 function coloring() {
@@ -191,7 +191,7 @@ function draw() {
   plot(parts.modulus, { series: curves("modulus", harmonics, told.measured.modulus), x: "", log: true });
   trees.forEach((one) => one.redraw());
   numbers(other);  // what is read of the page's layout is read before anything is written into it
-  scaleOf(parts.scale, told.stops, scale());
+  scaleOf(parts.scale, told.stops, scale(), how);
   parts.pressure.dataset.drawn = String(Number(parts.pressure.dataset.drawn || 0) + 1);
 }
 

@@ -39,7 +39,7 @@ export async function show(place, rest) {
     h("div", { class: "row" }, number("width", "width [mm]", 20, 400), number("height", "height [mm]", 20, 400), number("font", "letters [pt]", 4, 24),
       h("label", {}, "font", choice(FONTS, wish.family, (name) => { wish.family = name; draw(); }, { data: { key: "family" } })), h("label", {}, "color of the model", color))),
     h("div", { class: "row" }, ["svg", "pdf", "png"].map((kind) => h("button", { type: "button", data: { key: `save ${kind}` }, onclick: () => save(kind) }, `Save as ${kind.toUpperCase()}`))),
-    parts.picture, h("p", {}, "The same again in Python:"), parts.line);
+    parts.picture, parts.hollow = h("p", { class: "note" }, "Grey and hollow: harmonics whose flow is at noise level."), h("p", {}, "The same again in Python:"), parts.line);
   outdated();
   await draw();
 }
@@ -66,6 +66,7 @@ async function draw() {
     before = URL.createObjectURL(content);
     parts.picture.src = before;
     parts.picture.hidden = false;
+    parts.hollow.hidden = !wish.animal || !wish.panels.includes("impedance");
     parts.picture.style.width = wish.animal ? `${wish.width}mm` : "174mm";
     parts.line.textContent = line;
     parts.picture.dataset.drawn = String(Number(parts.picture.dataset.drawn || 0) + 1);

@@ -82,23 +82,24 @@ export function draw() {
   }));
   const values = points.map((one) => one.value), positive = Math.min(...values) > 0;
   const shownRange = log && positive ? undefined : spread(values, series.filter((one) => !one.points).flatMap((one) => one.y));
-  scale = plot(parts.canvas, { series, y: `${symbol} [${unit}]`, across: [0.3, shownColumns.length + 0.7], log: log && positive, range: shownRange });
+  const narrow = (parts.canvas.clientWidth - 58) / (shownColumns.length + 1) < 70, foot = narrow ? 62 : 32;  // names stand aslant
+  scale = plot(parts.canvas, { series, foot, y: `${symbol} [${unit}]`, across: [0.3, shownColumns.length + 0.7], log: log && positive, range: shownRange });
   if (!scale) return;
   spots = points.map((one) => ({ ...one, x: scale.px(one.x), y: scale.py(one.value) }));
-  named(shownColumns);
+  named(shownColumns, narrow, foot);
   parts.canvas.dataset.drawn = String(Number(parts.canvas.dataset.drawn || 0) + 1);
 }
 
 /** Names below the points, as many as there is room for. */
-function named(shownColumns) {
+function named(shownColumns, narrow, foot) {
   const pen = parts.canvas.getContext("2d"), height = parts.canvas.clientHeight, room = (scale.right - scale.left) / (shownColumns.length + 1);
   const each = Math.ceil(13 / room);
-  pen.fillStyle = style("--ink"); pen.textBaseline = "top"; pen.textAlign = room < 70 ? "right" : "center";
+  pen.fillStyle = style("--ink"); pen.textBaseline = "top"; pen.textAlign = narrow ? "right" : "center";
   shownColumns.forEach((one, k) => {
     if (k % each && one.animal) return;
     pen.save();
-    pen.translate(scale.px(k + 1), height - 28);
-    if (room < 70) pen.rotate(-0.5);
+    pen.translate(scale.px(k + 1), height - foot + 4);
+    if (narrow) pen.rotate(-0.5);
     pen.font = one.animal ? pen.font : `bold ${pen.font}`;
     pen.fillText(one.name.length > 14 ? `${one.name.slice(0, 13)}…` : one.name, 0, 0);
     pen.restore();

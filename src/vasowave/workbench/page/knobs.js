@@ -28,6 +28,6 @@ function knob(one, values, other, moved) {
     shade.style.left = left(low);
     shade.style.width = `calc((100% - 16px) * ${Math.max(0.004, high - low)})`;
   }
-  return h("div", { class: "knob", title: one.meaning }, h("label", {}, h("span", {}, symbol(one.symbol), " ", h("small", {}, one.meaning)), out),
+  return h("div", { class: "knob", title: one.meaning }, h("label", {}, h("span", {}, symbol(one.symbol), " ", h("small", {}, symbol(one.meaning))), out),
     h("div", { class: "track" }, shade, fit, mark, input));
 }

@@ -100,7 +100,7 @@ function sliders() {
   };
   fill(parts.sliders, h("div", { class: "row" }, one("dark", "black at", () => look.dark, (value) => { look.dark = value; }), one("bright", "white at", () => look.bright, (value) => { look.bright = value; }),
     one("threshold", "wall at", () => wishes.threshold, (value) => { wishes.threshold = Number(value.toPrecision(4)); })),
-    h("p", { class: "keys" }, "Blue tint: above the wall's grey level. Lines: axes of the vessels, strong where they run in the slice; orange: doubted. Wheel or ", h("kbd", {}, "Page up"), " ", h("kbd", {}, "Page down"), " go through the slices, arrows move the place."));
+    h("p", { class: "keys" }, "Blue tint: above the wall's grey level. Lines: axes of the vessels, strong where they run in the slice; orange: doubted, in space with crosses where; pink: the picked vessel, and the dot where the blood enters. Wheel or ", h("kbd", {}, "Page up"), " ", h("kbd", {}, "Page down"), " go through the slices, arrows move the place."));
 }
 
 // The place that is looked at, and what can be done there.

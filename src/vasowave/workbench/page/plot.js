@@ -39,9 +39,9 @@ const finite = (list) => list.filter((one) => one !== null && Number.isFinite(on
  * Draw curves; returns where values stand.
  * series: [{x, y, color, dash, width, points, size, hollow, band: {low, high}}], `range` fixes the ordinate, `log` makes it logarithmic.
  */
-export function plot(canvas, { series, x, y, range, across, log = false }) {
+export function plot(canvas, { series, x, y, range, across, log = false, foot = 32 }) {
   const { pen, width, height } = sheet(canvas), ink = style("--ink"), quiet = style("--quiet"), line = style("--faint");
-  const left = 50, bottom = 32, top = 8, right = 8;
+  const left = 50, bottom = foot, top = 8, right = 8;
   const ys = finite(series.flatMap((one) => [...one.y, ...(one.band ? [...one.band.low, ...one.band.high] : [])]));
   const xs = finite(series.flatMap((one) => one.x));
   if (!ys.length || width < 80) return null;

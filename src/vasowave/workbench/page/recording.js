@@ -5,7 +5,7 @@ import { plot, sheet, style, ticks, watched } from "./plot.js";
 
 const NAMES = { pressure: "pressure [mmHg]", flow: "flow [ml/s]", ecg: "ECG" };
 const INDICES = { HR: "1/min", mPAP: "mmHg", sPAP: "mmHg", dPAP: "mmHg", pPAP: "mmHg", CO: "ml/s", PVR: "mmHg s/ml" };
-let told = null, view = null, chosen = null, beat = -1, kept = {}, whole = {}, parts = null, asking = null, undrawn = false;
+let told = null, view = null, chosen = null, beat = -1, kept = {}, whole = {}, parts = null, asking = null, undrawn = false, carried = null;
 
 export async function show(place, rest) {
   const list = await ask("study");
@@ -29,8 +29,8 @@ export async function show(place, rest) {
     parts.error,
     h("div", { class: "two" },
       h("section", { "aria-label": "signals" }, canvas, strip, parts.tools,
-        h("p", { class: "keys" }, key("#00a7c4", "averaged"), key("", "good, not needed"), key("var(--alarm-edge)", "rejected"), key("var(--shade)", "outside the stretch")),
-        h("p", { class: "keys" }, "Drag: a stretch. Click: a beat. Wheel: zoom, with Shift: scroll. Keys: ", ["←", "→", "+", "−", "n", "p", "x", "[", "]", "b", "e"].flatMap((key) => [h("kbd", {}, key), " "]),
+        h("p", { class: "keys" }, key("#00a7c4", "averaged"), key("", "good, not needed"), key("var(--alarm-edge)", "rejected"), key("var(--shade)", "outside the stretch"), key("var(--picked)", "picked")),
+        h("p", { class: "keys" }, "Drag: a stretch, or the bold line where the picked beat begins. Click: a beat. Wheel: zoom, with Shift: scroll. Keys: ", ["←", "→", "+", "−", "n", "p", "x", "[", "]", "b", "e"].flatMap((key) => [h("kbd", {}, key), " "]),
           "scroll, zoom, next and previous beat, reject or restore, earlier and later by 1 ms, begin and end of a stretch at the middle.")),
       parts.side),
     parts.given);
@@ -58,6 +58,10 @@ const whole_ = () => {
   return [Math.max(0, from - 0.02 * (to - from)), Math.min(told.duration, to + 0.02 * (to - from))];
 };
 const signals = () => told.signals || [];
+const called = (name) => {
+  const unit = name === "ecg" && told.channels?.find(([, , quantity]) => quantity === name)?.[1];
+  return unit ? `${NAMES[name]} [${unit}]` : NAMES[name];
+};
 
 // Signals: what is near is fetched once, and drawn while more is on its way.
 
@@ -129,7 +133,7 @@ function paint() {
       if (data.values[k] < low) low = data.values[k];
       if (data.values[data.count + k] > high) high = data.values[data.count + k];
     }
-    if (!(high >= low)) { pen.fillText(`${NAMES[name]}: no samples here`, LEFT + 4, top); return; }
+    if (!(high >= low)) { pen.fillText(`${called(name)}: no samples here`, LEFT + 4, top); return; }
     const pad = 0.08 * (high - low) + 1e-9, y = (value) => bottom - (value - low + pad) / (high - low + 2 * pad) * (bottom - top);
     pen.strokeStyle = faint; pen.lineWidth = 1; pen.textAlign = "right"; pen.textBaseline = "middle";
     for (const at of ticks(low, high, each / 32)) {
@@ -149,7 +153,7 @@ function paint() {
     }
     pen.stroke(); pen.restore();
     pen.textAlign = "left"; pen.textBaseline = "top"; pen.fillStyle = ink;
-    pen.fillText(NAMES[name], LEFT + 4, top - 2);
+    pen.fillText(called(name), LEFT + 4, top - 2);
   });
   pen.fillStyle = quiet; pen.textAlign = "center"; pen.textBaseline = "bottom";
   for (const at of ticks(view[0], view[1], width / 90)) pen.fillText(clock(at), x(at), height - 2);
@@ -179,8 +183,8 @@ function beats(pen, height) {
     pen.fillStyle = lost ? style("--alarm-edge") : "#00a7c4";
     pen.globalAlpha = k === beat ? 0.4 : lost ? 0.16 : averaged.has(k) ? 0.2 : 0;
     pen.fillRect(x(list.starts[k]), 0, x(end(k)) - x(list.starts[k]), height);
-    pen.globalAlpha = 0.5;
-    pen.fillRect(x(list.starts[k]) - 0.5, 0, 1, height);
+    pen.globalAlpha = k === beat ? 0.9 : 0.5;
+    pen.fillRect(x(k === beat ? carried ?? list.starts[k] : list.starts[k]) - (k === beat ? 1.5 : 0.5), 0, k === beat ? 3 : 1, height);
   }
   pen.globalAlpha = 1;
 }
@@ -199,7 +203,11 @@ function strip() {
   pen.fillStyle = style("--picked"); pen.globalAlpha = 0.5;
   const [from, to] = view.map((at) => at / told.duration * width);
   pen.fillRect(from, 0, Math.max(2, to - from), height);
-  pen.globalAlpha = 1;
+  const words = `pressure of all ${shown(told.duration, 4)} s`;
+  pen.globalAlpha = 0.85; pen.fillStyle = style("--paper");
+  pen.fillRect(0, height - 15, pen.measureText(words).width + 8, 15);
+  pen.globalAlpha = 1; pen.fillStyle = style("--ink"); pen.textAlign = "left"; pen.textBaseline = "bottom";
+  pen.fillText(words, 4, height - 2);
 }
 
 // The hand: pointer and keys.
@@ -216,13 +224,27 @@ const scroll = (share) => { const by = share * (view[1] - view[0]); look(view[0]
 function pointer(canvas, strip) {
   let from = null;
   const at = (event) => Math.min(told.duration, Math.max(0, time(event.clientX - canvas.getBoundingClientRect().left)));
-  canvas.addEventListener("pointerdown", (event) => { if (told?.duration && event.button === 0) { from = at(event); canvas.setPointerCapture(event.pointerId); } });
+  const onLine = (event) => beat >= 0 && Math.abs(x(at(event)) - x(told.beats.starts[beat])) < 6;
+  canvas.addEventListener("pointerdown", (event) => {
+    if (!told?.duration || event.button !== 0) return;
+    if (onLine(event)) carried = told.beats.starts[beat]; else from = at(event);
+    canvas.setPointerCapture(event.pointerId);
+  });
   canvas.addEventListener("pointermove", (event) => {
+    if (!told?.duration) return;
+    canvas.style.cursor = carried !== null || onLine(event) ? "ew-resize" : "";
+    if (carried !== null) { carried = at(event); later(); return; }
     if (from === null || Math.abs(x(at(event)) - x(from)) < 4 && !chosen) return;
     chosen = [Math.min(from, at(event)), Math.max(from, at(event))];
     later();
   });
-  canvas.addEventListener("pointerup", (event) => {
+  canvas.addEventListener("pointerup", async (event) => {
+    if (carried !== null) {
+      const by = at(event) - told.beats.starts[beat];
+      if (Math.abs(by) >= 5e-4) await move(by);
+      carried = null;
+      later();
+    }
     if (from === null) return;
     if (Math.abs(x(at(event)) - x(from)) < 4) { chosen = null; pick(told.beats ? near(at(event), told.beats.starts) : -1); } else tools();
     from = null;
@@ -288,7 +310,7 @@ function toggle() {
 function move(by) {
   if (beat < 0) return;
   const start = told.beats.starts[beat], own = told.edits.find(([what, , to]) => what === "move" && Math.abs(to - start) < 1e-4);
-  change("edit-beats", { edits: [["move", own ? own[1] : start, start + by]] }, true);
+  return change("edit-beats", { edits: [["move", own ? own[1] : start, start + by]] }, true);
 }
 
 async function judge(what) {
@@ -377,5 +399,5 @@ function drawAverage() {
   plot(parts.flow, { series: [curve("flow", "#00a7c4")], y: "flow [ml/s]", x: "time [ms]" });
 }
 
-/** For measurements: look at a part of the recording. */
+/** For measurements and tests: look at a part of the recording. */
 export const lookAt = look;

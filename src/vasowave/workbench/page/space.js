@@ -47,8 +47,8 @@ export function treeIn(canvas, told, now) {
 }
 
 /** The scale of colors below the trees. */
-export function scaleOf(place, stops, [low, high]) {
+export function scaleOf(place, stops, [low, high], { colored }) {
   const bar = h("i");
   bar.style.background = `linear-gradient(to right, ${stops.map((stop) => `rgb(${stop})`).join(", ")})`;
-  fill(place, `${shown(low, 3)} `, bar, ` ${shown(high, 3)}; directions are drawn, not measured`);
+  fill(place, `${shown(low, 3)} `, bar, ` ${shown(high, 3)} ${colored.match(/\[(.*)\]/)?.[1] ?? ""}; directions are drawn, not measured`);
 }
