@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 KERNELS = ROOT / "build" / "kernels of planted faults"
 WORDS = (
     "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry powers tubes "
-    "sensitivity starts kernels unlike_volumes witness discharge junctions changing shape test_problem "
+    "sensitivity starts kernels unlike_volumes witness discharge junctions changing shape viscous test_problem "
     "test_rounds test_modes"
 )
 LONGEST = 1800  # s for one run of the tests; a fault that makes them hang has no verdict
