@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 KERNELS = ROOT / "build" / "kernels of planted faults"
 WORDS = (
     "solver conservation nodes linear order newton inflow steady impedance walls blood trigonometry powers tubes "
-    "sensitivity starts kernels unlike_volumes witness discharge junctions changing shape test_problem "
+    "sensitivity starts kernels unlike_volumes witness discharge junctions changing shape viscous test_problem "
     "test_rounds test_modes"
 )
 LONGEST = 1800  # s for one run of the tests; a fault that makes them hang has no verdict
@@ -178,7 +178,7 @@ FAULTS = [
     Fault("kernels of any source", "runtime/kernels.py", (("sys.version, sources)", "sys.version)"),)),
     Fault("kernels are compiled by everyone", "runtime/kernels.py", (("self._lock = _waited_for(", "_ = ("),)),
     Fault("convective term dropped", CELLS, (("fluxes.momentum[j] = q * q * per_area", "fluxes.momentum[j] = 0.0"),)),
-    Fault("one Newton step", NODES, (("_NEWTON_CLOSE = 1e-", "_NEWTON_CLOSE = 1e+"),)),
+    Fault("one Newton step", NODES, (("NEWTON_CLOSE = 1e-", "NEWTON_CLOSE = 1e+"),)),
     Fault("inflow late by a step", CYCLE, (("solve_nodes(inflow[n], n,", "solve_nodes(inflow[n - 1], n,"),)),
     Fault(
         "junction adds a daughter's flow",
@@ -243,6 +243,32 @@ FAULTS = [
         "areas averaged where vessels change",
         "solver/changing.py",
         (("for j in changing.face:", "for j in changing.face[:0]:"),),
+    ),
+    Fault("no push of viscous walls", "solver/viscosity.py", (("flow[j] -= push *", "flow[j] -= 0.0 * push *"),)),
+    Fault(
+        "viscous walls hear nothing of the ends",
+        "solver/viscosity.py",
+        (("own, coupled, before = kappa[first], kappa", "own, coupled, before = 0.0, kappa"),),
+    ),
+    Fault(
+        "viscous walls as at the whole step",
+        "solver/viscosity.py",
+        (("area[j] - cells.half[j] * (flow", "area[j] - 0.0 * (flow"),),
+    ),
+    Fault(
+        "viscosity without derivative",
+        "solver/viscosity_variations.py",
+        (("changed.viscosity[d, j] - longer[j]", "-longer[j]"),),
+    ),
+    Fault(
+        "tied pressures without fill",
+        "solver/viscosity.py",
+        (("entries[joints.fill[filled]] -= share", "entries[joints.fill[filled]] -= 0.0 * share"),),
+    ),
+    Fault(
+        "viscous compliance as an elastic one",
+        "model/linear.py",
+        (("return 1.0 + 1j * omega * _retardation", "return 1.0 + 0j * omega * _retardation"),),
     ),
     Fault("no gain at the ends of tapers", "solver/changing.py", (("nodes.gain[e] = 2.0 *", "nodes.gain[e] = 0.0 *"),)),
     Fault("energy lost along tapers", "solver/changing.py", (("flow[j] += 0.5 *", "flow[j] += 0.0 *"),)),

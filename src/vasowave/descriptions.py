@@ -44,7 +44,8 @@ class Quantity(NamedTuple):
 
 
 class Parameter(NamedTuple):
-    """A number that is fitted. Pressures are multiples of the nominal stiffness β0 (eq. 9), pure numbers are plain.
+    """A number that is fitted. Pressures are multiples of the nominal stiffness β0 (eq. 9), viscosities of β0
+    times 1 s; pure numbers are plain.
 
     Attributes
     ----------
@@ -73,8 +74,8 @@ class Parameter(NamedTuple):
     held: bool = False
 
     def scale(self, beta0: float) -> float:
-        """Return the number that turns multiples into values: β0 (mmHg) for a pressure, 1 otherwise."""
-        return beta0 if self.unit == "mmHg" else 1.0
+        """Return the number that turns multiples into values: β0 for a pressure or a viscosity, 1 otherwise."""
+        return beta0 if self.unit in ("mmHg", "mmHg s") else 1.0
 
     def limits(self, paper: bool) -> tuple[float, float]:
         """Return the paper's bounds, or the wide ones."""

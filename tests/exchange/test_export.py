@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -72,6 +73,16 @@ def test_one_command_writes_each_program_and_openbfs_file_is_a_model_again(tmp_p
     first, second = vw.read_network(tmp_path / "network.csv"), vw.read_network(tmp_path / "back" / "network.csv")
     rows = [second.row(name) for name in first.name]
     np.testing.assert_allclose(second.radius[rows], first.radius, rtol=1e-9)
+
+
+def test_viscous_walls_are_refused_by_programs_that_are_given_elastic_ones(tangent, tmp_path):
+    viscous = replace(
+        tangent,
+        run=replace(tangent.run, grid=replace(tangent.run.grid, model=tangent.model.changed(wall_viscosity=0.1))),
+    )
+    for write in (write_openbf, write_svzerod):
+        with pytest.raises(InputError, match="elastic walls only"):
+            write(viscous, tmp_path)
 
 
 def test_approved_what_other_programs_are_given(tangent, tmp_path):

@@ -72,7 +72,7 @@ def test_vessels_of_one_cell_are_stable_at_every_step(inflow, courant):
     steps = 64 * round(6 / courant)
     numerics = Numerics(samples=64, steps_per_cycle=steps, tolerance=1e-8, most_cycles=10)
     run = run_to_periodic(model, inflow, numerics)
-    assert np.ptp(np.diff(run.inlet_area, 2)) < 1e-2 * np.ptp(run.inlet_area)
+    assert np.ptp(np.diff(run.at_inlet[0], 2)) < 1e-2 * np.ptp(run.at_inlet[0])
 
 
 @WALLS

@@ -6,6 +6,7 @@ import xarray as xr
 from typer.testing import CliRunner
 
 from vasowave.animal.animal import Animal, Settings
+from vasowave.animal.files import read_result, write_result
 from vasowave.animal.pipeline import analyze
 from vasowave.animal.stored import stored_model, stored_recording
 from vasowave.cli import app
@@ -15,7 +16,8 @@ from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.walls import LinearWall
 from vasowave.network.vessel_table import write_network
-from vasowave.solver import changed_model, simulate, sweep
+from vasowave.recording import Recording
+from vasowave.solver import Numerics, changed_model, simulate, sweep
 
 
 @pytest.fixture(scope="module")
@@ -122,3 +124,21 @@ def test_simulate_and_sweep_take_any_wall_and_value(tmp_path):
     assert found.sizes["a"] == 2
     wrong = CliRunner().invoke(app, ["sweep", *given, "--vary", "beta:40"])
     assert "write NAME=VALUE" in str(wrong.exception)
+
+
+def test_a_viscosity_is_swept_and_set_and_that_of_a_stored_fit_is_its_own(model, tmp_path, inflow):
+    swept = sweep(model, inflow, {"wall_viscosity": [0.1, 0.5]}, samples=64)
+    alone = simulate(model.changed(wall_viscosity=0.5), inflow)
+    pulse = np.ptp(alone.pressure.sel(station="middle").to_numpy(), axis=0)
+    np.testing.assert_allclose(swept.pulse_pressure.sel(wall_viscosity=0.5), pulse, rtol=1e-5)
+    viscous = simulate(model.changed(wall_viscosity=0.3), inflow, Numerics(samples=256))
+    cycle = Recording(viscous.pressure.to_numpy()[:, 0, 0], inflow.resampled(256), inflow.period)
+    animal = Animal("1", "CTL", model.network, cycle)
+    result = analyze(animal, Settings(walls=("linear",), starts=1, viscous=True))
+    write_result(result, tmp_path / "1.nc")
+    again = stored_model(read_result(tmp_path / "1.nc"))
+    np.testing.assert_allclose(again.wall_viscosity, 0.3, rtol=1e-3)
+    kept = result.laws["linear"]
+    assert kept.quantities["wall_viscosity"].attrs["units"] == "mmHg s"
+    waves = simulate(again, inflow, Numerics(samples=256)).pressure.to_numpy()[:, 0, 0]
+    assert np.max(np.abs(waves - cycle.pressure)) < 0.02

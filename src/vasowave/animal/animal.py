@@ -177,14 +177,14 @@ class Settings(Analysis, Calibration):
         names = [find_law(one).law().name for one in self.walls if not is_unread(one)]
         if len(set(names)) < len(names):
             raise InputError(f"{', '.join(names)}: two of these wall laws have one name; give each law() its own")
-        known = known_parameters(self.walls, self.beds) if self.bounds or self.fixed else []
+        known = known_parameters(self.walls, self.beds, self.viscous) if self.bounds or self.fixed else []
         for name in (*self.bounds, *self.fixed):
             if name not in known:
                 raise InputError(f"no parameter '{name}'{did_you_mean(name, known)}; there are: {', '.join(known)}")
 
     def search(self, wall: str | type) -> Search:
         """Return how to search with one wall law: the bounds and fixed values of the parameters that it has."""
-        own = fitted_parameters(wall, self.beds)
+        own = fitted_parameters(wall, self.beds, self.viscous)
         given = {name: getattr(self, name) for name in settings_of(Search)}
         mine = {name: {one: given[name][one] for one in given[name] if one in own} for name in ("bounds", "fixed")}
         return Search(**given | mine)
@@ -202,6 +202,6 @@ class Settings(Analysis, Calibration):
         return json.dumps(plain, sort_keys=True)
 
 
-def known_parameters(walls: Sequence[str], bed: str = "windkessel") -> list[str]:
+def known_parameters(walls: Sequence[str], bed: str = "windkessel", viscous: bool | None = None) -> list[str]:
     """Return the parameters that the beds, and the wall laws `walls` or those of `laws.LAWS`, have."""
-    return list(dict.fromkeys(name for wall in (*LAWS, *walls) for name in fitted_parameters(wall, bed)))
+    return list(dict.fromkeys(name for wall in (*LAWS, *walls) for name in fitted_parameters(wall, bed, viscous)))

@@ -13,6 +13,7 @@ from vasowave.calibration.result import Fit
 from vasowave.findings import as_json
 from vasowave.model.laws import bed_quantities, full_name, identity, parameter_names
 from vasowave.model.nominal import Nominal
+from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.network.network import Network
 from vasowave.quantities import QUANTITIES, lacking
 from vasowave.recording import Recording
@@ -75,8 +76,9 @@ def calibration_dataset(fit: Fit) -> xr.Dataset:
             "other_parameter": np.array(fit.correlation.columns, dtype=object),
         },
     )
+    fitted = fitted_parameters(type(fit.model.wall), type(fit.model.outlets), viscous=True)
     for name in ("symbol", "meaning"):
-        kept = [getattr(one, name) for one in fitted_parameters(type(fit.model.wall), type(fit.model.outlets)).values()]
+        kept = [getattr(fitted[one], name) for one in fit.parameters.index]
         parameters[name] = ("parameter", np.array(kept, dtype=object))
     parts = [_fitted(fit), parameters, correlation, starts, harmonics_dataset(fit)]
     return xr.merge(parts, combine_attrs="override", join="exact")
@@ -89,6 +91,9 @@ def _fitted(fit: Fit) -> xr.Dataset:
         name: labelled("vessel", value, what.unit, what.meaning)
         for name, value, what in zip(parameter_names(kind), wall, law.parameters, strict=True)
     }
+    if np.any(fit.model.wall_viscosity):
+        viscosity = np.broadcast_to(fit.model.wall_viscosity, len(fit.model.network))
+        walls[WALL_VISCOSITY] = labelled("vessel", viscosity, VISCOSITY.unit, VISCOSITY.meaning)
     return xr.Dataset(
         {
             **walls,

@@ -17,6 +17,7 @@ from vasowave.inference.known_errors import SHARED, Seen, kinds
 from vasowave.model.laws import bed_factors, full_name, parameter_names
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
+from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.quantities import QUANTITIES, SHARES, derived
 from vasowave.recording import Recording
 
@@ -24,11 +25,12 @@ _LOG_STEP = 1e-4  # of the central differences, in the logarithm of a parameter
 _FARTHEST = 200.0  # in the logarithm: an endless interval stays a finite number
 
 
-def quantities_of(law: Any, bed: Any) -> dict[str, Quantity]:
+def quantities_of(law: Any, bed: Any, viscous: bool = False) -> dict[str, Quantity]:
     """Return all quantities of a model with the wall law and the beds (classes), in the order of tables."""
     described = law.law()
     own = {name: Quantity(*one[:4]) for name, one in zip(parameter_names(law), described.parameters, strict=True)}
     own |= {full_name(law, described.ratio[0]): described.ratio[1]} if described.ratio else {}
+    own |= {WALL_VISCOSITY: Quantity(*VISCOSITY[:4])} if viscous else {}
     factors = {name: Quantity(*one[:4]) for name, one in bed_factors(bed).items()}
     ordered: dict[str, Quantity] = {}
     for name, one in QUANTITIES.items():  # the wall's parameters stand where β does, the beds' before Δp
@@ -85,10 +87,8 @@ def model_quantities(
         "S": fit.S,
         "RMSE": fit.rmse,
     }
-    dataset = quantities_dataset(
-        values, quantities_of(type(fit.model.wall), type(fit.model.outlets)), errors_of(fit, derive),
-        effects_on_fit(fit, settings, of_model),
-    )  # fmt: skip
+    described = quantities_of(type(fit.model.wall), type(fit.model.outlets), WALL_VISCOSITY in fit.parameters.index)
+    dataset = quantities_dataset(values, described, errors_of(fit, derive), effects_on_fit(fit, settings, of_model))
     bounds = _bounds(fit, settings)
     for name, value in dataset.data_vars.items():
         low, high = bounds.get(str(name), (0.0, np.inf))
@@ -148,7 +148,7 @@ def model_of(fit: Fit, values: Mapping[str, float]) -> Model:
     law = type(fit.model.wall)
     wall = law(*(values[name] for name in parameter_names(law)))
     outlets = fit.nominal.outlets.scaled(*(values[name] for name in bed_factors(type(fit.nominal.outlets))))
-    return fit.model.changed(wall=wall, outlets=outlets)
+    return fit.model.changed(wall=wall, outlets=outlets, wall_viscosity=values.get(WALL_VISCOSITY, 0.0))
 
 
 def errors_of(fit: Fit, derive: Callable[[Mapping[str, float]], dict[str, float]]) -> dict[str, tuple[float, float]]:

@@ -14,6 +14,7 @@ from vasowave.model.blood import FRICTIONS, Blood
 from vasowave.model.law_files import plain
 from vasowave.model.laws import bed_quantities, find_bed, find_law, parameter_names
 from vasowave.model.model import Model
+from vasowave.model.walls import WALL_VISCOSITY
 from vasowave.recording import Observation, Recording, resample
 from vasowave.recording.cycle import FEWEST_SAMPLES
 from vasowave.recording.observation import NUMBERS
@@ -116,4 +117,5 @@ def stored_model(result: AnimalResult, wall: str | type = "") -> Model:
     bed = find_bed(str(data.attrs["bed"]))
     outlets = bed(*(data[name].values for name in bed_quantities(bed)))
     wall, behind = law(*(data[name].values for name in parameter_names(law))), stored_recording(result).wedge_pressure
-    return Model(result.network, wall, outlets, blood, behind)
+    viscosity = data[WALL_VISCOSITY].values if WALL_VISCOSITY in data else 0.0
+    return Model(result.network, wall, outlets, blood, behind, wall_viscosity=viscosity)

@@ -94,6 +94,9 @@ class Search:
     practice, up to 1024 samples), or up to a number, at least 8."""
     seed: Annotated[int, Ge(0)] = 0
     """Seed of everything random; the same seed gives the same result."""
+    viscous: bool | None = None
+    """Whether walls are viscous, so that their viscosity `wall_viscosity` (mmHg s) is fitted beside the parameters of
+    their law; by default they are elastic."""
 
 
 @settings_class
@@ -172,7 +175,8 @@ def calibrate(
     plan = given_values(Fitting, search, settings)
     network, recording = a_network(network), one_cycle(recording)
     nominal = estimate_nominal(network, recording, plan.blood, find_bed(plan.bed))
-    space = parameter_space(wall, network, nominal, plan.blood, plan.bounds, plan.fixed, plan.paper_bounds)
+    given = plan.bounds, plan.fixed, plan.paper_bounds, plan.viscous
+    space = parameter_space(wall, network, nominal, plan.blood, *given)
     compared = compared_part(recording, plan.pressure_harmonics)
     compared = replace(compared, sites=sites_of(plan.sites, network, compared))
     if plan.sites and plan.numerics.cycles_from_rest is not None:

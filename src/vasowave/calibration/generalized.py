@@ -146,7 +146,8 @@ def objective_of(fit: Fit, fixed: Mapping[str, float], numerics: Numerics | None
     bounds = {str(name): (float(row["lower"]), float(row["upper"])) for name, row in table.iterrows()}
     held = {str(name): float(row["value"]) for name, row in table.iterrows() if not row["free"]}
     model, held = fit.model, held | dict(fixed)
-    space = parameter_space(type(model.wall), model.network, fit.nominal, model.blood, bounds, held, False)
+    viscous = bool(np.any(model.wall_viscosity))
+    space = parameter_space(type(model.wall), model.network, fit.nominal, model.blood, bounds, held, False, viscous)
     finer = replace(numerics or _numerics(fit), samples=fit.simulation.sizes["time"], every_cell=False)
     return Objective(space, fit.compared, finer, workers, threading.Event())
 

@@ -14,11 +14,14 @@ from vasowave.model.laws import bed_factors, find_bed, find_law, full_name, para
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
 from vasowave.model.outlets import Bed
+from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.network.network import Network
 
 
-def fitted_parameters(wall: str | type, bed: str | type = "windkessel") -> dict[str, Parameter]:
-    """Return every parameter of a fit by its name: the wall law's, then the factors of the beds.
+def fitted_parameters(
+    wall: str | type, bed: str | type = "windkessel", viscous: bool | None = None
+) -> dict[str, Parameter]:
+    """Return every parameter of a fit by its name: the wall law's, the factors of the beds, the wall's viscosity.
 
     Raises
     ------
@@ -26,7 +29,8 @@ def fitted_parameters(wall: str | type, bed: str | type = "windkessel") -> dict[
         An unknown wall law or bed.
     """
     law = find_law(wall)
-    return dict(zip(parameter_names(law), law.law().parameters, strict=True)) | bed_factors(find_bed(bed))
+    own = dict(zip(parameter_names(law), law.law().parameters, strict=True)) | bed_factors(find_bed(bed))
+    return own | ({WALL_VISCOSITY: VISCOSITY} if viscous else {})
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +42,7 @@ class Space:
     law : type
         Class of the wall law.
     parameters : dict of str to Parameter
-        All of them: the wall's, then the outlets' factors.
+        All of them: the wall's, the outlets' factors and, where walls are viscous, their viscosity.
     nominal, lower, upper : array, shape (parameter,)
         In the units of the parameters.
     free : bool array, shape (parameter,)
@@ -67,6 +71,12 @@ class Space:
         return self.names[: len(self.law._fields)]
 
     @property
+    def factor_names(self) -> tuple[str, ...]:
+        """Names of the factors of the beds."""
+        count = len(self.law._fields)
+        return tuple(name for name in self.names[count:] if name != WALL_VISCOSITY)
+
+    @property
     def shared(self) -> tuple[str, ...]:
         """The two factors of the beds between which the recording splits one resistance, if there are two."""
         bed = type(self.outlets)
@@ -90,9 +100,10 @@ class Space:
 
     def model(self, values: np.ndarray) -> Model:
         """Return the model that all parameters together make."""
-        count = len(self.law._fields)
-        outlets = self.outlets.scaled(*values[count:])
-        return Model(self.network, self.law(*values[:count]), outlets, self.blood, self.outlet_pressure)
+        named = dict(zip(self.names, values, strict=True))
+        wall, factors = ([named[name] for name in names] for names in (self.wall_names, self.factor_names))
+        outlets, viscosity = self.outlets.scaled(*factors), named.get(WALL_VISCOSITY, 0.0)
+        return Model(self.network, self.law(*wall), outlets, self.blood, self.outlet_pressure, wall_viscosity=viscosity)
 
 
 def parameter_space(
@@ -103,6 +114,7 @@ def parameter_space(
     bounds: Mapping[str, tuple[float, float]],
     fixed: Mapping[str, float],
     paper_bounds: bool,
+    viscous: bool | None = None,
 ) -> Space:
     """Return the parameters of a fit.
 
@@ -111,7 +123,7 @@ def parameter_space(
     InputError
         An unknown wall or parameter, bounds that are not positive and ordered, or nothing left to fit.
     """
-    law, parameters = find_law(wall), fitted_parameters(wall, type(nominal.outlets))
+    law, parameters = find_law(wall), fitted_parameters(wall, type(nominal.outlets), viscous)
     for name in (*bounds, *fixed):
         if name not in parameters:
             raise InputError(

@@ -157,7 +157,7 @@ def _option(key: str, one: Setting, panel: str | None = None) -> Any:
     several = [_REPEATED[key]] if key in _REPEATED else []
     more: dict[str, Any] = {"help": one.meaning.replace("[", r"\["), "show_default": _shown(one.default)}
     more |= {"rich_help_panel": panel} if panel else {}
-    if isinstance(one.default, bool):
+    if isinstance(one.default, bool) or bool in get_args(one.kind):
         return Annotated[bool | None, typer.Option(f"{name}/--no-{name[2:]}", **more)]
     if isinstance(one.default, dict):
         return Annotated[list[str] | None, typer.Option(name, metavar="NAME=VALUE", **more)]

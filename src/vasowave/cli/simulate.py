@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 _PICTURES = (".png", ".pdf", ".svg")
 _NAMES = (
     "Names: the wall law's (beta; p1, gamma; beta, m), in mmHg and plain numbers; of the vascular beds R_T "
-    "\\[mmHg s/ml], a = R1/R_T, tau \\[s]; radius and length: factors of all vessels."
+    "\\[mmHg s/ml], a = R1/R_T, tau \\[s]; radius and length: factors of all vessels; "
+    "wall_viscosity \\[mmHg s]."
 )
 
 

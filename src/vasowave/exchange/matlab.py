@@ -39,6 +39,7 @@ def _variables(solved: Solved) -> dict[str, Any]:
     said = model.outlets.bed().quantities if isinstance(model.outlets, Bed) else {}
     units = {"Z": "mmHg s/ml"} | {name: one.unit for name, one in said.items()}
     parameters = {name: one.unit for name, one in zip(model.wall._fields, model.wall.law().parameters, strict=True)}
+    viscosity = {"viscosity": model.wall_viscosity} if np.any(model.wall_viscosity) else {}
     return {
         "time": data["time"].values,
         "waves": {str(name): values.values for name, values in data.data_vars.items()},
@@ -48,7 +49,7 @@ def _variables(solved: Solved) -> dict[str, Any]:
             "radius": network.radius, "image_pressure": network.pressure, "area0": model.area0,
             **({} if network.nodes is None else {"start_node": network.start, "end_node": network.end}),
         },
-        "wall": {"law": model.wall.law().name, **model.wall._asdict()},
+        "wall": {"law": model.wall.law().name, **model.wall._asdict(), **viscosity},
         "outlets": {"vessel": _cells([network.name[row] for row in network.terminals]), **outlets,
                     "pressure_behind": model.outlet_pressure},
         "blood": {"density": model.blood.density, "viscosity": model.blood.viscosity,
@@ -58,7 +59,7 @@ def _variables(solved: Solved) -> dict[str, Any]:
             "time": "s",
             "waves": {str(name): values.attrs["units"] for name, values in data.data_vars.items()},
             "network": {"length": "cm", "radius": "cm", "image_pressure": "mmHg", "area0": "cm2"},
-            "wall": parameters,
+            "wall": parameters | dict.fromkeys(viscosity, "mmHg s"),
             "outlets": {name: units.get(name, "") for name in outlets} | {"pressure_behind": "mmHg"},
             "blood": {"density": "g/ml", "viscosity": "cm2/s"},
             "inflow": {"flow": "ml/s", "period": "s"},

@@ -12,7 +12,7 @@ import numpy as np
 import yaml
 
 from vasowave.errors import InputError
-from vasowave.exchange.solved import Solved, circuit
+from vasowave.exchange.solved import Solved, circuit, require_elastic
 from vasowave.exchange.tube_law import LinearTube, linear_tube
 from vasowave.findings import look_kind, warn
 from vasowave.model.outlets import ReflectionCoefficient
@@ -42,13 +42,14 @@ def write_openbf(solved: Solved, folder: Path) -> list[str]:
     Raises
     ------
     InputError
-        Outlets that are no Windkessels, a wall that no linear law replaces, or several inlets.
+        Outlets that are no Windkessels, a wall that is viscous or that no linear law replaces, or several inlets.
 
     Warns
     -----
     VasowaveWarning
         A junction of more than three vessels, which earlier versions of openBF refuse.
     """
+    require_elastic(solved.model, "openBF")
     network, tube = solved.network, linear_tube(solved)
     if len(network.inlets) > 1:
         raise InputError(f"openBF has one inlet, this network {len(network.inlets)} ({', '.join(network.inlet_names)})")

@@ -14,7 +14,7 @@ from vasowave.model.outlets import Bed, Circuit
 from vasowave.network.network import Network
 from vasowave.recording import Inflow, Recording
 from vasowave.solver import Numerics
-from vasowave.solver.result import Run
+from vasowave.solver.result import Run, with_viscous
 from vasowave.solver.simulate import simulate_run
 
 
@@ -73,7 +73,7 @@ class Solved:
 
         Vessels are widest when most flows, so it lies below the resistance at mean area.
         """
-        area, flow = self.run.stations[:, :, :, 1]
+        area, flow = self.run.stations[:2, :, :, 1]
         fall = np.mean(self._drag(area) * flow / area**2, axis=0)
         return self.model.blood.inertia * self.network.length * fall / flow.mean(axis=0)
 
@@ -88,9 +88,9 @@ class Solved:
         slots = np.flatnonzero(run.grid.is_cell & (run.grid.vessel == row))
         position = np.concatenate([[0.0], run.grid.position[slots], [self.network.length[row]]])
         inlet, outlet = run.stations[:, :, row, :1], run.stations[:, :, row, -1:]
-        area, flow = np.concatenate([inlet, run.cells[:, :, slots], outlet], axis=-1)
+        kinds = np.concatenate([inlet, run.cells[:, :, slots], outlet], axis=-1)
         wall, area0 = self.model.at(np.full(len(position), row), position / self.network.length[row])
-        return Along(position, area, flow, np.asarray(walls.pressure(wall, area, area0)))
+        return Along(position, kinds[0], kinds[1], with_viscous(walls.pressure(wall, kinds[0], area0), kinds))
 
 
 def solve(model: Model, inflow: Inflow | Recording, numerics: Numerics | None = None) -> Solved:
@@ -111,6 +111,12 @@ def solve(model: Model, inflow: Inflow | Recording, numerics: Numerics | None = 
     for note in run.notes:
         warn(note)
     return Solved(run, flow)
+
+
+def require_elastic(model: Model, program: str) -> None:
+    """Raise `InputError` if walls are viscous, whose law `program` has not or writes otherwise."""
+    if np.any(model.wall_viscosity):
+        raise InputError(f"{program} is given elastic walls only; leave wall_viscosity out of what is exported to it")
 
 
 def circuit(model: Model, program: str, whole: bool = False) -> Circuit:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.exchange.solved import Solved, circuit
+from vasowave.exchange.solved import Solved, circuit, require_elastic
 from vasowave.model import walls
 from vasowave.units import MMHG
 
@@ -26,8 +26,9 @@ def write_svzerod(solved: Solved, folder: Path) -> list[str]:
     Raises
     ------
     InputError
-        Outlets that are no circuits.
+        Outlets that are no circuits, or viscous walls.
     """
+    require_elastic(solved.model, "svZeroDSolver")
     network, period = solved.network, solved.inflow.period
     _, distal, compliance = circuit(solved.model, "svZeroDSolver")
     longest = float(np.max(distal * compliance))

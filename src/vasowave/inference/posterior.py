@@ -146,7 +146,7 @@ def posterior_of(
 def problem_of(network: Network, recording: Recording, wall: str | type, how: Sampling) -> Problem:
     """Return an animal as a problem of inference; raises as `posterior`."""
     nominal = estimate_nominal(network, recording, how.blood, find_bed(how.bed))
-    space = parameter_space(wall, network, nominal, how.blood, {}, how.search.fixed, False)
+    space = parameter_space(wall, network, nominal, how.blood, {}, how.search.fixed, False, how.search.viscous)
     unknowns = Unknowns(space, nominal, how.priors, recording)
     compared = compared_part(recording, how.search.pressure_harmonics)
     compared = replace(compared, sites=sites_of(how.sites, network, compared))

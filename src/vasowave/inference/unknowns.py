@@ -15,6 +15,7 @@ from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
 from vasowave.model.outlets import Site
 from vasowave.model.shape import Shape
+from vasowave.model.walls import WALL_VISCOSITY
 from vasowave.network.network import Network, measured_falls
 from vasowave.recording import Recording
 
@@ -171,12 +172,15 @@ class Unknowns:
         nominal, blood = self.nominal, seen.blood
         site = Site(nominal.total_resistance, nominal.time_constant, nominal.beta, blood)
         beds = type(self.space.outlets).of(network, site)
-        factors = (float(value[name]) for name in self.space.names[len(law._fields) :])
+        factors = (float(value[name]) for name in self.space.factor_names)
+        viscosity = value.get(WALL_VISCOSITY, 0.0) * stiffer  # the wall's material is one, however thick it is
         outlets, behind = beds.scaled(*factors), float(value["wedge"])
         if not self.fall.any():
-            return Model(network, wall, outlets, blood, behind), seen.recording
+            return Model(network, wall, outlets, blood, behind, wall_viscosity=viscosity), seen.recording
         fall = value["taper_scale"] * (self.fall + (0.0 if falls is None else falls))
-        return Model(network, wall, outlets, blood, behind, Shape.falling(fall), junctions="total"), seen.recording
+        shape = Shape.falling(fall)
+        model = Model(network, wall, outlets, blood, behind, shape, junctions="total", wall_viscosity=viscosity)
+        return model, seen.recording
 
     @cached_property
     def own_errors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

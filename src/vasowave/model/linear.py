@@ -5,6 +5,9 @@ admittances, outlets close the ends. A vessel whose radius or stiffness change a
 
 Where junctions share the total pressure H = p + ½ρu², the waves are those of H and q about the mean velocity u: lines
 with ρ/A and dA/dp over 1 - u²/c², along which the flow carries waves by u/(c² - u²).
+
+A viscous wall has the compliance dA/dp / (1 + iω τ) with τ = η/(2 √(A A0)) dA/dp; pressures are those of law and
+viscosity together.
 It needs no time stepping and shares no code with the solver, which starts from it and is tested against it.
 """
 
@@ -115,6 +118,8 @@ class LinearSolution:
         What every vessel consists of, from its inlet on, in parts of the same length.
     length : array, shape (vessel,)
         cm.
+    retardation : array, shape (vessel,)
+        Time τ of viscous walls, s.
     motion : pair of Motion, optional
         At inlets and outlets, where junctions share the total pressure or flow loses any.
     """
@@ -126,6 +131,7 @@ class LinearSolution:
     flow: np.ndarray
     lines: tuple[Lines, ...]
     length: np.ndarray
+    retardation: np.ndarray
     motion: tuple[Motion, Motion] | None = None
 
     @property
@@ -147,6 +153,13 @@ class LinearSolution:
             keeps, dynamic = self.motion[0].between(self.motion[1], x / self.length[vessel], vessel)
             p = (p - dynamic * q) / keeps
         return p, q
+
+    def of_law(self, pressure: np.ndarray, vessel: Any = slice(None)) -> np.ndarray:
+        """Return the share of spectra of the pressure in vessels (rows) that is the law's, without viscosity."""
+        if not np.any(self.retardation):
+            return pressure
+        omega = 2 * np.pi / self.period * np.arange(len(pressure))[:, np.newaxis]
+        return np.asarray(pressure / (1.0 + 1j * omega * self.retardation[vessel]))
 
     def in_time(self, spectrum: np.ndarray, t: float | np.ndarray) -> np.ndarray:
         """Return the signals at time t (s) whose spectra stand on the first axis."""
@@ -199,16 +212,16 @@ def _mean_state(model: Model, inflow: np.ndarray, period: float) -> tuple[np.nda
     middle, parts = np.full(len(network), np.mean(model.outlet_pressure)), _parts(model)
     for _ in range(4):
         if model.dynamic:
-            inlet, outlet = _motions(model, middle, flows, 1)
+            inlet, outlet = _motions(model, middle, flows, 1, period)
             entered = bed + outlet.dynamic[0, network.terminals]
         areas = [np.asarray(walls.area(wall, middle, area0)) for wall, area0 in parts]
         fall = _mean([blood.inertia * network.length * (k0 + k1 * np.sqrt(A)) / A**2 for A in areas])
-        fall = fall + inlet.lost[0] if model.dynamic else fall
+        fall = fall + inlet.lost[0].real if model.dynamic else fall
         if network.nodes is not None:
             fall = np.maximum(fall, _least_resistance(model, areas, period))
         middle, flows = steady_means(network, fall, entered, inflow, np.asarray(model.outlet_pressure))
         if model.dynamic:
-            middle = middle - 0.5 * (inlet.lost[0] + inlet.dynamic[0] + outlet.dynamic[0]) * flows
+            middle = middle - 0.5 * (inlet.lost[0].real + inlet.dynamic[0] + outlet.dynamic[0]) * flows
     return middle, flows
 
 
@@ -217,20 +230,22 @@ def _least_resistance(model: Model, areas: list[np.ndarray], period: float) -> n
     return _UNHINDERED / period * _mean([model.blood.inertia * model.network.length / A for A in areas])
 
 
-def _motions(model: Model, pressure: np.ndarray, flow: np.ndarray, count: int) -> tuple[Motion, Motion]:
+def _motions(model: Model, pressure: np.ndarray, flow: np.ndarray, count: int, period: float) -> tuple[Motion, Motion]:
     """Return what mean pressure and flow of all vessels make of `count` harmonics at inlets and outlets."""
     rows, inertia = np.arange(len(model.network)), model.blood.inertia
     half = np.where(np.arange(count) > 0, 1.0, 0.5)[:, np.newaxis]
+    omega = 2 * np.pi / period * np.arange(count)[:, np.newaxis]
     ends = []
     for share in (0.0, 1.0):
         wall, area0 = model.at(rows, np.full(len(rows), share))
         A = np.asarray(walls.area(wall, pressure, area0))
         u, c = flow / A, walls.wave_speed(wall, pressure, inertia)
+        delay = _delay(model, wall, area0, pressure, omega)
         dynamic = inertia * u / A * model.total_pressure
-        keeps = np.where(half < 1.0, 1.0, 1.0 - np.minimum((u / c) ** 2, _FASTEST) * model.total_pressure)
+        keeps = np.where(half < 1.0, 1.0, 1.0 - _slower((u / c) ** 2 / delay) * model.total_pressure)
         loss = np.where(model.network.parent < 0, 0.0, model.loss)
         lost = loss * inertia * np.abs(u) / A / keeps
-        left = np.where(half < 1.0, 1.0, 1.0 - loss * u * np.abs(u) / c**2 / keeps)
+        left = np.where(half < 1.0, 1.0, 1.0 - loss * u * np.abs(u) / c**2 / delay / keeps)
         ends.append(Motion(keeps, half * dynamic, left, half * lost))
     return ends[0], ends[1]
 
@@ -248,6 +263,26 @@ def _mean(values: list[np.ndarray]) -> np.ndarray:
     return np.asarray(sum(values[1:], start=values[0]) / len(values))
 
 
+def _retardation(model: Model, wall: Any, area0: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Time τ of the viscous walls, s, shape (vessel,), at the mean pressure."""
+    A, C = walls.area(wall, pressure, area0), walls.area_compliance(wall, pressure, area0)
+    return np.asarray(model.wall_viscosity * C / (2.0 * np.sqrt(A * area0)))
+
+
+def _delay(model: Model, wall: Any, area0: np.ndarray, pressure: np.ndarray, omega: np.ndarray) -> Any:
+    """What viscous walls divide their compliance by, 1 + iω τ, shape (harmonic, vessel); 1 where none is viscous."""
+    if not np.any(model.wall_viscosity):
+        return 1.0
+    return 1.0 + 1j * omega * _retardation(model, wall, area0, pressure)
+
+
+def _slower(ratio: np.ndarray) -> np.ndarray:
+    """Return u²/c², or a smaller number where no linear theory knows the waves."""
+    if np.iscomplexobj(ratio):
+        return ratio * np.minimum(1.0, _FASTEST / np.maximum(np.abs(ratio), _FASTEST))
+    return np.minimum(ratio, _FASTEST)
+
+
 def _lines(
     model: Model, mean_pressure: np.ndarray, flow: np.ndarray, omega: np.ndarray, period: float
 ) -> tuple[Lines, ...]:
@@ -260,12 +295,13 @@ def _lines(
         for wall, area0 in parts[part : part + each]:
             A = np.asarray(walls.area(wall, mean_pressure, area0))
             drag = (k0 + k1 * np.sqrt(A)) / A
-            C = np.asarray(walls.area_compliance(wall, mean_pressure, area0))
-            slowness = np.zeros(len(A))  # u/c²
+            C: Any = np.asarray(walls.area_compliance(wall, mean_pressure, area0))
+            C = C / _delay(model, wall, area0, mean_pressure, omega)
+            slowness: Any = np.zeros(len(A))  # u/c²
             keeps: Any = 1.0
             if model.total_pressure:
                 slowness = inertia * flow * C / A**2
-                keeps = 1.0 - np.minimum(slowness * flow / A, _FASTEST)
+                keeps = 1.0 - _slower(slowness * flow / A)
             series.append(inertia / A * (1j * omega / keeps + drag))
             shunt.append(1j * omega * C / keeps)
             resistance.append(inertia / A * drag)
@@ -288,7 +324,7 @@ def _solve(
     ports = reduce(TwoPort.then, (line.passage(network.length / len(lines)) for line in lines))
     end = model.outlets.impedance_at(len(spectrum), period)
     if model.dynamic:
-        motion = _motions(model, mean_pressure, mean_flow, len(spectrum))
+        motion = _motions(model, mean_pressure, mean_flow, len(spectrum), period)
         end = motion[1].keeps[:, network.terminals] * end + motion[1].dynamic[:, network.terminals]
         left, lost = motion[0].left, motion[0].lost
         ports = ports._replace(turn=left * ports.turn + lost * ports.along, across=left * ports.across + lost)
@@ -309,7 +345,8 @@ def _solve(
         P = ((P - lost * flow) / left - dynamic * flow) / keeps
         with np.errstate(invalid="ignore"):  # infinite where no flow passes
             Z_in = ((Z_in - lost) / left - dynamic) / keeps
-    return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length, motion)
+    retardation = _retardation(model, model.wall, model.area0, mean_pressure)
+    return LinearSolution(period, mean_pressure, Z_in, P, flow, lines, network.length, retardation, motion)
 
 
 def _along_tree(

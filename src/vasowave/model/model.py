@@ -52,6 +52,9 @@ class Model:
     loss : float or array, shape (vessel,)
         Loss coefficient K of each vessel's inlet: what enters or leaves it there loses K ½ρu², with its own velocity u.
         That of the root is not used.
+    wall_viscosity : float or array, shape (vessel,)
+        Viscosity η of the wall, mmHg s, with any law: a wall that stretches meets η ∂√(A/A0)/∂t beside the pressure of
+        its law, so that p = (β + η ∂/∂t)(√(A/A0) - 1) with the linear one (Kelvin and Voigt). 0 is an elastic wall.
 
     Raises
     ------
@@ -77,6 +80,7 @@ class Model:
     shape: Shape | None = None
     junctions: Literal["static", "total"] | None = None
     loss: float | np.ndarray = 0.0
+    wall_viscosity: float | np.ndarray = 0.0
 
     def __post_init__(self) -> None:
         """Expand every parameter to one value per vessel or terminal, and check it."""
@@ -94,7 +98,9 @@ class Model:
         object.__setattr__(self, "outlet_pressure", _pressures(self.outlet_pressure, terminals))
         if self.junctions not in (None, "static", "total"):
             raise InputError(f"junctions: {self.junctions!r} is none; the pressures are 'static' and 'total'")
-        object.__setattr__(self, "loss", _losses(self.loss, self.network.name))
+        object.__setattr__(self, "loss", _not_negative("loss", self.loss, self.network.name))
+        viscosity = _not_negative("wall_viscosity", self.wall_viscosity, self.network.name)
+        object.__setattr__(self, "wall_viscosity", viscosity)
         bad = np.flatnonzero(~(np.isfinite(self.area0) & (self.area0 > 0)))
         if len(bad):
             raise InputError(
@@ -204,14 +210,15 @@ def _pressures(given: Any, terminals: list[str]) -> np.ndarray:
     return values
 
 
-def _losses(given: Any, names: tuple[str, ...]) -> float | np.ndarray:
+def _not_negative(what: str, given: Any, names: tuple[str, ...]) -> float | np.ndarray:
+    """Return one number, or one for each vessel, that is 0 or more."""
     try:
         values = np.array(np.broadcast_to(np.asarray(given, dtype=float), len(names)))
     except (TypeError, ValueError):
-        raise InputError(f"loss: give one number, or one for each of the {len(names)} vessels") from None
+        raise InputError(f"{what}: give one number, or one for each of the {len(names)} vessels") from None
     bad = np.flatnonzero(~(np.isfinite(values) & (values >= 0)))
     if len(bad):
-        raise InputError(f"vessel '{names[bad[0]]}': loss {values[bad[0]]:g} is none; a loss coefficient is 0 or more")
+        raise InputError(f"vessel '{names[bad[0]]}': {what} {values[bad[0]]:g} is none; it is a number of 0 or more")
     return values if np.ndim(given) else float(given)
 
 

@@ -255,5 +255,12 @@ def _parameters(wall: Wall) -> tuple[np.ndarray, ...]:
     return tuple(np.asarray(value, dtype=float) for value in wall)  # type: ignore[attr-defined]
 
 
+WALL_VISCOSITY = "wall_viscosity"
+"""Name by which the viscosity of walls is fitted."""
+
+VISCOSITY = Parameter("mmHg s", "η_w", "viscosity of the wall", "", 0.002, (1e-6, 1.0), spread=2.0)
+"""That of `Model.wall_viscosity`, with any law. An artery of a mouse that lost a tenth of what it stores would have
+0.002 s times its stiffness; hardly anything is known of it beforehand."""
+
 BUILT_IN: tuple[Any, ...] = (LinearWall, TangentWall, PowerWall)
 """The laws of this file."""

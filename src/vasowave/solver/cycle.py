@@ -13,7 +13,7 @@ from vasowave.runtime.kernels import is_known, kept
 from vasowave.solver import beds as bed_kernels
 from vasowave.solver import cells as cell_kernels
 from vasowave.solver import changing as changing_kernels
-from vasowave.solver import grid, laws, powers, trigonometry
+from vasowave.solver import grid, laws, powers, trigonometry, viscosity
 from vasowave.solver import nodes as node_kernels
 from vasowave.solver.cells import (
     OPTIONS,
@@ -28,6 +28,7 @@ from vasowave.solver.cells import (
 )
 from vasowave.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure, keep_energy
 from vasowave.solver.nodes import characteristics, gather, solve_nodes
+from vasowave.solver.viscosity import find_viscosity, push_cells, solve_viscous
 
 DONE, LEFT_LAW, NODE_FAILED = 0, 1, 2
 """How a cycle ended: well; an area outside the wall law; a node whose pressure was not found."""
@@ -66,6 +67,16 @@ def record_stations(sample, vessels, faces, out):
 
 
 @njit(**OPTIONS)
+def record_viscous(sample, vessels, at_faces, out):
+    """Viscous pressure at inlet, middle and outlet of every vessel into out[2]."""
+    for v in range(len(vessels.first)):
+        i, k = vessels.first[v], vessels.last[v]
+        left = (i + k) // 2
+        out[2, sample, v, 0], out[2, sample, v, 2] = at_faces[i], at_faces[k]
+        out[2, sample, v, 1] = 0.5 * (at_faces[left] + at_faces[i + k - left])
+
+
+@njit(**OPTIONS)
 def record_cells(sample, area, flow, out):
     """Area and flow of every cell into out[0] and out[1]."""
     for j in range(len(area)):
@@ -80,14 +91,17 @@ def center_cells(sample, area, flow, out):
         out[1, sample, j] = 0.5 * (out[1, sample, j] + flow[j])
 
 
-PARTS = walls, laws, trigonometry, powers, grid, bed_kernels, cell_kernels, changing_kernels, node_kernels
+PARTS = walls, laws, trigonometry, powers, grid, bed_kernels, cell_kernels, changing_kernels, node_kernels, viscosity
 """Modules of which a cycle is compiled."""
 
 
 def _compiled() -> Any:
     @njit(**WHOLE)
-    def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, watched, seen, out, cell_out, report):
-        """Run a cycle from `state`, which becomes that of its end; `report`, all zeros before, says how it went."""
+    def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, viscous, watched, seen, out, cell_out, report):
+        """Run a cycle from `state`, which becomes that of its end; `report`, all zeros before, says how it went.
+
+        Without viscous walls, where `viscous` is None, the compiler leaves out what they need.
+        """
         area, flow, memory = state
         wall, face_wall, end_wall = law
         vessels, cells, at_faces, ends, changing = parts
@@ -109,25 +123,38 @@ def _compiled() -> Any:
             gather(area, flow, fluxes, ends, nodes)
             carry_to_ends(ends, end_wall, fluid, changing, fluxes, nodes)
             characteristics(ends, end_wall, fluid, nodes)
-            failed = solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
+            if viscous is None:
+                failed = solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
+            else:
+                find_viscosity(area, flow, vessels, cells, fluid, viscous)
+                failed = solve_viscous(inflow[n], outlet, memory, vessels, ends, end_wall, viscous, nodes, faces)
             if failed >= 0:
                 report[STATUS], report[PLACE], report[STEP] = NODE_FAILED, ends.vessel[failed], n
                 return
             for i in range(len(watched)):
                 seen[0, n, i], seen[1, n, i] = faces.area[watched[i]], faces.flow[watched[i]]
+                if viscous is not None:
+                    seen[2, n, i] = viscous.at_faces[watched[i]]
             if not find_fluxes(faces.area, faces.flow, at_faces, face_wall, fluid, fluxes):
                 report[STATUS], report[PLACE], report[STEP] = LEFT_LAW, worst_slot(faces.area, at_faces), n
                 return
             if n % every == 0:
                 record_stations(n // every, vessels, faces, out)
+                if viscous is not None:
+                    record_viscous(n // every, vessels, viscous.at_faces, out)
             if cells_kept:
                 record_cells(n // of_cells, area, flow, cell_out)
             update_cells(area, flow, cells, fluid, fluxes, faces)
             keep_energy(flow, cells, changing, faces)
+            if viscous is not None:
+                push_cells(flow, vessels, cells, fluid, viscous, faces)
             continue_lines(area, flow, vessels.single, faces)
             continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
             if cells_kept:
                 center_cells(n // of_cells, area, flow, cell_out)
+                if viscous is not None:
+                    for j in range(len(area)):
+                        cell_out[2, n // of_cells, j] = viscous.pressure[j]
             for i in range(inflow.shape[1]):
                 report[INFLOW] += faces.flow[ends.face[ends.inlet + i]]
             for k in range(ends.first_terminal, len(nodes.step)):

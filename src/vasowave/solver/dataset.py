@@ -9,7 +9,7 @@ import xarray as xr
 from vasowave.errors import VasowaveError
 from vasowave.findings import texts
 from vasowave.model import walls
-from vasowave.solver.result import Run
+from vasowave.solver.result import Run, with_viscous
 
 STATIONS = ("inlet", "middle", "outlet")
 
@@ -46,13 +46,15 @@ def as_dataset(run: Run) -> xr.Dataset:
         area, flow = np.moveaxis(run.stations, -1, -2)[0], np.moveaxis(run.stations, -1, -2)[1]
         dims = ("time", "station", "vessel")
         coords = {"vessel": ("vessel", np.array(network.name)), "station": ("station", np.array(STATIONS))}
-    pressure = walls.pressure(wall, area, area0)
+    elastic = walls.pressure(wall, area, area0)
+    seen = run.cells[:, :, run.grid.is_cell] if per_cell else np.moveaxis(run.stations, -1, -2)
+    pressure = with_viscous(elastic, seen)
     values = {
         "pressure": pressure,
         "flow": flow,
         "area": area,
         "velocity": flow / area,
-        "wave_speed": walls.wave_speed(wall, pressure, run.model.blood.inertia),
+        "wave_speed": walls.wave_speed(wall, elastic, run.model.blood.inertia),
     }
     time = np.arange(len(area)) * (run.period / len(area))
     dataset = xr.Dataset(

@@ -39,6 +39,11 @@ class Direction(NamedTuple):
         return self.relative(lambda model: model.network.length)
 
     @property
+    def wall_viscosity(self) -> np.ndarray:
+        """What becomes of the viscosity of the walls, shape (vessel,)."""
+        return self.relative(lambda model: np.broadcast_to(model.wall_viscosity, len(model.network)))
+
+    @property
     def outlets(self) -> np.ndarray:
         """What becomes of the fields of the beds, shape (field, terminal)."""
         return self.relative(lambda model: np.array(list(cast(Any, model.outlets))))
@@ -58,8 +63,8 @@ def direction_between(before: Model, after: Model, apart: float) -> Direction:
     Raises
     ------
     InputError
-        Outlets without parameters, or models that differ in their vessels, in which of these change along their way,
-        in their junctions, or in the kind of their beds.
+        Outlets without parameters, or models that differ in their vessels, in which of these change along their way or
+        have viscous walls, in their junctions, or in the kind of their beds.
     """
     if not (isinstance(before.outlets, Bed) and type(before.outlets) is type(after.outlets)):
         raise InputError("derivatives need beds of one kind with parameters; an impedance spectrum has none")
@@ -69,4 +74,6 @@ def direction_between(before: Model, after: Model, apart: float) -> Direction:
         raise InputError("a direction leads between two models with the same junctions and losses")
     if not np.array_equal(before.changing, after.changing):
         raise InputError("derivatives need vessels that change in both models or in none; take differences of models")
+    if not np.array_equal(np.equal(before.wall_viscosity, 0.0), np.equal(after.wall_viscosity, 0.0)):
+        raise InputError("derivatives need walls viscous in both models or in none; take differences of models")
     return Direction(before, after, apart)

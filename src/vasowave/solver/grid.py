@@ -129,7 +129,7 @@ class Grid:
         return ~np.isnan(self.position)
 
     @cached_property
-    def _ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def joined_ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Where each rank of ends starts, and vessel and side of every end; first come those of vessels that end."""
         network = self.model.network
         junctions = [[(row, 1.0) for row in one.ending] + [(row, -1.0) for row in one.beginning]
@@ -142,7 +142,7 @@ class Grid:
 
     def ends(self, dt: float) -> Ends:
         """Return the vessel ends' constants for the time step `dt` (s)."""
-        start, vessel, side = self._ends
+        start, vessel, side = self.joined_ends
         first_terminal = int(start[1]) - len(self.model.network.terminals)
         face = np.where(side > 0, self.vessels.last[vessel], self.vessels.first[vessel])
         cell = np.where(side > 0, face - 1, face)
@@ -169,7 +169,7 @@ class Grid:
 
     def _densities(self, vessel: np.ndarray, side: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Densities by which the ends' velocities make the dynamic pressure and the loss between end and junction."""
-        model, (start, *_) = self.model, self._ends
+        model, (start, *_) = self.model, self.joined_ends
         density, loss = np.zeros((2, len(vessel)))
         if model.dynamic:
             open_ends = len(model.network.inlets) + len(model.network.terminals)
@@ -187,19 +187,19 @@ class Grid:
         slot = np.flatnonzero(self.model.changing[self.vessel])
         cell = slot[self.is_cell[slot]]
         single = cell[self.counts[self.vessel[cell]] == 1]
-        end = np.flatnonzero(self.model.changing[self._ends[1]])
+        end = np.flatnonzero(self.model.changing[self.joined_ends[1]])
         places = np.setdiff1d(cell, self.vessels.first), cell, slot, end, single
         return Changing(*(place.astype(np.int64) for place in places))
 
     @property
     def places(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
         """Where the walls of slots, their left faces and vessel ends are: vessels, and shares of their length."""
-        _, vessel, side = self._ends
+        _, vessel, side = self.joined_ends
         return (self.vessel, self.share[0]), (self.vessel, self.share[1]), (vessel, np.where(side > 0, 1.0, 0.0))
 
     def wall_at_ends(self) -> Any:
         """Return the wall law, its parameters one per vessel end."""
-        _, vessel, side = self._ends
+        _, vessel, side = self.joined_ends
         face = np.where(side > 0, self.vessels.last[vessel], self.vessels.first[vessel])
         return type(self.wall)(*(value[face] for value in self.face_wall))
 

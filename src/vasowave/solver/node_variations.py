@@ -170,14 +170,11 @@ def lengthen_characteristics(longer, slopes, changes):
 
 
 @njit(**OPTIONS)
-def change_nodes(d, before, memory, outlet, outlets, ends, faces, slopes, changes):
-    """Changes of the pressures of all nodes in direction d.
+def change_beds(d, before, memory, outlet, outlets, ends, faces, changes):
+    """Flow into the nodes that the beds let go in direction d.
 
     `before` is what the outlets remembered before this step, `memory` its change, `outlets` the changes of the outlets.
     """
-    for e in range(len(ends.face)):
-        changes.wall[e] += slopes.by_flow[e] * changes.flow[e]
-        changes.balance[e] = ends.side[e] * changes.flow[e] - slopes.line[e] * changes.wall[e]
     for k in range(ends.first_terminal):
         changes.inflow[k] = 0.0
     for k in range(ends.first_terminal, len(changes.inflow)):
@@ -186,6 +183,14 @@ def change_nodes(d, before, memory, outlet, outlets, ends, faces, slopes, change
         for i in range(memory.shape[1]):
             rise += (outlet.decay_half[j, i] * memory[j, i] + outlets.decay_half[d, j, i] * before[j, i]).real
         changes.inflow[k] = rise / outlet.resistance[j]
+
+
+@njit(**OPTIONS)
+def change_nodes(ends, slopes, changes):
+    """Changes of the pressures of all nodes."""
+    for e in range(len(ends.face)):
+        changes.wall[e] += slopes.by_flow[e] * changes.flow[e]
+        changes.balance[e] = ends.side[e] * changes.flow[e] - slopes.line[e] * changes.wall[e]
     for r in range(len(ends.start) - 1):
         first = ends.start[r]
         for k in range(ends.start[r + 1] - first):

@@ -24,9 +24,9 @@ from vasowave.solver.cells import OPTIONS, slowed
 from vasowave.solver.grid import Ends
 from vasowave.solver.laws import ratio_at, slope_at
 
-_NEWTON_CLOSE = 1e-4  # mmHg; a smaller Newton step is taken linearly: what that neglects is below 1e-9 mmHg
-_NEWTON_MOST = 50  # steps, at most
-_LEAST_GIVE = 0.02  # 1 - |u|/c of a flow into a junction, at least: faster ones are slowed to find out that they are
+NEWTON_CLOSE = 1e-4  # mmHg; a smaller Newton step is taken linearly: what that neglects is below 1e-9 mmHg
+NEWTON_MOST = 50  # steps, at most
+LEAST_GIVE = 0.02  # 1 - |u|/c of a flow into a junction, at least: faster ones are slowed to find out that they are
 
 
 class NodeStates(NamedTuple):
@@ -157,7 +157,7 @@ def eliminate_dynamic(ends, nodes):
         most = 5.0 + 0.5 * abs(nodes.trial[e])
         nodes.missed[e] = min(max(0.5 * by_speed * u - nodes.dynamic[0, e], -most), most)
         by_pressure = -by_speed * nodes.intercept[e] * nodes.compliance[e] / (A * A)
-        nodes.share[e] = 1.0 / max(1.0 + by_pressure, _LEAST_GIVE)
+        nodes.share[e] = 1.0 / max(1.0 + by_pressure, LEAST_GIVE)
         nodes.compliance[e] *= nodes.share[e]
         nodes.end_area[e] -= nodes.compliance[e] * nodes.missed[e]
 
@@ -172,7 +172,7 @@ def move_dynamic(ends, nodes):
             e = first + k
             moved = nodes.share[e] * (nodes.step[k] - nodes.missed[e])
             nodes.dynamic[0, e] += nodes.step[k] - moved
-            small &= abs(moved) < _NEWTON_CLOSE
+            small &= abs(moved) < NEWTON_CLOSE
     return small
 
 
@@ -200,7 +200,7 @@ def newton_step(ends, nodes):
         step = min(max(step, -most), most)
         nodes.step[k] = step
         nodes.pressure[0, k] = p + step
-        small &= abs(step) < _NEWTON_CLOSE
+        small &= abs(step) < NEWTON_CLOSE
     return small
 
 
@@ -217,8 +217,8 @@ def close_ends(ends, nodes, faces):
 
 
 @njit(**OPTIONS)
-def solve_nodes(inflow, step, outlet, memory, ends, wall, nodes, faces):
-    """State of all vessel ends at the half step (eqs. 6, 7); returns the node that has no solution, or -1."""
+def meet_outside(inflow, outlet, memory, ends, nodes):
+    """What inlets and beds ask of their nodes at this half step."""
     for i in range(len(inflow)):
         if nodes.weight[ends.inlet + i] == 0.0:  # the pressure is given
             nodes.memory[ends.inlet + i] = inflow[i]
@@ -227,8 +227,14 @@ def solve_nodes(inflow, step, outlet, memory, ends, wall, nodes, faces):
     for k in range(ends.first_terminal, len(nodes.step)):
         j = k - ends.first_terminal
         nodes.memory[k], nodes.weight[k] = bed_pressure(outlet, memory, j), outlet.resistance[j]
+
+
+@njit(**OPTIONS)
+def solve_nodes(inflow, step, outlet, memory, ends, wall, nodes, faces):
+    """State of all vessel ends at the half step (eqs. 6, 7); returns the node that has no solution, or -1."""
+    meet_outside(inflow, outlet, memory, ends, nodes)
     first_guess(step, ends, nodes)
-    for _ in range(_NEWTON_MOST):
+    for _ in range(NEWTON_MOST):
         try_pressures(ends, wall, nodes)
         if ends.dynamic:
             eliminate_dynamic(ends, nodes)
@@ -237,10 +243,16 @@ def solve_nodes(inflow, step, outlet, memory, ends, wall, nodes, faces):
             small &= move_dynamic(ends, nodes)
         if small:
             close_ends(ends, nodes, faces)
-            for k in range(ends.first_terminal, len(nodes.step)):
-                remember(outlet, memory, k - ends.first_terminal, faces.flow[ends.face[k]])
+            fill_beds(outlet, memory, ends, nodes, faces)
             return -1
     return worst_node(nodes)
+
+
+@njit(**OPTIONS)
+def fill_beds(outlet, memory, ends, nodes, faces):
+    """Let the flows of this half step into the beds."""
+    for k in range(ends.first_terminal, len(nodes.step)):
+        remember(outlet, memory, k - ends.first_terminal, faces.flow[ends.face[k]])
 
 
 @njit(**OPTIONS)

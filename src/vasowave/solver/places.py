@@ -12,7 +12,7 @@ from vasowave.recording import Driven
 from vasowave.solver.direction import Direction
 from vasowave.solver.grid import Grid
 from vasowave.solver.numerics import Numerics
-from vasowave.solver.result import Run
+from vasowave.solver.result import Run, with_viscous
 from vasowave.solver.stepper import Stepper
 
 QUANTITIES = ("pressure", "flow", "velocity", "area", "diameter")
@@ -77,10 +77,12 @@ def waves_at(run: Run, inflow: Driven, places: Places) -> Waves:
     faces, between = places.faces(run.grid)
     stepper = Stepper(run.grid, inflow, Numerics(samples=1), run.steps, faces.ravel())
     stepper.cycle(run.end)
-    area, flow = stepper.seen[:, :, -faces.size :]
+    seen = stepper.seen[:, :, -faces.size :]
+    area, flow = seen[:2]
     wall = type(run.grid.wall)(*(value[faces.ravel()] for value in run.grid.face_wall))
     pressure = np.asarray(walls.pressure(wall, area, run.grid.face_area0[faces.ravel()]))
-    return with_areas(run.model, places, at_places(pressure, between), at_places(flow, between))
+    waves = with_areas(run.model, places, at_places(pressure, between), at_places(flow, between))
+    return waves._replace(pressure=with_viscous(waves.pressure, at_places(seen, between)))
 
 
 def at_places(at_faces: np.ndarray, between: np.ndarray) -> np.ndarray:
@@ -90,7 +92,7 @@ def at_places(at_faces: np.ndarray, between: np.ndarray) -> np.ndarray:
 
 
 def with_areas(model: Model, places: Places, pressure: np.ndarray, flow: np.ndarray) -> Waves:
-    """Return waves whose areas are those of the walls at these pressures, mmHg, shape (..., place)."""
+    """Return waves whose areas are those of the walls' laws at these pressures, mmHg, shape (..., place)."""
     wall, area0 = model.at(places.vessel, places.share)
     return Waves(pressure, flow, np.asarray(walls.area(wall, pressure, area0)))
 
@@ -98,7 +100,7 @@ def with_areas(model: Model, places: Places, pressure: np.ndarray, flow: np.ndar
 def area_changes(
     directions: Sequence[Direction], model: Model, places: Places, pressure: np.ndarray, changes: np.ndarray
 ) -> np.ndarray:
-    """Return the derivatives of the areas, cm², shape (direction, step, place), from those of the pressures, mmHg."""
+    """Return the derivatives of the areas, cm², shape (direction, step, place), from those of the laws' pressures."""
     wall, area0 = model.at(places.vessel, places.share)
     soft = np.asarray(walls.area_compliance(wall, pressure, area0)) * changes
     for row, one in zip(soft, directions, strict=True):

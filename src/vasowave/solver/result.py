@@ -30,13 +30,14 @@ class Run:
         Steps per cycle.
     samples : int
         Output times per cycle.
-    inlet_area : array, shape (step,)
-        Area at the root's inlet at every step, cm².
-    recorded : array, shape (2, step, vessel, 3)
-        Area and flow at inlet, middle, outlet, at every step or every k-th, so that the samples can be made of them;
-        k such that a front may not pass between two unseen.
-    cells : array, shape (2, sample, slot)
-        Area and flow in every slot; no samples unless every cell was asked for.
+    at_inlet : array, shape (kind, step)
+        Area (cm²), flow (ml/s) and, where walls are viscous, their viscous pressure (mmHg): at the root's inlet at
+        every step.
+    recorded : array, shape (kind, step, vessel, 3)
+        The same at inlet, middle, outlet, at every step or every k-th, so that the samples can be made of them; k such
+        that a front may not pass between two unseen.
+    cells : array, shape (kind, sample, slot)
+        The same in every slot; no samples unless every cell was asked for.
     end : State
         State at the end of the cycle.
     convergence : Convergence
@@ -58,7 +59,7 @@ class Run:
     period: float
     steps: int
     samples: int
-    inlet_area: np.ndarray
+    at_inlet: np.ndarray
     recorded: np.ndarray
     cells: np.ndarray
     end: State
@@ -77,7 +78,7 @@ class Run:
 
     @cached_property
     def stations(self) -> np.ndarray:
-        """Area and flow at inlet, middle, outlet at the output times, shape (2, sample, vessel, 3)."""
+        """`recorded` at the output times, shape (kind, sample, vessel, 3)."""
         return at_samples(self.recorded, self.samples, axis=1)
 
     @cached_property
@@ -105,13 +106,18 @@ class Run:
         """Pressure at inlet, middle and outlet, mmHg, shape (sample, station, vessel)."""
         area = np.moveaxis(self.stations[0], 1, -1)
         wall, area0 = self.grid.at_stations
-        return np.asarray(walls.pressure(wall, area, area0))
+        return with_viscous(walls.pressure(wall, area, area0), np.moveaxis(self.stations, 2, -1))
 
     def inlet_pressure(self, samples: int) -> np.ndarray:
         """Pressure at the root's inlet, mmHg, at `samples` evenly spaced times of the cycle."""
         wall, area0 = self.model.at(self.model.network.root, 0.0)
-        pressure = np.asarray(walls.pressure(wall, self.inlet_area, area0))
-        return at_samples(pressure, samples)
+        pressure = walls.pressure(wall, self.at_inlet[0], area0)
+        return at_samples(with_viscous(pressure, self.at_inlet), samples)
+
+
+def with_viscous(pressure: walls.Values, kinds: np.ndarray) -> np.ndarray:
+    """Return the pressure of a wall, mmHg, from that of its law and what was seen of it, shape (kind, ...)."""
+    return np.asarray(pressure + kinds[2]) if len(kinds) > 2 else np.asarray(pressure)
 
 
 def at_samples(signal: np.ndarray, samples: int, axis: int = 0) -> np.ndarray:

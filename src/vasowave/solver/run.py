@@ -119,7 +119,7 @@ def _finished(stepper: Stepper, end: State, convergence: Convergence, scale: Sca
     stepper.stations[0, :, :, 1] *= stepper.grid.middle
     cells = stepper.cells if not numerics.every_cell else at_samples(stepper.cells, numerics.samples, axis=1)
     return Run(
-        stepper.grid, stepper.period, stepper.steps, numerics.samples, stepper.inlet_area, stepper.stations, cells, end,
+        stepper.grid, stepper.period, stepper.steps, numerics.samples, stepper.at_inlet, stepper.stations, cells, end,
         convergence, scale, stepper.courant, stepper.mach, stepper.volume_error, numerics.tolerance,
     )  # fmt: skip
 

@@ -6,13 +6,14 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from vasowave.errors import NumericalError
+from vasowave.model import walls
 from vasowave.recording import Driven
 from vasowave.solver.direction import Direction
 from vasowave.solver.failures import at_the_edge
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.periodic import affine_fixed_point
 from vasowave.solver.places import Places, Waves, area_changes, at_places
-from vasowave.solver.result import Run
+from vasowave.solver.result import Run, with_viscous
 from vasowave.solver.varied_stepper import VariedStepper
 
 _MOST = 20  # cycles; 3 or 4 reach 1e-6
@@ -75,9 +76,15 @@ def derivatives(
     places, waves = seen
     faces, between = places.faces(run.grid)
     output = _output(run, inflow, directions, numerics, faces.ravel(), tolerance, workers)
-    inlet, at_faces = output[:, : run.steps], output[:, run.steps :].reshape(len(output), 2, run.steps, -1)
-    pressure, flow = at_places(np.moveaxis(at_faces, 1, 0), between)
-    return inlet, Waves(pressure, flow, area_changes(directions, run.model, places, waves.pressure, pressure))
+    inlet, at_faces = output[:, : run.steps], output[:, run.steps :]
+    at_faces = at_faces.reshape(len(output), len(run.at_inlet), run.steps, faces.size)
+    kinds = at_places(np.moveaxis(at_faces, 1, 0), between)
+    of_law = waves.pressure
+    if len(kinds) > 2:
+        wall, area0 = run.model.at(places.vessel, places.share)
+        of_law = np.asarray(walls.pressure(wall, waves.area, area0))
+    area = area_changes(directions, run.model, places, of_law, kinds[0])
+    return inlet, Waves(with_viscous(kinds[0], kinds), kinds[1], area)
 
 
 def _output(

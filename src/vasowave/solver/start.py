@@ -69,7 +69,8 @@ class FromLinear:
     def demand(self) -> np.ndarray:
         """Return the steps per cycle that each vessel asks for, shape (vessel,)."""
         model, linear = self.grid.model, self.linear
-        pressure, flow = (linear.over_cycle(waves, 72) for waves in (linear.pressure, linear.flow))
+        stretching = linear.of_law(linear.pressure)
+        pressure, flow = (linear.over_cycle(waves, 72) for waves in (stretching, linear.flow))
         pressure = np.clip(pressure, *_range_of_pressure(model))
         wall, area0 = self.grid.at_stations
         if area0.ndim > 1:
@@ -93,6 +94,7 @@ class FromLinear:
         P, Q = linear.at(grid.vessel[held], grid.position[held])
         area, flow = grid.area0.copy(), np.zeros(len(grid.vessel))
         wall = type(grid.wall)(*(value[held] for value in grid.wall))
+        P = linear.of_law(P, grid.vessel[held])
         pressure = np.clip(linear.in_time(P, -0.5 * step), *_range_of_pressure(model))
         area[held] = walls.area(wall, pressure, area[held])
         flow[held] = linear.in_time(Q, -0.5 * step)

@@ -16,6 +16,7 @@ from vasowave.solver.nodes import make_node_states
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.start import AIM
 from vasowave.solver.state import State
+from vasowave.solver.viscosity import make_viscous
 
 
 class TooFast(Exception):  # noqa: N818  a signal between functions of this file, not an error
@@ -51,20 +52,22 @@ class Stepper:
             Fluxes(*np.ones((3, slots))),
             make_node_states(self.parts[3], inflow.of_pressure),
         )
+        self.viscous = make_viscous(grid)
+        kinds = 2 if self.viscous is None else 3
         inlets = self.parts[3].face[self.parts[3].inlet :][: self.inflow.shape[1]]
         self.watched = np.concatenate([inlets, np.asarray(watched, dtype=np.uintp)]).astype(np.uintp)
-        self.seen = np.zeros((2, steps, len(self.watched)))
+        self.seen = np.zeros((kinds, steps, len(self.watched)))
         kept = steps // numerics.kept_every(steps)
         of_cells = numerics.samples if steps % numerics.samples == 0 else kept
-        self.stations = np.zeros((2, kept, vessels, 3))
-        self.cells = np.zeros((2, of_cells if numerics.every_cell else 0, slots))
+        self.stations = np.zeros((kinds, kept, vessels, 3))
+        self.cells = np.zeros((kinds, of_cells if numerics.every_cell else 0, slots))
         self.courant = self.volume_error = 0.0
         self.mach = Extreme(0.0, "", 0.0)
 
     @property
-    def inlet_area(self) -> np.ndarray:
-        """Area at the root's inlet at every step of the last cycle, cm², shape (step,)."""
-        return np.ascontiguousarray(self.seen[0, :, 0])
+    def at_inlet(self) -> np.ndarray:
+        """What was seen at the root's inlet at every step of the last cycle, shape (kind, step); see `Run`."""
+        return np.ascontiguousarray(self.seen[:, :, 0])
 
     def allows(self, state: State) -> bool:
         """Whether all areas lie within the wall law."""
@@ -77,7 +80,7 @@ class Stepper:
         report = np.zeros(cycles.REPORT)
         cycles.cycle_kernel(type(self.grid.wall))(
             (area, flow, memory), self.inflow, self.law, self.outlets, self.parts, self.fluid, self.scratch,
-            self.watched, self.seen, self.stations, self.cells, report,
+            self.viscous, self.watched, self.seen, self.stations, self.cells, report,
         )  # fmt: skip
         self._check(report, State(area, flow, memory))
         self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)

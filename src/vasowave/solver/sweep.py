@@ -14,6 +14,7 @@ from vasowave.findings import texts
 from vasowave.model.laws import parameter_names
 from vasowave.model.model import Model
 from vasowave.model.outlets import Bed
+from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.recording import Inflow, Recording
 from vasowave.recording.cycle import resample
 from vasowave.solver.numerics import Numerics
@@ -52,7 +53,8 @@ def sweep(
     values : mapping of str to sequence of float
         Parameters of the wall law, for all vessels alike (``beta``, ``p1``, ``gamma``, ``m`` …); of the vascular beds
         ``R_T`` (total resistance, mmHg s/ml), where they have a compliance ``tau`` (s), and of Windkessels ``a``
-        (R1/R_T; distributed as the paper does); and ``radius``, ``length``: factors of all radii and lengths.
+        (R1/R_T; distributed as the paper does); ``radius``, ``length``: factors of all radii and lengths; and
+        ``wall_viscosity`` (mmHg s).
     numerics : Numerics, optional
     samples : int
         Samples of the pressure that is kept.
@@ -161,7 +163,8 @@ def changed_model(model: Model, values: Mapping[str, float]) -> Model:
         network = replace(network, **sizes)
     if isinstance(beds, Bed) and (given := {name: values[name] for name in beds.knobs() if name in values}):
         beds = beds.with_totals(network.flow_fraction[network.terminals], given)
-    return model.changed(network=network, wall=wall, outlets=beds)
+    viscosity = values.get(WALL_VISCOSITY, model.wall_viscosity)
+    return model.changed(network=network, wall=wall, outlets=beds, wall_viscosity=viscosity)
 
 
 def _made(model: Model, values: Mapping[str, float]) -> Model | VasowaveError:
@@ -211,4 +214,5 @@ def _labelled(
 def _units(model: Model) -> dict[str, str]:
     units = (one.unit for one in model.wall.law().parameters)
     beds = model.outlets.knobs() if isinstance(model.outlets, Bed) else {}
-    return dict(zip(parameter_names(type(model.wall)), units, strict=True)) | beds | _SIZES
+    own = dict(zip(parameter_names(type(model.wall)), units, strict=True)) | beds | _SIZES
+    return own | {WALL_VISCOSITY: VISCOSITY.unit}

@@ -6,7 +6,7 @@ from typing import Any
 from numba import njit
 
 from vasowave.runtime.kernels import is_known, kept
-from vasowave.solver import changing_variations, node_variations, variations
+from vasowave.solver import changing_variations, node_variations, variations, viscosity_variations
 from vasowave.solver.cells import WHOLE, Faces, continue_lines, find_fluxes, inner_faces, update_cells
 from vasowave.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure, keep_energy
 from vasowave.solver.changing_variations import (
@@ -21,6 +21,7 @@ from vasowave.solver.changing_variations import (
 )
 from vasowave.solver.cycle import PARTS
 from vasowave.solver.node_variations import (
+    change_beds,
     change_characteristics,
     change_ends,
     change_memory,
@@ -42,13 +43,16 @@ from vasowave.solver.variations import (
     lengthen_cells,
     lengthen_faces,
 )
+from vasowave.solver.viscosity import find_viscosity, push_cells, solve_viscous
+from vasowave.solver.viscosity_variations import change_joined, change_pushes, change_viscosity, join_changes
 
 
 def _compiled() -> Any:
     @njit(**WHOLE)
     def advance_changes(
-        state, changed, inflow, law, shifted, outlet, outlets, parts, weights, fluid, base, scratch, watched, out, seen
-    ):
+        state, changed, inflow, law, shifted, outlet, outlets, parts, weights, fluid, base, scratch, viscous, watched,
+        out, seen
+    ):  # fmt: skip
         area, flow, memory = state
         dA, dq, remembered = changed
         (wall, face_wall, end_wall), (wall_beside, face_wall_beside, end_wall_beside) = law, shifted
@@ -65,7 +69,11 @@ def _compiled() -> Any:
             for j in range(before.shape[0]):
                 for i in range(before.shape[1]):
                     before[j, i] = memory[j, i]
-            solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
+            if viscous is None:
+                solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
+            else:
+                find_viscosity(area, flow, vessels, cells, fluid, viscous.base)
+                solve_viscous(inflow[n], outlet, memory, vessels, ends, end_wall, viscous.base, nodes, faces)
             find_fluxes(faces.area, faces.flow, at_faces, face_wall, fluid, fluxes)
 
             differentiate_fluxes(area, flow, cells, wall, wall_beside, fluid, cell_fluxes, cell_slopes)
@@ -90,6 +98,8 @@ def _compiled() -> Any:
             differentiate_characteristics(ends, nodes, lines)
             differentiate_gains(changing, nodes, carrying, lines)
             differentiate_nodes(outlet, ends, nodes, lines)
+            if viscous is not None:
+                join_changes(outlet, vessels, ends, nodes, lines, viscous.base)
             differentiate_energy(cells, changing, faces, carrying.kept)
             differentiate_drag_along(cells, changing, cell_fluxes, fluxes, faces, to_faces, carrying.drag)
             for d in range(len(dA)):
@@ -119,8 +129,15 @@ def _compiled() -> Any:
                 if in_slots.lengthens[d]:
                     lengthen_faces(longer, flow, cells, to_faces, face_dA, face_dq)
                     lengthen_characteristics(in_ends.length[d], lines, at_nodes)
-                change_nodes(d, before, remembered[d], outlet, outlets, ends, faces, lines, at_nodes)
-                change_ends(ends, nodes, lines, at_nodes, face_dA, face_dq)
+                change_beds(d, before, remembered[d], outlet, outlets, ends, faces, at_nodes)
+                if viscous is None:
+                    change_nodes(ends, lines, at_nodes)
+                    change_ends(ends, nodes, lines, at_nodes, face_dA, face_dq)
+                else:
+                    change_viscosity(d, dA[d], dq[d], area, flow, vessels, cells, in_slots.wall[d, -1], longer, viscous)
+                    change_joined(area, dA[d], vessels, ends, longer, nodes, lines, viscous, at_nodes, face_dA, face_dq)
+                    for i in range(len(watched)):
+                        seen[2, d, n, i] = viscous.at_faces[watched[i]]
                 change_memory(d, before, remembered[d], outlet, outlets, ends, faces, face_dq)
                 out[d, n] = at_nodes.pressure[ends.inlet]
                 see_faces(d, n, watched, slopes, face_weight, face_dA, face_dq, seen)
@@ -130,10 +147,14 @@ def _compiled() -> Any:
                 )
                 if in_slots.lengthens[d]:
                     lengthen_cells(longer, faces.flow, cells, to_cells, dA[d], dq[d])
+                if viscous is not None:
+                    change_pushes(dq[d], vessels, cells, fluid, longer, faces, face_dA, viscous)
                 continue_lines(dA[d], dq[d], vessels.single, Faces(face_dA, face_dq))
                 continue_changing(dA[d], dq[d], changing, weight, carrying, face_dq)
             update_cells(area, flow, cells, fluid, fluxes, faces)
             keep_energy(flow, cells, changing, faces)
+            if viscous is not None:
+                push_cells(flow, vessels, cells, fluid, viscous.base, faces)
             continue_lines(area, flow, vessels.single, faces)
             continue_by_pressure(area, flow, cells, wall, changing, fluxes, faces)
 
@@ -142,7 +163,8 @@ def _compiled() -> Any:
 
 @cache
 def _kernels() -> tuple[Any, Any]:
-    return kept(_compiled(), *PARTS, variations, node_variations, changing_variations), _compiled()
+    varied = variations, node_variations, changing_variations, viscosity_variations
+    return kept(_compiled(), *PARTS, *varied), _compiled()
 
 
 def varied_cycle_kernel(law: type) -> Any:

@@ -19,6 +19,8 @@ from vasowave.solver.state import State
 from vasowave.solver.stepper import Stepper
 from vasowave.solver.variations import SHIFT, Slopes, Stencil, Weights
 from vasowave.solver.varied_cycle import varied_cycle_kernel
+from vasowave.solver.viscosity import Viscous
+from vasowave.solver.viscosity_variations import ViscousChanges
 
 _APART = 1e-5  # relative, of the central differences of what beds do in one step
 
@@ -50,9 +52,10 @@ class VariedStepper:
             np.zeros(slots),
             np.zeros_like(run.end.memory),
         )
+        self.viscous = _viscous_changes(self.stepper.viscous, run.grid, directions)
         self.watched = np.asarray(faces, dtype=np.uintp)
         self.inlet = np.zeros((len(directions), run.steps))
-        self.seen = np.zeros((2, len(directions), run.steps, len(self.watched)))
+        self.seen = np.zeros((len(run.at_inlet), len(directions), run.steps, len(self.watched)))
 
     @property
     def size(self) -> int:
@@ -70,7 +73,7 @@ class VariedStepper:
     def output(self) -> np.ndarray:
         """Changes in the last cycle, a row each direction: inlet pressure (mmHg) by step, then by kind, step and face.
 
-        The kinds are pressure (mmHg) and flow (ml/s).
+        The kinds are pressure (mmHg) of the law, flow (ml/s) and, where walls are viscous, viscous pressure.
         """
         seen = np.moveaxis(self.seen, 1, 0).reshape(len(self.inlet), -1)
         return np.concatenate([self.inlet, seen], axis=1)
@@ -92,7 +95,7 @@ class VariedStepper:
         varied_cycle_kernel(type(stepper.grid.wall))(
             (state.area, state.flow, state.memory), changed, stepper.inflow, stepper.law, self.shifted,
             stepper.outlets, self.outlets, stepper.parts, (*self.weights, self.drags), stepper.fluid, self.base,
-            self.scratch, self.watched, self.inlet, self.seen,
+            self.scratch, self.viscous, self.watched, self.inlet, self.seen,
         )  # fmt: skip
         return state, np.array([scale.vector(State(*change)) for change in zip(*changed, strict=True)])
 
@@ -127,6 +130,13 @@ def _drags(grid: Grid, directions: Sequence[Direction], fluid: Fluid) -> np.ndar
     for row, one in zip(drags, directions, strict=True):
         row[grid.changing.cell] = one.relative(lambda model: grid.drag_along(model, fluid.k0, fluid.k1))
     return drags
+
+
+def _viscous_changes(viscous: Viscous | None, grid: Grid, directions: Sequence[Direction]) -> ViscousChanges | None:
+    if viscous is None:
+        return None
+    viscosities = np.array([one.wall_viscosity[grid.vessel] for one in directions])
+    return ViscousChanges(viscous, viscosities, *np.zeros((3, len(grid.vessel))))
 
 
 def _beside(wall: Any) -> tuple[tuple[Any, Any], ...]:

@@ -178,7 +178,8 @@ def _settings(study: Study, document: Document) -> list[Problem]:
         problems.append(Problem(which(key=".".join(at), **values).at(**place._asdict())))
 
     laws = " and ".join(map(plain, calibration.walls))
-    names = {name for wall in calibration.walls for name in fitted_parameters(wall, calibration.beds)}
+    kind = calibration.beds, calibration.viscous
+    names = {name for wall in calibration.walls for name in fitted_parameters(wall, *kind)}
     for section, given in (("bounds", calibration.bounds), ("fixed", calibration.fixed)):
         for name in sorted(set(given) - names):
             say(NO_PARAMETER, "calibration", section, name, laws=laws)
@@ -247,8 +248,9 @@ def _bounds(name_of_animal: str, animal: Animal, nominal: Nominal, settings: Set
         search = settings.search(wall)
         try:
             space = parameter_space(
-                wall, animal.network, nominal, settings.blood, search.bounds, search.fixed, search.paper_bounds
-            )
+                wall, animal.network, nominal, settings.blood, search.bounds, search.fixed, search.paper_bounds,
+                search.viscous,
+            )  # fmt: skip
         except VasowaveError as error:
             found[""] = BOUNDS(name=name_of_animal, text=str(error))
             continue

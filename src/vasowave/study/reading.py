@@ -56,7 +56,8 @@ def _unknown_parameters(document: Document) -> list[Problem]:
     walls = calibration.get("walls")
     named = [wall for wall in walls if _is_found(find_law, wall)] if isinstance(walls, list) else []
     beds = str(calibration.get("beds", "windkessel"))
-    known = known_parameters(named, beds if _is_found(find_bed, beds) else "windkessel")
+    viscous = calibration.get("viscous") is True
+    known = known_parameters(named, beds if _is_found(find_bed, beds) else "windkessel", viscous)
     problems = []
     for section in ("bounds", "fixed"):
         given = calibration.get(section)

@@ -10,6 +10,7 @@ from vasowave.animal.law_result import PosteriorResult
 from vasowave.model.laws import bed_factors, parameter_names
 from vasowave.model.model import Model
 from vasowave.model.outlets import Bed
+from vasowave.model.walls import WALL_VISCOSITY
 from vasowave.workbench.values import number
 
 BANDS = ("pressure", "forward", "backward", "modulus")
@@ -50,7 +51,8 @@ def _scaled(model: Model, factors: Mapping[str, float]) -> Model:
     beds = model.outlets
     if isinstance(beds, Bed):
         beds = beds.scaled(*(factors.get(name, 1.0) for name in bed_factors(type(beds))))
-    return model.changed(wall=wall, outlets=beds)
+    viscosity = model.wall_viscosity * factors.get(WALL_VISCOSITY, 1.0)
+    return model.changed(wall=wall, outlets=beds, wall_viscosity=viscosity)
 
 
 def total_of(beds: Bed, name: str) -> float:
