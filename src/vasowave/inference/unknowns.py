@@ -173,7 +173,8 @@ class Unknowns:
         site = Site(nominal.total_resistance, nominal.time_constant, nominal.beta, blood)
         beds = type(self.space.outlets).of(network, site)
         factors = (float(value[name]) for name in self.space.factor_names)
-        viscosity = value.get(WALL_VISCOSITY, 0.0) * stiffer  # the wall's material is one, however thick it is
+        # the wall's material is one, however thick it is
+        viscosity = value[WALL_VISCOSITY] * stiffer if WALL_VISCOSITY in value else 0.0
         outlets, behind = beds.scaled(*factors), float(value["wedge"])
         if not self.fall.any():
             return Model(network, wall, outlets, blood, behind, wall_viscosity=viscosity), seen.recording
