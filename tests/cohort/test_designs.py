@@ -337,3 +337,21 @@ def test_a_cohort_of_a_design_has_the_rows_of_its_effects_and_names_who_is_left_
     row = designed(blocks=("litter",))
     assert row.left_out["CTL 4"] == "its cell of 'litter' is empty"
     assert set(row.rows["n reference"]) == {5}
+
+
+@pytest.mark.parametrize(("images", "untested"), [("of each mouse", False), ("of each group", True), ("one", False)])
+def test_the_recordings_of_one_mouse_have_its_own_image_and_no_shared_one(images, untested):
+    """Four mice a group, each recorded twice. One image in both groups cancels out of their ratio."""
+    results = made_results({"CTL": 8, "HPH": 8}, walls=("linear",))
+    mice, times, seen = {}, {}, []
+    for place, result in enumerate(results):
+        mice[result.name], times[result.name] = f"mouse {place // 2}", ("before", "after")[place % 2]
+        number = {"of each mouse": place // 2, "of each group": place // 8, "one": 0}[images]
+        network = results[0].network
+        seen.append(replace(result, network=replace(network, length=network.length * (1 + 0.01 * number))))
+    columns = [Variable.of("mouse", mice), Variable.of("time", times)]
+    design = Design(subject="mouse", occasion="time")
+    rows = primary_comparison(gathered(seen, variables=columns, design=design)).rows
+    rows = rows[rows["source"] == "linear"].set_index(["quantity", "what"])
+    assert (rows.xs("groups", level="what")["untested"] == "one image").all() == untested
+    assert (rows.drop("groups", level="what")["untested"] == "").all()  # within each mouse its image cancels

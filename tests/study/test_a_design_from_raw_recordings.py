@@ -52,7 +52,7 @@ def test_the_page_says_what_the_design_says(study):
     assert "Ratios and means of groups are adjusted for sex: they hold at the average of each; animals of" in page
     assert "one litter (3) may be alike (random effects)" in page
     assert "the 12 recordings are of 6 animals (column mouse), whose own level is a random effect" in page
-    assert "time (before and after) is a second factor" in page
+    assert "time (before and after; compared with before) is a second factor" in page
     assert "12 recordings of 6 animals in 2 groups: WT, HOX" in page
     assert "WT (6 recordings, n = 3)" in page
     assert "Mann-Whitney" not in (study / "report" / "supplement.html").read_text("utf-8")

@@ -162,19 +162,21 @@ def _image_unknown(one: Modeled, contrast: Contrast) -> bool:
     """Return whether shared images may move the effect by an error that is not known, as `image_unknown`.
 
     Covariates make an effect vaguer, which takes nothing from what its image does: one image an animal is counted as
-    without them.
+    without them. The recordings of one animal have one image, which is its own.
     """
-    known = one.values.known
+    known, layout = one.values.known, one.layout
     if one.values.source == "measured" or known.told:
         return False
     weights = one.weights(contrast) @ one.fit.weights
-    sums = np.bincount(known.label[0], weights)
-    several = np.bincount(known.label[0]) > 1
-    alone = (weights**2).sum()
+    image, subject = known.label[0], np.unique(layout.subject, return_inverse=True)[1]
+    several = np.bincount(np.unique([image, subject], axis=1)[0], minlength=image.max() + 1) > 1
+    alone = (np.bincount(subject, weights) ** 2).sum()
     if contrast.of_values:
-        sides = (contrast.second - contrast.first) ** 2
-        alone = min(alone, float((sides / np.maximum(np.bincount(one.layout.cell, minlength=len(sides)), 1)).sum()))
-    return bool((sums[several] ** 2).sum() > alone)
+        sides = contrast.second - contrast.first
+        means = (sides / np.maximum(np.bincount(layout.cell, minlength=len(sides)), 1))[layout.cell]
+        alone = min(alone, float((np.bincount(subject, means) ** 2).sum()))
+    shared = (np.bincount(image, weights)[several] ** 2).sum()
+    return bool(shared > alone + 1e-9 * (weights**2).sum())  # within subjects both are 0
 
 
 def _influence(one: Modeled, contrast: Contrast, effect: Effect) -> dict[str, object]:

@@ -170,10 +170,10 @@ class Model:
         parameters = ", ".join(
             f"{name} {np.median(value):.4g}" for name, value in zip(self.wall._fields, self.wall, strict=True)
         )
-        shape = f", {self.profile!r}" if self.profile is not None else ""
-        return (
-            f"Model({type(self.wall).__name__}({parameters}), {type(self.outlets).__name__}, {self.network!r}{shape})"
-        )
+        more = f", {self.profile!r}" if self.profile is not None else ""
+        if np.any(self.wall_viscosity):
+            more += f", wall viscosity {_spread(np.atleast_1d(self.wall_viscosity))} mmHg s"
+        return f"Model({type(self.wall).__name__}({parameters}), {type(self.outlets).__name__}, {self.network!r}{more})"
 
     def _repr_html_(self) -> str:
         law = self.wall.law()

@@ -108,6 +108,8 @@ def _attributes(run: Run) -> dict[str, float | int | str]:
         "error_estimate": run.error_estimate,
         "notes": "\n".join(texts(run.notes)),
     }
+    if np.any(run.model.wall_viscosity):
+        attributes["wall_viscosity"] = float(np.mean(run.model.wall_viscosity))
     for name, extreme in {"mach": run.mach, **run.extremes._asdict()}.items():
         attributes |= {name: extreme.value, f"{name}_vessel": extreme.vessel, f"{name}_time": extreme.time}
     return attributes

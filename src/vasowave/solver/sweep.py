@@ -128,8 +128,9 @@ def _checked(model: Model, name: str, given: Sequence[float]) -> np.ndarray:
     if name not in known:
         raise InputError(f"'{name}' cannot be swept{did_you_mean(name, known)}; there are: {', '.join(known)}")
     values = np.atleast_1d(np.asarray(given, dtype=float))
-    if values.ndim != 1 or not len(values) or not np.all(np.isfinite(values) & (values > 0)):
-        raise InputError(f"{name}: give positive numbers, not {given!r}")
+    allowed = np.isfinite(values) & ((values > 0) | ((values == 0) & (name == WALL_VISCOSITY)))  # 0: an elastic wall
+    if values.ndim != 1 or not len(values) or not np.all(allowed):
+        raise InputError(f"{name}: give positive numbers, not {', '.join(f'{one:g}' for one in values.ravel())}")
     if name == "a" and values.max() >= 1:
         raise InputError(f"a: {values.max():g}; R1 is a part of the total resistance, so a lies below 1")
     return values

@@ -37,7 +37,8 @@ def _second(cohort: Cohort) -> str:
     design, name = cohort.design, str(cohort.design.second)
     if design.dose:
         return f"compared is the trend with {_named(name)}, by the line through the means"
-    levels = some_of([*map(_named, cohort.variables[name].order)], _MAX_LEVELS) if name in cohort.variables else ""
+    order = [*map(_named, cohort.variables[name].order)] if name in cohort.variables else []
+    levels = f"{some_of(order, _MAX_LEVELS)}{f'; compared with {order[0]}' if order else ''}"
     several = len(cohort.groups) > 1
     own = "in each group of its own" if design.interaction else "alike in all groups"
     return f"{_named(name)} ({levels}) is a second factor{f', its effect {own}' if several else ''}"

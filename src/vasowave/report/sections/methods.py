@@ -56,6 +56,9 @@ def _counted(cohort: Cohort) -> str:
     """Return how many animals of each group were analyzed, and of how many, where some were lost: ``3 of 4 HPH``."""
     lost = Counter(one.group for one in cohort.lost)
     there = {group: len(cohort.groups.get(group, [])) for group in (*cohort.groups, *lost)}
+    if cohort.repeated:  # an animal of which one recording was lost is there all the same
+        own = {group: {cohort.subjects[one.name] for one in cohort.groups.get(group, [])} for group in there}
+        return listed([f"{len(own[group])} {group} ({n} recordings)" for group, n in there.items()])
     return listed(
         [f"{n} of {n + lost[group]} {group}" if lost[group] else f"{n} {group}" for group, n in there.items()]
     )
