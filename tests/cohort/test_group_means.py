@@ -29,6 +29,19 @@ def test_an_error_that_all_share_is_not_averaged_away():
     assert np.log(one.high / one.low) / 2 == pytest.approx(1.96 * 0.1, rel=1e-2)
 
 
+def test_recordings_of_one_animal_are_averaged_before_animals_are_compared():
+    """By hand: the means of three mice, Student's interval of three; an own error falls, a shared one does not."""
+    logs = np.log([50.0, 61.0, 44.0, 70.0, 58.0, 52.0])
+    found = known(logs, errors=0.02, shared=0.1).by_animal(["a", "b", "a", "b", "c", "c"])
+    means = np.array([logs[[0, 2]].mean(), logs[[1, 3]].mean(), logs[[4, 5]].mean()])
+    np.testing.assert_allclose(found.logs, means)
+    np.testing.assert_allclose(found.errors, 0.02 / np.sqrt(2))
+    np.testing.assert_allclose(found.shared, [[0.1, 0.1, 0.1]])
+    plain = pooled(known(logs).by_animal(["a", "b", "a", "b", "c", "c"]))
+    low, high = stats.t.interval(0.95, 2, means.mean(), stats.sem(means))
+    np.testing.assert_allclose(plain, np.exp([means.mean(), low, high]), rtol=1e-5)
+
+
 def test_of_one_animal_and_of_equal_ones_there_is_a_mean_without_an_interval():
     for logs in ([4.0], [4.0, 4.0, 4.0]):
         value, *ends = pooled(known(logs))

@@ -147,5 +147,5 @@ def test_a_viscosity_is_swept_and_set_and_that_of_a_stored_fit_is_its_own(model,
 def test_a_viscosity_of_zero_is_an_elastic_wall_and_a_negative_one_is_refused(model):
     assert changed_model(model, {"wall_viscosity": 0.0}).wall_viscosity == 0
     assert "wall viscosity 3 mmHg s" in repr(changed_model(model, {"wall_viscosity": 3.0}))
-    with pytest.raises(InputError, match="wall_viscosity: give positive numbers, not -1$"):
+    with pytest.raises(InputError, match=r"wall_viscosity: give positive numbers, not -1$"):
         changed_model(model, {"wall_viscosity": -1.0})

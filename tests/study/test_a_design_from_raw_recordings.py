@@ -55,6 +55,7 @@ def test_the_page_says_what_the_design_says(study):
     assert "time (before and after; compared with before) is a second factor" in page
     assert "12 recordings of 6 animals in 2 groups: WT, HOX" in page
     assert "WT (6 recordings, n = 3)" in page
+    assert "One recording moves an effect most" in page
     assert "Mann-Whitney" not in (study / "report" / "supplement.html").read_text("utf-8")
 
 

@@ -86,7 +86,8 @@ def test_the_page_says_what_the_design_says(tmp_path, results):
     assert said["How were animals compared?"] == (
         "Ratios and means of groups are adjusted for sex: they hold at the average of each; animals of one litter (3) "
         "may be alike (random effects); the 20 recordings are of 10 animals (column mouse), whose own level is a "
-        "random effect; time (before and after; compared with before) is a second factor, its effect in each group of its own."
+        "random effect; time (before and after; compared with before) is a second factor, its effect in each group of "
+        "its own."
     )
     assert "between HPH and CTL" in said["Pressure and flow"] or "in HPH than in CTL" in said["Pressure and flow"]
     assert "after/before" in said["Pressure and flow"]

@@ -45,6 +45,16 @@ class Estimates(NamedTuple):
         shared, label = self.shared[:, kept], self.label[:, kept]
         return self._replace(logs=self.logs[kept], errors=self.errors[kept], shared=shared, label=label)
 
+    def by_animal(self, names: Sequence[str]) -> "Estimates":
+        """Return one estimate for each animal, the mean of its recordings, from whose each recording is."""
+        animal = np.unique(names, return_inverse=True)[1]
+        first = np.unique(animal, return_index=True)[1]
+        count = np.bincount(animal)
+        errors = np.sqrt(np.bincount(animal, self.errors**2)) / count  # those of each recording alone
+        shared = np.array([np.bincount(animal, row) / count for row in self.shared])
+        logs = np.bincount(animal, self.logs) / count
+        return self._replace(logs=logs, errors=errors, shared=shared, label=self.label[:, first])
+
     @property
     def covariance(self) -> np.ndarray:
         """Of the errors of all animals, shape (animal, animal)."""

@@ -145,8 +145,8 @@ def _separated(rows: pd.DataFrame, called: Called) -> str:
     return f"; the groups do not overlap{names}, which chance alone does in {number(100 * chance, 2)} % of quantities"
 
 
-def influence(primary: Primary, called: Called) -> list[str]:
-    """Say which animal carries most of any effect."""
+def influence(primary: Primary, called: Called, one: str = "animal") -> list[str]:
+    """Say which animal, or which recording where animals have several, carries most of any effect."""
     rows = primary.rows[primary.rows["without"] != ""]
     if not len(rows):
         return []
@@ -154,12 +154,12 @@ def influence(primary: Primary, called: Called) -> list[str]:
     row = rows.iloc[int(moved.argmax())]
     outside = rows[(rows["ratio without"] < rows["low"]) | (rows["ratio without"] > rows["high"])]
     end = (
-        f"; leaving out one animal takes {len(outside)} ratios out of their intervals"
+        f"; leaving out one {one} takes {len(outside)} ratios out of their intervals"
         if len(outside)
-        else "; without any one animal every ratio stays inside its interval"
+        else f"; without any one {one} every ratio stays inside its interval"
     )
     return [
-        f"One animal moves an effect most: without {short(row['without'], _MAX_LETTERS)}, {called(row['quantity'])} is "
+        f"One {one} moves an effect most: without {short(row['without'], _MAX_LETTERS)}, {called(row['quantity'])} is "
         f"{number(float(row['ratio without']))} times instead of {number(float(row['ratio']))}{end}."
     ]
 
