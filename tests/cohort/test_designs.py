@@ -288,6 +288,7 @@ def test_what_no_design_can_tell_is_refused_with_the_reason():
     for more, words in (
         ({"factor": "a", "dose": "b"}, "a design has one of these"),
         ({"blocks": ("a",), "subject": "a"}, "two places"),
+        ({"occasion": "a"}, "which recordings are of one animal as subject"),
         ({"contrasts": {"x": {"A": 1, "B": 1}}}, "sum to 0"),
     ):
         with pytest.raises(InputError, match=words):

@@ -51,6 +51,11 @@ class Design:
         named = [name for name in ("occasion", "factor", "dose") if getattr(self, name)]
         if len(named) > 1:
             raise InputError(f"{' and '.join(named)}: a design has one of these; make one column of two")
+        if self.occasion and not self.subject:
+            raise InputError(
+                f"occasion: {self.occasion}: name the column that says which recordings are of one animal as subject; "
+                "without it they would count as different animals. Of other animals at each time it is a factor"
+            )
         twice = [name for name in dict.fromkeys(self.terms) if self.terms.count(name) > 1]
         if twice:
             raise InputError(f"'{twice[0]}' stands in two places; keep one")
