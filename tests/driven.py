@@ -22,6 +22,13 @@ LAUNCHER = (
 ANY_HOST = "MAP * ~NOTFOUND, EXCLUDE 127.0.0.1, EXCLUDE localhost"
 
 
+MIDDLE = (
+    "(() => { const one = %s; if (!one) return null; one.scrollIntoView({block: 'center'}); "
+    "const box = one.getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; })()"
+)
+"""Scroll an element into view and return its middle in one step: a page that is drawn anew has no moment between."""
+
+
 class NotDoneError(AssertionError):
     """The page does not do what was asked."""
 
@@ -58,11 +65,15 @@ class Page:
 
     def until(self, text, seconds=30.0):
         """Wait until an expression is true."""
+        self.found(f"Boolean({text}) || null", seconds)
+
+    def found(self, text, seconds=30.0):
+        """Return the value of an expression as soon as it is not null."""
         end = time.monotonic() + seconds
         while True:
             try:
-                if self.js(f"Boolean({text})"):
-                    return
+                if (value := self.js(text)) is not None:
+                    return value
             except NotDoneError:  # the page is being loaded
                 pass
             if time.monotonic() > end:
@@ -81,31 +92,25 @@ class Page:
 
     def place(self, selector):
         """Return the middle of an element that is scrolled into view."""
-        found = f"document.querySelector({json.dumps(selector)})"
-        self.until(found + " !== null")
-        return self.js(
-            f"(() => {{ const one = {found}; one.scrollIntoView({{block: 'center'}}); "
-            "const box = one.getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; })()"
-        )
+        return self.found(MIDDLE % f"document.querySelector({json.dumps(selector)})")
 
     def mouse(self, kind, x, y, **more):
         self.ask("Input.dispatchMouseEvent", type=kind, x=x, y=y, **({"button": "left", "clickCount": 1} | more))
 
     def click(self, selector):
-        x, y = self.place(selector)
+        self.press(*self.place(selector))
+
+    def press(self, x, y):
+        """Press and let go of the mouse where nothing but a place is known."""
         self.clicks += 1
         self.mouse("mousePressed", x, y)
         self.mouse("mouseReleased", x, y)
 
     def click_text(self, text, inside="body"):
         """Click the button or link with this text."""
-        self.until(
-            f"(() => {{ document.querySelectorAll('[data-aim]').forEach(one => one.removeAttribute('data-aim')); "
-            f"const one = [...document.querySelectorAll({json.dumps(inside + ' button, ' + inside + ' a')})]"
-            f".find(one => one.textContent.trim() === {json.dumps(text)} && !one.disabled); "
-            "if (one) one.dataset.aim = ''; return Boolean(one); })()"
-        )
-        self.click("[data-aim]")
+        wanted = json.dumps(f"{inside} button, {inside} a")
+        named = f"one => one.textContent.trim() === {json.dumps(text)} && !one.disabled"
+        self.press(*self.found(MIDDLE % f"[...document.querySelectorAll({wanted})].find({named})"))
 
     def drag(self, selector, start, end):
         """Drag over an element, between shares of its width."""
