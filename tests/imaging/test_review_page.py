@@ -66,13 +66,13 @@ def page(extracted, scan):
 
 
 def test_the_page_names_nothing_outside_itself(page):
-    text = page[0].read_text()
+    text = page[0].read_text(encoding="utf-8")
     assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:|#)[^"']+""", text)
     assert not re.findall(r"@import|fetch\(|XMLHttpRequest|url\((?!#|['\"]?data:)", text)
 
 
 def test_every_vessel_stands_in_the_table_and_in_the_view(page):
-    text = page[0].read_text()
+    text = page[0].read_text(encoding="utf-8")
     data = json.loads(re.search(r'id="tree-data">(.*?)</script>', text, re.DOTALL)[1])
     assert [vessel["name"] for vessel in data["vessels"]] == list(NETWORK.name)
     rows = re.search(r'<table id="vessels">.*?</table>', text, re.DOTALL)[0].count("<tr>")
@@ -89,7 +89,7 @@ def test_every_vessel_stands_in_the_table_and_in_the_view(page):
 def test_in_a_browser_the_tree_turns_and_a_click_gives_an_outlets_place(page, tmp_path):
     path, embedding = page
     probed = tmp_path / "page.html"
-    probed.write_text(path.read_text().replace("</body>", PROBE + "</body>"))
+    probed.write_text(path.read_text(encoding="utf-8").replace("</body>", PROBE + "</body>"), encoding="utf-8")
     done = subprocess.run(
         [BROWSER, "--headless=new", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}",
          "--window-size=1000,900", "--enable-logging=stderr", "--virtual-time-budget=8000", "--dump-dom",

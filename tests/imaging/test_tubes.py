@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from vasowave.imaging import Volume
-from vasowave.imaging.axes.tubes import fitted
+from vasowave.imaging.axes.feet import BEYOND, feet_on, near_points
+from vasowave.imaging.axes.tubes import _tubes, fitted
 from vasowave.imaging.measure.profiles import profile
 from vasowave.imaging.measure.radii import densitometric_radius
 from vasowave.imaging.measure.sizes import network_of
@@ -143,3 +145,30 @@ def test_a_vessel_that_runs_beside_another_has_its_own_densitometric_radius():
     aware = densitometric_radius(profile(line((0.20, 0.24)), sections, radius, volume, [line((0.27, 0.26))]), 88.0)
     assert aware == pytest.approx(radius, rel=0.015)
     assert alone > 1.03 * radius  # what the neighbor adds where it is not told
+
+
+def test_points_of_a_surface_stand_on_the_tube_that_is_nearest_to_them_as_fine_steps_along_all_axes_show():
+    axes, _ = fork()
+    tubes = _tubes([Tree(tuple(axes), np.array([-1, 0, 0]))], VOXEL)
+    points = np.random.default_rng(3).uniform([-8, -30, -5], [8, 30, 80], (4000, 3))
+    near = [near_points(tubes, row, points) for row in range(3)]
+    feet = feet_on(tubes, points, near)
+    steps, gaps = np.linspace(0, 1, 200), []
+    for own, places in zip(tubes.rows, tubes.places, strict=True):
+        between = np.arange(len(own) - 1) + steps[:, None]
+        axis = np.stack([np.interp(between, np.arange(len(own)), tubes.nodes[own, k]) for k in range(3)], axis=-1)
+        wide = np.interp(between, np.arange(len(own)), tubes.radius[places]).ravel()
+        away = np.linalg.norm(points[:, None] - axis.reshape(1, -1, 3), axis=2)
+        nearest = away.argmin(axis=1)
+        gaps.append(away[np.arange(len(points)), nearest] - wide[nearest])
+    least, at = np.min(gaps, axis=0), np.argmin(gaps, axis=0)
+    explained = np.setdiff1d(np.flatnonzero(least < BEYOND), feet.lost)
+    assert len(explained) == (least < BEYOND).sum() > 500  # none near a wall is lost
+    on = (1 - feet.share)[:, None] * tubes.nodes[feet.nodes[:, 0]] + feet.share[:, None] * tubes.nodes[feet.nodes[:, 1]]
+    wide = (1 - feet.share) * tubes.radius[feet.places[:, 0]] + feet.share * tubes.radius[feet.places[:, 1]]
+    back = on + (feet.gap + wide)[:, None] * feet.normal
+    distance, point = cKDTree(points).query(back)
+    np.testing.assert_allclose(distance, 0, atol=1e-9)
+    np.testing.assert_allclose(feet.gap, least[point], atol=2e-3)
+    sure = np.sort(gaps, axis=0)[1, point] - least[point] > 0.01
+    np.testing.assert_array_equal(feet.vessel[sure], at[point][sure])

@@ -1,6 +1,7 @@
 """Images that lie askew in the world: masks, surfaces, lines and places are where a viewer shows the vessels."""
 
 import json
+import locale
 import warnings
 from dataclasses import replace
 
@@ -54,6 +55,7 @@ def saved(grey, turn, kind, folder):
         return path, SimpleITK.ReadImage(str(path))
     path = folder / "turned"
     path.mkdir()
+    before = locale.setlocale(locale.LC_ALL)
     writer = SimpleITK.ImageFileWriter()
     writer.KeepOriginalImageUIDOn()
     for z in range(image.GetSize()[2]):
@@ -69,6 +71,7 @@ def saved(grey, turn, kind, folder):
             piece.SetMetaData(key, value)
         writer.SetFileName(str(path / f"{z:03}.dcm"))
         writer.Execute(piece)
+    locale.setlocale(locale.LC_ALL, before)  # the writer of DICOM leaves "C" behind, and with it ASCII for all texts
     return path, image
 
 

@@ -42,3 +42,10 @@ def sampled(grey: np.ndarray, places: np.ndarray, origin: np.ndarray, spacing: f
     """Return `grey` interpolated linearly at `places` (z, y, x, cm; any shape + (3,))."""
     at = np.moveaxis((places - origin) / spacing, -1, 0)
     return np.asarray(map_coordinates(grey, at, order=1, mode="nearest"))
+
+
+def medians(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    """Return the median of the `chosen` values of each row; each row has one."""
+    rows, count = np.sort(np.where(chosen, values, np.inf), axis=1), chosen.sum(axis=1)
+    lower, upper = (np.take_along_axis(rows, at[:, None], axis=1)[:, 0] for at in ((count - 1) // 2, count // 2))
+    return np.asarray((lower + upper) / 2)

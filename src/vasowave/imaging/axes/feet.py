@@ -3,9 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
+from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
+from numba import njit
+
+from vasowave.runtime.kernels import kept
+
+_OPTIONS: Any = {"nogil": True, "error_model": "numpy"}
 
 BEYOND = 3.0
 """A tube explains points up to so far outside its wall, voxels."""
@@ -76,11 +82,7 @@ class Feet:
 def near_points(tubes: Tubes, row: int, points: np.ndarray) -> np.ndarray:
     """Return the rows of `points` that may lie near the wall of vessel `row`, now and after it has moved by MARGIN."""
     axis, radius = tubes.nodes[tubes.rows[row]], tubes.radius[tubes.places[row]]
-    most, rows = float(_reach(axis, radius).max()) + MARGIN, np.arange(len(points))
-    for along, low, high in zip(points.T, axis.min(axis=0) - most, axis.max(axis=0) + most, strict=True):
-        values = along[rows]
-        rows = rows[(values >= low) & (values <= high)]
-    return rows[np.isfinite(cKDTree(axis).query(points[rows], distance_upper_bound=most)[0])]
+    return np.flatnonzero(_near(axis, float(radius.max()) + _explained(axis) + MARGIN, points))
 
 
 def feet_on(tubes: Tubes, points: np.ndarray, near: Sequence[np.ndarray]) -> Feet:
@@ -93,52 +95,89 @@ def feet_on(tubes: Tubes, points: np.ndarray, near: Sequence[np.ndarray]) -> Fee
     near : sequence of int array
         Which of them to look at, by vessel, see `near_points`.
     """
-    ends = np.setdiff1d(np.arange(len(tubes.rows)), tubes.parent)
-    gap, share = np.full(len(points), np.inf), np.zeros(len(points))
-    nodes, places = np.zeros((len(points), 2), dtype=int), np.zeros((len(points), 2), dtype=int)
-    vessel, wall, normal = np.full(len(points), -1), np.zeros(len(points), dtype=bool), np.zeros((len(points), 3))
-    for row, (own, place, rows) in enumerate(zip(tubes.rows, tubes.places, near, strict=True)):
-        axis, radius = tubes.nodes[own], tubes.radius[place]
-        distance, nearest = cKDTree(axis).query(points[rows])
-        close = distance <= _reach(axis, radius)[nearest]
-        rows = rows[close]
-        piece, along, away, distance = _projected(axis, points[rows], nearest[close])
-        held = np.clip(along, 0, 1)
-        beyond = distance - (1 - held) * radius[piece] - held * radius[piece + 1]
-        less = beyond < gap[rows]
-        at, piece, along = rows[less], piece[less], along[less]
-        gap[at], share[at], vessel[at] = beyond[less], held[less], row
-        normal[at] = away[less] / np.maximum(distance[less], 1e-9)[:, None]
-        nodes[at] = np.stack([own[piece], own[piece + 1]], axis=1)
-        places[at] = np.stack([place[piece], place[piece + 1]], axis=1)
-        # No wall: what lies before the root, and a terminal's last radius with its cap.
-        wall[at] = along >= 0 if tubes.parent[row] < 0 else True
-        if row in ends:
-            left = (len(axis) - 1 - piece - along) * np.linalg.norm(axis[-1] - axis[-2])
-            wall[at] &= left > radius[-1]
-    lost = np.flatnonzero(np.isinf(gap))
-    return Feet(gap[wall], normal[wall], nodes[wall], places[wall], share[wall], vessel[wall], lost)
+    nodes, places = np.concatenate(tubes.rows), np.concatenate(tubes.places)
+    explained = np.array([_explained(tubes.nodes[own]) for own in tubes.rows])
+    closed = np.isin(np.arange(len(tubes.rows)), tubes.parent, invert=True)
+    gap, piece, along, vessel, normal, wall = _stood(
+        tubes.nodes[nodes], tubes.radius[places], _begins(tubes.rows), explained, tubes.parent, closed,
+        points, np.concatenate(near), _begins(near),
+    )  # fmt: skip
+    piece, lost = piece[wall], np.flatnonzero(np.isinf(gap))
+    on, at = (np.stack([own[piece], own[piece + 1]], axis=1) for own in (nodes, places))
+    return Feet(gap[wall], normal[wall], on, at, along[wall], vessel[wall], lost)
 
 
-def _reach(axis: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Return how far from each node of `axis` a point may be that its tube explains, voxels."""
-    return np.asarray(radius + BEYOND + np.linalg.norm(np.diff(axis, axis=0), axis=1).max())
+def _begins(parts: Sequence[np.ndarray]) -> np.ndarray:
+    return np.array([*accumulate(map(len, parts), initial=0)])
 
 
-def _projected(axis: np.ndarray, points: np.ndarray, nearest: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return each point's nearest piece of `axis`, where its foot lies along it, the vector to it from there, its norm.
+def _explained(axis: np.ndarray) -> float:
+    """Return how much farther than its wall a point may be from the nearest node of a tube that explains it, voxels."""
+    return BEYOND + float(np.linalg.norm(np.diff(axis, axis=0), axis=1).max())
 
-    The foot's position is 0 to 1, beyond these past the ends of the axis; `nearest` is the node nearest to each point.
+
+@kept
+@njit(**_OPTIONS)
+def _near(axis, most, points):
+    """Return which of `points` lie within `most` of a node of `axis`."""
+    near = np.zeros(len(points), dtype=np.bool_)
+    low = [axis[:, k].min() - most for k in range(3)]
+    high = [axis[:, k].max() + most for k in range(3)]
+    for at in range(len(points)):
+        x, y, z = points[at, 0], points[at, 1], points[at, 2]
+        if low[0] <= x <= high[0] and low[1] <= y <= high[1] and low[2] <= z <= high[2]:
+            for node in range(len(axis)):
+                square = (x - axis[node, 0]) ** 2 + (y - axis[node, 1]) ** 2 + (z - axis[node, 2]) ** 2
+                if square <= most * most:
+                    near[at] = True
+                    break
+    return near
+
+
+@kept
+@njit(**_OPTIONS)
+def _stood(nodes, radius, begins, explained, parent, closed, points, near, near_begins):
+    """Return for each point its gap, piece, the foot along it (0 to 1), vessel, normal, and whether that is a wall.
+
+    The vessels' nodes stand one vessel after the other, each from its place in `begins`; `near` likewise.
     """
-    steps = np.diff(axis, axis=0)
-    square = np.maximum(np.einsum("ij,ij->i", steps, steps), 1e-12)
-    sides = []
-    for piece in (np.maximum(nearest - 1, 0), np.minimum(nearest, len(axis) - 2)):
-        away, along = points - axis[piece], steps[piece]
-        foot = np.einsum("ij,ij->i", away, along) / square[piece]
-        away -= np.clip(foot, 0, 1)[:, None] * along
-        sides.append((piece, foot, away, np.einsum("ij,ij->i", away, away)))
-    before, after = sides
-    nearer = before[3] < after[3]
-    piece, foot, distance = (np.where(nearer, before[k], after[k]) for k in (0, 1, 3))
-    return piece, foot, np.where(nearer[:, None], before[2], after[2]), np.sqrt(distance)
+    count = len(points)
+    gap, along = np.full(count, np.inf), np.zeros(count)
+    piece, vessel = np.zeros(count, dtype=np.int64), np.full(count, -1)
+    normal, wall = np.zeros((count, 3)), np.zeros(count, dtype=np.bool_)
+    steps = nodes[1:] - nodes[:-1]
+    for own in range(len(parent)):
+        first, last = begins[own], begins[own + 1] - 1
+        last_piece = np.sqrt((steps[last - 1] ** 2).sum())
+        for at in near[near_begins[own] : near_begins[own + 1]]:
+            x, y, z = points[at, 0], points[at, 1], points[at, 2]
+            least, nearest = np.inf, first
+            for node in range(first, last + 1):
+                square = (x - nodes[node, 0]) ** 2 + (y - nodes[node, 1]) ** 2 + (z - nodes[node, 2]) ** 2
+                if square < least:
+                    least, nearest = square, node
+            if least > (radius[nearest] + explained[own]) ** 2:
+                continue
+            # The foot lies on one of the two pieces beside the nearest node; beyond the axis' ends it is held there.
+            least = np.inf
+            for one in (min(nearest, last - 1), max(nearest - 1, first)):
+                u, v, w = steps[one, 0], steps[one, 1], steps[one, 2]
+                a, b, c = x - nodes[one, 0], y - nodes[one, 1], z - nodes[one, 2]
+                foot = (a * u + b * v + c * w) / max(u * u + v * v + w * w, 1e-12)
+                held = min(max(foot, 0.0), 1.0)
+                a, b, c = a - held * u, b - held * v, c - held * w
+                square = a * a + b * b + c * c
+                if square < least:
+                    least, on, free, share, away = square, one, foot, held, (a, b, c)
+            distance = np.sqrt(least)
+            beyond = distance - (1 - share) * radius[on] - share * radius[on + 1]
+            if beyond < gap[at]:
+                gap[at], piece[at], along[at], vessel[at] = beyond, on, share, own
+                for k in range(3):
+                    normal[at, k] = away[k] / max(distance, 1e-9)
+                # No wall: what lies before the root, and a terminal's last radius with its cap.
+                is_wall = free >= 0 or parent[own] >= 0
+                if closed[own]:
+                    is_wall = is_wall and (last - on - free) * last_piece > radius[last]
+                wall[at] = is_wall
+    return gap, piece, along, vessel, normal, wall

@@ -107,7 +107,7 @@ def settled_before(
 ) -> Settled:
     """Return `tree`, made of `before` by hand, as it is, and what is open of its lengths.
 
-    A junction whose vessels are those of `before` keeps what was open there; the others are fitted anew.
+    A junction whose arms are those of `before` keeps what was open there; the others are fitted anew.
 
     Parameters
     ----------
@@ -118,12 +118,12 @@ def settled_before(
     recalled : callable
         Called with what decides a value and what makes it; returns the value, made now or earlier.
     """
-    was = {line: row for row, line in enumerate(before.tree.lines)}
     ends, place, others = np.zeros((len(tree), 2)), np.zeros(len(tree)), []
+    was = {before.tree.lines[row].points[-1].tobytes(): row for row in _inner(before.tree)}
     for row in _inner(tree):
         rows = [row, *tree.daughters(row).tolist()]
-        old = [was.get(tree.lines[one], -1) for one in rows]
-        if min(old) >= 0 and set(old[1:]) == set(before.tree.daughters(old[0]).tolist()):
+        old = _as_before(tree, rows, before.tree, was.get(tree.lines[row].points[-1].tobytes()))
+        if old:
             sd = [before.ends_sd[old[0], 1], *before.ends_sd[old[1:], 0]]
             _note(ends, place, rows, np.array(sd), before.place_sd[old[0]])
         else:
@@ -144,22 +144,49 @@ def _note(ends: np.ndarray, place: np.ndarray, rows: list[int], length_sd: np.nd
     place[rows[0]] = place_sd
 
 
+def _as_before(tree: Tree, rows: list[int], before: Tree, parent: int | None) -> list[int]:
+    """Return the rows of the vessels of `before` whose arms at the end of `parent` those of `rows` have, [] if none."""
+    if parent is None:
+        return []
+    old = [parent, *before.daughters(parent).tolist()]
+    arms = [before.lines[row][cut] for row, cut in zip(old, _cuts(before, old), strict=True)]
+    if not _is_part(tree.lines[rows[0]][-len(arms[0]) :], arms[0]) or len(old) != len(rows):
+        return []
+    found = [parent]
+    for row in rows[1:]:
+        line = tree.lines[row]
+        same = (one for one, arm in zip(old[1:], arms[1:], strict=True) if _is_part(line[: len(arm)], arm))
+        found.append(next(same, -1))
+    return found if min(found) >= 0 else []
+
+
+def _is_part(line: Line, arm: Line) -> bool:
+    return np.array_equal(line.points, arm.points) and np.array_equal(line.radius, arm.radius)
+
+
+def _cuts(tree: Tree, rows: list[int]) -> list[slice]:
+    """Return which points of the vessels that meet, the parent first, are their arms."""
+    parent, reach = tree.lines[rows[0]], ARM * tree.lines[rows[0]].typical_radius
+    back = int(np.searchsorted(parent.run, parent.length - min(reach, MOST * parent.length)))
+    cuts = [slice(min(back, max(len(parent) - FEWEST, 0)), len(parent))]
+    for line in (tree.lines[one] for one in rows[1:]):
+        cuts.append(slice(0, max(int(np.searchsorted(line.run, min(reach, MOST * line.length))), FEWEST)))
+    return cuts
+
+
 def _junctions(tree: Tree, surface: np.ndarray, parents: list[int]) -> list[_Junction]:
+    if not parents:
+        return []
     nearest = cKDTree(tree.line.points).query(surface)[1]
     begins = np.cumsum([0, *map(len, tree.lines)])
     found = []
     for row in parents:
-        rows, reach = [row, *tree.daughters(row).tolist()], ARM * tree.lines[row].typical_radius
-        parent = tree.lines[row]
-        back = int(np.searchsorted(parent.run, parent.length - min(reach, MOST * parent.length)))
-        cuts = [slice(min(back, max(len(parent) - FEWEST, 0)), len(parent))]
-        for line in (tree.lines[one] for one in rows[1:]):
-            cuts.append(slice(0, max(int(np.searchsorted(line.run, min(reach, MOST * line.length))), FEWEST)))
-        own = np.zeros(begins[-1], dtype=bool)
+        rows = [row, *tree.daughters(row).tolist()]
+        cuts, own = _cuts(tree, rows), np.zeros(begins[-1], dtype=bool)
         for one, cut in zip(rows, cuts, strict=True):
             own[begins[one] : begins[one + 1]][cut] = True
         arms = tuple(tree.lines[one][cut] for one, cut in zip(rows, cuts, strict=True))
-        found.append(_Junction(rows, cuts, _Seen(arms, parent.typical_radius, surface[own[nearest]])))
+        found.append(_Junction(rows, cuts, _Seen(arms, tree.lines[row].typical_radius, surface[own[nearest]])))
     return found
 
 

@@ -35,12 +35,12 @@ class Profiles:
 
     def beside(self, line: Line, sections: np.ndarray, radius: float, volume: Volume, vessels: Line) -> float:
         """Return the noise beside the vessel, see `signal_beside`."""
-        spacing = float(volume.spacing[0])
-        reach = reach_beside(radius, spacing) + float(vessels.radius.max()) + spacing
+        reach = reach_beside(radius, float(volume.spacing[0]))
         low, high = line.points.min(axis=0) - reach, line.points.max(axis=0) + reach
-        near = ((vessels.points > low) & (vessels.points < high)).all(axis=1)
-        what = ("beside", line, sections, radius, vessels.points[near], vessels.radius[near])
-        return self.recalled(what, lambda: signal_beside(line, sections, radius, volume, vessels))
+        wide = vessels.radius[:, None]
+        near = vessels[((vessels.points + wide > low) & (vessels.points - wide < high)).all(axis=1)]
+        what = ("beside", line, sections, radius, near)
+        return self.recalled(what, lambda: signal_beside(line, sections, radius, volume, near))
 
     def recalled(self, what: tuple[Any, ...], make: Callable[[], Any]) -> Any:
         """Return what `make` returns, or returned before where `what` decides of it was the same."""

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from vasowave.imaging.measure.profiles import DISC, RING
 from vasowave.imaging.read.volume import Volume
-from vasowave.imaging.sections import across, disc, sampled, tangents
+from vasowave.imaging.sections import across, disc, medians, sampled, tangents
 from vasowave.imaging.tree import Line
 
 COPIES = 12
@@ -56,14 +56,14 @@ def signal_beside(line: Line, sections: np.ndarray, radius: float, volume: Volum
             continue
         grey = sampled(volume.grey, places[good], volume.origin, spacing)
         disc_mean = _mean(grey, clear[good] & within)
-        background = np.array([np.median(g[own]) for g, own in zip(grey, clear[good] & ~within, strict=True)])
+        background = medians(grey, clear[good] & ~within)
         means.append(float(np.mean(disc_mean - background)) * area)
     return float(np.median(np.abs(means))) / 0.6745 if len(means) >= FEWEST else np.nan
 
 
 def reach_beside(radius: float, spacing: float) -> float:
-    """Return how far from a vessel's axis the sections beside it reach, cm."""
-    return 2 * (radius + DISC * spacing) + spacing + radius + RING * spacing
+    """Return how far from a vessel's axis the walls lie that matter to the sections beside it, cm."""
+    return 2 * (radius + DISC * spacing) + spacing + radius + RING * spacing + spacing
 
 
 def _inside(voxels: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:

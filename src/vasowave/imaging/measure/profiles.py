@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from vasowave.imaging.read.volume import Volume
-from vasowave.imaging.sections import STEP, across, disc, sampled, tangents
+from vasowave.imaging.sections import STEP, across, disc, medians, sampled, tangents
 from vasowave.imaging.tree import Line
 
 DISC, RING = 2.0, 7.0
@@ -74,11 +74,11 @@ def profile(
     grey = sampled(volume.grey, places, volume.origin, spacing)
     rho = np.hypot(*grid.T)
     within, core = rho <= inner, rho <= max(CORE[0] * spacing, radius - CORE[1] * spacing)
-    kept, ring = _seen(grid, within, _within(places, others, CLEARANCE * spacing))
+    kept, ring = _seen(grid, within, _within(places, line.points[sections], others, CLEARANCE * spacing))
     good = (kept.sum(axis=1) >= SEEN * within.sum()) & ring.any(axis=1)
     if not good.any():
         return None
-    background = np.array([np.median(levels[own]) for levels, own in zip(grey[good], ring[good], strict=True)])
+    background = medians(grey[good], ring[good])
     above, kept = grey[good] - background[:, None], kept[good]
     area = within.sum() * (STEP * spacing) ** 2
     signal = np.maximum((above * kept).sum(axis=1) / kept.sum(axis=1) * area, 0.0)
@@ -118,16 +118,17 @@ def _slope(above: np.ndarray, kept: np.ndarray, rho: np.ndarray, width: float) -
     return float(np.max(mean[:-2] - mean[2:], initial=0.0) / (2 * width))
 
 
-def _within(places: np.ndarray, others: Sequence[Line], margin: float) -> np.ndarray:
-    """Return which of `places` lie inside the tubes of `others` or nearer to them than `margin`."""
+def _within(places: np.ndarray, middle: np.ndarray, others: Sequence[Line], margin: float) -> np.ndarray:
+    """Return which of `places` lie inside the tubes of `others` or nearer to them than `margin`.
+
+    The places of a section lie alike around its `middle`.
+    """
     inside = np.zeros(places.shape[:-1], dtype=bool)
-    low, high = places.min(axis=1), places.max(axis=1)
-    middle, outer = (low + high) / 2, np.linalg.norm(high - low, axis=1) / 2
+    away = np.linalg.norm(places[0] - middle[0], axis=1) + 1e-9 * margin  # the same in all sections but for rounding
     for line in others:
         reach, index = line.radius.max() + margin, cKDTree(line.points)
         gap = index.query(middle)[0] - reach
-        near = np.flatnonzero(gap <= outer)  # few sections come near to any other vessel, and few of their places
-        away = np.linalg.norm(places[near] - middle[near, None], axis=2)
+        near = np.flatnonzero(gap <= away.max())  # few sections come near to any other vessel, and few of their places
         section, sample = np.nonzero(away >= gap[near, None])
         at = near[section], sample
         distance, nearest = index.query(places[at], distance_upper_bound=reach)

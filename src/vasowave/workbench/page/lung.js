@@ -69,10 +69,12 @@ async function vessels() {
   } finally {
     clearInterval(watching);
   }
+  if (of !== parts) return;
+  doubts(); table(); picked(); draw();
   const about = await ask("lung", { image: told.image });
   if (of !== parts) return;
   told = about;
-  wish(); doubts(); table(); picked(); edits(); draw();
+  wish(); edits();
 }
 
 // What is wished for, and the window.
