@@ -151,6 +151,32 @@ def test_slips_in_such_columns_and_designs_are_said_with_their_place(tmp_path, r
     assert "column 'sex': 'M' in CTL 3 alone" in str(problems[0])
 
 
+def test_a_design_says_of_how_many_animals_it_compares_what(tmp_path, results):
+    said = make(tmp_path, results).layout.text
+    assert said.startswith(f"{len(results)} recordings of {len(results) // 2} animals; compared: HPH against CTL; ")
+    assert "time after against time before; HPH against CTL in the change after/before" in said
+
+
+@pytest.mark.parametrize(
+    ("design", "code", "words"),
+    [
+        ("subject: born, occasion: time", "design.same-occasion", "born 2024-03-01"),
+        ("subject: row, occasion: time", "design.one-occasion", "no row was recorded at two levels of time"),
+        ("subject: mouse, occasion: litter", "design.one-occasion", "no mouse was recorded at two levels of litter"),
+        ("subject: mouse, occasion: litter", "design.same-occasion", "mouse M0, M1, M2"),
+        ("blocks: [group]", "setting.at-odds", "'group' is no column of the lab's own"),
+    ],
+)
+def test_subjects_and_occasions_that_are_not_crossed_are_said(tmp_path, results, design, code, words):
+    study = make(tmp_path, results)
+    table = study.table.read_text(encoding="utf-8").splitlines()
+    rows = ["row", *(f"r{place}" for place in range(len(table) - 1))]
+    study.table.write_text("\n".join(f"{line},{row}" for line, row in zip(table, rows, strict=True)), encoding="utf-8")
+    study.path.write_text(f"design: {{{design}}}\n", encoding="utf-8")
+    _, problems = inspect_study(tmp_path)
+    assert any(words in str(one) for one in problems if one.finding.code == code)
+
+
 def test_a_study_file_stores_its_design_and_reads_it_back():
     design = {"blocks": ["litter"], "dose": "dose", "contrasts": {"high": {"A, 0": -1.0, "A, 3": 1.0}}}
     study = StudyFile(design=design)

@@ -119,7 +119,7 @@ def add(
         tell(f"{_counted(len(problems) - len(own), 'problem')} of animals that were there: see vasowave check "
              f"{_typed(place)}")  # fmt: skip
     if errors:
-        tell(f"{_counted(errors, 'error')} in the study: mend them, and see vasowave check {_typed(place)}")
+        tell(f"{_counted(errors, 'error')} to mend in the study: see vasowave check {_typed(place)}")
     else:
         tell(f"The study can run: vasowave run {_typed(place)}")
     if added.refused:
@@ -182,7 +182,10 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
     _tell_problems(problems)
     count = len(problems) - len(errors)
     if settings is not None and not errors:
-        declare(read_study(study))
+        plan = read_study(study)
+        declare(plan)
+        if plan.layout is not None:
+            typer.echo(f"Design: {plan.layout.text}")
     said = f"{_counted(len(errors), 'error')}, {_counted(count, 'warning')}"
     typer.echo(said if problems else "Nothing is wrong or odd.")
     raise typer.Exit(1 if errors else 0)
@@ -269,7 +272,8 @@ def _run(
     plan = read_study(study)
     refuse(doubled_animals(plan))
     say = (lambda text: None) if as_json else typer.echo
-    say(f"{_counted(len(plan.animals), 'animal')}.")
+    row = "recording" if plan.settings.design.subject else "animal"  # what a row of the table is
+    say(f"{_counted(len(plan.animals), row)}.")
     begun = time.monotonic()
     try:
         with watched(plan, as_json) as show:
@@ -278,7 +282,7 @@ def _run(
         typer.echo("What had finished is kept, every search of a fit too; run it again to go on.", err=True)
         raise typer.Exit(130) from None
     say(
-        f"{_counted(len(done.computed), 'animal')} computed"
+        f"{_counted(len(done.computed), row)} computed"
         + (f" ({len(done.resumed)} from searches that were kept)" if done.resumed else "")
         + f", {len(done.kept)} kept from earlier, {len(done.lost)} failed."
     )

@@ -157,6 +157,18 @@ class Layout:
         taken = np.hstack([self.fixed, *(self.random[name] for name in blocks if name in self.random)])
         return len(self.animals) - int(np.linalg.matrix_rank(taken))
 
+    @property
+    def text(self) -> str:
+        """What is compared, of how many: a sentence or two."""
+        count, subjects = len(self.animals), len(set(self.subject))
+        of = f"{count} recordings of {subjects} animals" if subjects < count else f"{count} animals"
+        compared = (
+            f"{one.other} against {one.reference}" + (f" in the change {one.change}" if one.change else "")
+            if one.reference else one.other for one in self.contrasts
+        )  # fmt: skip
+        left = f" Left out, for a column does not know them: {', '.join(self.left_out)}." if self.left_out else ""
+        return f"{of}; compared: {'; '.join(compared)}.{left}"
+
     def tells(self, contrast: Contrast) -> bool:
         """Whether the animals tell the means of all cells of a contrast."""
         return not self.empty[(contrast.first != 0) | (contrast.second != 0)].any()
@@ -214,6 +226,8 @@ def laid_out(
 
 
 def _variable(design: Design, variables: Mapping[str, Variable], name: str) -> Variable:
+    if name in ("group", "animal"):
+        raise InputError(f"'{name}' is no column of the lab's own: groups are compared in every design; take it out")
     if name not in variables:
         known = f"there are: {', '.join(variables)}" if variables else "it has no columns of its own"
         raise InputError(f"the table of animals has no column '{name}'{did_you_mean(name, variables)}; {known}")
