@@ -1,7 +1,7 @@
 """Compare what two versions of the source cost, in one run: each task in turn by the one and by the other.
 
-uv run python benchmarks/solver_ratio.py ../before                     simulations
-uv run python benchmarks/solver_ratio.py ../before --fits --rounds 5   and calibrations from four starts
+uv run python benchmarks/solver_ratio.py ../before            simulations
+uv run python benchmarks/solver_ratio.py ../before --longer   and fits from four and twenty starts, sweeps, posteriors
 
 `../before` is another checkout of this project. Both versions live through the whole run, each in a process of its own,
 and take turns, so that both meet the same load of the machine. Times are of the processor; what is printed is the
@@ -17,35 +17,37 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).parents[1]
-SIMULATIONS, FITS = ("linear simulation", "tangent simulation"), ("linear fit", "tangent fit")
+SIMULATIONS = "linear simulation", "tangent simulation"
+LONGER = tuple(f"{law} {kind}" for kind in ("fit", "twenty", "sweep", "posterior") for law in ("linear", "tangent"))
 WORKER = """
 import sys, time, warnings
+import numpy as np
+import vasowave as vw
 warnings.simplefilter("ignore")
-from vasowave.calibration import Search, calibrate
-from vasowave.datasets import control_network
-from vasowave.datasets.virtual import ejection, virtual_mouse
-from vasowave.model.model import Model
-from vasowave.model.nominal import windkessels
-from vasowave.recording import read_recording
-from vasowave.solver import Numerics
-from vasowave.solver.simulate import simulate_run
-from vasowave.model.walls import LinearWall, TangentWall
-network = control_network()
-mouse = read_recording(*sys.argv[1:3], period=float(sys.argv[3])) if len(sys.argv) > 1 else virtual_mouse()
-walls = {"linear": LinearWall(57.0), "tangent": TangentWall(7.0, 4.0)}
-try:
-    search = Search(starts=4, pressure_harmonics="all")
-except TypeError:  # a version that always compares all of them
-    search = Search(starts=4)
+network = vw.control_network()
+mouse = vw.read_recording(*sys.argv[1:3], period=float(sys.argv[3])) if len(sys.argv) > 1 else vw.virtual_mouse()
+nominal = vw.estimate_nominal(network, mouse)
+walls = {"linear": vw.LinearWall(57.0), "tangent": vw.TangentWall(7.0, 4.0)}
+def search(starts):
+    try:
+        return vw.Search(starts=starts, pressure_harmonics="all")
+    except TypeError:  # a version that always compares all of them
+        return vw.Search(starts=starts)
 for line in sys.stdin:
     name, kind = line.split()
-    model, inflow = Model(network, walls[name], windkessels(network, 76.0, 0.12, 0.12)), ejection()
+    model = vw.Model(network, walls[name], nominal.outlets)
     start, found = time.process_time(), 0.0
-    if kind == "fit":
-        found = calibrate(network, mouse, name, search=search).S
+    if kind in ("fit", "twenty"):
+        found = vw.calibrate(network, mouse, name, search=search(4 if kind == "fit" else 20)).S
+    elif kind == "sweep":
+        stiffness = {"linear": ("beta", 40, 80), "tangent": ("p1", 5, 9)}[name]
+        values = {stiffness[0]: np.linspace(*stiffness[1:], 25), "R_T": np.linspace(60, 100, 40)}
+        found = float(vw.sweep(model, mouse, values)["root_pressure"].mean())
+    elif kind == "posterior":
+        found = vw.posterior(network, mouse, name, workers=1).diagnostics.log_evidence
     else:
         for _ in range(3):
-            simulate_run(model, inflow, Numerics())
+            vw.simulate(model, mouse)
     print(time.process_time() - start, found, flush=True)
 """
 
@@ -61,7 +63,7 @@ class Version:
         )
 
     def does(self, task: str) -> tuple[float, float]:
-        """Return the time of a task, s, and the S of the fit that it was."""
+        """Return the time of a task, s, and what it found: S of a fit, a sweep's mean pressure, log evidence."""
         assert self.process.stdin is not None
         assert self.process.stdout is not None
         self.process.stdin.write(task + "\n")
@@ -75,19 +77,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("before", type=Path)
     parser.add_argument("--rounds", type=int, default=31)
-    parser.add_argument("--fits", action="store_true")
+    parser.add_argument("--longer", action="store_true")
     parser.add_argument("--recording", nargs=3, default=[], metavar=("PRESSURE", "FLOW", "PERIOD"))
     chosen = parser.parse_args()
     both = [Version(source, chosen.recording) for source in (chosen.before, HERE)]
-    for task in (*SIMULATIONS, *(FITS if chosen.fits else ())):
+    for task in (*SIMULATIONS, *(LONGER if chosen.longer else ())):
         for version in both:
             version.does(task)  # compiles
-        rounds = 1 + chosen.rounds // 20 if task in FITS else chosen.rounds
+        rounds = 1 + chosen.rounds // 20 if task in LONGER else chosen.rounds
         turns = np.array([[version.does(task) for version in both] for _ in range(rounds)])
         ratio = turns[:, 1, 0] / turns[:, 0, 0]
         low, middle, high = np.quantile(ratio, [0.25, 0.5, 0.75])
-        seconds, S = np.median(turns[:, :, 0], axis=0), turns[0, :, 1]
-        said = f"; S {S[0]:.6g} and {S[1]:.6g}" if task in FITS else ""
+        seconds, found = np.median(turns[:, :, 0], axis=0), turns[0, :, 1]
+        said = f"; {found[0]:.6g} and {found[1]:.6g}" if task in LONGER else ""
         print(f"{task:20} {middle:.2f} ({low:.2f} to {high:.2f}) of {seconds[0]:.3g} s{said}", flush=True)
     for version in both:
         version.process.communicate()

@@ -143,6 +143,7 @@ print(*map(str, parse_settings(b"calibration:\\n  patience: 0\\n  patence: 3\\n"
 """
 
 
+@pytest.mark.validation
 def test_a_new_setting_touches_one_place(tmp_path):
     """Two lines are added to a copy of the source; study file, schema, page, command, key and errors know it."""
     package = Path(vw.__file__).parent

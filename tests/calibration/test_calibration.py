@@ -108,6 +108,7 @@ def test_the_viscosity_of_the_walls_is_recovered_from_noise_free_data(inflow, na
     np.testing.assert_allclose(fit.model.wall_viscosity, 0.3, rtol=1e-3)
 
 
+@pytest.mark.validation
 def test_the_interval_of_the_viscosity_holds_the_truth_of_noisy_data(inflow):
     """White noise of 0.05 mmHg: of ten intervals of 95 %, eight hold the truth in all but 1 of 90 such tests."""
     truth = _of_viscous_walls(inflow, LinearWall(57.0), 0.3)

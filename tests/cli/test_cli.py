@@ -80,6 +80,7 @@ def test_more_than_pressure_and_flow_are_no_recording(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.validation
 def test_interrupting_the_search_writes_nothing_or_what_had_finished(tmp_path):
     network, cycle = _write_mouse(tmp_path)
     output = tmp_path / "result"

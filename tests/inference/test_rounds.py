@@ -150,6 +150,7 @@ def test_an_emulator_that_is_wrong_is_corrected_by_the_weights():
     assert np.abs(weighted(explored) @ explored.points - exact).max() < 0.08
 
 
+@pytest.mark.validation
 def test_a_posterior_that_reaches_far_beyond_its_normal_approximation_is_not_cut_off():
     """Steep at the mode and flat beyond; weights cannot see what no draw reaches. Exact mean from the prior's draws."""
 

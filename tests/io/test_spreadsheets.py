@@ -245,6 +245,7 @@ def test_every_cut_and_every_flipped_byte_of_a_workbook_is_read_or_refused(tmp_p
     assert refused > 100
 
 
+@pytest.mark.validation
 def test_a_long_sheet_is_read_in_the_memory_of_a_block(tmp_path, monkeypatch):
     monkeypatch.setattr("vasowave.io.textfile._BLOCK", 1 << 12)
     rows = [[float(n), 2.0 * n] for n in range(24000)]

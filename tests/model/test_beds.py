@@ -161,6 +161,7 @@ def test_a_bed_goes_from_an_analysis_to_posterior_report_stored_model_sweep_and_
             vw.export_model(model, cycle, "openbf", tmp_path / "openbf", numerics=COARSE)
 
 
+@pytest.mark.validation
 def test_trees_go_from_an_analysis_to_posterior_report_stored_model_sweep_and_export(
     inflow, monkeypatch, tmp_path, undrawn
 ):

@@ -85,6 +85,7 @@ def test_an_option_turns_no_reference_around_but_that_it_names(lab, tmp_path, gi
     assert chosen_groups(study) == left
 
 
+@pytest.mark.validation
 def test_an_implausible_flow_is_said_by_add_run_fit_and_in_front_of_the_page(lab, tmp_path, mice):
     study = tmp_path / "s"
     (lab / "SuHx_2.csv").write_text(cycle_text(mice[2], flow_unit="ml/min"), "utf-8")  # the numbers are ml/s

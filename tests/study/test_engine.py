@@ -289,6 +289,7 @@ def test_a_scheduler_that_does_not_answer_is_named():
         pass
 
 
+@pytest.mark.validation
 def test_a_dask_worker_killed_in_the_middle_loses_nothing_and_repeats_nothing_kept(tmp_path):
     from distributed import LocalCluster
 

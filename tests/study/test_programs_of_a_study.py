@@ -103,7 +103,7 @@ def planted(make_study):
 @pytest.mark.parametrize(
     ("program", "command"),
     [
-        ("-m vasowave", "run . --no-report --workers 1"),
+        pytest.param("-m vasowave", "run . --no-report --workers 1", marks=pytest.mark.validation),
         ("vasowave", "check"),
     ],  # -m alone looks into the folder one is in
 )

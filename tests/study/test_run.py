@@ -333,6 +333,7 @@ def smallest_piece(folder: Path) -> int:
     return min(path.stat().st_size for path in (folder / RESULTS / "cache").iterdir())
 
 
+@pytest.mark.validation
 def test_a_disk_that_takes_no_more_stops_the_run_with_a_message_and_it_goes_on_later(undisturbed, tmp_path):
     """No file may grow beyond a limit (RLIMIT_FSIZE): the system then refuses writes as a full disk does."""
     folder = copied(undisturbed, tmp_path / "study")
