@@ -29,7 +29,7 @@ ROOT = np.linalg.cholesky(0.6 + 0.4 * np.eye(COUNT))
 _AGAIN = (
     "sex, 8 + 8", "litters across groups, 9 + 9", "two factors, 4 × 6", "before and after, 7 + 6", "four doses of 5",
 )  # fmt: skip
-PAGE = Path(__file__).parents[1] / "docs" / "statistics.md"
+PAGE = Path(__file__).parents[1] / "docs" / "comparisons.md"
 Noise = Callable[[np.random.Generator, tuple[int, ...]], np.ndarray]
 
 

@@ -29,7 +29,7 @@ SIZES = (7, 5), (10, 5), (12, 4), (8, 8)
 RATIOS = 2.0, 1.0, 1.5, 3.0, 0.5
 MODELED = np.arange(COUNT) >= 3  # quantities that an image is behind
 LARGE, SHIFT = (1, 4, 6), 2.0  # quantities that differ, and by how many SD of the reference
-PAGE = Path(__file__).parents[1] / "docs" / "statistics.md"
+PAGE = Path(__file__).parents[1] / "docs" / "comparisons.md"
 Scores = Callable[[np.random.Generator, int], np.ndarray]
 
 
@@ -291,7 +291,7 @@ def main() -> None:
     parser.add_argument("--draws", type=int, default=399)
     parser.add_argument("--animals", help="of `sizes`, these only: 12+4")
     parser.add_argument("--seed", type=int, default=24)
-    parser.add_argument("--docs", action="store_true", help="put the table into docs/statistics.md")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/comparisons.md")
     options = parser.parse_args()
     text = "\n".join(TABLES[options.table](options))
     if options.docs:

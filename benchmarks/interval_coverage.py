@@ -43,7 +43,7 @@ PAIRS = {
 FEWEST = 5  # animals of a row that is shown
 LEAST = 0.90  # share of intervals that hold the truth, below which an entry is marked
 PAGE = Path(__file__).parents[1] / "docs" / "coverage.md"
-SELECTION = PAGE.with_name("selection.md")
+SELECTION = PAGE.with_name("wall-laws.md")
 
 FIELDS = (
     "row", "animal", "method", "quantity", "truth", "low", "middle", "high", "k_hat", "simulations", "log_evidence",

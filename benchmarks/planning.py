@@ -21,7 +21,7 @@ from vasowave.cohort.variables import Variable
 
 SPREADS = [Spread("mPAP", (0.2, 0.3), 0.1), Spread("a", (0.5, 0.5), 0.3, 0.1), Spread("R_T", (0.3, 0.2))]
 CORRELATION = 0.6 + 0.4 * np.eye(3)
-PAGE = Path(__file__).parents[1] / "docs" / "statistics.md"
+PAGE = Path(__file__).parents[1] / "docs" / "comparisons.md"
 ALIKE = 0.5  # correlation of the true values of a pair
 TWICE = [Spread("mPAP", (0.15, 0.2), 0.1, within=0.15), Spread("a", (0.4, 0.4), 0.3, within=0.3),
          Spread("R_T", (0.3, 0.2), 0.0, within=0.1)]  # fmt: skip
@@ -155,7 +155,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--studies", type=int, default=500)
     parser.add_argument("--draws", type=int, default=1999)
-    parser.add_argument("--docs", action="store_true", help="put the table into docs/statistics.md")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/comparisons.md")
     options = parser.parse_args()
     table = "\n".join(lines(options.studies, options.draws))
     print(table)

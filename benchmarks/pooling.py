@@ -17,7 +17,7 @@ from robustness_page import put
 from vasowave.cohort import pooled_ratio
 
 TRUE_RATIO = 2.6
-PAGE = Path(__file__).parents[1] / "docs" / "statistics.md"
+PAGE = Path(__file__).parents[1] / "docs" / "comparisons.md"
 
 
 class Kind(NamedTuple):
@@ -123,7 +123,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cohorts", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=5)
-    parser.add_argument("--docs", action="store_true", help="put the tables into docs/statistics.md")
+    parser.add_argument("--docs", action="store_true", help="put the tables into docs/comparisons.md")
     options = parser.parse_args()
     for name, table in (("pooling", pooling_table(options)), ("one image", image_table(options))):
         print(table, flush=True)

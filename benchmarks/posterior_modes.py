@@ -43,7 +43,7 @@ KINDS = {
     "low": ((5.0, 15.0), (1.5, 6.0)),
 }
 """Ranges of p1 (mmHg) and γ of the true walls; where γ is large the nominal stiffness is far too low, as in `low` 3."""
-PAGE = Path(__file__).parents[1] / "docs" / "posterior.md"
+PAGE = Path(__file__).parents[1] / "docs" / "wall-laws.md"
 AGAINST = {one.code for one in vars(against).values() if isinstance(one, Kind)}
 """Codes of what speaks against a posterior or a fit; other findings say what the numbers mean."""
 NATS = 2.0  # by which a trusted posterior may lie below the mode that a search from the truth finds
@@ -167,7 +167,7 @@ def main():
     parser.add_argument("--animals", type=int, default=10, help="of every kind")
     parser.add_argument("--first", type=int, default=100, help="number of the first; those below 100 chose constants")
     parser.add_argument("--draws", type=int, default=200)
-    parser.add_argument("--docs", action="store_true", help="put the table into docs/posterior.md")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/wall-laws.md")
     chosen = parser.parse_args()
     warnings.simplefilter("ignore", VasowaveWarning)
     if not chosen.out.exists():

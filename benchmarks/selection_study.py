@@ -1,6 +1,6 @@
 """How often each procedure of model selection chooses the wall law that made the data, and how often intervals cover.
 
-    uv run python benchmarks/selection_study.py                     the table of docs/selection.md
+    uv run python benchmarks/selection_study.py                     the table of docs/wall-laws.md
     uv run python benchmarks/selection_study.py --sets 5 --cheap    a quick look: circulant and independent noise only
 
 The truth is a linear or a tangent wall at parameters like those of a control mouse, plus drawn noise. So that hundreds

@@ -18,6 +18,10 @@ PAGES = [
     *(page for page in sorted(DOCS.rglob("*.md")) if not {*page.relative_to(DOCS).parts} & {*NOT_PROSE}),
 ]
 WAY = [page for page in PAGES if page.parent != DOCS] + [DOCS / "index.md"]
+BESIDE = {*re.findall(r"^\S+$", (DOCS / "evidence.md").read_text(encoding="utf-8"), re.MULTILINE),
+          "evidence", "decisions", "package", "study-file", "api"}  # fmt: skip
+"""Pages that a user need not read: evidence, reasons, what is made from declarations."""
+MOST, A_PICTURE = 20_000, 600  # words of all pages of a user; words for which there is a picture
 LONGEST = 40  # words
 NOUNS = "Speed|Seed|Bed|Need|Red|Threshold|Fold|Specimen|Children|Men|Women|Screen|Token|Decade|Grade|Blade"
 TURNED = re.compile(
@@ -75,3 +79,11 @@ def test_the_checks_can_fail():
     assert TURNED.search("Compared are the harmonics 0 to 20.")
     assert not TURNED.search("Compared with the others it is small.")
     assert "utilize" in words_of_the_house()
+
+
+def test_pages_that_a_user_reads_have_few_words_and_many_pictures():
+    texts = [page.read_text(encoding="utf-8") for page in PAGES if page.stem not in BESIDE]
+    words = sum(len(one.split()) for text in texts for one in prose(text))
+    pictures = sum(len(re.findall(r"\{image\}|!\[|<img ", text)) for text in texts)
+    assert 10_000 < words < MOST
+    assert words / pictures < A_PICTURE

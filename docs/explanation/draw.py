@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import vasowave as vw
+from vasowave.analysis import operating_point
 
 STYLE = {"font.size": 9, "svg.fonttype": "none", "axes.spines.top": False, "axes.spines.right": False}
 
@@ -162,6 +163,75 @@ def walls():
     axes[0].set(xlabel="radius over that at zero pressure [1]", ylabel="pressure [mmHg]")
     axes[1].set(xlabel="pressure [mmHg]", ylabel="wave speed [cm/s]")
     axes[0].legend(frameon=False, fontsize=7)
+    return figure
+
+
+def beds():
+    """Impedance of a terminal's bed: Windkessel, structured tree and bare resistance of the same resistance."""
+    network, mouse = vw.control_network(), vw.virtual_mouse()
+    harmonics = np.arange(0, 13)
+    figure, axes = plt.subplots(1, 2, figsize=(6.9, 2.6), layout="constrained")
+    for name, kind, dash in (("Windkessel", vw.Windkessel, "o-"), ("structured tree", vw.StructuredTree, "s--"),
+                             ("resistance", vw.Resistance, "x:")):  # fmt: skip
+        bed = vw.estimate_nominal(network, mouse, bed=kind).outlets
+        Z = bed.impedance(2 * np.pi * harmonics / mouse.period)[:, 0]
+        axes[0].plot(harmonics, np.abs(Z), dash, color="black", ms=3, label=name)
+        axes[1].plot(harmonics, np.angle(Z, deg=True), dash, color="black", ms=3)
+    axes[0].set(xlabel="harmonic", ylabel="|Z| [mmHg s/ml]", ylim=(0, None), xticks=range(0, 13, 2))
+    axes[1].set(xlabel="harmonic", ylabel="phase [°]", xticks=range(0, 13, 2))
+    axes[0].legend(frameon=False, fontsize=7)
+    return figure
+
+
+def separated():
+    """A pressure taken apart into what runs from the heart and what comes back, and their wave intensities."""
+    _, mouse, fit = fitted()
+    at = operating_point(fit.model, float(np.mean(mouse.pressure)))
+    known = {"area": at.area, "wave_speed": at.wave_speed, "inertia": fit.model.blood.inertia}
+    waves = vw.wave_intensity(mouse.pressure, mouse.flow, mouse.period, **known)
+    time = 1e3 * mouse.time
+    figure, axes = plt.subplots(1, 2, figsize=(6.9, 2.6), layout="constrained")
+    for values, dash, label in ((mouse.pressure - mouse.pressure[0], "-", "p − p(0)"),
+                                (waves.forward_pressure - waves.forward_pressure[0], "--", "forward"),
+                                (waves.backward_pressure - waves.backward_pressure[0], ":", "backward")):  # fmt: skip
+        axes[0].plot(time, values, dash, color="black", label=label)
+    axes[1].plot(time, 1e-3 * waves.forward_intensity, "--", color="black")
+    axes[1].plot(time, 1e-3 * waves.backward_intensity, ":", color="black")
+    axes[0].set(xlabel="time [ms]", ylabel="pressure [mmHg]")
+    axes[1].set(xlabel="time [ms]", ylabel="wave intensity [kW/(cm² s²)]")
+    axes[0].legend(frameon=False, fontsize=7)
+    return figure
+
+
+def shares():
+    """Where the width of four intervals comes from."""
+    network, mouse, fit = fitted()
+    summary = vw.posterior(network, mouse, "linear", fit=fit).summary
+    names = {"wave_speed": "wave speed", "R_T": "resistance R_T", "C_p": "compliance of the beds", "a": "share R1/R_T"}
+    sources = ("recording", "probe", "calibration", "image", "model", "prior")
+    figure, ax = plt.subplots(figsize=(6.2, 2.4), layout="constrained")
+    left = np.zeros(len(names))
+    for source, shade, hatch in zip(sources, np.linspace(0.15, 0.95, 6), ("", "///", "", "...", "", "xx"), strict=True):
+        part = summary.loc[list(names), source].to_numpy()
+        ax.barh(list(names.values()), part, left=left, color=str(shade), edgecolor="black", hatch=hatch, label=source)
+        left += part
+    ax.set(xlabel="share of the variance [1]", xlim=(0, 1))
+    ax.invert_yaxis()
+    ax.legend(frameon=False, fontsize=7, ncols=6, loc="lower center", bbox_to_anchor=(0.4, 1.0))
+    return figure
+
+
+def residuals():
+    """What two laws leave of one pressure."""
+    network, mouse, fit = fitted()
+    figure, ax = plt.subplots(figsize=(5.6, 2.4), layout="constrained")
+    for law, dash in (("linear", "--"), ("tangent", "-")):
+        one = fit if law == "linear" else vw.calibrate(network, mouse, law, starts=1)
+        left = one.pressure_residual
+        time = np.linspace(0, 1e3 * mouse.period, len(left), endpoint=False)
+        ax.plot(time, left, dash, color="black", label=f"{law}: RMSE {one.rmse:.2f} mmHg")
+    ax.set(xlabel="time [ms]", ylabel="measured − simulated [mmHg]", ylim=(-0.6, 0.6))
+    ax.legend(frameon=False, fontsize=7, loc="upper right", ncols=2)
     return figure
 
 

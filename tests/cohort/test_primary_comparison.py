@@ -119,7 +119,7 @@ def test_without_errors_the_ratio_is_welchs():
 
 
 def test_the_truth_lies_in_the_pooled_interval_as_often_as_it_says_and_welchs_is_wider():
-    """Kinds unlike those on which the method was chosen (docs/statistics.md): errors known from few degrees."""
+    """Kinds unlike those on which the method was chosen (docs/comparisons.md): errors known from few degrees."""
     rng, inside, widths = np.random.default_rng(11), 0, []
     for _ in range(300):
         groups = [_estimates(rng, n, mean) for n, mean in ((7, 0.0), (5, 0.9))]
@@ -197,7 +197,7 @@ def test_with_one_image_a_group_the_models_quantities_have_no_p_from_fits(cohort
 def test_a_family_says_how_far_it_can_be_relied_on(cohort):
     found = primary_comparison(cohort)
     assert found.assurance.smallest == 4
-    # Nine thousand cohorts of normal logarithms, by another count: docs/statistics.md has 0.03 to 0.06 for such sizes.
+    # Nine thousand cohorts of normal logarithms, by another count: docs/comparisons.md has 0.03 to 0.06 for such sizes.
     assert 0.03 < found.assurance.rate < 0.07
     assert 0.95 < found.assurance.alone < 1
     logs = [np.log([float(one.measured.quantities["CO"]) for one in of]) for of in cohort.groups.values()]

@@ -15,7 +15,7 @@ def family_p(values: np.ndarray, other: np.ndarray, rng: np.random.Generator | N
     """Return the family-wise p of every quantity: step-down max-|t| (Westfall and Young 1993; Ge et al. 2003).
 
     Under the hypothesis that the distributions of the groups are the same, spreads included, the labels of the animals
-    can be exchanged. Where the smaller group varies more, the p is too small (docs/statistics.md): the primary
+    can be exchanged. Where the smaller group varies more, the p is too small (docs/comparisons.md): the primary
     comparison uses `simultaneous`. A quantity's p is the share
     of all relabelings in which the largest |t| of it and of those with smaller |t| reaches its own. The quantities of
     one animal stay together, so that what is correlated is not paid for twice.
