@@ -95,6 +95,7 @@ def test_wrong_units_are_noticed_and_named(truth, quantity):
         assert len(named) == 1, (one, other)
 
 
+@pytest.mark.validation
 def test_without_its_only_site_a_fit_is_the_fit_that_never_knew_it():
     """Of a lumped bed without waves, which the stiffest wall fits too: there the site, 7.5 times too high, leads."""
     rng, n, period, output, mean = np.random.default_rng(3), 128, 0.11, 0.18, 15.0

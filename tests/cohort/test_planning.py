@@ -185,6 +185,7 @@ def test_a_plan_is_one_page_that_says_how_many(tmp_path):
     assert "<svg" in text
 
 
+@pytest.mark.validation
 def test_a_plan_of_pairs_says_so(tmp_path):
     found = vw.plan(effect=1.5, pairs=0.5)
     assert plan_texts(found)[0].startswith("To show a ratio of 1.5 with a power of 0.80, pairs are needed:")

@@ -118,6 +118,7 @@ def test_a_first_look_asks_for_the_voxel_size_that_a_file_lacks_as_the_extractio
     assert told[0] == told[1]
 
 
+@pytest.mark.validation
 def test_the_page_needs_no_network_and_json_holds_the_same(scan, seen, tmp_path):
     page = look_page(seen)
     assert not re.findall(r'(?:src|href)="(?!data:|#)[^"]', page)

@@ -150,7 +150,7 @@ def test_a_vessel_that_runs_beside_another_has_its_own_densitometric_radius():
 def test_points_of_a_surface_stand_on_the_tube_that_is_nearest_to_them_as_fine_steps_along_all_axes_show():
     axes, _ = fork()
     tubes = _tubes([Tree(tuple(axes), np.array([-1, 0, 0]))], VOXEL)
-    points = np.random.default_rng(3).uniform([-8, -30, -5], [8, 30, 80], (4000, 3))
+    points = np.random.default_rng(3).uniform([-8, -30, -5], [8, 30, 80], (1500, 3))
     near = [near_points(tubes, row, points) for row in range(3)]
     feet = feet_on(tubes, points, near)
     steps, gaps = np.linspace(0, 1, 200), []
@@ -163,7 +163,7 @@ def test_points_of_a_surface_stand_on_the_tube_that_is_nearest_to_them_as_fine_s
         gaps.append(away[np.arange(len(points)), nearest] - wide[nearest])
     least, at = np.min(gaps, axis=0), np.argmin(gaps, axis=0)
     explained = np.setdiff1d(np.flatnonzero(least < BEYOND), feet.lost)
-    assert len(explained) == (least < BEYOND).sum() > 500  # none near a wall is lost
+    assert len(explained) == (least < BEYOND).sum() > 200  # none near a wall is lost
     on = (1 - feet.share)[:, None] * tubes.nodes[feet.nodes[:, 0]] + feet.share[:, None] * tubes.nodes[feet.nodes[:, 1]]
     wide = (1 - feet.share) * tubes.radius[feet.places[:, 0]] + feet.share * tubes.radius[feet.places[:, 1]]
     back = on + (feet.gap + wide)[:, None] * feet.normal

@@ -136,6 +136,7 @@ def test_the_evidence_of_a_bent_problem_is_that_of_nested_sampling():
     assert explored.log_evidence == pytest.approx(theirs.logz[-1], abs=3 * error)
 
 
+@pytest.mark.validation
 def test_an_emulator_that_is_wrong_is_corrected_by_the_weights():
     """Its reach covers one mode only as far as simulations go; a kink inside it is nothing a polynomial can follow."""
 

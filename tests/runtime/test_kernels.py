@@ -283,6 +283,7 @@ def test_compiling_is_timed_and_what_is_compiled_within_counts_once(tmp_path, mo
     assert kernels.seconds_compiling() - before == spent
 
 
+@pytest.mark.validation
 def test_a_fit_asks_for_no_kernel_that_was_not_compiled_beforehand():
     code = """
 import vasowave as vw

@@ -88,6 +88,7 @@ def test_a_result_that_cannot_be_kept_is_a_failure_and_the_others_go_on(tmp_path
     assert "unexpected AttributeError" in failures["odd"]
 
 
+@pytest.mark.validation
 def test_one_that_kills_its_process_is_found_out_and_the_others_go_on(tmp_path):
     kept, failures = run(cheap_tasks.kills_its_process, ["a", "deadly", "b", "c"], tmp_path / "log")
     assert set(kept) == {"a", "b", "c"}

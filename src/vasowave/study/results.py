@@ -16,7 +16,7 @@ import os
 import re
 import unicodedata
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -106,6 +106,7 @@ class Results(Mapping[str, AnimalResult]):
     versions: dict[str, str]
     variables: tuple[Variable, ...] = ()
     declared: tuple[Declaration, ...] = ()
+    _light: dict[str, AnimalResult] = field(default_factory=dict, init=False)  # read once: tables are asked for again
 
     def __getitem__(self, animal: str) -> AnimalResult:
         """Return the result of one animal.
@@ -242,7 +243,12 @@ class Results(Mapping[str, AnimalResult]):
         """
         order = list(self.settings.groups)
         grouped = sorted(self.animals, key=lambda one: order.index(one.group))
-        return list(each(partial(_read if whole else _read_light, self.folder), grouped))
+        if whole:
+            return list(each(partial(_read, self.folder), grouped))
+        new = [one for one in grouped if one.animal not in self._light]
+        read = each(partial(_read_light, self.folder), new)
+        self._light.update((one.animal, result) for one, result in zip(new, read, strict=True))
+        return [self._light[one.animal] for one in grouped]
 
 
 def _read(folder: Path, stored: StoredAnimal) -> AnimalResult:
