@@ -1,7 +1,9 @@
 """Kill a running study at random moments, run it again, and compare what it finds with an undisturbed run.
 
-uv run python benchmarks/kills.py               100 kills: half an hour
-uv run python benchmarks/kills.py 6 --seed 2    six of them
+uv run python benchmarks/kills.py                       100 kills: half an hour
+uv run python benchmarks/kills.py 6 --seed 2            six of them
+uv run python benchmarks/kills.py 100 --posteriors      of a study with posteriors
+uv run python benchmarks/kills.py 100 --extraction      of `vasowave extract`, beside what an earlier one had kept
 uv run python benchmarks/kills.py --docs
 
 Of ten kills, four fall at any moment of the run and six after its first finished animal. Every second one kills the
@@ -12,6 +14,7 @@ had ended, is drawn again. Exit code 1: a run that went on did not find the same
 import argparse
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -22,8 +25,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+import vasowave as vw
 from faults import PROGRAM, run, same, write_study
+from phantom import embed, render
 from robustness_page import put
+from vasowave.imaging import write_volume
+from vasowave.imaging.places import written
 
 EARLY = 4  # of ten kills
 FINISHED = "results/cache/*.nc"
@@ -42,6 +49,13 @@ def start(folder: Path) -> "subprocess.Popen[bytes]":
     """Start a study, in a group of processes of its own."""
     command = [*PROGRAM, str(folder), "--workers", "1", "--no-report"]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+
+
+def with_posteriors(folder: Path) -> Path:
+    """Write the study of `write_study` with posteriors."""
+    study = write_study(folder) / "study.yaml"
+    study.write_text(study.read_text() + "inference: posterior\n")
+    return folder
 
 
 def first_finished(process: "subprocess.Popen[bytes]", folder: Path) -> None:
@@ -105,19 +119,69 @@ def table(kills: list[Kill]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def extracted(image: Path, folder: Path, root: str, *more: str) -> "subprocess.Popen[bytes]":
+    """Start an extraction into a folder."""
+    command = [*PROGRAM[:-1], "extract", str(image), "-o", str(folder), "--root", root, *more]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+
+
+def tables(folder: Path) -> list[str]:
+    """Return what an extraction found, as text."""
+    return [(folder / name).read_text(encoding="utf-8") for name in ("network.csv", "vessels.csv")]
+
+
+def kills_of_extractions(place: Path, count: int, rng: random.Random) -> int:
+    """Kill extractions at random moments, do each again, and return how many found what an undisturbed one finds.
+
+    Every second one falls into a folder where an extraction at another threshold had kept its stages.
+    """
+    small = vw.Network(("1", "2", "3"), [-1, 0, 0], [0.35, 0.4, 0.3], [0.052, 0.042, 0.032])
+    placed = embed(small, np.random.default_rng(5))
+    image, root = place / "image.nrrd", written(placed.cannula[0])
+    write_volume(render(placed, 110, 0.0105, np.random.default_rng(5)), image)
+    before, sound = place / "before", place / "sound"
+    assert extracted(image, before, root, "--threshold", "50").wait() == 0
+    assert extracted(image, sound, root).wait() == 0
+    begun = time.monotonic()
+    assert extracted(image, place / "timed", root).wait() == 0
+    lasts, same_values, done, number = time.monotonic() - begun, 0, 0, 0
+    while done < count:
+        number, folder = number + 1, place / str(number)
+        if done % 2:
+            shutil.copytree(before, folder)
+        process = extracted(image, folder, root)
+        try:
+            process.wait(rng.uniform(0.0, lasts))
+            continue  # it had ended
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+        again = extracted(image, folder, root).wait()
+        done, same_values = done + 1, same_values + (again == 0 and tables(folder) == tables(sound))
+        print(f"{done}: {same_values} with the same values", flush=True)
+        shutil.rmtree(folder)
+    return same_values
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("count", type=int, nargs="?", default=100)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--docs", action="store_true", help="put the table into docs/robustness.md")
+    parser.add_argument("--posteriors", action="store_true", help="of a study with posteriors")
+    parser.add_argument("--extraction", action="store_true", help="of an extraction, in place of a study")
     arguments = parser.parse_args()
     rng, kills = random.Random(arguments.seed), []
+    if arguments.extraction:
+        with tempfile.TemporaryDirectory() as place:
+            return int(kills_of_extractions(Path(place), arguments.count, rng) != arguments.count)
+    written_as = with_posteriors if arguments.posteriors else write_study
     with tempfile.TemporaryDirectory() as place:
-        sound = write_study(Path(place) / "sound")
+        sound = written_as(Path(place) / "sound")
         assert run(sound).status == 0  # compiles
-        lasts = dict(zip((False, True), durations(write_study(Path(place) / "timed")), strict=True))
+        lasts = dict(zip((False, True), durations(written_as(Path(place) / "timed")), strict=True))
         for number in range(3 * arguments.count):
-            late, folder = len(kills) % 10 >= EARLY, write_study(Path(place) / str(number))
+            late, folder = len(kills) % 10 >= EARLY, written_as(Path(place) / str(number))
             moment = rng.uniform(0.0, lasts[late])
             if not killed(folder, moment, late, whole=len(kills) % 2 == 1):
                 lasts[late] = moment  # the machine has become quicker

@@ -178,5 +178,5 @@ def test_what_an_unseen_zero_moves_is_told_of_the_resistance_above_the_wedge():
 def test_a_number_where_a_shape_is_needed_is_refused_in_words():
     network = vw.control_network()
     beds = vw.estimate_nominal(network, vw.virtual_mouse()).outlets
-    with pytest.raises(InputError, match=r"shape: 0.8 is none; give Shape"):
+    with pytest.raises(InputError, match=r"shape: 0.8 is no shape; give Shape"):
         Model(network, vw.LinearWall(BETA), beds, shape=0.8)

@@ -23,7 +23,7 @@ from vasowave.imaging.exchange.swc import write_swc
 from vasowave.imaging.revise.edits import read_edits
 from vasowave.imaging.tree import Line, Tree
 from vasowave.network.network import Network
-from vasowave.network.vessel_table import COUNT, write_network
+from vasowave.network.vessel_table import COUNTED, write_network
 from vasowave.network_formats import read_network
 
 
@@ -45,9 +45,9 @@ def network_table(path: Path, counted: bool = True) -> None:
         Network(tuple(f"v{i}" for i in range(9)), np.array(parent), 0.4 * sizes, 0.05 * sizes, pressure=6.3), path
     )
     if not counted:
-        lines = (line.rpartition(",")[0] for line in path.read_text().splitlines())
+        lines = (line.rsplit(",", len(COUNTED))[0] for line in path.read_text().splitlines())
         path.write_text("\n".join(lines) + "\n")
-        assert COUNT not in path.read_text()
+        assert not any(title in path.read_text() for title in COUNTED)
 
 
 def loop_table(path: Path) -> None:

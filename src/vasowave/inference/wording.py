@@ -53,7 +53,7 @@ ZERO_UNSEEN = note_kind(
     "An averaged cycle does not show whether the pressure's zero drifted: it is taken to be right within {within:.2g} "
     "mmHg (two SD, `zero_sd`). Every mmHg that it is off moves R_T by {percent:.0f} %.",
 )
-_MOSTLY = "Mostly from the {} comes the uncertainty of {{names}}: {}."
+_MOSTLY = "The uncertainty of {{names}} comes mostly from the {}: {}."
 MOSTLY = {
     source: note_kind(f"posterior.mostly-{source}", _MOSTLY.format(source, remedy))
     for source, remedy in {

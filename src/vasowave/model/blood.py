@@ -52,7 +52,7 @@ def relative_to_usual(hematocrit: float | None, temperature: float | None = None
     if not _TEMPERATURES[0] <= temperature <= _TEMPERATURES[1]:
         low, high = _TEMPERATURES
         raise InputError(
-            f"temperature {temperature:g} °C is none of an animal's blood; give one of {low:g} to {high:g}"
+            f"temperature {temperature:g} °C is not that of an animal's blood; give one of {low:g} to {high:g}"
         )
     return cells * 10 ** (_water(temperature) - _water(_USUAL))
 

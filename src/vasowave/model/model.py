@@ -92,12 +92,12 @@ class Model:
         object.__setattr__(self, "wall", one_per_vessel(self.wall, self.network.name, "wall"))
         object.__setattr__(self, "outlets", self.outlets.checked(terminals))
         if not isinstance(self.shape, Shape | None):
-            raise InputError(f"shape: {self.shape!r} is none; give Shape(radius), as in Shape([1.0, 0.8])")
+            raise InputError(f"shape: {self.shape!r} is no shape; give Shape(radius), as in Shape([1.0, 0.8])")
         if self.shape is not None and not set(self.shape.rows) <= {1, len(self.network)}:
             raise InputError(f"shape: give one row of points, or one for each of the {len(self.network)} vessels")
         object.__setattr__(self, "outlet_pressure", _pressures(self.outlet_pressure, terminals))
         if self.junctions not in (None, "static", "total"):
-            raise InputError(f"junctions: {self.junctions!r} is none; the pressures are 'static' and 'total'")
+            raise InputError(f"junctions: {self.junctions!r} is not known; give 'static' or 'total'")
         object.__setattr__(self, "loss", _not_negative("loss", self.loss, self.network.name))
         viscosity = _not_negative("wall_viscosity", self.wall_viscosity, self.network.name)
         object.__setattr__(self, "wall_viscosity", viscosity)
@@ -218,7 +218,7 @@ def _not_negative(what: str, given: Any, names: tuple[str, ...]) -> float | np.n
         raise InputError(f"{what}: give one number, or one for each of the {len(names)} vessels") from None
     bad = np.flatnonzero(~(np.isfinite(values) & (values >= 0)))
     if len(bad):
-        raise InputError(f"vessel '{names[bad[0]]}': {what} {values[bad[0]]:g} is none; it is a number of 0 or more")
+        raise InputError(f"vessel '{names[bad[0]]}': {what} {values[bad[0]]:g} is not valid; give 0 or more")
     return values if np.ndim(given) else float(given)
 
 

@@ -14,9 +14,9 @@ from vasowave.recording import Recording
 
 NO_ARTERY = look_kind(
     "nominal.no-artery",
-    "The nominal stiffness {beta:.3g} mmHg is none of an artery ({low:g} to {high:g} mmHg): it grows with the fourth "
-    "power of the root's radius; are the radii in cm and the flow in ml/s, and do network and recording belong to the "
-    "same animal?",
+    "The nominal stiffness {beta:.3g} mmHg is not that of an artery ({low:g} to {high:g} mmHg): it grows with the "
+    "fourth power of the root's radius; are the radii in cm and the flow in ml/s, and do network and recording belong "
+    "to the same animal?",
     "Correct the unit of radii or flow, or the pairing of network and recording.",
 )
 NEVER_STOPS = note_kind(

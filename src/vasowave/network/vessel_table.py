@@ -30,13 +30,13 @@ _NO_PARENT = ("0", "-1", "nan", "none", "na", "n/a", "-", "root")  # how other p
 _END = "radius end"
 _QUANTITIES = {"radius_sd": "length", "taper": "slope", "taper_sd": "slope"}
 
-COUNT = "vessels"
-"""Column that says in every row how many rows the table has, so that one that was cut off is noticed."""
+COUNTED = ("vessels", "outlets")
+"""Columns that say in every row how many there are, so that lost rows and changed ends are noticed."""
 
 OTHER_COUNT = look_kind(
     "network.other-count",
-    "{vessels} vessels where the column '{column}' says {count}; was the file cut off? {remedy}",
-    "If rows were added or taken out on purpose, remove that column",
+    "{found} {column} where the column '{column}' says {count}; was the file cut off, or a cell changed? {remedy}",
+    "If rows were added, taken out or joined otherwise on purpose, remove that column",
 )
 SINGLE_DAUGHTERS = look_kind(
     "network.single-daughters",
@@ -55,7 +55,7 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
     """Read a network from CSV, TSV or Excel, and why it may not be whole.
 
     Columns: ``name, parent, length [cm], radius [cm], radius_sd [cm], taper [cm/cm], taper_sd [cm/cm], pressure [mmHg],
-    vessels``; where vessels form loops or have several inlets, ``from, to`` in place of ``parent``.
+    vessels, outlets``; where vessels form loops or have several inlets, ``from, to`` in place of ``parent``.
 
     The root's parent is empty. ``from`` and ``to`` name the nodes in which a vessel begins and ends, in any words;
     vessels with a node in common meet there. Sizes and pressure may be in any unit that the header names. The pressure
@@ -74,8 +74,8 @@ def read_vessel_table(path: str | Path) -> tuple[Network, list[Finding]]:
     -------
     network : Network
     found : list of Finding
-        What looks like lost rows: another number of them than the column ``vessels`` says, a vessel with one daughter,
-        a last line without an end.
+        What looks like lost rows: other numbers than the columns ``vessels`` and ``outlets`` say, a vessel with one
+        daughter, a last line without an end.
     """
     table = read_columns(path, _ALIASES)
     if not table.names:
@@ -114,14 +114,19 @@ def write_network(network: Network, path: str | Path) -> None:
     measured = measured_columns(network)
     text = io.StringIO()
     writer = csv.writer(text)
-    topology = network.topology()
-    writer.writerow(["name", *topology, "length [cm]", "radius [cm]", *measured, *known, COUNT])
+    topology, counts = network.topology(), counted(network)
+    writer.writerow(["name", *topology, "length [cm]", "radius [cm]", *measured, *known, *counts])
     for row, name in enumerate(network.name):
         joined = (column[row] for column in topology.values())
         sizes = [repr(float(size)) for size in (network.length[row], network.radius[row])]
         cells = (column[row] for column in measured.values())
-        writer.writerow([name, *joined, *sizes, *cells, *known.values(), len(network)])
+        writer.writerow([name, *joined, *sizes, *cells, *known.values(), *counts.values()])
     write_file(Path(path), text.getvalue())
+
+
+def counted(network: Network) -> dict[str, str]:
+    """Return what the columns `COUNTED` hold in every row of a network's table."""
+    return {title: str(count) for title, count in zip(COUNTED, (len(network), len(network.terminals)), strict=True)}
 
 
 def measured_columns(network: Network) -> dict[str, list[str]]:
@@ -158,10 +163,11 @@ def _known_in(table: Columns, field: str, quantity: str) -> np.ndarray | None:
 
 def _lost(table: Columns, network: Network) -> list[Finding]:
     """Return every sign that rows are missing."""
-    column = table.find(COUNT)
-    if column is not None:
-        counts = {row[column] for row in table.cells} - {str(len(network))}
-        return [OTHER_COUNT(vessels=len(network), column=COUNT, count=count) for count in sorted(counts)]
+    said = {title: column for title in COUNTED if (column := table.find(title)) is not None}
+    if said:
+        found = counted(network)
+        return [OTHER_COUNT(found=found[title], column=title, count=count) for title, column in said.items()
+                for count in sorted({row[column] for row in table.cells} - {found[title]})]  # fmt: skip
     alone = [network.name[one.ending[0]] for one in network.junctions if len(one.ending) == len(one.beginning) == 1]
     some = ", ".join(f"'{name}'" for name in alone[:5]) + (", …" if len(alone) > 5 else "")
     return [SINGLE_DAUGHTERS(count=len(alone), some=some)] if alone else []

@@ -53,8 +53,8 @@ _DRIFT = (
     "set apart ({here:+.2g} mmHg in the averaged beats); {done}. The zero is taken to be right at {zero:.3g} s"
 )
 _STEP = (
-    "baseline: a step of {height:+.2g} mmHg at {time:.4g} s, complete within a beat as an instrument's (zero, "
-    "calibration) is; {done}"
+    "baseline: a step of {height:+.2g} mmHg at {time:.4g} s within one beat: an instrument's (its zero or "
+    "calibration), not the animal's; {done}"
 )
 _WATCH = "Say with `zero_time` when the zero was right, or average a shorter stretch."
 DRIFTS = look_kind("baseline.drifts", _DRIFT, _WATCH)

@@ -93,11 +93,11 @@ class Observation:
         if cm is not None and cm < 0:
             raise InputError(f"{self.title}: {cm:g} cm lies before the vessel")
         if not (np.isfinite(self.error) and self.error > 0):
-            raise InputError(f"{self.title}: error {self.error:g} is none; give the SD of its error, a positive number")
+            raise InputError(f"{self.title}: error {self.error:g} is not valid; give a positive SD")
         if not (np.isfinite(self.zero_sd) and self.zero_sd >= 0):
-            raise InputError(f"{self.title}: zero_sd {self.zero_sd:g} is none; give an SD of 0 mmHg or more")
+            raise InputError(f"{self.title}: zero_sd {self.zero_sd:g} is not valid; give an SD of 0 mmHg or more")
         if not (np.isfinite(self.gain) and 0 <= self.gain <= 2):
-            raise InputError(f"{self.title}: gain_sd {self.gain:g} is none; give a share from 0 to 2")
+            raise InputError(f"{self.title}: gain_sd {self.gain:g} is not valid; give a share from 0 to 2")
         if (self.waveform is None) == (not self.numbers):
             raise InputError(f"{self.title}: give a waveform, or at least one of {', '.join(NUMBERS)}")
         if self.waveform is not None:

@@ -10,7 +10,9 @@ from vasowave.imaging.measure.measurement import Measurement
 from vasowave.imaging.tree import Tree
 from vasowave.imaging.witness.doubts import Doubt
 from vasowave.network.network import Network
-from vasowave.network.vessel_table import COUNT, measured_columns
+from vasowave.network.vessel_table import counted, measured_columns
+
+_SIZES = ("length", "radius", "radius_inscribed", "radius_densitometric")
 
 
 def write_network_table(measured: Measurement, path: str | Path, doubts: Sequence[Doubt] = ()) -> None:
@@ -19,21 +21,18 @@ def write_network_table(measured: Measurement, path: str | Path, doubts: Sequenc
     doubted = {name: sorted({one.about for one in doubts if name in one.vessels}) for name in network.name}
     names = [network.name[p] if p >= 0 else "" for p in network.parent]
     columns = (network.length, network.radius, measured.inscribed, measured.densitometric)
-    heads = ("length", "radius", "radius_inscribed", "radius_densitometric")
     known = {"pressure [mmHg]": repr(network.pressure)} if network.pressure else {}
-    errors = measured_columns(network)
+    errors, counts = measured_columns(network), counted(network)
+    heads = [*(f"{head} [cm]" for head in _SIZES), *errors, *known, *counts]
     with Path(path).open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(
-            ["name", "parent", *(f"{head} [cm]" for head in heads), *errors, *known, COUNT, "radius_reliable", "doubts"]
-        )
+        writer.writerow(["name", "parent", *heads, "radius_reliable", "doubts"])
         for row, name in enumerate(network.name):
             cells = [repr(float(column[row])) if np.isfinite(column[row]) else "" for column in columns]
             cells += [column[row] for column in errors.values()]
             reliable = "yes" if measured.reliable[row] else "no"
-            writer.writerow(
-                [name, names[row], *cells, *known.values(), len(network), reliable, "; ".join(doubted[name])]
-            )
+            cells += [*known.values(), *counts.values(), reliable, "; ".join(doubted[name])]
+            writer.writerow([name, names[row], *cells])
 
 
 def write_points(tree: Tree, names: tuple[str, ...], path: str | Path) -> None:

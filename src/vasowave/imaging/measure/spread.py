@@ -24,7 +24,9 @@ ENDS = 0.3
 
 _THRESHOLD = "Look at the lumen at this threshold, or choose another."
 NO_TREE = look_kind(
-    "image.no-tree-at-threshold", "at threshold {threshold:g} no tree, so radius_sd is unknown: {why}", _THRESHOLD
+    "image.no-tree-at-threshold",
+    "no tree was found at threshold {threshold:g}, so radius_sd is unknown: {why}",
+    _THRESHOLD,
 )
 NOT_IN_LUMEN = look_kind(
     "image.not-in-lumen",

@@ -35,7 +35,7 @@ LOOP = doubt_kind(
 )
 LOOPS_CUT = look_kind(
     "image.loops",
-    "{loops}. The tree cuts each somewhere: vessels, lengths and flows on it may be far off: {ways}",
+    "{loops}. The tree cuts each of them somewhere, so vessels, lengths and flows there may be far off: {ways}",
     "Try the level set where noise makes them, cut the loops in the mask, or give the outlets.",
 )
 
