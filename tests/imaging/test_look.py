@@ -15,6 +15,7 @@ from vasowave.cli import app
 from vasowave.errors import InputError, VasowaveWarning
 from vasowave.imaging import Options, Volume, write_volume
 from vasowave.imaging.given import _METHODS
+from vasowave.imaging.lumen.proposal import levels_of
 from vasowave.imaging.lumen.segmentation import segment
 from vasowave.imaging.witness.loops import loops_after_closing, opening_threshold
 from vasowave.report.look import command, look_json, look_page, look_text
@@ -57,6 +58,14 @@ def test_what_is_told_of_the_image_is_what_it_is(scan, seen):
     assert seen.grey.saturated < 0.001
     assert abs(seen.grey.scale.bend) < 0.03
     assert seen.loops == ()
+
+
+def test_a_drawing_of_two_grey_levels_is_given_a_threshold_between_them():
+    z, y, _ = np.indices((60, 40, 30)) * 0.002
+    drawn = Volume(np.where(np.abs(y - 0.04) < 0.011, 255.0, 0.0) * (z < 0.1), (0.002,) * 3, (0.0, 0.0, 0.0))
+    for bright in (1.0, 255.0):
+        found = levels_of(Volume(drawn.grey * (bright / 255.0), drawn.spacing, drawn.origin))
+        assert (found.background, found.lumen) == pytest.approx((0.0, bright), abs=0.02 * bright)
 
 
 def test_whole_numbers_are_counted_in_bits(scan):

@@ -8,15 +8,19 @@ LAG = 3
 """Noise is the difference of voxels so far apart: neighbors share their noise, distant ones differ by cupping."""
 EVERY = 4
 """One voxel in so many along each axis is looked at."""
+LABELS = 8
+"""An image of at most so many grey levels is drawn, not scanned."""
 
 
 def background_level(volume: Volume) -> float:
     """Return the median grey level: vessels are a few voxels in a hundred.
 
-    Voxels equal to all their neighbors were filled in, as the frame of a masked image, and do not count.
+    Voxels equal to all their neighbors were filled in, as the frame of a masked image, and do not count, unless the
+    image is a drawing: there they are nearly all, and what is left lies at the walls of vessels.
     """
     grey, real = _sample(volume, 0)
-    return float(np.median(grey[real] if real.any() else grey))
+    scanned = real.any() and len(np.unique(grey)) > LABELS
+    return float(np.median(grey[real] if scanned else grey))
 
 
 def noise_level(volume: Volume) -> float:
