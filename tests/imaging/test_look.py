@@ -61,8 +61,10 @@ def test_what_is_told_of_the_image_is_what_it_is(scan, seen):
 
 
 def test_a_drawing_of_two_grey_levels_is_given_a_threshold_between_them():
-    z, y, _ = np.indices((60, 40, 30)) * 0.002
-    drawn = Volume(np.where(np.abs(y - 0.04) < 0.011, 255.0, 0.0) * (z < 0.1), (0.002,) * 3, (0.0, 0.0, 0.0))
+    z, y, x = np.indices((90, 60, 30)) * 0.002
+    side = np.where(z < 0.09, 0.0, 0.5 * (z - 0.09))  # a round vessel that divides
+    axis = np.minimum(np.hypot(y - 0.06 - side, x - 0.03), np.hypot(y - 0.06 + side, x - 0.03))
+    drawn = Volume(255.0 * ((axis < 0.011) & (z < 0.17)), (0.002,) * 3, (0.0, 0.0, 0.0))
     for bright in (1.0, 255.0):
         found = levels_of(Volume(drawn.grey * (bright / 255.0), drawn.spacing, drawn.origin))
         assert (found.background, found.lumen) == pytest.approx((0.0, bright), abs=0.02 * bright)
