@@ -195,7 +195,7 @@ def test_directions_lead_between_models_of_the_same_junctions():
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        ({"junctions": "dynamic"}, "'static' and 'total'"),
+        ({"junctions": "dynamic"}, "'static' or 'total'"),
         ({"loss": [1.0, 2.0]}, "one for each of the 3"),
         ({"loss": [0.0, -1.0, 0.0]}, "vessel 'b': loss -1"),
         ({"loss": np.nan}, "vessel 'a': loss nan"),

@@ -212,7 +212,7 @@ def test_derivatives_are_those_of_central_differences(inflow, wall, case):
 
 
 def test_viscosity_that_is_none_is_refused_and_names_the_vessel():
-    with pytest.raises(InputError, match="vessel 'b': wall_viscosity -1 is none"):
+    with pytest.raises(InputError, match="vessel 'b': wall_viscosity -1 is not valid"):
         fork(vw.LinearWall(57.0), wall_viscosity=[0.1, -1.0, 0.1])
     with pytest.raises(InputError, match="one for each of the 3 vessels"):
         fork(vw.LinearWall(57.0), wall_viscosity=[0.1, 0.1])

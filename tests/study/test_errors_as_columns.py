@@ -64,7 +64,7 @@ def test_blood_that_is_colder_is_as_much_more_viscous_as_water(make_study):
     assert animal_key(body, study.settings, folder) != animal_key(row, study.settings, folder)
     assert {one.name: one.unit for one in variables_of([row])}["temperature"] == "°C"
     _, problems = rewritten(folder, "98", header=header)
-    assert any("none of an animal's blood" in str(one) for one in problems)
+    assert any("not that of an animal's blood" in str(one) for one in problems)
 
 
 def test_what_animals_share_is_carried_and_no_slip(make_study):
