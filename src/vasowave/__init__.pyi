@@ -46,6 +46,7 @@ from vasowave.model.structured_tree import StructuredTree as StructuredTree
 from vasowave.model.walls import LinearWall as LinearWall
 from vasowave.model.walls import PowerWall as PowerWall
 from vasowave.model.walls import TangentWall as TangentWall
+from vasowave.model.walls import VeinWall as VeinWall
 from vasowave.network.network import Network as Network
 from vasowave.network.tidying import tidy as tidy
 from vasowave.network.vessel_table import write_network as write_network

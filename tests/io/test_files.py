@@ -41,6 +41,7 @@ def test_what_a_killed_program_left_of_a_folder_goes_at_once_and_what_is_being_f
     )
     subprocess.run([sys.executable, "-c", program], check=False)
     assert len(list(tmp_path.glob(f"{PART}*"))) == 1
+    check_folder(tmp_path, {"page.html": b"vasowave"})  # nothing but this stands there: the command may be given again
     with write_folder(tmp_path) as fresh:
         (fresh / "b").write_text("new")
         assert len(list(tmp_path.glob(f"{PART}*"))) == 1

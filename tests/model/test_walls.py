@@ -4,7 +4,7 @@ import pytest
 from vasowave.errors import InputError
 from vasowave.model import walls
 from vasowave.model.per_vessel import one_per_vessel
-from vasowave.model.walls import LinearWall, PowerWall, TangentWall
+from vasowave.model.walls import LinearWall, PowerWall, TangentWall, VeinWall
 
 AREA0 = 0.0069
 INERTIA = 1.057 / 1333.22
@@ -14,6 +14,8 @@ LAWS = {
     "tangent": TangentWall(7.0, 4.0),
     "power": PowerWall(40.0, 3.0),
     "power, soft": PowerWall(30.0, 0.3),
+    "vein": VeinWall(57.0),
+    "vein, soft": VeinWall(3.0),
 }
 all_laws = pytest.mark.parametrize("wall", LAWS.values(), ids=LAWS)
 

@@ -61,7 +61,7 @@ def test_all_slips_are_named_at_once_with_line_column_and_nearest_key():
         "study.yaml, line 3, column 11: calibration.starts: 'four' is not a whole number",
         "study.yaml, line 4, column 19: calibration.walls.1: unknown wall law 'tangnt' "
         "(did you mean 'tangent'?); choose from: linear, tangent, "
-        "power, or name a class of your own as module:Class",
+        "power, vein, or name a class of your own as module:Class",
         "study.yaml, line 5, column 12: calibration.bounds: 'betta' is not known (did you mean 'beta'?); "
         "choose from: beta, r1, r2, c1, p1, gamma, m",
         "study.yaml, line 6, column 9: calibration.seed: '1,5' is not a whole number",

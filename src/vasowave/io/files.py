@@ -141,7 +141,8 @@ def remove_parts(folder: Path, age: float = 0.0) -> None:
 def check_folder(folder: Path, marks: Mapping[str, bytes]) -> None:
     """Raise `InputError`, before anything is computed, unless results may and can be written into `folder`.
 
-    It must be missing, empty, or hold an earlier result, known by its `marks`: names of files and what they contain.
+    It must be missing, empty, or hold an earlier result, known by its `marks`: names of files and what they contain. An
+    unfinished piece is a mark, too: of a program that was killed while it wrote here.
     """
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
@@ -149,7 +150,9 @@ def check_folder(folder: Path, marks: Mapping[str, bytes]) -> None:
     check_writable(folder)
     if not folder.exists():
         return
-    if any(folder.iterdir()) and not any(_has_mark(folder / name, mark) for name, mark in marks.items()):
+    there = [one.name for one in folder.iterdir()]
+    unfinished = any(name.startswith(PART) for name in there)
+    if there and not unfinished and not any(_has_mark(folder / name, mark) for name, mark in marks.items()):
         raise InputError(f"{folder} is not empty and not a vasowave result; give another folder or empty it first")
 
 

@@ -30,6 +30,20 @@ def power(x: Values, m: Values) -> Values:
     return x**m
 
 
+def collapsed(y: Values) -> Values:
+    """Solve a^10 - a^-3/2 = y by Newton's method for log(a^10 + [-y]) = log(a^-3/2 + [y]), which is nearly straight.
+
+    The brackets are positive parts. It begins with the slope at y = 0; five steps are exact to double precision.
+    """
+    over, under = np.maximum(y, 0.0), np.maximum(-y, 0.0)
+    a = power(1.0 + 10.0 / 11.5 * over, 0.1) * power(1.0 + 1.5 / 11.5 * under, -2.0 / 3.0)
+    for _ in range(5):
+        wide, flat = power(a, 10.0), power(a, -1.5)
+        slope = 10.0 * wide / (wide + under) + 1.5 * flat / (flat + over)
+        a = a * power((flat + over) / (wide + under), 1.0 / slope)
+    return a
+
+
 @runtime_checkable
 class Wall(Protocol):
     """What the solver and the analyses ask of a wall law; every equation takes the law's parameters last."""
@@ -211,6 +225,56 @@ class PowerWall(NamedTuple):
         return 0.0 * beta, 0.0 * beta + np.inf
 
 
+class VeinWall(NamedTuple):
+    """Wall that collapses under negative pressure, p = β/23 ((A/A0)^10 - (A/A0)^-3/2): the tube law of veins.
+
+    The exponents are those of Müller and Toro (2014, Int. J. Numer. Meth. Biomed. Eng. 30, 681); -3/2 is that of a tube
+    pressed flat (Shapiro 1977, J. Biomech. Eng. 99, 126). β is the stiffness at p = 0, so that a vein, an artery and
+    their waves compare by one number.
+
+    Attributes
+    ----------
+    beta : float or array, shape (vessel,)
+        Stiffness β at p = 0, mmHg.
+
+    Examples
+    --------
+    >>> import vasowave as vw
+    >>> wall = vw.VeinWall(beta=23.0)
+    >>> round(float(wall.ratio_at(-7.0, *wall)), 3)  # (A/A0)^-3/2 is nearly 7
+    0.273
+    """
+
+    beta: Values
+
+    @staticmethod
+    def law() -> Law:
+        """Return what is said of the law; nominally it is as stiff at p = 0 as the linear one."""
+        beta = Parameter("mmHg", "β", "wall stiffness", "", 1.0, (1e-3, 20.0))
+        return Law("vein", "collapsible", "p = β/23 ((A/A₀)^10 − (A/A₀)^(−3/2))", "", (beta,))
+
+    @staticmethod
+    def pressure_at(a: Values, beta: Values) -> Values:
+        """Pressure, mmHg, at area ratio a."""
+        return beta / 23.0 * (power(a, 10.0) - power(a, -1.5))
+
+    @staticmethod
+    def ratio_at(p: Values, beta: Values) -> Values:
+        """Area ratio at pressure p."""
+        return collapsed(23.0 * p / beta)
+
+    @staticmethod
+    def slope_at(p: Values, beta: Values) -> Values:
+        """d(A/A0)/dp, 1/mmHg."""
+        a = collapsed(23.0 * p / beta)
+        return 23.0 / beta * a / (10.0 * power(a, 10.0) + 1.5 * power(a, -1.5))
+
+    @staticmethod
+    def limits(beta: Values) -> tuple[Values, Values]:
+        """Area ratios between which the law holds: any positive one."""
+        return 0.0 * beta, 0.0 * beta + np.inf
+
+
 def pressure(wall: Wall, area: Values, area0: Values) -> Values:
     """Transmural pressure p, mmHg (eqs. 3 and 4), at cross-sectional area A (cm²); arrays broadcast, vessels last."""
     return wall.pressure_at(np.asarray(area) / area0, *_parameters(wall))
@@ -262,5 +326,5 @@ VISCOSITY = Parameter("mmHg s", "η_w", "viscosity of the wall", "", 0.002, (1e-
 """That of `Model.wall_viscosity`, with any law. An artery of a mouse that lost a tenth of what it stores would have
 0.002 s times its stiffness; hardly anything is known of it beforehand."""
 
-BUILT_IN: tuple[Any, ...] = (LinearWall, TangentWall, PowerWall)
+BUILT_IN: tuple[Any, ...] = (LinearWall, TangentWall, PowerWall, VeinWall)
 """The laws of this file."""

@@ -48,3 +48,4 @@ for _stub in (pressure_at, ratio_at, slope_at):
 overload(walls.tangent)(lambda x: trigonometry.tangent)
 overload(walls.arctangent)(lambda x: trigonometry.arctangent)
 overload(walls.power)(lambda x, m: powers.power)
+register_jitable(walls.collapsed)
