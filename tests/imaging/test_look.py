@@ -58,6 +58,8 @@ def test_what_is_told_of_the_image_is_what_it_is(scan, seen):
     assert seen.grey.saturated < 0.001
     assert abs(seen.grey.scale.bend) < 0.03
     assert seen.loops == ()
+    assert "voxel:             95 × 95 × 95 µm" in look_text(seen)
+    assert "140 × 140 × 140 voxels (x, y, z), 1.33 × 1.33 × 1.33 cm" in look_text(seen)
 
 
 def test_a_drawing_of_two_grey_levels_is_given_a_threshold_between_them():
