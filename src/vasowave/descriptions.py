@@ -103,6 +103,8 @@ class Law(NamedTuple):
         Name and description of first over second parameter, where the data determine it better than either.
     linear_at : (str, float), optional
         A parameter that says how the wall stiffens, and its value at which the law is the linear one.
+    lowest : float
+        Transmural pressure, mmHg, below which the law does not hold: so thin a wall buckles long before.
     """
 
     name: str
@@ -113,6 +115,7 @@ class Law(NamedTuple):
     stiffness: str = "stiffness"
     ratio: tuple[str, Quantity] | None = None
     linear_at: tuple[str, float] | None = None
+    lowest: float = -5.0
 
 
 class BedLaw(NamedTuple):

@@ -251,7 +251,7 @@ class VeinWall(NamedTuple):
     def law() -> Law:
         """Return what is said of the law; nominally it is as stiff at p = 0 as the linear one."""
         beta = Parameter("mmHg", "β", "wall stiffness", "", 1.0, (1e-3, 20.0))
-        return Law("vein", "collapsible", "p = β/23 ((A/A₀)^10 − (A/A₀)^(−3/2))", "", (beta,))
+        return Law("vein", "collapsible", "p = β/23 ((A/A₀)^10 − (A/A₀)^(−3/2))", "", (beta,), lowest=-np.inf)
 
     @staticmethod
     def pressure_at(a: Values, beta: Values) -> Values:

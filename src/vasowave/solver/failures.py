@@ -8,7 +8,6 @@ from vasowave.model.linear import LinearSolution
 from vasowave.model.rational import Rational
 from vasowave.solver.grid import Grid
 from vasowave.solver.state import State
-from vasowave.solver.validity import COLLAPSED
 
 _FILLED = 0.97  # of the largest area that a wall law has
 
@@ -141,7 +140,7 @@ def at_the_edge(grid: Grid, state: State) -> str:
     if ratio[filled] > _FILLED * np.broadcast_to(largest, ratio.shape)[filled]:
         name = grid.model.network.name[grid.vessel[cells[filled]]]
         return f"vessel '{name}' is near its largest area (a pressure of {p[filled]:.4g} mmHg); stiffen it"
-    if p[lowest] < COLLAPSED:
+    if p[lowest] < wall.law().lowest:
         name = grid.model.network.name[grid.vessel[cells[lowest]]]
         return f"vessel '{name}' is near collapse ({p[lowest]:.4g} mmHg); check the inflow for backflow"
     return "no vessel is near collapse or near its largest area, the waves themselves do not settle"

@@ -99,7 +99,7 @@ class Run:
     @property
     def notes(self) -> tuple[Finding, ...]:
         """What a reader must know before believing the waves."""
-        return notes_of(self.extremes, self.largest_pressure, self.error_estimate)
+        return notes_of(self.extremes, self.largest_pressure, self.model.wall.law().lowest, self.error_estimate)
 
     @cached_property
     def pressure(self) -> np.ndarray:

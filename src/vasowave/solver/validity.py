@@ -9,7 +9,6 @@ from vasowave.solver.extremes import Extreme, Extremes
 GRID_SHARE = 0.01  # of the largest pressure: an estimated grid error above it is worth a finding
 SETTLED_SHARE = 0.002  # likewise: above it, cells that were chosen by the wave length are halved
 _MEANINGLESS = 30.0  # % of the largest pressure: a larger error is no number that means anything
-COLLAPSED = -5.0  # mmHg: a wall so thin buckles long before, and neither law knows of it
 OVERSTRAINED = 3.0  # area strain: twice the radius, at which arteries tear
 
 _GRID = (
@@ -45,11 +44,13 @@ def require_subcritical(mach: Extreme) -> None:
         )
 
 
-def notes_of(extremes: Extremes, largest_pressure: float, error_estimate: float = math.nan) -> tuple[Finding, ...]:
+def notes_of(
+    extremes: Extremes, largest_pressure: float, lowest: float, error_estimate: float = math.nan
+) -> tuple[Finding, ...]:
     """Return what a reader must know before believing the waves; empty where nothing is doubtful.
 
-    `largest_pressure` is the largest magnitude. Nothing of the grid where an accuracy was asked for and two grids tell
-    that it was reached (`error_estimate`, mmHg).
+    `largest_pressure` is the largest magnitude, `lowest` what the wall law holds down to, mmHg. Nothing of the grid
+    where an accuracy was asked for and two grids tell that it was reached (`error_estimate`, mmHg).
     """
     error, low, strain = extremes.grid_error, extremes.lowest_pressure, extremes.area_strain
     percent, found = 100 * error.value / largest_pressure, []
@@ -57,7 +58,7 @@ def notes_of(extremes: Extremes, largest_pressure: float, error_estimate: float 
     if doubtful and math.isnan(error_estimate):
         sized = percent < _MEANINGLESS
         found.append(_of(ON_GRID, error, percent=percent) if sized else _of(ON_GRID_ALONE, error))
-    if low.value < COLLAPSED:
+    if low.value < lowest:
         found.append(_of(COLLAPSES, low))
     if strain.value > OVERSTRAINED:
         found.append(_of(STRAINED, strain, percent=100 * strain.value))
