@@ -253,7 +253,8 @@ def described(command, name):
     yield f"== {name}: " + " ".join((command.help or "").split())
     for one in command.params:
         few = f" from {one.min} to {one.max}" if (one.min, one.max) != (None, None) else ""
-        kind = f"{one.type_descriptor.annotation}{few}{' …' * one.multiple}{', required' * one.required}"
+        annotation = str(one.type_descriptor.annotation).replace("pathlib._local.", "pathlib.")  # Python 3.13
+        kind = f"{annotation}{few}{' …' * one.multiple}{', required' * one.required}"
         said = " ".join((getattr(one, "help", "") or "").split())
         default = f"{one.default}, shown as {one.show_default}"
         yield f"{' '.join([*one.opts, *one.secondary_opts])} ({kind}) = {default}: {said}"

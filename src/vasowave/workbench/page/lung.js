@@ -52,7 +52,7 @@ export async function renew(place, rest) {
 }
 
 async function vessels() {
-  const mine = ++waiting, of = parts;
+  const mine = ++waiting, of = parts, asked = ask("lung", { image: told.image }).catch(() => told);  // meanwhile
   const watching = setInterval(async () => { const now = await ask("lung", { image: told.image }).catch(() => ({})); if (mine === waiting && now.stage) of.stage.textContent = `Looking for the vessels: ${now.stage} …`; }, 700);
   try {
     const answer = await post("vessels", { image: told.image, wishes });
@@ -69,12 +69,10 @@ async function vessels() {
   } finally {
     clearInterval(watching);
   }
-  if (of !== parts) return;
-  doubts(); table(); picked(); draw();
-  const about = await ask("lung", { image: told.image });
+  const about = await asked;
   if (of !== parts) return;
   told = about;
-  wish(); edits();
+  wish(); doubts(); table(); picked(); edits(); draw();
 }
 
 // What is wished for, and the window.
