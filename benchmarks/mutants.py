@@ -201,6 +201,8 @@ def noticed_by(mutant: Mutant, whole: bool = False) -> str:
             return "the tests do not end"
         said = (folder / "said").read_text(encoding="utf-8", errors="replace")
         hanging = _hanging(folder / "begun", limit) if tested.exitcode in OUT_OF_TIME else ""
+    if absent := re.search(r"^ERROR: not found: (.*)$", said, re.MULTILINE):
+        raise SystemExit(f"the record names a test that is not there: {absent[1]}; record anew (--record)")
     failed = re.search(r"^(?:FAILED|ERROR) (\S+)", said, re.MULTILINE)
     if tested.exitcode in (0, 5, *OUT_OF_TIME):
         return hanging and f"{hanging} does not end"

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.recording import read_recording
+from vasowave.recording import Recording, read_recording
 
 MOUSE = Path(__file__).parents[2] / ".." / "shared" / "data" / "mouse-c6"
 PERIOD = 0.11
@@ -349,3 +349,18 @@ def test_a_column_that_only_its_unit_tells_is_taken_with_a_note(tmp_path):
     )
     (note,) = [note for note in recording.notes if note.code == "recording.channel-taken"]
     assert "'presure' was taken for pressure" in str(note)
+
+
+def test_pressure_and_flow_of_two_cycles_are_refused_with_how_long_each_lasts(tmp_path):
+    files = [
+        write(tmp_path / f"{name}.csv", TIME * stretch, values, header=f"time [s],{name} [{unit}]")
+        for name, unit, values, stretch in (("pressure", "mmHg", PRESSURE, 1.0), ("flow", "ml/s", FLOW, 1.05))
+    ]
+    with pytest.raises(InputError, match=r"pressure\.csv lasts 0\.11 s and .*flow\.csv 0\.1155 s; .* of one cycle"):
+        read_recording(*files)
+
+
+@pytest.mark.parametrize("period", [np.nan, np.inf, -0.11, 0.0])
+def test_a_cycle_lasts_a_positive_finite_time(period):
+    with pytest.raises(InputError, match="is not a positive number"):
+        Recording(PRESSURE, FLOW, period)

@@ -2,6 +2,7 @@ import os
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import get_args
 
 import numpy as np
@@ -20,7 +21,7 @@ from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
 from vasowave.species import SPECIES, SpeciesName
 from vasowave.study.animals import read_animals
-from vasowave.study.checking import check_study
+from vasowave.study.checking import _known, check_study
 from vasowave.study.loading import load_animal
 from vasowave.study.overview import AnimalRead, read_of
 from vasowave.study.physiology import physiology_findings
@@ -438,3 +439,14 @@ def test_beds_that_are_a_list_are_refused_in_words(make_study):
     (study / "study.yaml").write_text("groups: [CTL, HPH]\ncalibration: {beds: [rc]}\n", "utf-8")
     (problem,) = [one for one in check_study(study).problems if "beds" in str(one)]
     assert "is no name; write one name" in str(problem)
+
+
+@pytest.mark.parametrize(("said", "factor"), [(0.13e-4, "96.2"), (0.125, "100")])
+def test_a_slip_of_the_exponent_is_told_with_its_factor_in_either_direction(said, factor):
+    row, nominal = (
+        SimpleNamespace(R_T=None, tau=None, C_T=said),
+        SimpleNamespace(total_resistance=80, time_constant=0.1),
+    )
+    (found,) = _known(row, nominal)  # τ/R_T is 0.00125 ml/mmHg
+    assert f"0.00125 from the τ/R_T: a factor of {factor};" in str(found)
+    assert not _known(SimpleNamespace(R_T=90.0, tau=0.1, C_T=0.0012), nominal)
