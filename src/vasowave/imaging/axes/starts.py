@@ -149,19 +149,21 @@ def _as_before(tree: Tree, rows: list[int], before: Tree, parent: int | None) ->
     if parent is None:
         return []
     old = [parent, *before.daughters(parent).tolist()]
+    if len(old) != len(rows):
+        return []
     arms = [before.lines[row][cut] for row, cut in zip(old, _cuts(before, old), strict=True)]
-    if not _is_part(tree.lines[rows[0]][-len(arms[0]) :], arms[0]) or len(old) != len(rows):
+    if not _is_same(tree.lines[rows[0]][-len(arms[0]) :], arms[0]):
         return []
     found = [parent]
     for row in rows[1:]:
         line = tree.lines[row]
-        same = (one for one, arm in zip(old[1:], arms[1:], strict=True) if _is_part(line[: len(arm)], arm))
+        same = (one for one, arm in zip(old[1:], arms[1:], strict=True) if _is_same(line[: len(arm)], arm))
         found.append(next(same, -1))
     return found if min(found) >= 0 else []
 
 
-def _is_part(line: Line, arm: Line) -> bool:
-    return np.array_equal(line.points, arm.points) and np.array_equal(line.radius, arm.radius)
+def _is_same(part: Line, arm: Line) -> bool:
+    return np.array_equal(part.points, arm.points) and np.array_equal(part.radius, arm.radius)
 
 
 def _cuts(tree: Tree, rows: list[int]) -> list[slice]:
