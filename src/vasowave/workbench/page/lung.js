@@ -58,7 +58,7 @@ async function vessels() {
     const answer = await post("vessels", { image: told.image, wishes });
     if (mine !== waiting || of !== parts) return;
     found = answer; stale = false;
-    if (!found.vessels.some((one) => one.name === chosen)) chosen = "";
+    chosen = chosen && nearest(at);  // an edit numbers the vessels anew, and the next one acts at the place
     of.stage.textContent = `${found.vessels.length} vessels, ${found.vessels.filter((one) => one.terminal).length} of them terminal, in ${found.generations} generations; ${shown(found.total, 3)} cm in all` +
       (found.scale === null ? "." : `; the cannula measures ${shown(found.scale, 2)} % off its size.`);
     fill(of.notes);
