@@ -7,6 +7,7 @@ import pytest
 
 from made_cohort import made_results
 from vasowave.animal.files import to_bytes
+from vasowave.cli.study import _first_word
 from vasowave.cohort import primary_comparison
 from vasowave.errors import InputError
 from vasowave.report.documents import report_of, supplement_of
@@ -157,6 +158,20 @@ def test_a_design_says_of_how_many_animals_it_compares_what(tmp_path, results):
     assert "time after against time before; HPH against CTL in the change after/before" in said
 
 
+@pytest.mark.parametrize(("words", "first"), [(("before", "after"), "before"), (("later", "early"), "later")])
+def test_check_says_which_word_stands_first_and_so_is_what_others_are_compared_with(tmp_path, results, words, first):
+    study = make(tmp_path, results)
+    table = study.table.read_text(encoding="utf-8")
+    for old, new in zip(("before", "after"), words, strict=True):
+        table = table.replace(f",{old},", f",{new},")
+    study.table.write_text(table, encoding="utf-8")
+    assert f" '{first}' is the first time in the table, so others are compared with it" in _first_word(
+        read_study(tmp_path)
+    )
+    study.path.write_text("design: {covariates: [sex]}\n", encoding="utf-8")
+    assert _first_word(read_study(tmp_path)) == ""
+
+
 @pytest.mark.parametrize(
     ("design", "code", "words"),
     [
@@ -165,6 +180,7 @@ def test_a_design_says_of_how_many_animals_it_compares_what(tmp_path, results):
         ("subject: mouse, occasion: litter", "design.one-occasion", "no mouse was recorded at two levels of litter"),
         ("subject: mouse, occasion: litter", "design.same-occasion", "mouse M0, M1, M2"),
         ("blocks: [group]", "setting.at-odds", "'group' is no column of the lab's own"),
+        ("subject: animal", "setting.at-odds", "'animal' names each row; give a column"),
     ],
 )
 def test_subjects_and_occasions_that_are_not_crossed_are_said(tmp_path, results, design, code, words):

@@ -185,10 +185,19 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
         plan = read_study(study)
         declare(plan)
         if plan.layout is not None:
-            typer.echo(f"Design: {plan.layout.text}")
+            typer.echo(f"Design: {plan.layout.text}{_first_word(plan)}")
     said = f"{_counted(len(errors), 'error')}, {_counted(count, 'warning')}"
     typer.echo(said if problems else "Nothing is wrong or odd.")
     raise typer.Exit(1 if errors else 0)
+
+
+def _first_word(plan: "Study") -> str:
+    """Say which level others are compared with where they are words, whose order is that of the table."""
+    second = next((one for one in plan.variables if one.name == plan.settings.design.second), None)
+    if second is None or second.kind != "category":
+        return ""
+    return (f" '{second.order[0]}' is the first {second.name} in the table, so others are compared with it; "
+            "put a row of another first to turn that round.")  # fmt: skip
 
 
 def _counted(count: int, what: str) -> str:

@@ -226,8 +226,10 @@ def laid_out(
 
 
 def _variable(design: Design, variables: Mapping[str, Variable], name: str) -> Variable:
-    if name in ("group", "animal"):
-        raise InputError(f"'{name}' is no column of the lab's own: groups are compared in every design; take it out")
+    if name == "group":
+        raise InputError("'group' is no column of the lab's own: groups are compared in every design; take it out")
+    if name == "animal":
+        raise InputError("'animal' names each row; give a column of the lab's own, as one that says which mouse it was")
     if name not in variables:
         known = f"there are: {', '.join(variables)}" if variables else "it has no columns of its own"
         raise InputError(f"the table of animals has no column '{name}'{did_you_mean(name, variables)}; {known}")

@@ -167,7 +167,7 @@ def _lost(table: Columns, network: Network) -> list[Finding]:
     if said:
         found = counted(network)
         return [OTHER_COUNT(found=found[title], column=title, count=count) for title, column in said.items()
-                for count in sorted({row[column] for row in table.cells} - {found[title]})]  # fmt: skip
+                for count in sorted({row[column] for row in table.cells} - {found[title], ""})]  # fmt: skip
     alone = [network.name[one.ending[0]] for one in network.junctions if len(one.ending) == len(one.beginning) == 1]
     some = ", ".join(f"'{name}'" for name in alone[:5]) + (", …" if len(alone) > 5 else "")
     return [SINGLE_DAUGHTERS(count=len(alone), some=some)] if alone else []
