@@ -43,6 +43,7 @@ from vasowave.model.outlets import Windkessel as Windkessel
 from vasowave.model.shape import Shape as Shape
 from vasowave.model.structured_tree import BloodTree as BloodTree
 from vasowave.model.structured_tree import StructuredTree as StructuredTree
+from vasowave.model.ventricle import Ventricle as Ventricle
 from vasowave.model.walls import LinearWall as LinearWall
 from vasowave.model.walls import PowerWall as PowerWall
 from vasowave.model.walls import TangentWall as TangentWall

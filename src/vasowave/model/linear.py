@@ -20,12 +20,14 @@ import numpy as np
 from vasowave.model import walls
 from vasowave.model.model import Model
 from vasowave.model.two_ports import TwoPort, input_impedances, joined, pressures_behind, steady_means
-from vasowave.recording import Driven
+from vasowave.model.ventricle import Driven, Ventricle
+from vasowave.recording import Inflow
 
 _PARTS = 6  # lines that a vessel makes where one changes along its way
 _FASTEST = 0.8  # u²/c² of the mean flow, at most: beyond, no linear theory knows the waves
 _UNHINDERED = 1e-4  # of ρL/(A T), the resistance that a vessel of a graph has at least
 _LINES, _CLOSED = 20, 1e-12  # straight lines in the inflow, at most, and the share of a pressure they may miss
+_OF_IMPEDANCE, _EJECTED = 12, 0.5  # harmonics, and share of its volume that a ventricle ejects: a guess of its flow
 _GAUSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0)  # places in a line whose mean is right to third order
 
 
@@ -175,7 +177,12 @@ class LinearSolution:
 
 
 def linear_solution(model: Model, inflow: Driven, harmonics: int = 32) -> LinearSolution:
-    """Solve the linearized network for the harmonics 0 … `harmonics` of the inflow, or of the pressure that drives."""
+    """Solve the linearized network for the harmonics 0 … `harmonics` of the inflow, or of the pressure that drives.
+
+    A ventricle, whose valve is not linear, ejects into three elements that stand for the network.
+    """
+    if isinstance(inflow, Ventricle):
+        inflow = _ejected(model, inflow, harmonics)
     entering = inflow.into(model.network.inlet_names)
     count = min(harmonics, (len(entering) - 1) // 2) + 1
     spectrum = np.fft.rfft(np.ascontiguousarray(entering.T))[:, :count].T / len(entering)
@@ -183,6 +190,21 @@ def linear_solution(model: Model, inflow: Driven, harmonics: int = 32) -> Linear
     if inflow.of_pressure:
         return _driven_by_pressure(model, spectrum, inflow.period)
     return _solve(model, spectrum, *_mean_state(model, spectrum[0].real, inflow.period), inflow.period)
+
+
+def _ejected(model: Model, ventricle: Ventricle, harmonics: int) -> Inflow:
+    """Return the flow of a ventricle into the network's resistance, compliance and characteristic impedance."""
+    root, count = model.network.root, min(harmonics, _OF_IMPEDANCE) + 1
+    ventricle.into(model.network.inlet_names)
+    flow = np.zeros((count, 1), dtype=complex)
+    flow[0] = _EJECTED * ventricle.filled / ventricle.period
+    flow[1:] = flow[0]
+    seen = _solve(model, flow, *_mean_state(model, flow[0].real, ventricle.period), ventricle.period)
+    impedance = seen.input_impedance[:, root]
+    at_once = float(np.mean(np.abs(impedance[3:])))
+    resistance = max(impedance[0].real - at_once, at_once)
+    gives = abs((1.0 / (impedance[1] - at_once)).imag) * ventricle.period / (2 * np.pi)
+    return ventricle.ejecting(at_once, resistance, gives, float(np.mean(model.outlet_pressure)))
 
 
 def _driven_by_pressure(model: Model, pressure: np.ndarray, period: float) -> LinearSolution:

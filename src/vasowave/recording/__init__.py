@@ -3,7 +3,7 @@
 from vasowave.recording.baseline import Baseline, Step
 from vasowave.recording.beats import Beats, find_beats
 from vasowave.recording.catheter import Catheter, correct_catheter, ringing, suspect_catheter
-from vasowave.recording.cycle import Driven, Inflow, InletPressure, Recording, resample, samples_needed
+from vasowave.recording.cycle import Inflow, InletPressure, Recording, resample, samples_needed
 from vasowave.recording.describe import FileDescription, describe_recording
 from vasowave.recording.edits import BeatEdit, read_edits
 from vasowave.recording.ensemble import Beat, EnsembleAverage, average_beats, one_cycle
@@ -22,7 +22,6 @@ __all__ = [
     "BeatEdit",
     "Beats",
     "Catheter",
-    "Driven",
     "EnsembleAverage",
     "FileDescription",
     "HarmonicErrors",

@@ -122,10 +122,6 @@ class InletPressure:
         return self.pressure.reshape(-1, 1)
 
 
-Driven = Inflow | InletPressure
-"""What drives a network."""
-
-
 @dataclass(frozen=True, eq=False)
 class Recording:
     """One ensemble-averaged cycle of pressure and flow at the inlet of the root vessel.

@@ -8,7 +8,7 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.model.linear import linear_solution
 from vasowave.model.model import Model
-from vasowave.recording import Driven
+from vasowave.model.ventricle import Driven
 from vasowave.solver.failures import TooSteep
 from vasowave.solver.grid import cell_counts
 from vasowave.solver.middles import cells_for_middles

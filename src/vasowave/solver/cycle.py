@@ -13,7 +13,7 @@ from vasowave.runtime.kernels import is_known, kept
 from vasowave.solver import beds as bed_kernels
 from vasowave.solver import cells as cell_kernels
 from vasowave.solver import changing as changing_kernels
-from vasowave.solver import grid, laws, powers, trigonometry, viscosity
+from vasowave.solver import grid, laws, powers, trigonometry, valve, viscosity
 from vasowave.solver import nodes as node_kernels
 from vasowave.solver.cells import (
     OPTIONS,
@@ -28,6 +28,7 @@ from vasowave.solver.cells import (
 )
 from vasowave.solver.changing import carry_to_ends, continue_by_pressure, faces_by_pressure, keep_energy
 from vasowave.solver.nodes import characteristics, gather, solve_nodes
+from vasowave.solver.valve import fill
 from vasowave.solver.viscosity import find_viscosity, push_cells, solve_viscous
 
 DONE, LEFT_LAW, NODE_FAILED = 0, 1, 2
@@ -91,16 +92,21 @@ def center_cells(sample, area, flow, out):
         out[1, sample, j] = 0.5 * (out[1, sample, j] + flow[j])
 
 
-PARTS = walls, laws, trigonometry, powers, grid, bed_kernels, cell_kernels, changing_kernels, node_kernels, viscosity
+PARTS = (
+    *(walls, laws, trigonometry, powers, grid, bed_kernels, cell_kernels, changing_kernels, node_kernels),
+    *(viscosity, valve),
+)
 """Modules of which a cycle is compiled."""
 
 
 def _compiled() -> Any:
     @njit(**WHOLE)
-    def advance_cycle(state, inflow, law, outlet, parts, fluid, scratch, viscous, watched, seen, out, cell_out, report):
+    def advance_cycle(
+        state, inflow, heart, law, outlet, parts, fluid, scratch, viscous, watched, seen, out, cell_out, report
+    ):
         """Run a cycle from `state`, which becomes that of its end; `report`, all zeros before, says how it went.
 
-        Without viscous walls, where `viscous` is None, the compiler leaves out what they need.
+        Where walls are not viscous (`viscous` is None), or no ventricle drives (`heart`), the compiler leaves them out.
         """
         area, flow, memory = state
         wall, face_wall, end_wall = law
@@ -108,6 +114,8 @@ def _compiled() -> Any:
         faces, fluxes, nodes = scratch
         every = len(inflow) // out.shape[1]
         watch = max(every, len(inflow) // WATCHES)
+        if heart is not None:
+            fill(heart)
         of_cells = len(inflow) // max(cell_out.shape[1], 1)
         for n in range(len(inflow)):
             cells_kept = cell_out.shape[1] > 0 and n % of_cells == 0
@@ -124,10 +132,10 @@ def _compiled() -> Any:
             carry_to_ends(ends, end_wall, fluid, changing, fluxes, nodes)
             characteristics(ends, end_wall, fluid, nodes)
             if viscous is None:
-                failed = solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
+                failed = solve_nodes(inflow[n], n, heart, outlet, memory, ends, end_wall, nodes, faces)
             else:
                 find_viscosity(area, flow, vessels, cells, fluid, viscous)
-                failed = solve_viscous(inflow[n], outlet, memory, vessels, ends, end_wall, viscous, nodes, faces)
+                failed = solve_viscous(inflow[n], heart, outlet, memory, vessels, ends, end_wall, viscous, nodes, faces)
             if failed >= 0:
                 report[STATUS], report[PLACE], report[STEP] = NODE_FAILED, ends.vessel[failed], n
                 return

@@ -23,6 +23,7 @@ from vasowave.solver.beds import bed_pressure, remember
 from vasowave.solver.cells import OPTIONS, slowed
 from vasowave.solver.grid import Ends
 from vasowave.solver.laws import ratio_at, slope_at
+from vasowave.solver.valve import eject, meet_ventricle, valve_moves
 
 NEWTON_CLOSE = 1e-4  # mmHg; a smaller Newton step is taken linearly: what that neglects is below 1e-9 mmHg
 NEWTON_MOST = 50  # steps, at most
@@ -230,10 +231,8 @@ def meet_outside(inflow, outlet, memory, ends, nodes):
 
 
 @njit(**OPTIONS)
-def solve_nodes(inflow, step, outlet, memory, ends, wall, nodes, faces):
-    """State of all vessel ends at the half step (eqs. 6, 7); returns the node that has no solution, or -1."""
-    meet_outside(inflow, outlet, memory, ends, nodes)
-    first_guess(step, ends, nodes)
+def balance(ends, wall, nodes):
+    """Find the pressures at which the flows into all nodes balance; returns whether that succeeded."""
     for _ in range(NEWTON_MOST):
         try_pressures(ends, wall, nodes)
         if ends.dynamic:
@@ -242,10 +241,29 @@ def solve_nodes(inflow, step, outlet, memory, ends, wall, nodes, faces):
         if ends.dynamic:
             small &= move_dynamic(ends, nodes)
         if small:
+            return True
+    return False
+
+
+@njit(**OPTIONS)
+def solve_nodes(inflow, step, heart, outlet, memory, ends, wall, nodes, faces):
+    """State of all vessel ends at the half step (eqs. 6, 7); returns the node that has no solution, or -1."""
+    meet_outside(inflow, outlet, memory, ends, nodes)
+    if heart is not None:
+        meet_ventricle(inflow[0], heart, ends, nodes)
+    first_guess(step, ends, nodes)
+    if not balance(ends, wall, nodes):
+        return worst_node(nodes)
+    close_ends(ends, nodes, faces)
+    if heart is not None:
+        if valve_moves(inflow[0], heart, faces.flow[ends.face[ends.inlet]], nodes.pressure[0, ends.inlet]):
+            meet_ventricle(inflow[0], heart, ends, nodes)
+            if not balance(ends, wall, nodes):
+                return worst_node(nodes)
             close_ends(ends, nodes, faces)
-            fill_beds(outlet, memory, ends, nodes, faces)
-            return -1
-    return worst_node(nodes)
+        eject(heart, faces.flow[ends.face[ends.inlet]])
+    fill_beds(outlet, memory, ends, nodes, faces)
+    return -1
 
 
 @njit(**OPTIONS)

@@ -8,7 +8,7 @@ import numpy as np
 
 from vasowave.model import walls
 from vasowave.model.model import Model
-from vasowave.recording import Driven
+from vasowave.model.ventricle import Driven
 from vasowave.solver.direction import Direction
 from vasowave.solver.grid import Grid
 from vasowave.solver.numerics import Numerics

@@ -8,7 +8,7 @@ import numpy as np
 from vasowave.errors import NumericalError
 from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
-from vasowave.recording import Driven
+from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.solver.discharge import common_discharge
 from vasowave.solver.failures import Lost, faster_than_allowed, not_periodic, runaway
 from vasowave.solver.grid import Grid, cell_counts, make_grid
@@ -20,6 +20,7 @@ from vasowave.solver.start import AIM, FromLinear, FromNeighbor, FromRest, Start
 from vasowave.solver.state import Scale, State
 from vasowave.solver.stepper import Stepper, TooFast
 from vasowave.solver.validity import require_subcritical
+from vasowave.solver.valve import require_emptied
 
 _GROWTH = 8  # a model whose steps grow by more than this, and beyond those allowed, has no finite wave speed
 
@@ -116,6 +117,8 @@ def run_cycles(model: Model, inflow: Driven, numerics: Numerics, count: int) -> 
 
 def _finished(stepper: Stepper, end: State, convergence: Convergence, scale: Scale, numerics: Numerics) -> Run:
     require_subcritical(stepper.mach)
+    if isinstance(stepper.driven, Ventricle):
+        require_emptied(stepper.driven, stepper.at_inlet[1])
     stepper.stations[0, :, :, 1] *= stepper.grid.middle
     cells = stepper.cells if not numerics.every_cell else at_samples(stepper.cells, numerics.samples, axis=1)
     return Run(

@@ -7,7 +7,7 @@ import numpy as np
 
 from vasowave.errors import NumericalError
 from vasowave.model import walls
-from vasowave.recording import Driven
+from vasowave.model.ventricle import Driven
 from vasowave.solver.direction import Direction
 from vasowave.solver.failures import at_the_edge
 from vasowave.solver.numerics import Numerics

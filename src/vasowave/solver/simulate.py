@@ -3,18 +3,21 @@
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
 import xarray as xr
 
 from vasowave.errors import InputError, NumericalError, VasowaveError
 from vasowave.findings import warn
 from vasowave.model.model import Model
-from vasowave.recording import Driven, Inflow, InletPressure, Recording
+from vasowave.model.ventricle import Driven, Ventricle
+from vasowave.recording import Recording
 from vasowave.runtime.threads import threads
 from vasowave.solver.accuracy import run_to_accuracy
 from vasowave.solver.dataset import as_dataset, stack
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.result import Run
 from vasowave.solver.run import run_cycles, run_to_periodic
+from vasowave.solver.valve import ventricular_waves
 
 
 def simulate(
@@ -30,8 +33,9 @@ def simulate(
     ----------
     model : Model or sequence of Model
         Several models of networks with the same vessels run in parallel over all cores.
-    inflow : Inflow, Recording or InletPressure
-        Flow into the root, or the pressure at its inlet, from which the flow follows.
+    inflow : Inflow, Recording, InletPressure or Ventricle
+        Flow into the root; or the pressure at its inlet, from which the flow follows; or the ventricle that ejects into
+        it, from which both follow.
     numerics : Numerics, optional
     progress : callable, optional
         Called with the number of finished models.
@@ -40,7 +44,8 @@ def simulate(
     -------
     Dataset
         ``pressure`` (mmHg), ``flow`` (ml/s), ``area`` (cm²), ``velocity`` (cm/s), ``wave_speed`` (cm/s) with dims
-        (time, vessel, station), or (time, cell) with ``every_cell``; a sequence adds a first dimension ``ensemble`` and
+        (time, vessel, station), or (time, cell) with ``every_cell``; of a ventricle also ``ventricular_pressure`` and
+        ``ventricular_volume`` (ml above V0), with dim (time); a sequence adds a first dimension ``ensemble`` and
         the variable ``failure`` (empty where a member is fine; its waveforms are NaN where it is not). Attributes:
         cycles, change (mmHg over the last cycle), converged, courant (the largest), steps_per_cycle,
         volume_error (relative, over the last cycle), error_estimate (mmHg, where an accuracy was asked for), what the
@@ -75,12 +80,24 @@ def simulate(
         run = simulate_run(model, flow, numerics)
         for note in run.notes:
             warn(note)
-        return as_dataset(run)
+        return _labelled(run, flow)
     models = list(model)
     if not models:
         raise InputError("no models to simulate")
     outcomes = simulate_runs(models, flow, numerics, progress=progress)
-    return stack([as_dataset(one) if isinstance(one, Run) else one for one in outcomes])
+    return stack([_labelled(one, flow) if isinstance(one, Run) else one for one in outcomes])
+
+
+def _labelled(run: Run, driven: Driven) -> xr.Dataset:
+    """Return the labelled waveforms of a run, with those of the ventricle that drove it."""
+    dataset = as_dataset(run)
+    if isinstance(driven, Ventricle):
+        times, seen = np.arange(run.steps) / run.steps, np.arange(run.samples) / run.samples
+        waves = ventricular_waves(driven, run.at_inlet[1])  # the volume jumps where filling ends: no Fourier series
+        pressure, volume = (np.interp(seen, times, wave) for wave in waves)
+        dataset["ventricular_pressure"] = ("time", pressure, {"units": "mmHg", "long_name": "ventricular pressure"})
+        dataset["ventricular_volume"] = ("time", volume, {"units": "ml", "long_name": "ventricular volume above V0"})
+    return dataset
 
 
 def simulate_run(model: Model, inflow: Driven, numerics: Numerics, start: Run | None = None) -> Run:
@@ -106,7 +123,7 @@ def simulate_runs(
     They have one inflow, or each its own. A run holds every step of every vessel: take from it what is needed, and let
     it go, before the next one.
     """
-    inflows = [inflow] * len(models) if isinstance(inflow, Inflow | InletPressure) else inflow
+    inflows = [inflow] * len(models) if isinstance(inflow, Driven) else inflow
 
     def one(model: Model, inflow: Driven) -> Run | VasowaveError:
         try:

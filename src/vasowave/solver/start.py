@@ -10,7 +10,7 @@ from vasowave.model import walls
 from vasowave.model.linear import LinearSolution, linear_solution
 from vasowave.model.model import Model
 from vasowave.model.rational import Rational
-from vasowave.recording import Driven
+from vasowave.model.ventricle import Driven
 from vasowave.solver.failures import too_many_steps
 from vasowave.solver.grid import Grid
 from vasowave.solver.numerics import Numerics

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vasowave.recording import Driven
+from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.recording.cycle import resample
 from vasowave.solver import cycle as cycles
 from vasowave.solver.beds import bed_steps
@@ -16,6 +16,7 @@ from vasowave.solver.nodes import make_node_states
 from vasowave.solver.numerics import Numerics
 from vasowave.solver.start import AIM
 from vasowave.solver.state import State
+from vasowave.solver.valve import make_heart
 from vasowave.solver.viscosity import make_viscous
 
 
@@ -33,10 +34,14 @@ class Stepper:
     def __init__(
         self, grid: Grid, inflow: Driven, numerics: Numerics, steps: int, watched: Sequence[int] | np.ndarray = ()
     ) -> None:
-        self.grid, self.numerics, self.steps, self.period = grid, numerics, steps, inflow.period
-        entering = inflow.into(grid.model.network.inlet_names)
-        self.inflow, self.of_pressure = np.ascontiguousarray(resample(entering, steps)), inflow.of_pressure
+        self.grid, self.driven, self.numerics, self.steps, self.period = grid, inflow, numerics, steps, inflow.period
+        entering, self.of_pressure = inflow.into(grid.model.network.inlet_names), inflow.of_pressure
+        if isinstance(inflow, Ventricle):
+            self.inflow = inflow.resampled(steps).reshape(-1, 1)
+        else:
+            self.inflow = np.ascontiguousarray(resample(entering, steps))
         dt = inflow.period / steps
+        self.heart = make_heart(inflow, dt)
         self.beds = grid.model.outlets.rational(inflow.period)
         self.outlets = bed_steps(self.beds, dt, grid.model.outlet_pressure)
         blood = grid.model.blood
@@ -79,8 +84,8 @@ class Stepper:
         area, flow, memory = state.area.copy(), state.flow.copy(), state.memory.copy()
         report = np.zeros(cycles.REPORT)
         cycles.cycle_kernel(type(self.grid.wall))(
-            (area, flow, memory), self.inflow, self.law, self.outlets, self.parts, self.fluid, self.scratch,
-            self.viscous, self.watched, self.seen, self.stations, self.cells, report,
+            (area, flow, memory), self.inflow, self.heart, self.law, self.outlets, self.parts, self.fluid,
+            self.scratch, self.viscous, self.watched, self.seen, self.stations, self.cells, report,
         )  # fmt: skip
         self._check(report, State(area, flow, memory))
         self.courant, self.mach = report[cycles.COURANT], self._extreme(report, cycles.MACH)

@@ -70,10 +70,10 @@ def _compiled() -> Any:
                 for i in range(before.shape[1]):
                     before[j, i] = memory[j, i]
             if viscous is None:
-                solve_nodes(inflow[n], n, outlet, memory, ends, end_wall, nodes, faces)
+                solve_nodes(inflow[n], n, None, outlet, memory, ends, end_wall, nodes, faces)
             else:
                 find_viscosity(area, flow, vessels, cells, fluid, viscous.base)
-                solve_viscous(inflow[n], outlet, memory, vessels, ends, end_wall, viscous.base, nodes, faces)
+                solve_viscous(inflow[n], None, outlet, memory, vessels, ends, end_wall, viscous.base, nodes, faces)
             find_fluxes(faces.area, faces.flow, at_faces, face_wall, fluid, fluxes)
 
             differentiate_fluxes(area, flow, cells, wall, wall_beside, fluid, cell_fluxes, cell_slopes)

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from vasowave.recording import Driven
+from vasowave.errors import InputError
+from vasowave.model.ventricle import Driven, Ventricle
 from vasowave.solver.beds import bed_steps
 from vasowave.solver.cells import Fluid, Fluxes
 from vasowave.solver.changing_variations import Carried, Carrying
@@ -31,6 +32,8 @@ class VariedStepper:
     def __init__(
         self, run: Run, inflow: Driven, directions: Sequence[Direction], faces: Sequence[int] | np.ndarray = ()
     ) -> None:
+        if isinstance(inflow, Ventricle):
+            raise InputError("derivatives of a network behind a ventricle are not known; give the flow into it")
         self.run, self.stepper = run, Stepper(run.grid, inflow, Numerics(samples=1), run.steps)
         ends, changing, vessel = self.stepper.parts[3], self.stepper.parts[4], run.grid.vessel
         self.weights = _weights(directions, run.grid.places)

@@ -27,6 +27,7 @@ from vasowave.solver.cells import OPTIONS
 from vasowave.solver.grid import Grid
 from vasowave.solver.laws import ratio_at, slope_at
 from vasowave.solver.nodes import LEAST_GIVE, NEWTON_CLOSE, NEWTON_MOST, fill_beds, meet_outside
+from vasowave.solver.valve import eject, meet_ventricle, valve_moves
 
 
 class Joints(NamedTuple):
@@ -284,12 +285,11 @@ def move_ends(ends, nodes, viscous):
 
 
 @njit(**OPTIONS)
-def solve_viscous(inflow, outlet, memory, vessels, ends, wall, viscous, nodes, faces):
-    """Flows at all faces, and the state of all vessel ends, at the half step; -1, or the end that has no solution.
+def join_all(vessels, ends, wall, viscous, nodes, faces):
+    """Find the flows at all ends that balance at all nodes; returns whether that succeeded.
 
     The flows at inner faces are those of the elastic step before.
     """
-    meet_outside(inflow, outlet, memory, ends, nodes)
     for e in range(len(ends.face)):
         nodes.trial[e] = nodes.cell_pressure[e]
     for _ in range(NEWTON_MOST):
@@ -304,18 +304,36 @@ def solve_viscous(inflow, outlet, memory, vessels, ends, wall, viscous, nodes, f
         join_vessels(vessels, nodes, viscous)
         solve_joined(vessels, nodes, viscous)
         if move_ends(ends, nodes, viscous):
-            for e in range(len(ends.face)):
-                faces.area[ends.face[e]] = nodes.end_area[e] + nodes.compliance[e] * nodes.missed[e]
-            for k in range(len(viscous.balance)):
-                nodes.pressure[0, k] = viscous.balance[k]
-            fill_faces(vessels, viscous, faces.flow)
-            for v in range(len(vessels.first)):
-                for j in range(vessels.first[v], vessels.last[v]):
-                    viscous.pressure[j] = viscous.kappa[j] * (faces.flow[j] - faces.flow[j + 1])
-            to_faces(vessels, viscous.pressure, viscous.at_faces)
-            fill_beds(outlet, memory, ends, nodes, faces)
-            return -1
-    return worst_end(nodes)
+            return True
+    return False
+
+
+@njit(**OPTIONS)
+def solve_viscous(inflow, heart, outlet, memory, vessels, ends, wall, viscous, nodes, faces):
+    """Flows at all faces, and the state of all vessel ends, at the half step; -1, or the end that has no solution."""
+    meet_outside(inflow, outlet, memory, ends, nodes)
+    if heart is not None:
+        meet_ventricle(inflow[0], heart, ends, nodes)
+    if not join_all(vessels, ends, wall, viscous, nodes, faces):
+        return worst_end(nodes)
+    if heart is not None:
+        e = ends.inlet  # the inlet's only end
+        if valve_moves(inflow[0], heart, viscous.flow[e], viscous.balance[e]):
+            meet_ventricle(inflow[0], heart, ends, nodes)
+            if not join_all(vessels, ends, wall, viscous, nodes, faces):
+                return worst_end(nodes)
+        eject(heart, viscous.flow[e])
+    for e in range(len(ends.face)):
+        faces.area[ends.face[e]] = nodes.end_area[e] + nodes.compliance[e] * nodes.missed[e]
+    for k in range(len(viscous.balance)):
+        nodes.pressure[0, k] = viscous.balance[k]
+    fill_faces(vessels, viscous, faces.flow)
+    for v in range(len(vessels.first)):
+        for j in range(vessels.first[v], vessels.last[v]):
+            viscous.pressure[j] = viscous.kappa[j] * (faces.flow[j] - faces.flow[j + 1])
+    to_faces(vessels, viscous.pressure, viscous.at_faces)
+    fill_beds(outlet, memory, ends, nodes, faces)
+    return -1
 
 
 @njit(**OPTIONS)
