@@ -3,6 +3,8 @@
 from vasowave.analysis import compliance as compliance
 from vasowave.analysis import impedance as impedance
 from vasowave.analysis import wave_intensity as wave_intensity
+from vasowave.analysis.coupling import Coupling as Coupling
+from vasowave.analysis.coupling import coupling as coupling
 from vasowave.animal.animal import Animal as Animal
 from vasowave.animal.animal import Settings as Settings
 from vasowave.animal.pipeline import analyze as analyze
@@ -61,12 +63,14 @@ from vasowave.recording import Observation as Observation
 from vasowave.recording import RawRecording as RawRecording
 from vasowave.recording import Reading as Reading
 from vasowave.recording import Recording as Recording
+from vasowave.recording import VentricularPressure as VentricularPressure
 from vasowave.recording import average_beats as average_beats
 from vasowave.recording import describe_recording as describe_recording
 from vasowave.recording import read_edits as read_edits
 from vasowave.recording import read_raw_recording as read_raw_recording
 from vasowave.recording import read_recording as read_recording
 from vasowave.recording import read_sites as read_sites
+from vasowave.recording import read_ventricle as read_ventricle
 from vasowave.report.settings import ReportSettings as ReportSettings
 from vasowave.report.write import write_report as write_report
 from vasowave.selection import Comparing as Comparing

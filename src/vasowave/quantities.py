@@ -17,6 +17,12 @@ from vasowave.model.walls import area_compliance, stiffness, wave_speed
 INDICES = ("HR", "CO", "mPAP", "sPAP", "dPAP", "pPAP", "PVR")
 """The measured indices of Table 1, which `Recording.indices` returns."""
 
+COUPLING = ("E_es", "E_a", "coupling")
+"""What the pressure in the ventricle tells beside the recording, see `analysis.coupling`."""
+
+MEASURED = (*INDICES, *COUPLING)
+"""Quantities that are no law's."""
+
 ACROSS_LAWS = ("wave_speed", "area_compliance", "R_T", "a", "C_p")
 """Quantities that are averaged over wall laws: those of the beds, and those of the wall where pressure was measured."""
 
@@ -31,10 +37,11 @@ QUESTIONS = {
     "Large arteries": ("stiffness", "wave_speed", "C_v", "C_v_plain"),
     "Small vessels": ("R_T", "C_p", "C_T", "C_T_plain", "tau", "tau_plain", "a"),
     "Waves": ("I_R",),
+    "Ventricle and artery": COUPLING,
 }
 """What a quantity tells of; a quantity that is none of these tells of itself."""
 
-_RESISTANCE, _COMPLIANCE = "mmHg s/ml", "ml/mmHg"
+_RESISTANCE, _COMPLIANCE, _ELASTANCE = "mmHg s/ml", "ml/mmHg", "mmHg/ml"
 
 
 class At(NamedTuple):
@@ -71,6 +78,12 @@ QUANTITIES: dict[str, Quantity] = {
     "Z_c": Quantity(_RESISTANCE, "Z_c", "characteristic impedance, up-slope", "8"),
     "Z_0": Quantity(_RESISTANCE, "Z_0", "impedance at zero frequency, mean pressure over mean flow", "19"),
     "I_R": Quantity("1", "I_R", "wave reflection coefficient", "17", "wave reflection"),
+    "E_es": Quantity(_ELASTANCE, "E_es", "end-systolic elastance of the ventricle", "", "elastance of the ventricle"),
+    "E_a": Quantity(
+        _ELASTANCE, "E_a", "effective elastance of the artery, end-systolic pressure over stroke volume", "",
+        "elastance of the artery",
+    ),
+    "coupling": Quantity("1", "E_es/E_a", "coupling of ventricle and artery", "", "coupling of ventricle and artery"),
     "beta": Quantity("mmHg", "β", "wall stiffness", "3"),
     "stiffness": Quantity(
         "mmHg", "β(0)", "stiffness β of the linear law with the same slope at zero pressure", "24", "wall stiffness",

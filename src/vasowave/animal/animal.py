@@ -21,7 +21,14 @@ from vasowave.model.law_files import is_unread, named
 from vasowave.model.laws import BEDS, ENTRY_POINTS, LAWS, find_bed, find_law
 from vasowave.network.network import Network
 from vasowave.noise.fitting import NOISE, Name
-from vasowave.recording import EnsembleAverage, Observation, RawRecording, Recording, average_beats
+from vasowave.recording import (
+    EnsembleAverage,
+    Observation,
+    RawRecording,
+    Recording,
+    VentricularPressure,
+    average_beats,
+)
 from vasowave.settings import Check, Names, settings_class, settings_of
 from vasowave.solver import Numerics
 
@@ -44,6 +51,8 @@ class Animal:
         Whether the recording was made and not measured.
     sites : tuple of Observation
         What was observed elsewhere.
+    ventricle : VentricularPressure, optional
+        The pressure in the ventricle that ejects into the network.
 
     Raises
     ------
@@ -65,6 +74,7 @@ class Animal:
     raw: RawRecording | None = None
     synthetic: bool = False
     sites: tuple[Observation, ...] = ()
+    ventricle: VentricularPressure | None = None
 
     def __post_init__(self) -> None:
         """Check the names."""

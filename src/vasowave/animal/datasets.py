@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from vasowave.analysis.coupling import Coupling
 from vasowave.animal.labelled import labelled, table_dataset
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.calibration.result import Fit
@@ -16,7 +17,7 @@ from vasowave.model.nominal import Nominal
 from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
 from vasowave.network.network import Network
 from vasowave.quantities import QUANTITIES, lacking
-from vasowave.recording import Recording
+from vasowave.recording import Recording, VentricularPressure
 
 
 def recording_dataset(recording: Recording) -> xr.Dataset:
@@ -41,6 +42,24 @@ def recording_dataset(recording: Recording) -> xr.Dataset:
             "flow_time": labelled("flow_time", flow_time, "s", "time of the flow samples"),
         },
         attrs={"period": recording.period, "source": recording.source, "findings": as_json(recording.notes)},
+    )
+
+
+def ventricle_dataset(found: Coupling, recorded: VentricularPressure) -> xr.Dataset:
+    """Return the pressure of a ventricle from where contraction begins, and what was fitted to it."""
+    single = labelled((), np.asarray(found.single_beat), "1", "E_es/E_a by a sine through the isovolumic parts")
+    return xr.Dataset(
+        {
+            "pressure": labelled("time", found.measured, "mmHg", "measured pressure in the ventricle"),
+            "fitted_pressure": labelled("time", found.fitted, "mmHg", "pressure by elastance and flow"),
+            "isovolumic_pressure": labelled("time", found.isovolumic, "mmHg", "pressure if nothing left the ventricle"),
+            "volume": labelled("time", found.volume, "ml", "volume above that without pressure"),
+            "stroke_volume": labelled((), np.asarray(found.stroke_volume), "ml", "stroke volume"),
+            "filling_pressure": labelled((), np.asarray(found.filling_pressure), "mmHg", "pressure before contraction"),
+            "single_beat": single,
+        },
+        coords={"time": labelled("time", found.time, "s", "time from where contraction begins")},
+        attrs={"period": found.period, "source": recorded.source, "beats": recorded.beats},
     )
 
 

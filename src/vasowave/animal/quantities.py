@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from vasowave.analysis.coupling import Coupling
 from vasowave.animal.animal import Settings
 from vasowave.animal.known_errors import effects_on_fit, effects_on_measured
 from vasowave.animal.signals import Station
@@ -18,7 +19,7 @@ from vasowave.model.laws import bed_factors, full_name, parameter_names
 from vasowave.model.model import Model
 from vasowave.model.nominal import Nominal
 from vasowave.model.walls import VISCOSITY, WALL_VISCOSITY
-from vasowave.quantities import QUANTITIES, SHARES, derived
+from vasowave.quantities import COUPLING, QUANTITIES, SHARES, derived
 from vasowave.recording import Recording
 
 _LOG_STEP = 1e-4  # of the central differences, in the logarithm of a parameter
@@ -38,26 +39,37 @@ def quantities_of(law: Any, bed: Any, viscous: bool = False) -> dict[str, Quanti
     return ordered | own
 
 
-def measured_values(recording: Recording, nominal: Nominal, station: Station, waves: xr.Dataset) -> dict[str, float]:
+def measured_values(
+    recording: Recording, nominal: Nominal, station: Station, waves: xr.Dataset, coupled: Coupling | None = None
+) -> dict[str, float]:
     """Return what the recording alone says; compliance and stiffness are the nominal ones (eqs. 8 to 12)."""
     R_T, tau = nominal.total_resistance, nominal.time_constant
-    return recording.indices() | {
-        "Z_c": nominal.characteristic_impedance,
-        "Z_0": recording.input_resistance,
-        "I_R": float(waves["I_R"]),
-        "beta": nominal.beta,
-        "stiffness": nominal.beta,
-        "wave_speed": float(station.wave_speed),
-        "R_T": R_T,
-        "C_T": tau / R_T,
-        "tau": tau,
-    }
+    of_ventricle = {} if coupled is None else dict(zip(COUPLING, (coupled.elastance, coupled.load, coupled.ratio)))
+    return (
+        recording.indices()
+        | of_ventricle
+        | {
+            "Z_c": nominal.characteristic_impedance,
+            "Z_0": recording.input_resistance,
+            "I_R": float(waves["I_R"]),
+            "beta": nominal.beta,
+            "stiffness": nominal.beta,
+            "wave_speed": float(station.wave_speed),
+            "R_T": R_T,
+            "C_T": tau / R_T,
+            "tau": tau,
+        }
+    )
 
 
-def measured_quantities(values: Mapping[str, float], station: Station, effects: pd.DataFrame) -> xr.Dataset:
+def measured_quantities(
+    values: Mapping[str, float], station: Station, effects: pd.DataFrame, coupled: Coupling | None = None
+) -> xr.Dataset:
     """Return `measured_values` as labelled data, with the errors that `effects_on_measured` tells."""
-    none = {str(name): (0.0, 0.0) for name, row in effects.iterrows() if row.any()}
-    dataset = quantities_dataset(values, QUANTITIES, none, effects)
+    own = {str(name): (0.0, 0.0) for name, row in effects.iterrows() if row.any()}
+    if coupled is not None:
+        own |= dict.fromkeys(("E_es", "coupling"), (coupled.error, NORMAL * coupled.error))
+    dataset = quantities_dataset(values, QUANTITIES, own, effects)
     dataset["wave_speed"].attrs["long_name"] = f"wave speed at {station.taken}, A Z_c/ρ"
     dataset["tau"].attrs |= {"symbol": "τ", "long_name": "time constant of the diastolic decay"}
     dataset["beta"].attrs["long_name"] = "nominal wall stiffness"

@@ -42,7 +42,8 @@ TIDY = ("animal", "group", "law", "quantity", "value", "low", "high", "unit")
 
 _ATTRIBUTES = ("title", "Conventions", "animal", "group", "synthetic", "interrupted", "findings", FAILURES, "settings")
 _WHOLE = ("recording", "nominal")  # groups of an animal that are a field of the same name
-_OPTIONAL = {"beats": "beats", "evidence": "laws", "selection": "selection", "averages": "averages"}  # field: group
+_OPTIONAL = {"beats": "beats", "ventricle": "ventricle", "evidence": "laws", "selection": "selection",
+             "averages": "averages"}  # field: group  # fmt: skip
 _OF_LAW = {"calibration": "calibration", "simulation": "simulation", "waves": "waves", "impedance": "impedance",
            "vessels": "tree", "quantities": "quantities"}  # fmt: skip
 _MAY_BE = ("stiffening", "sites")  # parts of a law that not every one has, and their groups
@@ -66,6 +67,8 @@ class AnimalResult:
         By the name of the wall law, in the order of the settings.
     beats : Dataset, optional
         Onset, length and fate of every beat, a stretch of the signals; of a continuous recording.
+    ventricle : Dataset, optional
+        Pressure in the ventricle, and the elastance and volume that make it.
     evidence : Dataset, optional
         What the posteriors of several laws say of them.
     selection : Dataset, optional
@@ -108,6 +111,7 @@ class AnimalResult:
     measured: Measured
     laws: Mapping[str, LawResult] = field(default_factory=dict)
     beats: xr.Dataset | None = None
+    ventricle: xr.Dataset | None = None
     evidence: xr.Dataset | None = None
     selection: xr.Dataset | None = None
     averages: xr.Dataset | None = None

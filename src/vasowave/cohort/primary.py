@@ -21,7 +21,7 @@ from vasowave.descriptions import LEVEL
 from vasowave.errors import InputError, did_you_mean
 from vasowave.inference.known_errors import SHARED
 from vasowave.io.columns import split_unit
-from vasowave.quantities import INDICES, question_of
+from vasowave.quantities import MEASURED, question_of
 from vasowave.settings import settings_class
 
 
@@ -171,7 +171,7 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
     family = family or Family()
     law = primary_law(cohort, family)
     _check(cohort, family, law)
-    names = family.quantities if law else tuple(name for name in family.quantities if name in INDICES)
+    names = family.quantities if law else tuple(name for name in family.quantities if name in MEASURED)
     left_out: dict[str, str] = {}
     missing = missing_animals(cohort, law)
     if not cohort.design.plain:
@@ -192,7 +192,7 @@ def primary_comparison(cohort: Cohort, family: Family | None = None) -> Primary:
 def comparable(cohort: Cohort, family: Family) -> list[Compared]:
     """Return the quantities of the family in the first two groups that can be compared."""
     law, others = primary_law(cohort, family), list(cohort.groups)[1:2]
-    names = [name for name in family.quantities if law or name in INDICES]
+    names = [name for name in family.quantities if law or name in MEASURED]
     return [one for other in others for one in _usable(cohort, names, law, other, {})]
 
 
@@ -245,7 +245,7 @@ def _beside(cohort: Cohort, law: str, pairs: Mapping[str, Sequence[Compared]], l
 
 def source_of(name: str, law: str) -> str:
     """Return where a quantity of the family comes from: the recording, or the law."""
-    return "measured" if name in INDICES else law
+    return "measured" if name in MEASURED else law
 
 
 def smallest_p(sizes: tuple[int, int], pairs: int = 1) -> float:
@@ -272,7 +272,7 @@ def _check(cohort: Cohort, family: Family, law: str) -> None:
     """Refuse a name that nothing has; what only this law or these animals lack is left out and named."""
     known = [str(label).split(" [")[0] for label in cohort.table.columns]
     for name in family.quantities:
-        if name not in known and question_of(name) == name and (law or name in INDICES):
+        if name not in known and question_of(name) == name and (law or name in MEASURED):
             raise InputError(f"no animal has the quantity '{name}'{did_you_mean(name, known)}; see the table Groups")
 
 

@@ -16,9 +16,11 @@ from vasowave.recording import Inflow, InletPressure
 
 LEAST_SAMPLES = 64
 _CYCLES, _STEPS = 60, 512  # of the ejection into three elements
-_RISE, _FALL = 1.9, 21.9  # exponents of the normalized elastance of Stergiopulos et al. (1996)
-_RISEN, _FALLEN = 0.7, 1.17  # their times, in times of the peak
-_PEAK = 1.5561279  # what makes its peak 1; published rounded, 1.55
+RISE, FALL = 1.9, 21.9
+"""Exponents of the normalized elastance of Stergiopulos et al. (1996)."""
+
+_RISEN, _FALLEN = 0.7, 1.17  # its times, in times of the peak
+_AROUND_PEAK = np.linspace(0.3, 1.6, 1301)  # times at which the peak is looked for
 
 
 def activation(time: np.ndarray, peak: float) -> np.ndarray:
@@ -28,9 +30,19 @@ def activation(time: np.ndarray, peak: float) -> np.ndarray:
     Westerhof (1996), doi 10.1152/ajpheart.1996.270.6.H2050, which Senzaki et al. (1996) found alike in hearts of all
     kinds.
     """
-    t = np.asarray(time, dtype=float) / peak
-    risen, fallen = (t / _RISEN) ** _RISE, (t / _FALLEN) ** _FALL
-    return np.asarray(_PEAK * risen / (1.0 + risen) / (1.0 + fallen))
+    return raised(np.asarray(time, dtype=float) / peak, RISE, FALL, 1.0)
+
+
+def raised(t: np.ndarray, rise: float, fall: float, width: float) -> np.ndarray:
+    """Return `activation` at times `t`, in times of the peak, with other exponents and times of fall over rise."""
+    top = _two_hills(_AROUND_PEAK, rise, fall, width).max()
+    return np.asarray(_two_hills(np.clip(t, 1e-9, 1e3), rise, fall, width) / top)
+
+
+def _two_hills(t: np.ndarray, rise: float, fall: float, width: float) -> np.ndarray:
+    risen = (t * np.sqrt(width) / _RISEN) ** rise
+    fallen = np.exp(np.clip(fall * np.log(t / (_FALLEN * np.sqrt(width))), -500.0, 500.0))
+    return np.asarray(risen / (1.0 + risen) / (1.0 + fallen))
 
 
 @dataclass(frozen=True, eq=False)

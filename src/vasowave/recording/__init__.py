@@ -14,6 +14,7 @@ from vasowave.recording.read import read_recording
 from vasowave.recording.read_raw import Reading, read_raw_recording
 from vasowave.recording.read_sites import read_sites
 from vasowave.recording.settings import Averaging
+from vasowave.recording.ventricle import VentricularPressure, read_ventricle
 
 __all__ = [
     "Averaging",
@@ -32,6 +33,7 @@ __all__ = [
     "Reading",
     "Recording",
     "Step",
+    "VentricularPressure",
     "average_beats",
     "correct_catheter",
     "describe_recording",
@@ -42,6 +44,7 @@ __all__ = [
     "read_raw_recording",
     "read_recording",
     "read_sites",
+    "read_ventricle",
     "resample",
     "ringing",
     "samples_needed",

@@ -226,7 +226,7 @@ def read_row(
         cell["animal"], cell["group"], files[0], tuple(files[1:]), line, cast(Literal["", "cycle", "raw"], kind),
         synthetic=cell["synthetic"].lower() == "yes", shared_recording=cell["shared recording"].lower() == "yes",
         block=None if block is None else int(block), beat_edits=_beside(cell["beat edits"], folder), errors=said,
-        sites=_beside(cell["sites"], folder),
+        sites=_beside(cell["sites"], folder), ventricle=_beside(cell["ventricle"], folder),
         **texts, **numbers,
     )  # fmt: skip
     return row, wrong
@@ -271,7 +271,7 @@ def _files(cell: Mapping[str, str], kind: str, folder: Path, say: Say) -> list[P
     """Return the files of the network and of the recording."""
     titles = ["network", "recording", "flow"] if cell["flow"] and kind == "cycle" else ["network", "recording"]
     files = [folder / cell[title] for title in titles]
-    for title in [*titles, "beat edits", "sites"]:
+    for title in [*titles, "beat edits", "sites", "ventricle"]:
         file = folder / cell[title]
         try:
             if cell[title] and not file.is_file():

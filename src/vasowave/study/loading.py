@@ -30,6 +30,7 @@ from vasowave.recording import (
     read_raw_recording,
     read_recording,
     read_sites,
+    read_ventricle,
     ringing,
     suspect_catheter,
 )
@@ -53,6 +54,7 @@ def file_hashes(row: AnimalRow, folder: Path) -> dict[str, str]:
     """Return the SHA-256 of every file of one animal by its role, and the file's name as seen from `folder`."""
     files = dict(zip(("network", "recording", "flow"), (row.network, *row.recordings), strict=False))
     files |= {"beat edits": row.beat_edits} if row.beat_edits else {}
+    files |= {"ventricle": row.ventricle} if row.ventricle else {}
     files |= {f"site {place}" if place else "sites": file for place, file in enumerate(row.of_sites)}
     return {role: f"{look(file).sha256} ({inside(file, folder)})" for role, file in files.items()}
 
@@ -70,6 +72,7 @@ def animal_key(row: AnimalRow, study: StudyFile, folder: Path) -> str:
         "recordings",
         "beat_edits",
         "sites",
+        "ventricle",
         "line",
         "shared_recording",
         "R_T",
@@ -116,7 +119,10 @@ def load_animal(row: AnimalRow, study: StudyFile, folder: Path) -> Animal:
     sites = read_sites(row.sites) if row.sites else ()
     with of_file(row.sites):
         places_of(sites, network, recording.period)
-    return replace(animal, recording=recording, synthetic=synthetic, sites=sites)
+    ventricle = read_ventricle(row.ventricle, recording.period) if row.ventricle else None
+    if ventricle is not None:
+        ventricle = replace(ventricle, source=inside(Path(ventricle.source), folder))
+    return replace(animal, recording=recording, synthetic=synthetic, sites=sites, ventricle=ventricle)
 
 
 def read_measured(row: AnimalRow, study: StudyFile) -> tuple[Recording, EnsembleAverage | None, RawRecording | None]:

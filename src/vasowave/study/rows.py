@@ -12,7 +12,7 @@ from vasowave.recording.read_sites import site_files
 ERRORS = {title: name for name, (title, _) in columns().items()}
 """Columns of errors that the lab knows, and the settings that they stand for."""
 
-FILES = ("network", "recording", "flow", "beat edits", "sites")
+FILES = ("network", "recording", "flow", "beat edits", "sites", "ventricle")
 """Columns that hold names of files."""
 
 COLUMNS = {
@@ -35,6 +35,8 @@ COLUMNS = {
     "end [s]": "raw: end of the stretch to use.",
     "beat edits": "raw: file of what a person decided of single beats: reject, keep, move (action, time [s], to [s]).",
     "sites": f"Table of what was observed at further places, one row a place, with the columns {', '.join(SITES)}.",
+    "ventricle": "Table of the pressure in the ventricle that ejects into the network, with its time: one cycle or "
+    "several beats, not in step with the recording. Gives its elastance beside the artery's.",
     "zero [mmHg]": "What the transducer reads at zero pressure, where it is not 0; it is subtracted.",
     "zero after [mmHg]": "What it reads at zero pressure after the recording: the mean of both is subtracted, and the "
     "zero's SD is that of a drift between them, where no other is said.",
@@ -90,6 +92,7 @@ class AnimalRow:
     end: float | None = None
     beat_edits: Path | None = None
     sites: Path | None = None
+    ventricle: Path | None = None
     zero: float | None = None
     pressure_gain: float | None = None
     flow_gain: float | None = None
@@ -116,7 +119,8 @@ class AnimalRow:
     @property
     def files(self) -> tuple[Path, ...]:
         """Every file that is read for this animal."""
-        return (self.network, *self.recordings, *([self.beat_edits] if self.beat_edits else []), *self.of_sites)
+        beside = [one for one in (self.beat_edits, self.ventricle) if one]
+        return (self.network, *self.recordings, *beside, *self.of_sites)
 
     @property
     def of_sites(self) -> tuple[Path, ...]:

@@ -7,7 +7,7 @@ import xarray as xr
 
 from vasowave.animal.result import AnimalResult
 from vasowave.cohort.primary import Family
-from vasowave.quantities import INDICES, question_of
+from vasowave.quantities import COUPLING, INDICES, MEASURED, question_of
 from vasowave.report.answer.groups import Called
 from vasowave.report.wording import listed, number, value_text, with_interval
 
@@ -16,10 +16,10 @@ def animal_answers(
     result: AnimalResult, law: str, family: Family, called: Called, mark: str = ""
 ) -> list[tuple[str, str]]:
     """Return question and answer: what was measured, then what the wall law says, with a mark behind it."""
-    answers = [("Pressure and flow", _measured(result))]
+    answers = [("Pressure and flow", _measured(result)), *_coupled(result, called)]
     by_question: dict[str, list[str]] = {}
     for name in family.quantities if law else ():
-        if name not in INDICES:
+        if name not in MEASURED:
             by_question.setdefault(question_of(name), []).append(name)
     quantities: Mapping[str, xr.DataArray] = result.laws[law].quantities.data_vars if law else {}  # type: ignore[assignment]
     for question, names in by_question.items():
@@ -40,6 +40,18 @@ def _softness(beta: xr.DataArray) -> str:
     low, high = (100 / float(beta.attrs.get(f"interval_{end}", np.nan)) for end in ("high", "low"))
     share = number(100 / float(beta), 2) if np.isnan(low + high) else with_interval(100 / float(beta), low, high)
     return f" So a large artery grows by {share} % in radius with the first mmHg."
+
+
+def _coupled(result: AnimalResult, called: Called) -> list[tuple[str, str]]:
+    """Return what the pressure in the ventricle tells, where it was recorded."""
+    data: Mapping[str, xr.DataArray] = result.measured.quantities.data_vars  # type: ignore[assignment]
+    if not all(name in data for name in COUPLING):
+        return []
+    ratio = data["coupling"]
+    low, high = (float(ratio.attrs.get(f"interval_{end}", np.nan)) for end in ("low", "high"))
+    judged = "The ventricle is stiffer than its load" if low > 1 else "Its load is stiffer than the ventricle"
+    judged = judged if low > 1 or high < 1 else "Whether it keeps up with its load is open"
+    return [(question_of("coupling"), f"{_listed(COUPLING, data, called)}. {judged}.")]
 
 
 def _measured(result: AnimalResult) -> str:

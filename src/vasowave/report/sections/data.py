@@ -1,9 +1,15 @@
 """The measurements, and what follows from them without a model."""
 
+import numpy as np
+import xarray as xr
+
 from vasowave.cohort.cohort import Cohort
 from vasowave.figures import measured as figures
+from vasowave.figures.style import group_looks
+from vasowave.figures.ventricle import ventricle_figure
 from vasowave.report.blocks import Block, Drawing, Section
 from vasowave.report.tables import data as tables
+from vasowave.report.wording import number
 
 
 def data_section(cohort: Cohort) -> Section:
@@ -21,8 +27,30 @@ def data_section(cohort: Cohort) -> Section:
                 figures.nominal_figure(cohort)),
         tables.nominal(cohort),
         tables.characteristic_impedances(cohort),
+        *_ventricles(cohort),
     ]  # fmt: skip
     return Section("data", "Measurements and nominal parameters", blocks)
+
+
+def _ventricles(cohort: Cohort) -> list[Block]:
+    """Pressure and loop of the ventricle of the animals that are shown, where they have one."""
+    looks = group_looks(cohort.groups)
+    drawn: list[Block] = [
+        Drawing(f"Ventricle-{place}", f"Pressure in the ventricle of {cohort.name(group)}, and its loop with "
+                "the volume above that without pressure, by its elastance E_es and the measured flow. E_a: "
+                f"end-systolic pressure over stroke volume. {_single_beat(result.ventricle)}",
+                ventricle_figure(result.ventricle, looks[group].color))
+        for place, (group, result) in enumerate(cohort.shown.items(), start=1)
+        if result.ventricle is not None
+    ]  # fmt: skip
+    return drawn
+
+
+def _single_beat(data: xr.Dataset) -> str:
+    """Say what the single-beat method makes of the same beat."""
+    ratio = float(data["single_beat"])
+    method = "The single-beat method (a sine through the isovolumic parts)"
+    return f"{method} finds no E_es/E_a." if np.isnan(ratio) else f"{method} makes E_es/E_a {number(ratio, 2)}."
 
 
 def _hemodynamics(cohort: Cohort) -> str:

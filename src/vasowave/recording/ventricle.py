@@ -1,0 +1,138 @@
+"""The pressure in the ventricle that ejects into the network: one averaged cycle, or some seconds of beats."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import find_peaks
+
+from vasowave.errors import InputError
+from vasowave.io.columns import read_columns
+from vasowave.recording.plausibility import repeats_first
+from vasowave.recording.signal import ALIASES, even_step, written_to
+
+_LEAST = 32  # samples of a cycle
+_STEEP = 0.5  # of the steepest rise is the upstroke of a beat
+_APART = 0.6  # of the usual distance lie two beats apart at least
+_KEPT = 512  # samples of an averaged beat
+_SMOOTH = 15  # harmonics of the heart in which upstrokes are looked for
+_NAMES = {"ventricle": "pressure", "rvp": "pressure", "lvp": "pressure", "ventricular pressure": "pressure"}
+
+
+@dataclass(frozen=True, eq=False)
+class VentricularPressure:
+    """The pressure in a ventricle over one beat, recorded for itself, not in step with that in the artery.
+
+    Attributes
+    ----------
+    pressure : float array, shape (sample,)
+        Evenly spaced over one period from anywhere in the cycle, not repeated at the end; mmHg.
+    period : float
+        s.
+    source : str
+        Where it came from.
+    beats : int
+        Of how many it is the average.
+
+    Raises
+    ------
+    InputError
+        Fewer than 32 samples, a value that is not finite, a pressure that hardly changes, no positive period.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import vasowave as vw
+    >>> pressure = 2 + 24 * np.sin(np.pi * np.arange(64) / 64) ** 2
+    >>> vw.VentricularPressure(pressure, period=0.11).beats
+    1
+    """
+
+    pressure: np.ndarray
+    period: float
+    source: str = "made in memory"
+    beats: int = 1
+
+    def __post_init__(self) -> None:
+        """Check the values and freeze the array."""
+        pressure = np.array(self.pressure, dtype=float)
+        if pressure.ndim != 1 or len(pressure) < _LEAST:
+            raise InputError(f"{self.source}: a ventricle's pressure needs {_LEAST} samples or more of one cycle")
+        if not np.all(np.isfinite(pressure)):
+            raise InputError(f"{self.source}: sample {int(np.argmin(np.isfinite(pressure)))} is no finite number")
+        if not np.ptp(pressure) > 1.0:
+            raise InputError(f"{self.source}: the pressure changes by {np.ptp(pressure):.2g} mmHg; is its unit mmHg?")
+        if not (np.isfinite(self.period) and self.period > 0):
+            raise InputError(f"{self.source}: a period of {self.period:g} s; give a positive number")
+        pressure.setflags(write=False)
+        object.__setattr__(self, "pressure", pressure)
+
+
+def read_ventricle(path: str | Path, period: float | None = None) -> VentricularPressure:
+    """Read the pressure in a ventricle: a table with a column of time, of one cycle or of several beats.
+
+    Several beats are averaged from upstroke to upstroke. Without a column of time the file is one cycle of `period`, s.
+
+    Raises
+    ------
+    InputError
+        File and line of what cannot be read; no pressure; neither a time nor a period.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> t = np.arange(110) / 1000
+    >>> pressure = 2 + 24 * np.sin(np.pi * np.minimum(t / 0.05, 1)) ** 2
+    >>> np.savetxt("rv.csv", np.c_[t, pressure], delimiter=",", header="time [s],pressure [mmHg]", comments="")
+    >>> from vasowave.recording import read_ventricle
+    >>> read_ventricle("rv.csv").period
+    0.11
+    """
+    table = read_columns(path, {**ALIASES, **_NAMES})
+    time = table.find("time") if table.names else (0 if len(table.cells[0]) == 2 else None)
+    others = [i for i in range(len(table.cells[0])) if i != time]
+    column = table.find("pressure") if table.names else None
+    if column is None:
+        if len(others) != 1:
+            raise InputError(f"{path}: no column 'pressure' and {len(others)} others; keep one, or name it")
+        (column,) = others
+    values = table.numbers(column, "pressure", "mmHg")
+    if time is None:
+        if period is None:
+            raise InputError(f"{path}: no column of time; add one, or give the period of the cycle")
+        return VentricularPressure(values[: len(values) - _ends_with_first(values)], period, str(path))
+    times = table.numbers(time, "time", "s")
+    quantum = written_to([row[time] for row in table.cells])
+    step = even_step(times, quantum, str(path), lambda i: f"{path}, line {table.lines[i]}")
+    starts = _upstrokes(values)
+    if len(starts) > 1:
+        return _averaged(values, starts, step, str(path))
+    cycle = values[: len(values) - _ends_with_first(values)]
+    return VentricularPressure(cycle, step * len(cycle), str(path))
+
+
+def _ends_with_first(pressure: np.ndarray) -> bool:
+    """Whether the last sample is the first one of the next cycle; not where the end of diastole is flat."""
+    return bool(repeats_first(pressure)) and pressure[-1] != pressure[-2]
+
+
+def _upstrokes(pressure: np.ndarray) -> np.ndarray:
+    """Return the samples where the pressure rises most steeply in each beat; none of a single cycle."""
+    spectrum = np.fft.rfft(pressure - pressure.mean())
+    beats = int(np.argmax(np.abs(spectrum)))
+    if beats < 2:
+        return np.zeros(0, dtype=int)
+    spectrum[_SMOOTH * beats :] = 0
+    rise = np.gradient(np.fft.irfft(spectrum, len(pressure)))
+    found, _ = find_peaks(rise, height=_STEEP * rise.max(), distance=max(_APART * len(pressure) / beats, 1.0))
+    return np.asarray(found)
+
+
+def _averaged(pressure: np.ndarray, starts: np.ndarray, step: float, source: str) -> VentricularPressure:
+    """Return the mean beat from upstroke to upstroke; beats whose length is far from the usual one are left out."""
+    lengths = np.diff(starts)
+    usual = float(np.median(lengths))
+    kept = np.flatnonzero(np.abs(lengths - usual) < 0.2 * usual)
+    shares = np.arange(_KEPT) / _KEPT
+    cycles = [np.interp(starts[k] + shares * lengths[k], np.arange(len(pressure)), pressure) for k in kept]
+    return VentricularPressure(np.mean(cycles, axis=0), float(np.mean(lengths[kept])) * step, source, len(kept))
