@@ -96,7 +96,7 @@ class Coupling:
     >>> artery = vw.Recording(15 + 4 * np.sin(2 * np.pi * (t - 0.12)), flow, period=0.11)
     >>> inside = vw.VentricularPressure(3 + 27 * np.sin(np.pi * np.minimum(t / 0.5, 1)) ** 2, period=0.11)
     >>> vw.coupling(artery, inside).stroke_volume  # ml
-    0.020...
+    0.021...
     """
 
     elastance: float
