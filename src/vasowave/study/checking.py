@@ -18,6 +18,7 @@ from vasowave.model.nominal import Nominal, estimate_nominal
 from vasowave.quantities import INDICES, QUANTITIES, question_of
 from vasowave.recording import Recording
 from vasowave.study.animals import read_row
+from vasowave.study.designing import understood
 from vasowave.study.document import Document, read_document
 from vasowave.study.loading import load_animal, read_measured
 from vasowave.study.overview import AnimalRead, read_of
@@ -99,11 +100,14 @@ SAME_CYCLE = error_kind(
 
 
 class Checked(NamedTuple):
-    """The problems in the order of the files, and what was read of every animal whose files are in order."""
+    """The problems in the order of the files, what was read of every animal whose files are in order, and the design in
+    words, if it is in order.
+    """
 
     problems: list[Problem]
     read: list[AnimalRead]
     settings: StudyFile | None
+    design: str = ""
 
 
 def check_study(path: Path) -> Checked:
@@ -120,6 +124,7 @@ def check_study(path: Path) -> Checked:
     study, problems = inspect_study(path)
     if study is None:
         return Checked(one_per_cause(problems), [], None)
+    design = understood(study, whole=not any(problem.error for problem in problems))
     document, read, cycles = read_document(study.path), [], []
     problems += [*_programs(study, document), *_settings(study, document)]
     for row in study.animals:
@@ -138,7 +143,8 @@ def check_study(path: Path) -> Checked:
         problems.append(Problem(some.at(**place._asdict())))
     problems += _half_known(study)
     doubled = doubled_animals(study)
-    return Checked(one_per_cause(problems + doubled + _alike(study, cycles, doubled)), read, study.settings)
+    problems += [*doubled, *_alike(study, cycles, doubled)]
+    return Checked(one_per_cause(problems), read, study.settings, design)
 
 
 def _half_known(study: Study) -> list[Problem]:
