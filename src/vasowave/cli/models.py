@@ -123,11 +123,13 @@ def animal_from(
     from vasowave.errors import InputError
     from vasowave.study.loading import load_animal
     from vasowave.study.names import plain_name
+    from vasowave.study.physiology import tell_blood
     from vasowave.study.single_animal import one_row
 
     if not recording:
         raise InputError(f"{network}: a network needs a recording too, whose flow enters it")
     row = one_row(network, recording, plain_name(recording[0].stem), settings.groups[0], cells)
+    tell_blood(settings.blood)
     one = load_animal(row, settings, Path())
     for note in one.recording.notes:
         typer.echo(f"note: {note}", err=True)
