@@ -194,7 +194,7 @@ def parts(name: str, value: Any) -> Iterator[str]:
         value = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     elif hasattr(value, "_asdict"):
         value = value._asdict()
-    if isinstance(value, tuple | list) and all(isinstance(one, str | int | float) for one in value):
+    if isinstance(value, tuple | list) and (_all(value, str) or _all(value, int | float)):
         value = np.asarray(value)
     if isinstance(value, Mapping):
         for key, one in value.items():
@@ -204,6 +204,10 @@ def parts(name: str, value: Any) -> Iterator[str]:
             yield from parts(f"{name}[{key}]", one)
     elif not (isinstance(value, str) and DIGEST.fullmatch(value)):
         yield f"{name}: {values(np.asarray(value)) if isinstance(value, np.ndarray | float) else value}"
+
+
+def _all(parts: Iterable[Any], kind: Any) -> bool:
+    return all(isinstance(one, kind) for one in parts)
 
 
 def values(column: np.ndarray) -> str:

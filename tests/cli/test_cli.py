@@ -124,6 +124,14 @@ def test_a_wrong_option_of_fit_is_an_error_that_says_what_to_write(tmp_path, opt
     assert not (tmp_path / "x").exists()
 
 
+@pytest.mark.parametrize("option", ["--wall", "--bed", "--friction"])
+@pytest.mark.parametrize("command", ["simulate", "sweep", "export"])
+def test_an_empty_name_is_refused_and_not_taken_for_the_default(command, option):
+    result = CliRunner().invoke(app, [command, "network.csv", option, ""])
+    assert isinstance(result.exception, InputError)
+    assert str(result.exception).startswith(f"{option} is empty; name one")
+
+
 @pytest.mark.parametrize("place", ["taken/fit", "taken"])
 def test_fit_refuses_a_place_it_cannot_write_before_it_computes(tmp_path, place):
     network, cycle = _write_mouse(tmp_path)

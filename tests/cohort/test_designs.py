@@ -290,6 +290,7 @@ def test_what_no_design_can_tell_is_refused_with_the_reason():
         ({"blocks": ("a",), "subject": "a"}, "two places"),
         ({"occasion": "a"}, "which recordings are of one animal as subject"),
         ({"contrasts": {"x": {"A": 1, "B": 1}}}, "sum to 0"),
+        ({"crossover": True}, "which recordings are of one animal as subject"),
     ):
         with pytest.raises(InputError, match=words):
             Design(**more)

@@ -72,8 +72,8 @@ def test_approved_what_an_extraction_writes_and_draws(extracted):
     told = [f"{key}: {value}" for key in ("settings", "notes", "doubts") for value in stored[key]]
     tables = [line for path in sorted(folder.glob("*.csv")) for line in approval.table(path)]
     words = [line.replace(str(folder.parent), "…") for line in approval.page(folder / "review.html")]
-    approval.approve("extraction", [*told, *tables, *words], 1e-5, 2e-3)  # cm, and cm/cm of taper
-    approval.approve("extraction, figures", approval.figures(folder / "figures"), 0.2, 2e-3)
+    approval.approve("extraction", [*told, *tables, *words], 1e-4, 3 * PROCESSORS)  # cm, cm/cm of taper; two digits
+    approval.approve("extraction, figures", approval.figures(folder / "figures"), 0.2, PROCESSORS)
 
 
 def test_approved_what_every_stage_of_an_extraction_finds(extracted):
@@ -82,7 +82,7 @@ def test_approved_what_every_stage_of_an_extraction_finds(extracted):
     for path in sorted((folder / "stages").glob("*.stage")):
         key = path.read_bytes()[32:96].decode()
         found += approval.parts(path.stem, read_value(path, key)[1])
-    approval.approve("extraction, stages", found, 1e-6, 2e-3)
+    approval.approve("extraction, stages", found, 1e-5, PROCESSORS)
 
 
 def test_the_roots_radius_is_that_between_cannula_and_first_bifurcation(extracted):
@@ -152,6 +152,9 @@ def test_the_spread_over_thresholds_is_that_of_the_edited_tree(scan, tmp_path):
     assert all(row["radius_sd [cm]"] for row in rows), notes
     lengths = sorted(float(row["length [cm]"]) for row in rows)
     np.testing.assert_allclose(lengths, [0.3, 0.35, 0.65], atol=0.04)
+
+
+PROCESSORS = 1e-2  # of a number: another processor adds in another order, and searches end a little elsewhere
 
 
 @pytest.mark.validation

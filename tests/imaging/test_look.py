@@ -194,6 +194,35 @@ def test_of_a_ring_that_nothing_closes_the_proposed_command_cuts_it_and_doubts_w
     assert any(one.vessels for one in found.doubts)
 
 
+def bare_fork():
+    """A vessel of 0.036 cm that divides into two, in 0.004 cm voxels: no cannula anywhere."""
+    z, y, x = np.indices((130, 90, 50)) * 0.004
+    side = np.where(z < 0.28, 0.0, 0.5 * (z - 0.28))
+    axis = np.minimum(np.hypot(y - 0.18 - side, x - 0.1), np.hypot(y - 0.18 + side, x - 0.1))
+    inside = (axis < 0.036) & (z > 0.012) & (z < 0.5)
+    grey = 10 + 100.0 * inside + np.random.default_rng(0).normal(0, 3, z.shape)
+    return Volume(grey, np.full(3, 0.004), np.zeros(3))
+
+
+def test_of_an_image_without_a_cannula_the_proposed_command_runs_and_the_error_of_another_says_how(
+    tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    write_volume(bare_fork(), tmp_path / "bare.nrrd")
+    seen = vw.look(tmp_path / "bare.nrrd")
+    assert seen.findings[0].code == "image.no-cannula"
+    assert "--cannula DIAMETER with the root at its outer end" in look_text(seen)
+    assert not any("look:" in str(one) for one in seen.findings)
+    words = shlex.split(command(seen))[1:]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VasowaveWarning)
+        result = CliRunner().invoke(app, words)
+        assert result.exit_code == 0, result.output + repr(result.exception)
+        assert "Network(3 vessels, 2 terminals" in result.output
+        with pytest.raises(InputError, match=r"no cannula found.*if there is none in the image, give --cannula 0 "):
+            vw.extract(tmp_path / "bare.nrrd", root=seen.options.root, threshold=seen.options.threshold)
+
+
 def test_an_image_of_noise_alone_is_refused_before_its_loops_are_counted():
     grey = np.random.default_rng(5).normal(100.0, 20.0, (60, 50, 40))
     with pytest.raises(InputError, match="nothing stands out: the brightest piece lies 0"):

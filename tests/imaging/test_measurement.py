@@ -132,7 +132,7 @@ def ring_volume(closed):
     return Volume(np.where(ring | stem, 100, 12) + noise, np.full(3, 0.01), np.zeros(3))
 
 
-@pytest.mark.filterwarnings("ignore:look", "ignore:uncertain")
+@pytest.mark.filterwarnings("ignore:the grey scale", "ignore:vessel", "ignore:a second", "ignore:uncertain")
 def test_a_ring_is_one_loop_reported_where_it_closes_and_an_open_ring_is_none():
     root = np.array([0.12, 0.30, 0.05])
     assert loop_count(segment(ring_volume(closed=False), 45, root)) == 0

@@ -10,7 +10,7 @@ from vasowave.calibration import Search, calibrate
 from vasowave.calibration.parameters import fitted_parameters
 from vasowave.datasets import control_network
 from vasowave.errors import InputError
-from vasowave.model.laws import LAWS, find_law
+from vasowave.model.laws import LAWS, find_bed, find_law
 from vasowave.model.model import Model
 from vasowave.model.nominal import windkessels
 from vasowave.model.walls import LinearWall, wave_speed
@@ -50,6 +50,14 @@ def test_an_unknown_law_is_refused_with_the_nearest_known_one():
         find_law("no_such_module_of_mine:Wall")
     with pytest.raises(InputError, match="has no 'NoWall'"):
         find_law("vasowave.model.walls:NoWall")
+
+
+@pytest.mark.parametrize("name", ["", "foo:", ":Foo", ":", "linear,vein"])
+def test_a_name_that_is_none_is_answered_with_those_there_are(name):
+    with pytest.raises(InputError, match=f"unknown wall law '{name}'.*choose from: linear, tangent, power, vein"):
+        find_law(name)
+    with pytest.raises(InputError, match=f"unknown beds '{name}'.*choose from: windkessel"):
+        find_bed(name)
 
 
 def test_a_law_whose_equations_contradict_each_other_is_refused():

@@ -340,6 +340,47 @@ def test_times_and_period_together_say_whether_the_last_sample_is_the_next_cycle
     assert found.period == pytest.approx(0.1, rel=1e-12)
 
 
+def at_rest(count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a pressure and a flow that rest from 0.4 of the cycle to its end, as a file of three decimals has them."""
+    phase = np.arange(count) / count
+    ejection = np.where(phase < 0.4, np.sin(np.pi * phase / 0.4) ** 2, 0)
+    return np.round(12 + 10 * ejection, 3), np.round(0.5 * ejection, 3)
+
+
+def test_a_cycle_that_ends_at_rest_keeps_its_period_and_says_what_another_reading_would_make_of_it(tmp_path):
+    times, header = np.arange(128) / 128 * PERIOD, "time [s],pressure [mmHg],flow [ml/s]"
+    path = write(tmp_path / "c.csv", times, *at_rest(128), header=header)
+    with pytest.warns(VasowaveWarning, match="column 'period \\[s\\]'"):
+        found = read_recording(path)
+    assert (len(found.pressure), found.period) == (128, pytest.approx(PERIOD, rel=1e-6))  # times have nine decimals
+    (note,) = found.notes
+    assert note.code == "recording.last-sample-in-doubt"
+    values = dict(note.values)
+    assert values["other"] == pytest.approx(PERIOD * 127 / 128, rel=1e-6)
+    assert (values["percent"], values["less"]) == (pytest.approx(100 / 128), pytest.approx(PERIOD / 128, rel=1e-6))
+    for period, kept in ((PERIOD, 128), (PERIOD * 127 / 128, 127)):
+        told = read_recording(path, period=period)
+        assert (len(told.flow), told.period) == (kept, period)
+        assert [one.code for one in told.notes] == ["recording.last-sample-repeated"] * (kept == 127)
+
+
+def test_of_a_cycle_at_rest_without_times_a_warning_says_how_far_apart_samples_would_be(tmp_path):
+    pressure, flow = at_rest(128)
+    files = write(tmp_path / "p.dat", pressure), write(tmp_path / "q.dat", flow)
+    with pytest.warns(
+        VasowaveWarning, match=r"128 samples in 0\.11 s\. Without it they would be 0\.79 % further apart"
+    ):
+        found = read_recording(*files, period=PERIOD)
+    assert len(found.pressure) == len(found.flow) == 128
+
+
+def test_a_flow_at_rest_ends_as_the_pressure_that_the_same_program_wrote(tmp_path):
+    _, flow = at_rest(128)
+    for pressure, kept in ((closed(PRESSURE), 127), (PRESSURE, 128)):
+        found = read_recording(write(tmp_path / "p.dat", pressure), write(tmp_path / "q.dat", flow), period=PERIOD)
+        assert (len(found.pressure), len(found.flow)) == (256, kept)
+
+
 def test_a_column_that_only_its_unit_tells_is_taken_with_a_note(tmp_path):
     path = write(tmp_path / "cycle.csv", *GOOD.values(), header="time [s],presure [mmHg],flow [ml/s]")
     recording = read_recording(path)

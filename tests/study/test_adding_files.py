@@ -79,7 +79,7 @@ def test_six_exports_and_a_spreadsheet_become_a_study_that_can_run_in_two_comman
     assert done.exit_code == 0, done.output
     assert "6 new rows" in done.output
     assert "The study can run" in done.output
-    problems, read, _ = check_study(study)
+    problems, read, *_ = check_study(study)
     assert [problem for problem in problems if problem.error] == []
     assert {one.animal: one.group for one in read} == {
         name: "normoxia" if name.startswith("M1") else "hypoxia" for name in truth
@@ -194,7 +194,7 @@ def test_a_letter_that_unicode_writes_in_two_ways_is_one_name(tmp_path):
     write_network(control_network(), study / "n.csv")
     (study / "1.txt").write_text(exported(1, 15.0), "utf-8")
     (study / "animals.csv").write_text("animal,group,network,recording\nA\u030a 1,\u00c5,n.csv,1.txt\n", "utf-8")
-    problems, read, _ = check_study(study)
+    problems, read, *_ = check_study(study)
     assert [(one.animal, one.group) for one in read] == [("\u00c5 1", "\u00c5")]
     assert not [problem for problem in problems if problem.error]
 

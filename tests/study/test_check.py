@@ -16,6 +16,7 @@ from vasowave.animal.animal import Animal
 from vasowave.cli import app
 from vasowave.cli.options import read_settings
 from vasowave.datasets import control_network, hypertensive_network, virtual_mouse
+from vasowave.errors import InputError, VasowaveWarning
 from vasowave.network.network import Network
 from vasowave.network.vessel_table import write_network
 from vasowave.recording import Recording
@@ -24,10 +25,12 @@ from vasowave.study.animals import read_animals
 from vasowave.study.checking import _known, check_study
 from vasowave.study.loading import load_animal
 from vasowave.study.overview import AnimalRead, read_of
-from vasowave.study.physiology import physiology_findings
+from vasowave.study.physiology import blood_findings, physiology_findings
 from vasowave.study.plan import read_study
 from vasowave.study.reading import parse_settings
 from vasowave.study.rows import COLUMNS
+from vasowave.study.running import run_alone, run_study
+from vasowave.study.settings import BloodSection
 
 
 def said(folder: Path) -> list[str]:
@@ -202,6 +205,25 @@ def test_a_mouse_that_is_none_is_odd(make_study, mice, change, word):
     assert any(line.startswith("W animals.csv, line 4 ('mouse 2')") and word in line for line in said(folder))
     (folder / "study.yaml").write_text("species: other\n" + SETTINGS, "utf-8")
     assert not any("implausible" in line for line in said(folder))
+
+
+def test_a_viscosity_a_hundred_times_that_of_blood_is_told_before_anything_is_computed(make_study):
+    folder = make_study(settings=SETTINGS + "blood: {viscosity: 4.62}\n")
+    for number in range(3):
+        (folder / f"recordings/{number}.csv").write_text("nothing\n", "utf-8")  # so that nothing can be computed
+    study = read_study(folder)
+    alone = replace(study, animals=study.animals[:1])
+    for run in (lambda: run_study(study), lambda: run_alone(alone)):
+        with (
+            pytest.warns(VasowaveWarning, match=r"blood\.viscosity: 4\.62 cm²/s is no blood's"),
+            pytest.raises(InputError),
+        ):
+            run()
+
+
+@pytest.mark.parametrize("viscosity", [0.01, 0.0462, 0.15])  # water, blood, and blood that hardly moves
+def test_liquids_that_are_used_have_a_viscosity_that_nobody_warns_of(viscosity):
+    assert blood_findings(BloodSection(viscosity=viscosity)) == []
 
 
 def test_the_mean_mice_of_the_paper_are_plausible():

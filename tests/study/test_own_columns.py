@@ -7,11 +7,12 @@ import pytest
 
 from made_cohort import made_results
 from vasowave.animal.files import to_bytes
-from vasowave.cli.study import _first_word
 from vasowave.cohort import primary_comparison
 from vasowave.errors import InputError
 from vasowave.report.documents import report_of, supplement_of
+from vasowave.study.checking import check_study
 from vasowave.study.declaring import RECORD, declare
+from vasowave.study.designing import understood
 from vasowave.study.loading import animal_key
 from vasowave.study.plan import inspect_study, read_study
 from vasowave.study.results import read_results, write_results
@@ -149,7 +150,10 @@ def test_slips_in_such_columns_and_designs_are_said_with_their_place(tmp_path, r
     study.table.write_text(text.replace(",m,", ",M,", 1), encoding="utf-8")
     _, problems = inspect_study(tmp_path)
     assert [one.finding.code for one in problems] == ["variable.misspelt"]
-    assert "column 'sex': 'M' in CTL 3 alone" in str(problems[0])
+    assert "animals.csv, line 4, column 'sex': 'M' in CTL 3 alone" in str(problems[0])
+    study.table.write_text(text.replace(",m,", ",,", 2), encoding="utf-8")
+    _, problems = inspect_study(tmp_path)
+    assert [(one.finding.code, one.place.line) for one in problems] == [("variable.gaps", 4), ("variable.gaps", 5)]
 
 
 def test_a_design_says_of_how_many_animals_it_compares_what(tmp_path, results):
@@ -165,20 +169,33 @@ def test_check_says_which_word_stands_first_and_so_is_what_others_are_compared_w
     for old, new in zip(("before", "after"), words, strict=True):
         table = table.replace(f",{old},", f",{new},")
     study.table.write_text(table, encoding="utf-8")
-    assert f" '{first}' is the first time in the table, so others are compared with it" in _first_word(
-        read_study(tmp_path)
+    assert f" '{first}' is the first time in the table, so others are compared with it" in understood(
+        read_study(tmp_path), True
     )
     study.path.write_text("design: {covariates: [sex]}\n", encoding="utf-8")
-    assert _first_word(read_study(tmp_path)) == ""
+    assert "the first" not in understood(read_study(tmp_path), True)
 
 
 @pytest.mark.parametrize(
     ("design", "code", "words"),
     [
-        ("subject: born, occasion: time", "design.same-occasion", "born 2024-03-01"),
-        ("subject: row, occasion: time", "design.one-occasion", "no row was recorded at two levels of time"),
+        (
+            "subject: born, occasion: time, crossover: true",
+            "design.same-occasion",
+            "line 12, column 'time': born '2024-03-01' stands at time before in lines 2 and 12,",
+        ),
+        (
+            "subject: row, occasion: time",
+            "design.one-occasion",
+            "column 'time': no row was recorded at two levels of time",
+        ),
+        ("subject: row", "design.subject-once", "column 'row': no row has two rows"),
         ("subject: mouse, occasion: litter", "design.one-occasion", "no mouse was recorded at two levels of litter"),
-        ("subject: mouse, occasion: litter", "design.same-occasion", "mouse M0, M1, M2"),
+        (
+            "subject: mouse, occasion: litter",
+            "design.same-occasion",
+            "line 3, column 'litter': mouse 'M0' stands at litter L0 in lines 2 and 3, ",
+        ),
         ("blocks: [group]", "setting.at-odds", "'group' is no column of the lab's own"),
         ("subject: animal", "setting.at-odds", "'animal' names each row; give a column"),
     ],
@@ -191,6 +208,78 @@ def test_subjects_and_occasions_that_are_not_crossed_are_said(tmp_path, results,
     study.path.write_text(f"design: {{{design}}}\n", encoding="utf-8")
     _, problems = inspect_study(tmp_path)
     assert any(words in str(one) for one in problems if one.finding.code == code)
+
+
+def swapped(study, old, new):
+    """Write the table of a study with another text; return what is wrong in the study."""
+    study.table.write_text(study.table.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+    return inspect_study(study.folder)[1]
+
+
+def test_a_mouse_in_two_groups_is_an_error_at_its_rows_unless_the_design_is_a_crossover(tmp_path, results):
+    study = make(tmp_path, results)
+    problems = swapped(study, ",M5,", ",M4,")  # M4 is of CTL, in lines 10 and 11; lines 12 and 13 are of HPH
+    (wrong,) = [one for one in problems if one.error]
+    assert (wrong.finding.code, wrong.place.line) == ("design.several-groups", 12)
+    assert "'M4' is in CTL (lines 10 and 11) and HPH (lines 12 and 13)" in str(wrong)
+    assert set(wrong.animals) == {"CTL 9", "CTL 10", "HPH 1", "HPH 2"}
+    with pytest.raises(InputError, match=r"line 12, column 'mouse'.*\n?.*write crossover: true under design"):
+        read_study(tmp_path)
+    study.path.write_text(DESIGN.replace("subject: mouse", "subject: mouse, crossover: true"), encoding="utf-8")
+    assert not [one for one in inspect_study(tmp_path)[1] if one.error]
+
+
+def test_names_of_mice_that_begin_anew_in_each_group_are_no_crossover(tmp_path, results):
+    study = make(tmp_path, results, "design: {subject: mouse}\n")
+    text = study.table.read_text(encoding="utf-8")
+    for number in range(5):
+        text = text.replace(f",M{number + 5},", f",M{number},")
+    (wrong,) = [one for one in swapped(study, study.table.read_text(encoding="utf-8"), text) if one.error]
+    assert wrong.finding.code == "design.several-groups"
+    assert "'M2' is in CTL (lines 6 and 7) and HPH (lines 16 and 17) and 2 more" in str(wrong)
+
+
+def test_an_animal_that_is_in_both_groups_of_a_crossover_is_compared_with_itself(tmp_path, results):
+    study = make(tmp_path, results, "design: {subject: mouse, crossover: true}\n")
+    text = study.table.read_text(encoding="utf-8")
+    for number in range(5):
+        text = text.replace(f",M{number + 5},", f",M{number},")
+    swapped(study, study.table.read_text(encoding="utf-8"), text)
+    said = understood(read_study(tmp_path), True)
+    assert said.startswith("20 recordings of 5 animals; compared: HPH against CTL.")
+    assert "A mouse in several groups is compared with itself." in said
+
+
+def test_recordings_without_an_occasion_are_said_to_be_repeats_and_rows_without_a_second_are_no_change(
+    tmp_path, results
+):
+    twice = understood(make(tmp_path, results, "design: {subject: mouse}\n"), True)
+    assert "Recordings of one mouse count as repeats of each other." in twice
+    assert "name the column of the times as occasion" in twice
+    study = make(tmp_path, results)
+    for place in range(20):
+        text = study.table.read_text(encoding="utf-8").splitlines()
+        text[place + 1] = text[place + 1].replace(f",M{place // 2},", f",only{place},")
+        study.table.write_text("\n".join(text) + "\n", encoding="utf-8")
+    once = understood(read_study(tmp_path), True)
+    assert once.startswith("20 animals; compared: ")
+    assert "in the ratio after/before" in once
+    assert "change" not in once
+
+
+def test_the_design_is_stated_beside_errors_of_other_things_and_not_if_it_is_wrong_itself(tmp_path, results):
+    study = make(tmp_path, results)
+    found = check_study(tmp_path)  # recordings are empty files
+    assert sum(one.error for one in found.problems)
+    assert found.design.startswith("20 recordings of 10 animals; compared: ")
+    swapped(study, "CTL 1,CTL,n.csv,n.csv", "CTL 1,CTL,n.csv,absent.csv")
+    assert check_study(tmp_path).design.startswith(
+        "without the rows that have errors, 19 recordings of 10 animals; compared: "
+    )
+    swapped(study, ",M5,", ",M4,")
+    assert check_study(tmp_path).design == ""
+    study.path.write_text("design: {blocks: [nothing]}\n", encoding="utf-8")
+    assert check_study(tmp_path).design == ""
 
 
 def test_a_study_file_stores_its_design_and_reads_it_back():

@@ -21,11 +21,29 @@ NETWORK = typer.Argument(
 RECORDING = typer.Argument(
     help="One averaged cycle (one file, or pressure and flow) or a continuous recording. Only with a vessel table."
 )
+
+
+def _not_empty(context: typer.Context, option: typer.CallbackParam, value: str) -> str:
+    """Refuse an empty name, which would silently mean the default."""
+    from vasowave.errors import InputError
+
+    source = context.get_parameter_source(str(option.name))
+    if source is not None and source.name == "COMMANDLINE" and not value.strip():
+        raise InputError(f"--{option.name} is empty; name one (another word lists them), or leave the option out")
+    return value
+
+
 PERIOD = typer.Option(help="Period of the cycle in seconds, for recordings without a time column.")
 ANIMAL = typer.Option(help="Animal of a study.")
-WALL = typer.Option(help="Wall law by name (another word lists them), or module:Class; of a fit, the first fitted.")
-BED = typer.Option(help="Vascular beds by name (another word lists them), or module:Class; of a fit, its own.")
-FRICTION = typer.Option(help="boundary-layer (the paper's eq. 2), poiseuille, or power-law; of a fit, its own.")
+WALL = typer.Option(
+    help="Wall law by name (another word lists them), or module:Class; of a fit, the first fitted.", callback=_not_empty
+)
+BED = typer.Option(
+    help="Vascular beds by name (another word lists them), or module:Class; of a fit, its own.", callback=_not_empty
+)
+FRICTION = typer.Option(
+    help="boundary-layer (the paper's eq. 2), poiseuille, or power-law; of a fit, its own.", callback=_not_empty
+)
 CELL = typer.Option(help="Longest cell, cm.")
 ACCURACY = typer.Option(help="Largest numerical error of the pressure, mmHg: cells and steps are chosen from it.")
 DATA = ".nc"
@@ -105,11 +123,13 @@ def animal_from(
     from vasowave.errors import InputError
     from vasowave.study.loading import load_animal
     from vasowave.study.names import plain_name
+    from vasowave.study.physiology import tell_blood
     from vasowave.study.single_animal import one_row
 
     if not recording:
         raise InputError(f"{network}: a network needs a recording too, whose flow enters it")
     row = one_row(network, recording, plain_name(recording[0].stem), settings.groups[0], cells)
+    tell_blood(settings.blood)
     one = load_animal(row, settings, Path())
     for note in one.recording.notes:
         typer.echo(f"note: {note}", err=True)

@@ -103,7 +103,7 @@ def add(
     names = {row["animal"] for row in added.rows}
     more = f", {_counted(len(added.updated), 'row')} updated" if added.updated else ""
     tell(f"{added.table}: {_counted(len(names), 'new row')}{more}")
-    problems, read, settings = check_study(place)
+    problems, read, settings, _ = check_study(place)
     new = [one for one in read if one.animal in names | set(added.updated)]
     if settings is not None and new:
         show_read(new, settings)
@@ -175,29 +175,19 @@ def check(study: Annotated[Path, _STUDY] = Path()) -> None:
     from vasowave.study.declaring import declare
     from vasowave.study.plan import read_study
 
-    problems, read, settings = check_study(study)
+    problems, read, settings, design = check_study(study)
     errors = [problem for problem in problems if problem.error]
     if settings is not None and read:
         show_read(read, settings)
     _tell_problems(problems)
     count = len(problems) - len(errors)
     if settings is not None and not errors:
-        plan = read_study(study)
-        declare(plan)
-        if plan.layout is not None:
-            typer.echo(f"Design: {plan.layout.text}{_first_word(plan)}")
+        declare(read_study(study))
+    if design:
+        typer.echo(f"Design: {design}")
     said = f"{_counted(len(errors), 'error')}, {_counted(count, 'warning')}"
     typer.echo(said if problems else "Nothing is wrong or odd.")
     raise typer.Exit(1 if errors else 0)
-
-
-def _first_word(plan: "Study") -> str:
-    """Say which level others are compared with where they are words, whose order is that of the table."""
-    second = next((one for one in plan.variables if one.name == plan.settings.design.second), None)
-    if second is None or second.kind != "category":
-        return ""
-    return (f" '{second.order[0]}' is the first {second.name} in the table, so others are compared with it; "
-            "put a row of another first to turn that round.")  # fmt: skip
 
 
 def _counted(count: int, what: str) -> str:

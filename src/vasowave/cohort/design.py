@@ -45,6 +45,8 @@ class Design:
     )
     """Comparisons of one's own, in place of the usual ones: of each a name, and the weights of groups (or of "group,
     level" where there is a second factor or dose); they sum to 0."""
+    crossover: bool = False
+    """Whether a subject may be in several groups, one after the other; otherwise that is an error."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be together."""
@@ -56,6 +58,8 @@ class Design:
                 f"occasion: {self.occasion}: name the column that says which recordings are of one animal as subject; "
                 "without it they would count as different animals. Of other animals at each time it is a factor"
             )
+        if self.crossover and not self.subject:
+            raise InputError("crossover: name the column that says which recordings are of one animal as subject")
         twice = [name for name in dict.fromkeys(self.terms) if self.terms.count(name) > 1]
         if twice:
             raise InputError(f"'{twice[0]}' stands in two places; keep one")
@@ -158,12 +162,18 @@ class Layout:
         return len(self.animals) - int(np.linalg.matrix_rank(taken))
 
     @property
+    def repeated(self) -> bool:
+        """Whether an animal has more than one recording."""
+        return len(set(self.subject)) < len(self.animals)
+
+    @property
     def text(self) -> str:
         """What is compared, of how many: a sentence or two."""
         count, subjects = len(self.animals), len(set(self.subject))
-        of = f"{count} recordings of {subjects} animals" if subjects < count else f"{count} animals"
+        of = f"{count} recordings of {subjects} animals" if self.repeated else f"{count} animals"
+        what = "change" if self.repeated else "ratio"  # nothing changes between animals
         compared = (
-            f"{one.other} against {one.reference}" + (f" in the change {one.change}" if one.change else "")
+            f"{one.other} against {one.reference}" + (f" in the {what} {one.change}" if one.change else "")
             if one.reference else one.other for one in self.contrasts
         )  # fmt: skip
         left = f" Left out, for a column does not know them: {', '.join(self.left_out)}." if self.left_out else ""

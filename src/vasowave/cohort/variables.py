@@ -24,7 +24,7 @@ MISSPELT = look_kind(
     "variable.misspelt", "'{rare}' in {animal} alone, '{common}' in {count}: misspelt?", "Correct the cell."
 )
 ALONE = look_kind(
-    "variable.one-animal", "'{value}' in {animal} alone: what it has to itself cannot be told from chance",
+    "variable.one-animal", "'{value}' in {animal} alone, where most other values are in several rows: a slip?",
     "Correct the cell if it is a slip.",
 )  # fmt: skip
 FAR_OFF = look_kind(

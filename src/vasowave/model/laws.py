@@ -4,6 +4,7 @@
 ``vasowave.model.walls``.
 """
 
+from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -67,16 +68,12 @@ def find_law(wall: str | type) -> Any:
         return wall if wall in LAWS.values() else _checked(wall)
     if wall in LAWS:
         return LAWS[wall]
-    if ":" in wall:
+    if _names_class(wall):
         return _checked(_imported(wall, "wall law"))
     offered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
     if wall in offered:
         return _checked(offered[wall].load())
-    known = [*LAWS, *offered]
-    raise InputError(
-        f"unknown wall law '{wall}'{did_you_mean(wall, known)}; choose from: {', '.join(known)}, or name a class of "
-        "your own as module:Class"
-    )
+    raise _unknown("wall law", wall, [*LAWS, *offered])
 
 
 def find_bed(bed: str | type) -> Any:
@@ -92,13 +89,25 @@ def find_bed(bed: str | type) -> Any:
     >>> find_bed("rc").__name__
     'CompliantBed'
     """
-    if isinstance(bed, str) and bed not in BEDS and ":" not in bed:
-        raise InputError(
-            f"unknown beds '{bed}'{did_you_mean(bed, BEDS)}; choose from: {', '.join(BEDS)}, or name a class of your "
-            "own as module:Class"
-        )
+    if isinstance(bed, str) and bed not in BEDS and not _names_class(bed):
+        raise _unknown("beds", bed, [*BEDS])
     kind = bed if not isinstance(bed, str) else BEDS.get(bed) or _imported(bed, "bed")
     return kind if kind in OUR_BEDS else _checked_bed(kind)
+
+
+def _names_class(name: str) -> bool:
+    """Whether a name is that of a class in a module: ``our_laws:Class``."""
+    module, colon, attribute = (part.strip() for part in name.partition(":"))
+    return bool(module and colon and attribute)
+
+
+def _unknown(what: str, name: str, known: Sequence[str]) -> InputError:
+    """Return the error that says which names there are."""
+    one = "name one; " if "," in name else ""
+    return InputError(
+        f"unknown {what} '{name}'{did_you_mean(name, known)}; {one}choose from: {', '.join(known)}, or name a class of "
+        "your own as module:Class"
+    )
 
 
 def described(kind: Any) -> Any:

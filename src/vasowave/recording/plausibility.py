@@ -38,6 +38,9 @@ _NEVER_LOW = 0.2
 """A flow that never falls below this share of its largest value is like a pressure."""
 
 
+_SAME = 1e-6  # of the range: values that differ by less are the same
+_BY_CHANCE = 10.0  # times their rounding: where samples differ by more, two are the same in less than a tenth of files
+
 _KPA = 7.50062  # mmHg
 _UNIT = (
     "correct the unit: in the file, or beside it (vasowave add and fit: --unit pressure={}; a study's table: the "
@@ -170,7 +173,18 @@ def _resting(values: np.ndarray) -> float | None:
 
 def repeats_first(values: np.ndarray) -> bool:
     """Whether the last sample is the first one again (to a millionth of the range)."""
-    return bool(abs(values[-1] - values[0]) <= 1e-6 * np.ptp(values))
+    return bool(abs(values[-1] - values[0]) <= _SAME * np.ptp(values))
+
+
+def moves_at_ends(values: np.ndarray) -> bool:
+    """Whether a signal moves before its last sample and after its first by more than what it is rounded to.
+
+    If it does, its last sample is the first one again by no chance.
+    """
+    span = float(np.ptp(values))
+    apart = np.diff(np.unique(values))
+    rounding = float(apart[apart > _SAME * span].min(initial=span))
+    return bool(min(abs(values[1] - values[0]), abs(values[-1] - values[-2])) > _BY_CHANCE * rounding)
 
 
 def check_closure(values: np.ndarray, what: str, where: str) -> list[Finding]:

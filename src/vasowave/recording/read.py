@@ -1,10 +1,12 @@
 """Read one averaged cycle of pressure and flow from the files a lab has."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from enum import Enum
 from pathlib import Path
 
 from vasowave.errors import InputError
-from vasowave.findings import Finding, note_kind, warn
+from vasowave.findings import Finding, Severity, look_kind, note_kind, warn
 from vasowave.recording.cycle import FEWEST_SAMPLES, Recording
 from vasowave.recording.formats import read_signals
 from vasowave.recording.plausibility import (
@@ -12,6 +14,7 @@ from vasowave.recording.plausibility import (
     check_flow,
     check_period,
     check_pressure,
+    moves_at_ends,
     odd_values,
     repeats_first,
 )
@@ -20,7 +23,25 @@ from vasowave.recording.signal import Signal, even_step
 _CHECKS = {"pressure": check_pressure, "flow": check_flow}
 
 
-REPEATED = note_kind("recording.repeated-sample", "the last sample of {quantity} repeats the first and was left out")
+REPEATED = note_kind(
+    "recording.last-sample-repeated",
+    "the last sample of {quantity} repeats the first and was left out: {count} samples in {period:.6g} s",
+)
+IN_DOUBT = look_kind(
+    "recording.last-sample-in-doubt",
+    "the last sample of {quantity} equals the first where nothing moves, so that the times do not tell whether this "
+    "sample is the next cycle's first. It was kept: the period is {period:.6g} s. Without it the period would be "
+    "{other:.6g} s, {percent:.2g} % ({less:.2g} s) less; {remedy}",
+    "say the period (vasowave add and fit: --period 0.11; a study's table: the column 'period [s]'; in Python: "
+    "period=0.11)",
+)
+IN_DOUBT_UNTIMED = look_kind(
+    "recording.last-sample-untimed",
+    "the last sample of {quantity} equals the first where nothing moves, so that nothing tells whether this sample is "
+    "the next cycle's first. It was kept: {count} samples in {period:.6g} s. Without it they would be {percent:.2g} % "
+    "further apart; {remedy}",
+    "give a column of times beside the period, or remove the sample",
+)
 ASSUMED_UNIT = note_kind("recording.assumed-unit", "{quantity} is assumed to be in {unit}; {name} names no unit")
 
 
@@ -39,7 +60,8 @@ def read_recording(
         One CSV, TSV, blank-separated or ``.mat`` file with the columns (variables) ``time [s]``, ``pressure [mmHg]``,
         ``flow [ml/s]`` (or t, p, q) in any unit that the header names; or two files, the first with pressure, the
         second with flow, each of one column (headerless or titled) with or without a time column. The two may be
-        sampled at different rates. A last sample that repeats the first is recognized and dropped.
+        sampled at different rates. A last sample that repeats the first is dropped; where the signals
+        rest there it may be one by chance and is kept, with a warning, unless times and period tell.
     period : float, optional
         Period T, s. Needed where there is no time column; where there is one it must agree.
     pressure_unit, flow_unit : str, optional
@@ -58,7 +80,8 @@ def read_recording(
     Warns
     -----
     VasowaveWarning
-        If a value is possible, yet more likely a slip (for example 10 ml/s in an animal of 500 beats/min).
+        If a value is possible, yet more likely a slip (for example 10 ml/s in an animal of 500 beats/min); if nothing
+        tells whether the last sample is the next cycle's first.
 
     Examples
     --------
@@ -80,6 +103,14 @@ def read_recording(
     return replace(recording, wedge_pressure=wedge_pressure)
 
 
+class _Last(Enum):
+    """What the last sample of a signal is."""
+
+    OWN = "a sample of its own"
+    NEXT = "the first one of the next cycle"
+    UNTOLD = "one or the other"
+
+
 def _assemble(signals: list[Signal], period: float | None, together: bool) -> Recording:
     """Check both signals and make the recording; `together` says that they come from one table."""
     for signal in signals:
@@ -91,30 +122,28 @@ def _assemble(signals: list[Signal], period: float | None, together: bool) -> Re
         _check_units(signal, swapped_files=not together)
     if period is not None:
         check_period(period, "period")
-    repeated = _last_repeats_first(signals, period)
-    periods = [_period(signal, drop, period) for signal, drop in zip(signals, repeated)]
+    lasts = _last_samples(signals, period)
+    cycles = [signal.values[:-1] if last is _Last.NEXT else signal.values for signal, last in zip(signals, lasts)]
+    periods = [_period(signal, len(cycle), period) for signal, cycle in zip(signals, cycles)]
     if abs(periods[0] - periods[1]) > 0.01 * min(periods):
         raise InputError(
             f"{signals[0].file} lasts {periods[0]:.5g} s and {signals[1].file} {periods[1]:.5g} s; "
             "pressure and flow must be of one cycle"
         )
     notes: list[Finding] = []
-    cycles = []
-    for signal, drop in zip(signals, repeated):
+    for signal, cycle in zip(signals, cycles):
         notes += signal.notes
-        values = signal.values[:-1] if drop else signal.values
-        notes += check_closure(values, signal.quantity, signal.file)
-        if drop:
-            notes.append(REPEATED(quantity=signal.quantity))
+        notes += check_closure(cycle, signal.quantity, signal.file)
         if signal.assumed_unit:
             name = Path(signal.file).name
             notes.append(ASSUMED_UNIT(quantity=signal.quantity, unit=signal.assumed_unit, name=name))
-        cycles.append(values)
+    said = _said_of_last(signals, lasts, periods)
     odd = odd_values(cycles[0], cycles[1], periods[0])
-    for one in odd:
-        warn(one.at(signals[0].file), stacklevel=3)
+    for one in (*said, *odd):
+        if one.severity is Severity.LOOK:
+            warn(one.at(signals[0].file), stacklevel=3)
     source = " and ".join(dict.fromkeys(Path(signal.file).name for signal in signals))
-    return Recording(cycles[0], cycles[1], periods[0], source, (*notes, *odd))
+    return Recording(cycles[0], cycles[1], periods[0], source, (*notes, *said, *odd))
 
 
 def _check_units(signal: Signal, swapped_files: bool) -> None:
@@ -125,27 +154,49 @@ def _check_units(signal: Signal, swapped_files: bool) -> None:
         raise InputError(f"{error}{hint}") from None
 
 
-def _last_repeats_first(signals: list[Signal], period: float | None) -> list[bool]:
-    """Return for each signal whether its last sample belongs to the next cycle.
+def _last_samples(signals: Sequence[Signal], period: float | None) -> list[_Last]:
+    """Return what the last sample of each signal is.
 
-    A flow that rests at zero may end where it began by chance, so signals of equal length decide together; and where
-    both times and period are given, these decide.
+    A flow that rests may end where it began by chance, so signals of equal length decide together, and one that rests
+    is as the other, which the same program wrote. Where both times and period are given, these decide.
     """
-    same = []
-    for signal in signals:
-        repeats = repeats_first(signal.values)
-        if signal.time is not None and period is not None:
-            lasts = signal.time[-1] - signal.time[0]
-            step = lasts / (len(signal.time) - 1)
-            repeats = abs(lasts - period) < abs(lasts + step - period)
-        same.append(repeats)
-    if len(signals[0].values) == len(signals[1].values):
-        same = [all(same)] * 2
-    return same
+    each = [_last_sample(signal, period) for signal in signals]
+    surest = next(one for one in (_Last.OWN, _Last.NEXT, _Last.UNTOLD) if one in each)
+    alike = len(signals[0].values) == len(signals[1].values)
+    return [surest if alike or one is _Last.UNTOLD else one for one in each]
 
 
-def _period(signal: Signal, drop: bool, period: float | None) -> float:
-    """Return the period from the times, checked against the one given."""
+def _last_sample(signal: Signal, period: float | None) -> _Last:
+    if signal.time is not None and period is not None:
+        lasts = signal.time[-1] - signal.time[0]
+        step = lasts / (len(signal.time) - 1)
+        return _Last.NEXT if abs(lasts - period) < abs(lasts + step - period) else _Last.OWN
+    if not repeats_first(signal.values):
+        return _Last.OWN
+    return _Last.NEXT if moves_at_ends(signal.values) else _Last.UNTOLD
+
+
+def _said_of_last(signals: Sequence[Signal], lasts: Sequence[_Last], periods: Sequence[float]) -> list[Finding]:
+    """Return what was done with last samples that are the first again, once where both signals have as many."""
+    found = []
+    alike = len(signals[0].values) == len(signals[1].values)
+    for signal, last, period in list(zip(signals, lasts, periods))[: 1 if alike else None]:
+        quantity = "pressure and flow" if alike else signal.quantity
+        count = len(signal.values)
+        if last is _Last.NEXT:
+            found.append(REPEATED(quantity=quantity, count=count - 1, period=period))
+        elif last is _Last.UNTOLD and signal.time is None:
+            found.append(IN_DOUBT_UNTIMED(quantity=quantity, count=count, period=period, percent=100 / (count - 1)))
+        elif last is _Last.UNTOLD:
+            step = period / count
+            found.append(
+                IN_DOUBT(quantity=quantity, period=period, other=period - step, percent=100 / count, less=step)
+            )
+    return found
+
+
+def _period(signal: Signal, count: int, period: float | None) -> float:
+    """Return the period of a cycle of so many samples from the times, checked against the one given."""
     if signal.time is None:
         if period is None:
             raise InputError(
@@ -154,7 +205,7 @@ def _period(signal: Signal, drop: bool, period: float | None) -> float:
             )
         return period
     step = even_step(signal.time, signal.quantum, signal.file, signal.places.__getitem__)
-    measured = step * (len(signal.time) - drop)
+    measured = step * count
     if period is None:
         check_period(measured, f"{signal.file}, time column")
         return measured

@@ -94,15 +94,9 @@ def add_files(study: Path, paths: Sequence[Path], *, group: str = "", groups: st
     sorted_files = _sorted(path.parent, table, paths, network, cells or {})
     networks = _networks(path.parent, sorted_files.networks, before.rows, network)
     known = Known(path.parent, before.rows)
-    said = list[str]()
-    new, touched = list[_Row](), list[_Row]()
-    for recorded in sorted_files.recordings:
-        found = _Row(recorded, _cells(recorded, path.parent, cells or {}), known.row_of(recorded))
-        twin = "" if found.old is not None else known.twin_of(recorded)
-        if twin:
-            said.append(f"{recorded.files[0]}: holds the same bytes as the recording of {twin}; left out")
-            continue
-        (new if found.old is None else touched).append(found)
+    found = [_Row(one, _cells(one, path.parent, cells or {}), known.row_of(one)) for one in sorted_files.recordings]
+    touched = [one for one in found if one.old is not None]
+    new, said = _without_copies([one for one in found if one.old is None], known)
     marks, more = _grouped([*new, *touched], before.rows, path, settings, group, groups, ask)
     serves_all = len(networks) == 1 and (network is not None or not sorted_files.refused)
     for one in [*new, *touched]:
@@ -157,6 +151,19 @@ class _Row:
     recorded: Recorded
     cells: dict[str, str]
     old: dict[str, str] | None
+
+
+def _without_copies(new: Sequence[_Row], known: Known) -> tuple[list[_Row], list[str]]:
+    """Return the recordings without those that hold the bytes of another, and what to say of these.
+
+    Of two files the one with the shorter name is taken for the original: "mouse 1", not "mouse 1 (copy)"; of files with
+    one name, that in the upper folder.
+    """
+    by_name = sorted(new, key=lambda one: (len(one.recorded.name), len(one.recorded.files[0].parts)))
+    twins = {one.recorded.files: known.twin_of(one.recorded) for one in by_name}
+    said = [f"{files[0]}: holds the same bytes as the recording of {twin}; left out"
+            for files, twin in twins.items() if twin]  # fmt: skip
+    return [one for one in new if not twins[one.recorded.files]], said
 
 
 def _settings(path: Path) -> StudyFile:

@@ -11,7 +11,7 @@ from typing import Any, Literal, cast
 
 from vasowave import units
 from vasowave.animal.result import TIDY
-from vasowave.cohort.variables import Variable
+from vasowave.cohort.variables import GAPS, Variable
 from vasowave.errors import InputError, did_you_mean
 from vasowave.findings import Finding, Place, error_kind, look_kind
 from vasowave.inference.known_errors import SHARED, KnownErrors
@@ -126,13 +126,24 @@ def _slips(path: Path, rows: Sequence[AnimalRow]) -> list[Problem]:
     for title in dict.fromkeys(title for row in rows for title in row.own):
         if title in SHARED:  # animals that share nothing are no slip
             continue
+        part = f"column '{title}'"
         try:
             one = Variable.of(title, {row.animal: row.own.get(title, "") for row in rows})
             found = one.slips(groups)
         except InputError as error:
-            found = [WRONG_TYPE(text=str(error))]
-        problems += [Problem(slip.at(str(path), part=f"column '{title}'")) for slip in found]
+            problems.append(Problem(WRONG_TYPE(text=str(error)).at(str(path), part=part)))
+            continue
+        for slip in found:
+            problems += [Problem(slip.at(str(path), line=line, part=part)) for line in _lines_of(slip, one, rows)]
     return problems
+
+
+def _lines_of(slip: Finding, one: Variable, rows: Sequence[AnimalRow]) -> list[int]:
+    """Return the lines that a slip stands in, 0 if it is one of the whole column."""
+    animal = dict(slip.values).get("animal")
+    lines = [row.line for row in rows
+             if row.animal == animal or (slip.code == GAPS.code and row.animal not in one.values)]  # fmt: skip
+    return lines or [0]
 
 
 def _columns(path: Path, titles: list[str]) -> tuple[dict[str, int], dict[str, int], list[Problem]]:

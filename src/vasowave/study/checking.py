@@ -18,18 +18,16 @@ from vasowave.model.nominal import Nominal, estimate_nominal
 from vasowave.quantities import INDICES, QUANTITIES, question_of
 from vasowave.recording import Recording
 from vasowave.study.animals import read_row
+from vasowave.study.designing import understood
 from vasowave.study.document import Document, read_document
 from vasowave.study.loading import load_animal, read_measured
 from vasowave.study.overview import AnimalRead, read_of
-from vasowave.study.physiology import physiology_findings
+from vasowave.study.physiology import blood_findings, physiology_findings
 from vasowave.study.plan import Study, inspect_study
 from vasowave.study.problems import Problem, one_per_cause, unreadable
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile, animal_settings
 from vasowave.study.table import read_rows
-
-BLOOD = {"density": (0.95, 1.3, "g/ml", 1.057), "viscosity": (0.005, 0.3, "cm²/s", 0.0462)}
-"""What blood and the liquids used in its place have, unit, and the default."""
 
 _ALIKE = 1e-3  # of their range: two heartbeats never agree as well, one written with fewer digits does
 _SLIP = 3.0  # a known value that differs by more than this factor is no other method, but another number
@@ -68,11 +66,6 @@ FEW_STARTS = look_kind(
     "{key}: {starts} starts now and then miss the tangent wall's best optimum; {remedy}",
     "20 seldom do",
 )
-NO_BLOOD = look_kind(
-    "check.no-blood",
-    "{key}: {value:g} {unit} is no blood's ({low:g} to {high:g}, usual {usual:g}); is the unit right?",
-    "Correct the number or its unit.",
-)
 EXPONENT = look_kind(
     "check.known-differs",
     "{name} {given:.4g} {unit} as given, {expected:.4g} from the {source}: a factor of {factor:.3g}; a slip of the "
@@ -99,11 +92,14 @@ SAME_CYCLE = error_kind(
 
 
 class Checked(NamedTuple):
-    """The problems in the order of the files, and what was read of every animal whose files are in order."""
+    """The problems in the order of the files, what was read of every animal whose files are in order, and the design in
+    words, if it is in order.
+    """
 
     problems: list[Problem]
     read: list[AnimalRead]
     settings: StudyFile | None
+    design: str = ""
 
 
 def check_study(path: Path) -> Checked:
@@ -120,6 +116,7 @@ def check_study(path: Path) -> Checked:
     study, problems = inspect_study(path)
     if study is None:
         return Checked(one_per_cause(problems), [], None)
+    design = understood(study, whole=not any(problem.error for problem in problems))
     document, read, cycles = read_document(study.path), [], []
     problems += [*_programs(study, document), *_settings(study, document)]
     for row in study.animals:
@@ -138,7 +135,8 @@ def check_study(path: Path) -> Checked:
         problems.append(Problem(some.at(**place._asdict())))
     problems += _half_known(study)
     doubled = doubled_animals(study)
-    return Checked(one_per_cause(problems + doubled + _alike(study, cycles, doubled)), read, study.settings)
+    problems += [*doubled, *_alike(study, cycles, doubled)]
+    return Checked(one_per_cause(problems), read, study.settings, design)
 
 
 def _half_known(study: Study) -> list[Problem]:
@@ -199,10 +197,9 @@ def _settings(study: Study, document: Document) -> list[Problem]:
         say(ONE_LAW, "model_selection")
     if calibration.starts < 10 and "tangent" in calibration.walls:
         say(FEW_STARTS, "calibration", "starts", starts=calibration.starts)
-    for quantity, (low, high, unit, usual) in BLOOD.items():
-        value = getattr(study.settings.blood, quantity)
-        if not low <= value <= high:
-            say(NO_BLOOD, "blood", quantity, value=value, unit=unit, low=low, high=high, usual=usual)
+    for one in blood_findings(study.settings.blood):
+        at = document.place(("blood", str(dict(one.values)["quantity"])), key=True)
+        problems.append(Problem(one.at(**at._asdict())))
     return problems
 
 

@@ -3,10 +3,14 @@
 from collections.abc import Mapping
 
 from vasowave.animal.result import AnimalResult
-from vasowave.findings import Finding, Severity, from_json, look_kind
+from vasowave.findings import Finding, Severity, from_json, look_kind, warn
 from vasowave.species import SPECIES, Species
+from vasowave.study.settings import BloodSection
 
 _UNITS = {"HR": "beats/min", "mPAP": "mmHg", "pPAP": "mmHg", "CO": "ml/s", "root radius": "cm"}
+
+BLOOD = {"density": (0.95, 1.3, "g/ml", 1.057), "viscosity": (0.005, 0.3, "cm²/s", 0.0462)}
+"""What blood of any species and the liquids used in its place have, unit, and the default."""
 
 _IMPLAUSIBLE = (
     "{{name}} {{value:.4g}} {{unit}} is implausible for a {{species}} ({{low:g}} to {{high:g}}); is the unit right, "
@@ -28,6 +32,26 @@ ODD_DECAY = look_kind(
     "belong together, and are they aligned?",
     "Align pressure and flow, or pair them anew.",
 )
+
+
+NO_BLOOD = look_kind(
+    "check.no-blood",
+    "blood.{quantity}: {value:g} {unit} is no blood's ({low:g} to {high:g}, usual {usual:g}); is the unit right?",
+    "Correct the number or its unit.",
+)
+
+
+def blood_findings(blood: BloodSection) -> list[Finding]:
+    """Return which properties of a blood no blood has."""
+    values = ((name, getattr(blood, name), *known) for name, known in BLOOD.items())
+    return [NO_BLOOD(quantity=name, value=value, unit=unit, low=low, high=high, usual=usual)
+            for name, value, low, high, unit, usual in values if not low <= value <= high]  # fmt: skip
+
+
+def tell_blood(blood: BloodSection) -> None:
+    """Warn of a density or viscosity that no blood has."""
+    for one in blood_findings(blood):
+        warn(one, stacklevel=3)
 
 
 def physiology_findings(values: Mapping[str, float], tau: float, species: str) -> list[Finding]:

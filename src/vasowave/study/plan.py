@@ -1,35 +1,18 @@
 """A study as its two files describe it: settings and animals."""
 
-from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
 from vasowave.cohort.design import Layout, laid_out
 from vasowave.cohort.variables import Variable
-from vasowave.errors import InputError
-from vasowave.findings import Finding, look_kind
-from vasowave.settings import AT_ODDS
 from vasowave.study.animals import read_animals, variables_of
+from vasowave.study.designing import design_problems
 from vasowave.study.problems import Problem, refuse
 from vasowave.study.reading import read_settings, study_path
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile
 
-_LEAST_LEFT = 1 / 3  # of the animals
-FEW_LEFT = look_kind(
-    "design.few-left", "of {animals} animals {left} are left to tell how animals scatter: intervals will be wide, and "
-    "what differs may not be shown; {remedy}", "name fewer covariates and blocks, or add animals",
-)  # fmt: skip
-ONE_OCCASION = look_kind(
-    "design.one-occasion", "no {subject} was recorded at two levels of {occasion}, so that it is compared between "
-    "animals and not within them", "check the two columns, or name {occasion} as factor",
-)  # fmt: skip
-SAME_OCCASION = look_kind(
-    "design.same-occasion", "{subject} {names} has more than one recording at one level of {occasion}: they count as "
-    "repeats of it", "check the two columns if that is not meant",
-)  # fmt: skip
 RESULTS = "results"
 """Folder of the results, beside the study file."""
 
@@ -97,30 +80,8 @@ def inspect_study(path: Path) -> tuple[Study | None, list[Problem]]:
     if settings is None:
         return None, problems
     study = Study(path, settings, tuple(rows))
-    if not any(problem.error for problem in problems):
-        place = document.place(("design",), key=True)._asdict()
-        try:
-            problems += [Problem(found.at(**place)) for found in _odd_in(study)]
-        except InputError as error:
-            problems.append(Problem(AT_ODDS(text=str(error)).at(**place)))
-    return study, problems
-
-
-def _odd_in(study: Study) -> Iterator[Finding]:
-    """Yield what is odd in the design of a study."""
-    layout, design = study.layout, study.settings.design
-    if layout is None:
-        return
-    left = layout.left_for_scatter(design.blocks)
-    if left < _LEAST_LEFT * len(study.animals):
-        yield FEW_LEFT(animals=len(layout.animals), left=left)
-    if design.subject and design.occasion:
-        known = {one.name: one for one in study.variables}[design.occasion].levels
-        times = Counter(zip(layout.subject, (known[animal] for animal in layout.animals), strict=True))
-        if len({subject for subject, _ in times}) == len(times):
-            yield ONE_OCCASION(subject=design.subject, occasion=design.occasion)
-        if again := sorted({subject for (subject, _), count in times.items() if count > 1}):
-            yield SAME_OCCASION(subject=design.subject, occasion=design.occasion, names=", ".join(again))
+    whole = not any(problem.error for problem in problems)
+    return study, [*problems, *design_problems(study, document.place(("design",), key=True), whole)]
 
 
 def read_study(path: Path) -> Study:

@@ -23,7 +23,7 @@ COLUMNS = {
     "recording": "File of its recording: one averaged cycle, or a continuous recording.",
     "flow": "File of the flow, if the recording holds the pressure only (averaged cycles).",
     "kind": "cycle (one averaged cycle) or raw (continuous, beats are found and averaged); empty: told from the file.",
-    "period [s]": "Period of an averaged cycle without a time column.",
+    "period [s]": "Period of a cycle without times; beside times it tells whether the last sample is the next one's.",
     "wedge [mmHg]": "Wedge pressure, or that of the left atrium: what lies behind the vascular beds; empty: 0.",
     "pressure unit": "Unit of the pressure, where its file names none or a wrong one.",
     "flow unit": "Unit of the flow, where its file names none or a wrong one.",

@@ -21,7 +21,7 @@ from vasowave.study.executors import dask_cluster, process_pool
 from vasowave.study.journal import FOLDER, read_journal, remove_journals
 from vasowave.study.loading import analyze_animal, analyzed_bytes, animal_key, file_hashes, load_animal
 from vasowave.study.lock import locked
-from vasowave.study.physiology import looks_of
+from vasowave.study.physiology import looks_of, tell_blood
 from vasowave.study.plan import RESULTS, Study
 from vasowave.study.results import ANIMALS, read_results, write_results
 from vasowave.study.settings import animal_settings
@@ -103,7 +103,7 @@ def run_study(
     Warns
     -----
     VasowaveWarning
-        The table no longer names an animal of the last results.
+        The table no longer names an animal of the last results; density or viscosity are no blood's.
 
     Raises
     ------
@@ -129,6 +129,7 @@ def run_study(
     say = progress or (lambda step: None)
     with locked(made_inside(study.folder, RESULTS) / LOCK):
         _tell_lost(study)
+        tell_blood(study.settings.blood)
         for place in (study.results, study.results / ANIMALS):
             remove_parts(place)  # of a run that was killed while it wrote its results
         store = Store(study.results)
@@ -170,6 +171,11 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
     progress : callable, optional
         As for `animal.analyze`.
 
+    Warns
+    -----
+    VasowaveWarning
+        Density or viscosity are no blood's.
+
     Raises
     ------
     InputError
@@ -177,6 +183,7 @@ def run_alone(study: Study, progress: FitProgress | None = None) -> Done:
     """
     (row,) = study.animals
     with locked(made_inside(study.folder, RESULTS) / LOCK):
+        tell_blood(study.settings.blood)
         store = Store(study.results)
         pieces, jobs, why = _plan(study, store, {})
         if why:

@@ -17,6 +17,11 @@ MARGIN = 4
 ALIKE = 2 * np.sqrt(np.pi) * BLUR
 """Voxels along which the errors of sections are alike: the integral scale of noise that is as blurred as the image."""
 _ELSE = "or the root is not at the cannula's outer end"
+_NONE = "if there is none in the image, give --cannula 0 (cannula=0 in Python) and the root where the network begins"
+
+
+class NoCannulaError(InputError):
+    """The root vessel shows no cannula."""
 
 
 def cannula_tip(line: Line, radius: np.ndarray) -> int:
@@ -33,16 +38,16 @@ def cannula_tip(line: Line, radius: np.ndarray) -> int:
 
     Raises
     ------
-    InputError
+    NoCannulaError
         A line too short, or one whose radius steps by less than 3 %: no cannula can be told from the vessel.
     """
     places, misfits, steps = _candidates(line, radius)
     best = int(np.argmin(misfits))
     near, far = steps[best]
     if abs(far - near) < STEP * near:
-        raise InputError(
+        raise NoCannulaError(
             f"no cannula found: where the root's radius changes most it steps only from {near:.4g} to {far:.4g} cm; "
-            f"give the tip and no cannula instead; {_ELSE}"
+            f"{_NONE}; {_ELSE}"
         )
     return int(places[best])
 
@@ -71,9 +76,9 @@ def _candidates(line: Line, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     run, typical = line.run, np.median(line.radius)
     inner = np.flatnonzero((run > 1.2 * typical) & (run < run[-1] - 1.2 * typical))
     if len(inner) < 3 * MARGIN:
-        raise InputError(
-            "the root vessel is too short to show where the cannula ends; give the outlets, if false branches cut it, "
-            f"or the tip and no cannula instead; {_ELSE}"
+        raise NoCannulaError(
+            "the root vessel is too short to show where the cannula ends; give the outlets, if false branches cut it; "
+            f"{_NONE}; {_ELSE}"
         )
     values, along = radius[inner], run[inner]
     fits = [_fit(values, along, tip) for tip in range(MARGIN, len(values) - MARGIN)]

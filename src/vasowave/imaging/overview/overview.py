@@ -1,20 +1,20 @@
 """The first look at an image: what it is, where its lumen is, what speaks against it, and with what to extract."""
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from vasowave.errors import InputError, VasowaveWarning
-from vasowave.findings import Finding, found_in
+from vasowave.findings import Finding, found_in, look_kind
 from vasowave.imaging.axes.vessels import tree_of
 from vasowave.imaging.entrances import Entrance, clear_entrance, entrances, goes_on
 from vasowave.imaging.lumen.contours import level_set
 from vasowave.imaging.lumen.proposal import Levels, levels_of
 from vasowave.imaging.lumen.segmentation import Segmentation, segment
-from vasowave.imaging.measure.cannula import without_cannula
+from vasowave.imaging.measure.cannula import NoCannulaError, without_cannula
 from vasowave.imaging.measure.grey_scale import corrected
 from vasowave.imaging.measure.measurement import Measurement, measured_in
 from vasowave.imaging.options import Options
@@ -29,6 +29,12 @@ from vasowave.imaging.witness.loops import Loop, loop_count, loops_of, opening_t
 from vasowave.species import SpeciesName
 
 _LEAST_CONTRAST = 1.0  # SD of the noise
+UNSEEN = look_kind(
+    "image.no-cannula",
+    "the vessel at the widest end shows no cannula ({diameter:g} cm wide within), so the command has none and the root "
+    "vessel begins at that end; {remedy}",
+    "if there is one, give --cannula DIAMETER with the root at its outer end",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,12 +170,15 @@ def _seen(
     ends = entrances(lumen, volume)
     if loops and not closed:
         ends = tuple(one for one in ends if not goes_on(lumen, one)) or ends
-    measured, cannula = (None, None) if loops and not closed else _first_tree(lumen, ends, volume, first.cannula)
+    shown = _First() if loops and not closed else _first_tree(lumen, ends, volume, first.cannula)
+    unseen = [UNSEEN(diameter=first.cannula)] if shown.unseen else []
+    first = first if not shown.unseen else replace(first, cannula=0.0)
+    measured = shown.measured
     grey = GreyLook(*saturation(volume, lumen), None)
     if measured is not None:
-        grey = grey_look(measured.tree, volume, lumen, cannula, first.cannula / 2)
+        grey = grey_look(measured.tree, volume, lumen, shown.cannula, first.cannula / 2)
     names = () if measured is None else measured.network.name
-    findings = (*(doubt.finding for doubt in grey_doubts(grey, names)), *found_in(told))
+    findings = (*unseen, *(doubt.finding for doubt in grey_doubts(grey, names)), *found_in(told))
     world = image.frame.world
     ends = tuple(Entrance(world(one.place), one.radius) for one in ends)
     return Overview(
@@ -199,19 +208,31 @@ def _level_set(volume: Volume, threshold: float) -> Segmentation | None:
         return None
 
 
-def _first_tree(
-    lumen: Segmentation, ends: tuple[Entrance, ...], volume: Volume, cannula: float
-) -> tuple[Measurement | None, Line | None]:
-    """Return what is measured of a first tree from the widest end and the cannula's line, None where there is none."""
+class _First(NamedTuple):
+    """What is measured of a first tree from the widest end, None where there is none; its cannula's line, None where
+    it has none, and whether a cannula was looked for and not seen.
+    """
+
+    measured: Measurement | None = None
+    cannula: Line | None = None
+    unseen: bool = False
+
+
+def _first_tree(lumen: Segmentation, ends: tuple[Entrance, ...], volume: Volume, cannula: float) -> _First:
+    """Return the first tree; where it shows no cannula, the whole of it."""
     if not ends:
-        return None, None
+        return _First()
     try:
-        tree, line = tree_of(lumen, ends[0].place).tree, None
-        if cannula:
-            tree, line = without_cannula(tree, volume)
-        return measured_in(tree, volume), line
+        tree = tree_of(lumen, ends[0].place).tree
+        if not cannula:
+            return _First(measured_in(tree, volume))
+        try:
+            cut, line = without_cannula(tree, volume)
+        except NoCannulaError:
+            return _First(measured_in(tree, volume), unseen=True)
+        return _First(measured_in(cut, volume), line)
     except InputError:
-        return None, None
+        return _First()
 
 
 def _proposed(

@@ -32,9 +32,11 @@ _GRADES = {severity: grade for grade, severity in _SEVERITIES.items()}
 
 
 def doubt_kind(code: str, grade: Grade, text: str, remedy: str = "") -> Kind:
-    """Declare a kind of finding that a doubt is made of; its text begins with the grade; raises as `kind`."""
+    """Declare a kind of finding that a doubt is made of; its text begins with the grade, unless that is what every
+    warning asks for: a look. Raises as `kind`.
+    """
     _CODES.add(code)
-    return kind(code, _SEVERITIES[grade], f"{grade}: {text}", remedy)
+    return kind(code, _SEVERITIES[grade], text if grade is Grade.LOOK else f"{grade}: {text}", remedy)
 
 
 def is_doubt(finding: Finding) -> bool:

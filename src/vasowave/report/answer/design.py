@@ -24,6 +24,7 @@ def design_text(cohort: Cohort) -> str:
         parts.append(
             f"the {len(cohort.results)} recordings are of {len(set(rows.values()))} animals (column "
             f"{_named(design.subject)}), whose own level is a random effect"
+            + (", and which may be in several groups, one after the other" if design.crossover else "")
         )
     if design.second and not design.contrasts:
         parts.append(_second(cohort))

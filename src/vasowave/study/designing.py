@@ -1,0 +1,173 @@
+"""What is wrong or odd in the design of a study, at the rows that it concerns, and the design in words."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from vasowave.errors import InputError
+from vasowave.findings import Finding, Place, error_kind, look_kind
+from vasowave.report.wording import listed, some_of
+from vasowave.settings import AT_ODDS
+from vasowave.study.problems import Problem
+from vasowave.study.rows import AnimalRow
+
+if TYPE_CHECKING:
+    from vasowave.study.plan import Study
+
+_LEAST_LEFT = 1 / 3  # of the animals
+_NAMED = 3  # animals, in a sentence
+FEW_LEFT = look_kind(
+    "design.few-left", "of {animals} animals {left} are left to tell how animals scatter: intervals will be wide, and "
+    "what differs may not be shown; {remedy}", "name fewer covariates and blocks, or add animals",
+)  # fmt: skip
+SEVERAL_GROUPS = error_kind(
+    "design.several-groups", "{subject} {rows}: an animal is of one group; {remedy}",
+    "correct the cells, and give animals of two groups two names. If an animal was in one group after the other, write "
+    "crossover: true under design",
+)  # fmt: skip
+SUBJECT_ONCE = look_kind(
+    "design.subject-once", "no {subject} has two rows, so that no recordings are of one animal; {remedy}",
+    "correct the column, or take subject out of the design",
+)  # fmt: skip
+ONE_OCCASION = look_kind(
+    "design.one-occasion", "no {subject} was recorded at two levels of {occasion}, so that it is compared between "
+    "animals and not within them; {remedy}", "check the two columns, or name the occasion as factor",
+)  # fmt: skip
+SAME_OCCASION = look_kind(
+    "design.same-occasion", "{subject} {rows}: these recordings count as repeats of one occasion; {remedy}",
+    "check the cells if that is not meant",
+)  # fmt: skip
+
+
+def design_problems(study: "Study", place: Place, whole: bool) -> Iterator[Problem]:
+    """Yield what is wrong or odd in the design of a study.
+
+    Parameters
+    ----------
+    study : Study
+    place : Place
+        Of the design in the study file, for what concerns no row.
+    whole : bool
+        Whether all rows of the table are there; without some, only what is wrong in the others is looked for.
+    """
+    try:
+        yield from several_groups(study)
+        if whole and study.layout is not None:
+            yield from _odd(study, place)
+    except InputError as error:
+        if whole:
+            yield Problem(AT_ODDS(text=str(error)).at(**place._asdict()))
+
+
+def understood(study: "Study", whole: bool) -> str:
+    """Return the design in words, as the program understands it; empty without one, or if it is wrong.
+
+    Parameters
+    ----------
+    study : Study
+    whole : bool
+        Whether all rows of the table are there.
+    """
+    try:
+        if several_groups(study) or study.layout is None:
+            return ""
+    except InputError:  # which `design_problems` says
+        return ""
+    without = "" if whole else "without the rows that have errors, "
+    return f"{without}{study.layout.text}{_first_word(study)}{_repeats(study)}"
+
+
+def several_groups(study: "Study") -> list[Problem]:
+    """Return an error for the subjects that stand in several groups, unless the design says that they do; raises as
+    `variables_of`.
+    """
+    design = study.settings.design
+    mixed = {name: rows for name, rows in _of_subject(study).items() if len({row.group for row in rows}) > 1}
+    if not mixed or design.crossover:
+        return []
+    places = [
+        f"'{name}' is in {listed([f'{group} ({_lines(own)})' for group, own in _by(rows, 'group').items()])}"
+        for name, rows in mixed.items()
+    ]
+    first = next(iter(mixed.values()))
+    other = next(row for row in first if row.group != first[0].group)
+    found = SEVERAL_GROUPS(subject=str(design.subject), rows=some_of(places, _NAMED))
+    return [_at(study, found, other.line, str(design.subject), (row for rows in mixed.values() for row in rows))]
+
+
+def _odd(study: "Study", place: Place) -> Iterator[Problem]:
+    """Yield what is odd in a design that can be applied."""
+    design, layout = study.settings.design, study.layout
+    assert layout is not None
+    left = layout.left_for_scatter(design.blocks)
+    if left < _LEAST_LEFT * len(study.animals):
+        yield Problem(FEW_LEFT(animals=len(layout.animals), left=left).at(**place._asdict()))
+    if design.subject and not design.occasion and not layout.repeated:
+        yield _at(study, SUBJECT_ONCE(subject=design.subject), 0, design.subject)
+    if design.subject and design.occasion:
+        yield from _odd_occasions(study, design.subject, design.occasion)
+
+
+def _odd_occasions(study: "Study", subject: str, occasion: str) -> Iterator[Problem]:
+    """Yield what is odd of subjects and their occasions."""
+    when = {one.name: one for one in study.variables}[occasion].levels
+    times: dict[tuple[str, str], list[AnimalRow]] = {}
+    for name, rows in _of_subject(study).items():
+        for row in rows:
+            if row.animal in when:
+                times.setdefault((name, when[row.animal]), []).append(row)
+    if len({name for name, _ in times}) == len(times):
+        yield _at(study, ONE_OCCASION(subject=subject, occasion=occasion), 0, occasion)
+    again = {key: rows for key, rows in times.items() if len(rows) > 1}
+    if again:
+        places = [f"'{name}' stands at {occasion} {time} in {_lines(rows)}" for (name, time), rows in again.items()]
+        found = SAME_OCCASION(subject=subject, occasion=occasion, rows=some_of(places, _NAMED))
+        second = next(iter(again.values()))[1]
+        yield _at(study, found, second.line, occasion, (row for rows in again.values() for row in rows))
+
+
+def _of_subject(study: "Study") -> dict[str, list[AnimalRow]]:
+    """Return the rows of each subject, none where the design names no subject or the table has no such column."""
+    known = next((one.levels for one in study.variables if one.name == study.settings.design.subject), {})
+    found: dict[str, list[AnimalRow]] = {}
+    for row in study.animals:
+        if row.animal in known:
+            found.setdefault(known[row.animal], []).append(row)
+    return found
+
+
+def _by(rows: Sequence[AnimalRow], what: str) -> dict[str, list[AnimalRow]]:
+    found: dict[str, list[AnimalRow]] = {}
+    for row in rows:
+        found.setdefault(getattr(row, what), []).append(row)
+    return found
+
+
+def _lines(rows: Sequence[AnimalRow]) -> str:
+    return f"line{'s' if len(rows) > 1 else ''} {listed([str(row.line) for row in rows])}"
+
+
+def _at(study: "Study", found: Finding, line: int, column: str, rows: Iterable[AnimalRow] = ()) -> Problem:
+    part = f"column '{column}'"
+    return Problem(found.at(str(study.table), line=line, part=part), also=tuple(row.animal for row in rows))
+
+
+def _first_word(study: "Study") -> str:
+    """Say which level others are compared with where they are words, whose order is that of the table."""
+    second = next((one for one in study.variables if one.name == study.settings.design.second), None)
+    if second is None or second.kind != "category":
+        return ""
+    return (f" '{second.order[0]}' is the first {second.name} in the table, so others are compared with it; "
+            "put a row of another first to turn that round.")  # fmt: skip
+
+
+def _repeats(study: "Study") -> str:
+    """Say how several recordings of one animal are understood where the design names no occasion."""
+    design = study.settings.design
+    if not design.subject or study.layout is None or not study.layout.repeated:
+        return ""
+    if design.crossover:
+        return f" A {design.subject} in several groups is compared with itself."
+    if design.second:
+        return ""
+    return (f" Recordings of one {design.subject} count as repeats of each other. If they were made at different "
+            "times, name the column of the times as occasion.")  # fmt: skip
