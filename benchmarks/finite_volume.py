@@ -161,6 +161,8 @@ def solved(model: vw.Model, inflow: vw.Inflow, size: float, guess: np.ndarray) -
     q, charge = np.zeros(len(A)), np.where(C > 0, R2 / (R1 + R2) * (guess[ends] - behind), 0.0)
     speed = 1.4 * np.sqrt(0.5 * wall.beta / model.blood.inertia * np.sqrt(A / A0))
     steps = SEEN * int(np.ceil(inflow.period * np.max(speed / dx[row]) / COURANT / SEEN))
+    at_once = R2 * C < 5 * inflow.period / steps  # so small a compliance is none within a step
+    R1, C, charge = np.where(at_once, R1 + R2, R1), np.where(at_once, 0.0, C), np.where(at_once, 0.0, charge)
     driven = np.interp(np.arange(steps) / steps, np.arange(len(inflow.flow)) / len(inflow.flow), inflow.flow, period=1)
     geometry = A0, wall.beta, A0_f, wall_f.beta, dx, first
     friction = model.blood.friction.coefficients(model.blood.viscosity, inflow.period)
