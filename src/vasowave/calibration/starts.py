@@ -1,8 +1,9 @@
 """Many starts of one fit: all of them look for the way, and only those that may lead elsewhere are followed.
 
-First every start searches until a step gains little. The best of them goes on to its optimum. Another need not where
-the linear model of that optimum explains its residual: between the two there is no other valley. What is left is
-followed until it ends, or until even the linear model of its own place leads nowhere near the best.
+First the linear model leads every start, and of those that it leads to one place the first goes on: it searches until a
+step gains little. The best of them goes on to its optimum. Another need not where the linear model of that optimum
+explains its residual: between the two there is no other valley. What is left is followed until it ends, or until even
+the linear model of its own place leads nowhere near the best.
 """
 
 import threading
@@ -16,6 +17,7 @@ import numpy as np
 from vasowave.calibration.compared import Compared
 from vasowave.calibration.objective import Objective
 from vasowave.calibration.parameters import Space
+from vasowave.calibration.screening import screened
 from vasowave.calibration.search import ROUGH, SearchEnd, search
 from vasowave.errors import NumericalError
 from vasowave.runtime.threads import threads
@@ -24,7 +26,10 @@ from vasowave.solver.simulate import Numerics
 Progress = Callable[[int, int, float], None]
 
 SCOUT = "scout"
-"""The first stage: every start looks for the way."""
+"""The first stage: every start looks for the way, from where the linear model leads it."""
+
+UNSCREENED = "unscreened"
+"""The same from where it was, where the linear model leads to what cannot be simulated."""
 
 SAME = 1e-3
 """Share by which the S of starts may differ that ended at the same optimum."""
@@ -79,10 +84,15 @@ def search_all(
     NumericalError
         No start could be simulated.
     """
-    stages = _Stages(space, compared, numerics, starts, method, progress, ends)
+    several = len(starts) > 1 and method == "least-squares"  # that of the paper begins where the paper begins
+    places, leads = screened(space, compared, starts) if several else (list(starts), list(range(len(starts))))
+    stages = _Stages(space, compared, numerics, places, leads, method, progress, ends)
     searched = stages.reached
     try:
-        stages.follow(SCOUT, range(len(starts)), _GAIN if len(starts) > 1 else ROUGH)
+        stages.follow(SCOUT, sorted(set(leads)), _GAIN if len(starts) > 1 else ROUGH)
+        if lost := [number for number in range(len(starts)) if not np.isfinite(searched[leads[number]].S)]:
+            stages.places, stages.leads = list(starts), list(range(len(starts)))
+            stages.follow(UNSCREENED, lost, _GAIN)
         best = min(sorted(searched), key=lambda i: searched[i].S)
         if len(starts) > 1 and np.isfinite(searched[best].S):
             stages.follow("best", [best], ROUGH)
@@ -94,7 +104,14 @@ def search_all(
             raise
     if not any(np.isfinite(one.S) for one in searched.values()):
         raise NumericalError(f"no start of the fit could be simulated; the first: {searched[0].message}")
+    led = {number: _led(searched[lead], lead) for number, lead in enumerate(leads) if lead in searched}
+    searched = led | searched
     return [searched[number] for number in sorted(searched)], stages.stop.is_set()
+
+
+def _led(end: SearchEnd, lead: int) -> SearchEnd:
+    """Return the end of a start that was not followed, since the linear model leads it where another one begins."""
+    return replace(end, simulations=0, message=f"the linear model leads it where start {lead + 1} was followed from")
 
 
 @dataclass(eq=False)
@@ -104,7 +121,8 @@ class _Stages:
     space: Space
     compared: Compared
     numerics: Numerics
-    starts: Sequence[np.ndarray]
+    places: Sequence[np.ndarray]
+    leads: Sequence[int]
     method: str
     progress: Progress | None
     ends: Ends | None
@@ -113,7 +131,7 @@ class _Stages:
 
     def objective(self) -> Objective:
         """Return an objective that remembers nothing yet."""
-        workers = max(1, threads() // len(self.starts))
+        workers = max(1, threads() // len(set(self.leads)))
         return Objective(self.space, self.compared, self.numerics, workers, self.stop, DERIVATIVES)
 
     def follow(self, stage: str, chosen: Sequence[int], tolerance: float, enough: float = np.inf) -> None:
@@ -122,13 +140,14 @@ class _Stages:
             before = self.reached[number].simulations if number in self.reached else 0
             self.reached[number] = replace(one, simulations=before + one.simulations)
             if stage == SCOUT and self.progress is not None:
-                self.progress(len(self.reached), len(self.starts), min(one.S for one in self.reached.values()))
+                done = sum(lead in self.reached for lead in self.leads)
+                self.progress(done, len(self.leads), min(one.S for one in self.reached.values()))
 
     def end(self, stage: str, number: int, tolerance: float, enough: float) -> SearchEnd:
         """Return where a search ends, from what is known or by searching."""
         known = self.ends.find(stage, number) if self.ends is not None else None
         if known is None:
-            begin = self.starts[number] if stage == SCOUT else self.reached[number].x
+            begin = self.places[number] if stage in (SCOUT, UNSCREENED) else self.reached[number].x
             known = search(self.objective(), begin, self.method, tolerance, enough)
             if self.ends is not None:
                 self.ends.keep(stage, number, known)

@@ -1,0 +1,60 @@
+"""Where the linear model leads the starts of a fit, at half a millisecond an answer: alike ones are followed once.
+
+The linear model in the frequency domain has the valleys of the objective; what it lacks is where exactly their floors
+lie. Where it does not tell parameters apart, as those of a stiffening wall, starts stay apart.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from vasowave.calibration.compared import Compared
+from vasowave.calibration.parameters import Space
+from vasowave.calibration.trial import trial
+from vasowave.errors import NumericalError
+from vasowave.model.linear import linear_solution
+from vasowave.recording.waveform import amplitudes
+
+_HARMONICS = 12  # that the linear model compares, at most: above them little of a pulse is left
+_GAIN = 1e-3  # relative gain of S below which a start stays where it is
+_MOST = 15  # steps of one start
+_STEP = 1e-5  # of differences, in the logarithms
+_FAILED = 1e3  # mmHg, the residual of what cannot be
+_ALIKE = 0.15  # largest difference of a logarithm between starts that are followed once
+
+
+def screened(space: Space, compared: Compared, starts: Sequence[np.ndarray]) -> tuple[list[np.ndarray], list[int]]:
+    """Return where the linear model leads each start, and the number of the start that is followed for it.
+
+    All are logarithms of the free parameters. Followed is, of starts that end alike, the first.
+    """
+    places = [_led(space, compared, start) for start in starts]
+    leads: list[int] = []
+    for number, place in enumerate(places):
+        alike = (one for one in dict.fromkeys(leads) if np.max(np.abs(places[one] - place)) < _ALIKE)
+        leads.append(next(alike, number))
+    return places, leads
+
+
+def _led(space: Space, compared: Compared, start: np.ndarray) -> np.ndarray:
+    """Return where the linear model leads a start; the start itself where it leads nowhere."""
+    count = min(compared.harmonics, _HARMONICS) + 1
+    measured, weights = amplitudes(compared.pressure)[:count], np.sqrt(np.where(np.arange(count) > 0, 0.5, 1.0))
+
+    def residuals(x: np.ndarray) -> np.ndarray:
+        try:
+            with trial():
+                model = space.model(space.values(x))
+                solved = linear_solution(model, compared.recording.inflow, count - 1)
+                missed = weights * (measured - solved.pressure[:, model.network.root])
+        except NumericalError:
+            return np.full(2 * count, _FAILED)
+        parts = np.concatenate([missed.real, missed.imag])
+        return parts if np.all(np.isfinite(parts)) else np.full(2 * count, _FAILED)
+
+    low, high = space.log_bounds
+    inside = 1e-6 * (high - low)
+    begin = np.clip(start, low + inside, high - inside)
+    found = least_squares(residuals, begin, bounds=(low, high), diff_step=_STEP, ftol=_GAIN, xtol=_GAIN, max_nfev=_MOST)
+    return np.asarray(found.x) if found.cost < 0.5 * _FAILED**2 else start
