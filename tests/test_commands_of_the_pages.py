@@ -286,7 +286,7 @@ def lines_to_run() -> Iterator[Line]:
 
 def _made_by(words: list[str]) -> str:
     """Return the folder that a command makes."""
-    return words[words.index("-o") + 1] if "-o" in words else words[1] if words[0] == "new" else "nothing"
+    return words[words.index("-o") + 1] if "-o" in words else words[1] if words[0] == "new" else "vasowave-fit"
 
 
 @pytest.mark.validation
