@@ -274,11 +274,21 @@ def vasowave(folder: Path, words: list[str]) -> str:
     return "" if done.returncode == 0 else f"{done.returncode}: {done.stdout}{done.stderr}"
 
 
+def quicken(study: Path) -> None:
+    """Let a new study fit one wall from one start."""
+    text = (study / "study.yaml").read_text("utf-8")
+    for usual, quick in (("starts: 20", "starts: 1"), ("walls: [linear, tangent]", "walls: [linear]")):
+        assert usual in text
+        text = text.replace(usual, quick)
+    (study / "study.yaml").write_text(text, "utf-8")
+
+
 def lines_to_run() -> Iterator[Line]:
     """Yield the lines that the site's build does not run."""
     seen: set = set()
     for _, lines in groupby(LINES, lambda line: line.page):
-        lines = [line for line in lines if line.is_whole and not line.shown and not {*line.words} & {*NOT_RUN}]
+        once = {line.text: line for line in lines if not line.shown}.values()
+        lines = [line for line in once if line.is_whole and not {*line.words} & {*NOT_RUN}]
         study = tuple(line.text for line in lines if line.words[0] in STUDY)
         yield from (line for line in lines if line.text not in seen or (line.text in study and study not in seen))
         seen |= {study, *(line.text for line in lines)}
@@ -300,10 +310,9 @@ def test_every_command_line_of_the_pages_does_what_it_should(tmp_path):
         said = vasowave(tmp_path, [word.replace("x,y,z", SCAN) for word in line.words])
         assert said == "", f"{line.page}: {line.text}"
         if line.words[0] == "new":
-            settings = (study / "study.yaml").read_text("utf-8")
-            (study / "study.yaml").write_text(settings.replace("starts: 20", "starts: 1"), "utf-8")
+            quicken(study)
         count += 1
-    assert count > 35
+    assert count > 30
 
 
 GIVEN = """
@@ -331,8 +340,7 @@ def folder(tmp_path_factory) -> Path:
             shutil.copy(folder / "lab" / name / f"mouse {number}.txt", folder / f"{label} {number}.txt")
     recordings = [str(path) for path in sorted(folder.glob("??? ?.txt"))]
     assert vasowave(folder, ["new", "my-study"]) == ""
-    settings = (folder / "my-study" / "study.yaml").read_text("utf-8")
-    (folder / "my-study" / "study.yaml").write_text(settings.replace("starts: 20", "starts: 1"), "utf-8")
+    quicken(folder / "my-study")
     assert vasowave(folder, ["add", "my-study", "lung.csv", *recordings]) == ""
     assert vasowave(folder, ["run", "my-study"]) == ""
     shutil.copytree(folder / "my-study", folder / "study")
