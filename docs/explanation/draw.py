@@ -1,6 +1,7 @@
 """Draw a figure of these pages, named like a function below, into the working folder as SVG: `python draw.py waves`."""
 
 import sys
+from functools import cache
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,10 +12,18 @@ from vasowave.analysis import operating_point
 STYLE = {"font.size": 9, "svg.fonttype": "none", "axes.spines.top": False, "axes.spines.right": False}
 
 
+@cache
 def fitted():
     """Return a synthetic mouse, its network and the fit of the linear wall."""
     network, mouse = vw.control_network(), vw.virtual_mouse()
     return network, mouse, vw.calibrate(network, mouse, "linear", starts=1)
+
+
+@cache
+def known():
+    """Return the posterior of that mouse."""
+    network, mouse, fit = fitted()
+    return vw.posterior(network, mouse, "linear", fit=fit)
 
 
 def waves():
@@ -55,8 +64,7 @@ def taper():
 
 def intervals():
     """What one recording says of one mouse: interval of the fit, of the posterior, and of the prior alone."""
-    network, mouse, fit = fitted()
-    posterior, own = vw.posterior(network, mouse, "linear", fit=fit).summary, fit.summary()
+    posterior, own = known().summary, fitted()[2].summary()
     names = {"wave_speed": "wave speed", "R_T": "resistance R_T", "C_p": "compliance of the beds", "a": "share R1/R_T"}
     figure, ax = plt.subplots(figsize=(5.6, 2.6), layout="constrained")
     for row, name in enumerate(names):
@@ -205,8 +213,7 @@ def separated():
 
 def shares():
     """Where the width of four intervals comes from."""
-    network, mouse, fit = fitted()
-    summary = vw.posterior(network, mouse, "linear", fit=fit).summary
+    summary = known().summary
     names = {"wave_speed": "wave speed", "R_T": "resistance R_T", "C_p": "compliance of the beds", "a": "share R1/R_T"}
     sources = ("recording", "probe", "calibration", "image", "model", "prior")
     figure, ax = plt.subplots(figsize=(6.2, 2.4), layout="constrained")

@@ -63,6 +63,13 @@ def _write_mouse(folder):
     return network, cycle
 
 
+def test_options_that_contradict_each_other_are_an_error_that_names_them(tmp_path):
+    network, cycle = _write_mouse(tmp_path)
+    result = CliRunner().invoke(app, ["fit", str(network), str(cycle), "--practice", "paper", "--cell-size", "0.3"])
+    assert isinstance(result.exception, InputError)
+    assert str(result.exception).startswith("options: practice 'paper' sets numerics itself")
+
+
 def test_an_error_of_ours_is_one_line_and_exit_status_1():
     done = _vasowave("fit", "missing.csv", "x.csv")
     output = done.communicate(timeout=300)[0]

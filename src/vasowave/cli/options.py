@@ -92,6 +92,8 @@ class GivenOptions(Document):
     def place(self, path: Any, key: bool = False) -> Place:
         """Return the option that the value at `path` was given with."""
         words = [str(part) for part in path if str(part) not in self.values]
+        if not path:  # options that contradict each other; the sentence names them
+            return Place(part="options")
         return Place(part=flag((words or list(path))[0]))
 
 
