@@ -1,10 +1,10 @@
 """Where the linear model leads the starts of a fit, at half a millisecond an answer: alike ones are followed once.
 
 The linear model in the frequency domain has the valleys of the objective; what it lacks is where exactly their floors
-lie. Where it does not tell parameters apart, as those of a stiffening wall, starts stay apart.
+lie. Where it does not tell parameters apart, starts stay apart.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -39,6 +39,18 @@ def screened(space: Space, compared: Compared, starts: Sequence[np.ndarray]) -> 
 
 def _led(space: Space, compared: Compared, start: np.ndarray) -> np.ndarray:
     """Return where the linear model leads a start; the start itself where it leads nowhere."""
+    residuals, (low, high) = linear_residuals(space, compared), space.log_bounds
+    inside = 1e-6 * (high - low)
+    begin = np.clip(start, low + inside, high - inside)
+    found = least_squares(residuals, begin, bounds=(low, high), diff_step=_STEP, ftol=_GAIN, xtol=_GAIN, max_nfev=_MOST)
+    return np.asarray(found.x) if found.cost < 0.5 * _FAILED**2 else start
+
+
+def linear_residuals(space: Space, compared: Compared) -> Callable[[np.ndarray], np.ndarray]:
+    """Return a function of logarithms: what the linear model misses of the harmonics of the pressure, mmHg.
+
+    The mean and √½ of each amplitude, so that the sum of squares is S/N (eq. 14).
+    """
     count = min(compared.harmonics, _HARMONICS) + 1
     measured, weights = amplitudes(compared.pressure)[:count], np.sqrt(np.where(np.arange(count) > 0, 0.5, 1.0))
 
@@ -53,8 +65,4 @@ def _led(space: Space, compared: Compared, start: np.ndarray) -> np.ndarray:
         parts = np.concatenate([missed.real, missed.imag])
         return parts if np.all(np.isfinite(parts)) else np.full(2 * count, _FAILED)
 
-    low, high = space.log_bounds
-    inside = 1e-6 * (high - low)
-    begin = np.clip(start, low + inside, high - inside)
-    found = least_squares(residuals, begin, bounds=(low, high), diff_step=_STEP, ftol=_GAIN, xtol=_GAIN, max_nfev=_MOST)
-    return np.asarray(found.x) if found.cost < 0.5 * _FAILED**2 else start
+    return residuals

@@ -1,0 +1,81 @@
+"""Starts that the linear model leads to one place are followed once, and none is lost by that."""
+
+import numpy as np
+import pytest
+
+import vasowave as vw
+from vasowave.calibration import starts as starting
+from vasowave.calibration.compared import compared_part
+from vasowave.calibration.parameters import parameter_space
+from vasowave.calibration.screening import screened
+from vasowave.datasets import control_network, virtual_mouse
+from vasowave.model.blood import Blood
+from vasowave.model.nominal import estimate_nominal
+
+NETWORK, MOUSE = control_network(), virtual_mouse()
+COARSE = vw.Numerics(cell_size=0.3, tolerance=1e-6)
+
+
+def posed(law, **fixed):
+    space = parameter_space(law, NETWORK, estimate_nominal(NETWORK, MOUSE), Blood(), {}, fixed, False)
+    return space, compared_part(MOUSE, "signal"), starting.starting_points(space, 12, seed=3)
+
+
+def test_starts_of_a_linear_wall_are_led_to_where_the_fit_ends():
+    space, compared, starts = posed("linear")
+    places, leads = screened(space, compared, starts)
+    fit = vw.calibrate(NETWORK, MOUSE, "linear", starts=1, numerics=COARSE)
+    ended = np.log(fit.parameters["value"].to_numpy()[space.free])
+    assert len(set(leads)) <= 3
+    assert np.max(np.abs(places[0] - ended)) < 0.3
+    assert np.max(np.abs(starts[5] - ended)) > 0.3
+
+
+@pytest.mark.parametrize("law", ["linear", "tangent", "power"])
+def test_starts_are_stood_for_by_one_that_begins_alike_and_others_are_followed(law, monkeypatch):
+    space, compared, starts = posed(law)
+    places, leads = screened(space, compared, starts)
+    for number, lead in enumerate(leads):
+        assert lead <= number
+        assert np.max(np.abs(places[number] - places[lead])) < 0.15
+    followed = sorted(set(leads))
+    apart = [np.max(np.abs(places[one] - places[other])) for one in followed for other in followed if one < other]
+    assert min(apart, default=1.0) >= 0.15
+
+
+def test_the_linear_model_is_followed_downhill():
+    """Wherever it leads, the objective of the linear model there is no more than where the start was."""
+    from vasowave.calibration import screening
+
+    space, compared, starts = posed("tangent")
+    for start in starts[:4]:
+        residuals = screening.linear_residuals(space, compared)
+        before, after = (np.sum(residuals(x) ** 2) for x in (start, screened(space, compared, [start])[0][0]))
+        assert after <= before
+
+
+def test_a_start_that_the_linear_model_leads_to_what_cannot_be_is_followed_from_where_it_was(monkeypatch):
+    def astray(space, compared, starts):
+        return [np.full_like(start, 30.0) for start in starts], [0] * len(starts)
+
+    monkeypatch.setattr(starting, "screened", astray)
+    fit = vw.calibrate(NETWORK, MOUSE, "linear", starts=3, numerics=COARSE)
+    assert len(fit.starts) == 3
+    usual = vw.calibrate(NETWORK, MOUSE, "linear", starts=1, numerics=COARSE)
+    assert pytest.approx(usual.S, rel=1e-3) == fit.S
+
+
+def test_every_start_has_its_row_and_says_by_which_one_it_was_stood_for():
+    reached = []
+    fit = vw.calibrate(NETWORK, MOUSE, "linear", starts=8, numerics=COARSE, progress=lambda *one: reached.append(one))
+    assert len(fit.starts) == 8
+    stood_for = fit.starts[fit.starts["message"].str.startswith("the linear model leads it")]
+    assert len(stood_for) >= 4
+    assert (stood_for["simulations"] == 0).all()
+    assert stood_for["agrees"].all()
+    assert reached[-1][:2] == (8, 8)
+
+
+def test_the_papers_method_begins_where_the_paper_begins(monkeypatch):
+    monkeypatch.setattr(starting, "screened", lambda *_: pytest.fail("the starts were moved"))
+    vw.calibrate(NETWORK, MOUSE, "linear", starts=2, method="sqp", numerics=COARSE)
