@@ -158,6 +158,70 @@ def test_a_design_says_of_how_many_animals_it_compares_what(tmp_path, results):
     assert "time after against time before; HPH against CTL in the change after/before" in said
 
 
+def with_cell(study, column, cell):
+    """Write another text into the cells of a column: `cell` takes a row, as a dict, and returns it."""
+    head, *rows = study.table.read_text(encoding="utf-8").splitlines()
+    titles = head.split(",")
+    lines = [dict(zip(titles, row.split(","), strict=True)) for row in rows]
+    lines = [row | {column: cell(row)} for row in lines]
+    study.table.write_text("\n".join([head, *(",".join(row.values()) for row in lines)]) + "\n", encoding="utf-8")
+
+
+def found(folder, room="design"):
+    """Return the findings of one room in the study's files, by code."""
+    _, problems = inspect_study(folder)
+    return {one.finding.code: one for one in problems if one.finding.room == room}
+
+
+def test_a_sex_that_is_the_group_is_named_with_what_it_hides_and_is_an_error_where_it_hides_all(tmp_path, results):
+    study = make(tmp_path, results, DESIGN.replace("blocks: [litter], ", ""))
+    with_cell(study, "sex", lambda row: "mf"[row["group"] == "HPH"])
+    one = found(tmp_path)["design.confounded"]
+    assert not one.error
+    assert dict(one.finding.values) == {"effect": "HPH against CTL", "columns": "sex", "instead": ""}
+    said = read_study(tmp_path).layout.text
+    assert said.endswith("compared: time after against time before; HPH against CTL in the change after/before.")
+    study.path.write_text("design: {covariates: [sex]}\n", encoding="utf-8")
+    one = found(tmp_path)["design.nothing-told"]
+    assert one.error
+    assert "sex cannot be told apart from HPH against CTL" in str(one)
+    with pytest.raises(InputError, match="nothing can be compared by this design"):
+        read_study(tmp_path)
+    study.path.write_text("design: {blocks: [group of]}\n", encoding="utf-8")
+    table = study.table.read_text(encoding="utf-8").replace("sex", "group of")
+    study.table.write_text(table, encoding="utf-8")
+    with pytest.raises(InputError, match="'group of' cannot be told apart from the groups"):
+        read_study(tmp_path)
+
+
+def test_an_occasion_that_a_group_lacks_is_named_and_the_page_compares_what_is_left(tmp_path, results):
+    kept = [one for place, one in enumerate(results) if one.group == "HPH" or not place % 2]
+    study = make(tmp_path, results, DESIGN.replace("covariates: [sex], blocks: [litter], ", ""))
+    table = study.table.read_text(encoding="utf-8").splitlines()
+    names = {one.name for one in kept}
+    study.table.write_text(
+        "\n".join([table[0], *(row for row in table[1:] if row.split(",")[0] in names)]) + "\n", encoding="utf-8"
+    )
+    _, problems = inspect_study(tmp_path)
+    lost = [dict(one.finding.values) for one in problems if one.finding.code == "design.no-cell"]
+    assert [one["cells"] for one in lost] == ["CTL, after"] * 3
+    assert lost[0]["instead"] == "; compared is HPH against CTL at time before"
+    stored = run(read_study(tmp_path), kept)
+    cohort = stored.gathered(stored.in_order(), "CTL")
+    primary = primary_comparison(cohort, stored.settings.report)
+    assert set(primary.rows["within"]) == {"at time before", "in HPH"}
+    (answers,) = [
+        block for block in walk(report_of(cohort, primary, stored.settings.report)) if block.kind == "answers"
+    ]
+    said = dict(answers.items)
+    assert (
+        "HPH against CTL in the change after/before: not compared, for nothing was recorded of CTL, after"
+        in (said["Not compared"])
+    )
+    assert "CTL at time before" in said["Pressure and flow"]
+    assert "time before in HPH" in said["Pressure and flow"]
+
+
 @pytest.mark.parametrize(("words", "first"), [(("before", "after"), "before"), (("later", "early"), "later")])
 def test_check_says_which_word_stands_first_and_so_is_what_others_are_compared_with(tmp_path, results, words, first):
     study = make(tmp_path, results)

@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 
 from vasowave.cohort.design import Layout, laid_out
+from vasowave.cohort.told import untold_findings
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError
 from vasowave.findings import Finding, look_kind
@@ -111,6 +112,7 @@ def _odd_in(study: Study) -> Iterator[Finding]:
     layout, design = study.layout, study.settings.design
     if layout is None:
         return
+    yield from untold_findings(layout.contrasts, layout.untold)
     left = layout.left_for_scatter(design.blocks)
     if left < _LEAST_LEFT * len(study.animals):
         yield FEW_LEFT(animals=len(layout.animals), left=left)

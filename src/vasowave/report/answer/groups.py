@@ -30,7 +30,7 @@ def group_answers(primary: Primary, called: Called, mark: Mark = lambda groups: 
     """
     answers: dict[str, list[str]] = {}
     pairs = primary.rows["other"].nunique() if len(primary.rows) else 0
-    by = ["question", "other", *(["what"] if "what" in primary.rows else [])]
+    by = ["question", "other", *(["what", "change", "within"] if "what" in primary.rows else [])]
     for (question, *_), rows in primary.rows.groupby(by, sort=False) if pairs else ():
         answers.setdefault(str(question), []).append(_answer(rows, called) + _marked(rows, mark))
     said = [(question, " ".join(texts)) for question, texts in answers.items()]
@@ -66,9 +66,10 @@ def _answer(rows: pd.DataFrame, called: Called) -> str:
 
 def _places(row: pd.Series, reference: str, other: str) -> tuple[str, str]:
     """Return where an effect is, as a sentence says it of one that is shown (`{}` higher or lower), and of another."""
+    within = f" {short(row['within'], _MAX_LETTERS)}" if row.get("within") else ""
     match row.get("what", "groups"):
         case "factor":
-            return f"{{}} at {other} than at {reference}", f"between {other} and {reference}"
+            return f"{{}} at {other} than at {reference}{within}", f"between {other} and {reference}{within}"
         case "trend":
             return f"{{}} at {other} than at {reference} by the trend", f"from {reference} to {other} by the trend"
         case "interaction":
@@ -77,12 +78,13 @@ def _places(row: pd.Series, reference: str, other: str) -> tuple[str, str]:
             return f"{ratio} {{}} in {other} than in {reference}", f"between {other} and {reference} in {ratio}"
         case "contrast":
             return f"{{}} by the contrast '{other}'", f"by the contrast '{other}'"
-    return f"{{}} in {other} than in {reference}", f"between {other} and {reference}"
+    return f"{{}} in {other} than in {reference}{within}", f"between {other} and {reference}{within}"
 
 
 def effect_of(row: pd.Series) -> str:
     """Return which effect a row is of, as a table says it: ``HPH / CTL``."""
     pair = " / ".join(filter(None, (row["other"], row["reference"])))
+    pair += f" {row['within']}" if row.get("within") else ""
     return f"{row['change']}: {pair}" if row.get("change") else pair
 
 
@@ -99,6 +101,16 @@ def change(row: pd.Series) -> str:
     """Return the means of the two groups with their unit, ``13.5 → 21.5 mmHg``."""
     units = unit(str(row["unit"]))
     return f"{number(float(row['mean reference']))} → {number(float(row['mean other']))} {units}".rstrip()
+
+
+def not_told(primary: Primary, called: Called) -> list[str]:
+    """Return what a design does not tell and why; of which quantities where it tells it of others."""
+    every = {*primary.rows["quantity"]} if len(primary.rows) else set()
+    every |= {name for one in primary.untold for name in one.quantities}
+    return [
+        f"{one.finding}" + ("" if every == {*one.quantities} else f" (of {listed([*map(called, one.quantities)])})")
+        for one in primary.untold
+    ]
 
 
 def _limits(rows: pd.DataFrame, pairs: int, called: Called) -> list[tuple[str, str]]:
@@ -168,7 +180,7 @@ def other_laws(primary: Primary, called: Called) -> list[str]:
     """Say where another wall law gives another effect."""
     if not len(primary.others):
         return []
-    keys = ["reference", "other", "quantity", *(["change"] if "change" in primary.others else [])]
+    keys = ["reference", "other", "quantity", *(["change", "within"] if "change" in primary.others else [])]
     both = primary.others.merge(primary.rows, on=keys, suffixes=("", " primary"))
     outside = both[(both["ratio"] < both["low primary"]) | (both["ratio"] > both["high primary"])]
     laws = listed([f"the {law} wall" for law in primary.others["source"].unique()])
