@@ -148,8 +148,10 @@ def test_slips_in_such_columns_and_designs_are_said_with_their_place(tmp_path, r
         assert [words in str(one) for one in problems if one.error] == [True]
     study.table.write_text(text.replace(",m,", ",M,", 1), encoding="utf-8")
     _, problems = inspect_study(tmp_path)
-    assert [one.finding.code for one in problems] == ["variable.misspelt"]
-    assert "column 'sex': 'M' in CTL 3 alone" in str(problems[0])
+    assert [(one.finding.code, one.error) for one in problems] == [
+        ("variable.same-word", False), ("design.varies-within", True)
+    ]  # fmt: skip
+    assert "line 4, column 'sex': 'M' in M1 and 'm' in 5 count as two" in str(problems[0])
 
 
 def test_a_design_says_of_how_many_animals_it_compares_what(tmp_path, results):
@@ -220,6 +222,51 @@ def test_an_occasion_that_a_group_lacks_is_named_and_the_page_compares_what_is_l
     )
     assert "CTL at time before" in said["Pressure and flow"]
     assert "time before in HPH" in said["Pressure and flow"]
+
+
+def test_a_property_of_a_mouse_that_differs_between_its_rows_is_an_error_with_their_lines(tmp_path, results):
+    study = make(tmp_path, results)
+    with_cell(study, "sex", lambda row: "m" if row["animal"] == "CTL 2" else row["sex"])
+    one = found(tmp_path)["design.varies-within"]
+    assert one.error
+    assert (one.place.line, one.place.part) == (2, "column 'sex'")
+    assert "mouse M0 has sex 'f' in line 2 and sex 'm' in line 3" in str(one)
+    study = make(tmp_path, results)
+    with_cell(study, "litter", lambda row: "L1" if row["animal"] == "CTL 2" else row["litter"])
+    assert "litter 'L0' in line 2 and litter 'L1' in line 3" in str(found(tmp_path)["design.varies-within"])
+
+
+def test_what_may_differ_between_the_rows_of_a_mouse_is_no_error(tmp_path, results):
+    study = make(tmp_path, results, DESIGN.replace("[sex]", "[weight]"))
+    with_cell(study, "weight [g]", lambda row: str(20 + len(row["animal"] + row["time"])))
+    assert "design.varies-within" not in found(tmp_path)
+    study.path.write_text("design: {blocks: [operator], subject: mouse, occasion: time}\n", encoding="utf-8")
+    study.table.write_text(study.table.read_text(encoding="utf-8").replace("litter", "operator"), encoding="utf-8")
+    with_cell(study, "operator", lambda row: {"before": "Ann", "after": "Bob"}[row["time"]])
+    assert "design.varies-within" not in found(tmp_path)  # all mice were seen by both: no property of a mouse
+
+
+def test_a_word_of_one_mouse_is_said_with_its_lines_and_the_word_that_is_meant(tmp_path, results):
+    study = make(tmp_path, results)
+    with_cell(study, "sex", lambda row: "male" if row["mouse"] == "M1" else row["sex"])
+    one = found(tmp_path, "variable")["variable.misspelt"]
+    assert (one.place.line, one.same) == (4, (5,))
+    assert "'male' in M1 alone, 'm' in 4: did you mean 'm'?" in str(one)
+
+
+def test_a_mouse_without_an_occasion_that_others_have_is_named_with_its_line(tmp_path, results):
+    study = make(tmp_path, results)
+    lines = study.table.read_text(encoding="utf-8").splitlines()
+    study.table.write_text("\n".join([*lines[:4], *lines[5:]]) + "\n", encoding="utf-8")
+    one = found(tmp_path)["design.missing-occasion"]
+    assert str(one).startswith(f"{study.table}, line 4, column 'time': mouse M1 has no recording at time 'after'")
+    assert not found(tmp_path, "variable")
+    study = make(tmp_path, results)
+    with_cell(study, "time", lambda row: "afetr" if row["animal"] == "CTL 4" else row["time"])
+    assert "did you mean 'after'?" in str(found(tmp_path, "variable")["variable.misspelt"])
+    assert [dict(found(tmp_path)["design.missing-occasion"].finding.values)[key] for key in ("names", "level")] == [
+        "M1", "after"
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("words", "first"), [(("before", "after"), "before"), (("later", "early"), "later")])

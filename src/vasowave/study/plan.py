@@ -17,6 +17,7 @@ from vasowave.study.problems import Problem, refuse
 from vasowave.study.reading import read_settings, study_path
 from vasowave.study.rows import AnimalRow
 from vasowave.study.settings import StudyFile
+from vasowave.study.subjects import subject_problems
 
 _LEAST_LEFT = 1 / 3  # of the animals
 FEW_LEFT = look_kind(
@@ -93,7 +94,7 @@ def inspect_study(path: Path) -> tuple[Study | None, list[Problem]]:
     settings, document = read_settings(path)
     groups = settings.groups if settings else None
     name = settings.animals if settings else document.values.get("animals") or StudyFile.animals
-    rows, wrong = read_animals(path.parent / str(name), groups)
+    rows, wrong = read_animals(path.parent / str(name), groups, (settings.design.subject or "") if settings else "")
     problems = [*document.problems, *wrong]
     if settings is None:
         return None, problems
@@ -104,6 +105,7 @@ def inspect_study(path: Path) -> tuple[Study | None, list[Problem]]:
             problems += [Problem(found.at(**place)) for found in _odd_in(study)]
         except InputError as error:
             problems.append(Problem(AT_ODDS(text=str(error)).at(**place)))
+        problems += subject_problems(study)
     return study, problems
 
 
