@@ -1,6 +1,7 @@
 """Columns of a lab's own in the table of animals, and a design of them: from the file to results, tables and pages."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -132,6 +133,84 @@ def test_what_is_declared_is_kept_with_its_time_and_a_later_change_is_said_in_me
     (tmp_path / RECORD).write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match=r"declared\.json: damaged"):
         declare(study)
+
+
+def methods_of(stored):
+    cohort = stored.gathered(stored.in_order(), "CTL")
+    supplement = supplement_of(cohort, primary_comparison(cohort, stored.settings.report))
+    return " ".join(block.text for block in walk(supplement) if block.kind == "paragraph")
+
+
+def moved(row):
+    return "HPH" if row["animal"] == "CTL 5" else row["group"]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda study: with_cell(study, "group", moved), "animals (changed: CTL 5, group CTL → HPH)."),
+        (
+            lambda study: with_cell(study, "sex", lambda row: "m" if row["mouse"] == "M2" else row["sex"]),
+            "animals (changed: CTL 5, sex f → m and CTL 6, sex f → m).",
+        ),
+        (
+            lambda study: with_cell(study, "litter", lambda row: row["litter"] if row["mouse"] != "M2" else ""),
+            "animals (changed: CTL 5, litter L2 → empty and CTL 6, litter L2 → empty).",
+        ),
+        (
+            lambda study: study.table.write_text(
+                "\n".join(one for one in study.table.read_text(encoding="utf-8").splitlines() if "HPH 10," not in one),
+                encoding="utf-8",
+            ),
+            "animals (dropped: HPH 10).",
+        ),
+        (
+            lambda study: study.table.write_text(
+                "\n".join((rows := study.table.read_text(encoding="utf-8").splitlines())[:1] + rows[2:] + rows[1:2]),
+                encoding="utf-8",
+            ),
+            "reference (before → after).",
+        ),
+    ],
+)
+def test_a_row_that_changes_once_results_are_there_is_said_in_methods(tmp_path, results, change, words):
+    study = make(tmp_path, results)
+    stored = run(study, results)
+    assert "Groups, family, law, design and animals were declared on" in methods_of(stored)
+    assert "They were not changed since." in methods_of(stored)
+    change(study)
+    after = read_study(tmp_path)
+    of = {row.animal: row.group for row in after.animals}
+    said = methods_of(run(after, [replace(one, group=of[one.name]) for one in results if one.name in of]))
+    assert f", when results were there already: {words}" in said
+    assert "not changed since" not in said
+
+
+def test_a_column_that_the_design_does_not_name_is_no_part_of_what_is_declared(tmp_path, results):
+    study = make(tmp_path, results)
+    run(study, results)
+    with_cell(study, "weight [g]", lambda row: "25")
+    assert len(declare(read_study(tmp_path))) == 1
+
+
+def test_a_declaration_of_an_earlier_version_is_read_and_methods_say_what_it_did_not_hold(tmp_path, results):
+    study = make(tmp_path, results)
+    declare(study)
+    path = tmp_path / RECORD
+    (kept,) = json.loads(path.read_text(encoding="utf-8"))
+    for name in ("animals", "reference"):
+        del kept["content"][name]
+    path.write_text(json.dumps([kept]), encoding="utf-8")
+    stored = run(study, results)
+    said = methods_of(stored)
+    assert "Groups, family, law and design were declared on" in said
+    assert "Declared first on" in said
+    assert ": animals and reference." in said
+    assert "Changed on" not in said
+    only_old = methods_of(replace(stored, declared=stored.declared[:1]))
+    assert "Which animals belonged to which group, and their cells of the design's columns, were not declared." in (
+        only_old
+    )
 
 
 def test_slips_in_such_columns_and_designs_are_said_with_their_place(tmp_path, results):
