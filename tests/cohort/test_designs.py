@@ -12,6 +12,7 @@ from scipy import stats
 from made_cohort import made_results
 from vasowave.cohort import Design, Variable, gathered, primary_comparison
 from vasowave.cohort.design import laid_out
+from vasowave.cohort.freedom import degrees_left
 from vasowave.cohort.joint import Fitted, joint
 from vasowave.cohort.mixed import Structure, fit_mixed
 from vasowave.errors import InputError
@@ -149,6 +150,20 @@ def test_a_contrast_of_ones_own_on_cells_that_sex_decides_is_told_where_it_cance
     assert not found.has_mean(np.array(side))
 
 
+def test_known_errors_leave_no_fewer_degrees_of_freedom_than_there_are_without_them():
+    """Eight mice of four litters before and after, all that they differ by known; an error that is ten times larger."""
+    rng = np.random.default_rng(9)
+    table = pd.DataFrame({"group": (["A"] * 4 + ["B"] * 4) * 2, "mouse": [*range(8)] * 2, "litter": [*"KLMN"] * 4,
+                          "time": ["before"] * 8 + ["after"] * 8})  # fmt: skip
+    found = layout(Design(blocks=("litter",), subject="mouse", occasion="time"), table)
+    errors = np.where(np.arange(16) == 3, 1.0, 0.1)
+    y = errors * rng.normal(size=16)
+    fit = fitted(found, y, errors)
+    for one in found.contrasts:
+        weights = (one.second - one.first) @ found.means
+        assert fit.effect(weights).freedom >= fitted(found, y).effect(weights).freedom
+
+
 def litters():
     rng = np.random.default_rng(7)
     table = pd.DataFrame(
@@ -200,6 +215,43 @@ def test_occasions_and_second_recordings_of_a_mouse_are_statsmodels_random_effec
         part = found.cell[own.to_numpy()].min()
         of_group = [components[f"{kind} {part}"] for kind in ("animals", "subjects")]
         assert of_group == pytest.approx([other.scale, float(other.cov_re.iloc[0, 0])], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("design", "table", "freedom"),
+    [
+        (Design(subject="mouse", occasion="time"), "pairs", {"factor": 8}),
+        (Design(blocks=("litter",)), "across", {"groups": 12 - 6 - 1}),
+        (Design(blocks=("litter",)), "within", {"groups": 6 - 2}),
+        (Design(blocks=("litter",), covariates=("sex",), subject="mouse", occasion="time"), "reviewed",
+         {"groups": 8 - 2 - 1 - 3, "factor": 16 - 8 - 2, "interaction": 16 - 8 - 2}),
+    ],
+)  # fmt: skip
+def test_degrees_left_by_a_design_are_those_of_kenward_and_roger_where_it_is_balanced(design, table, freedom):
+    """One variance for all rows, blocks that differ more than animals, and animals more than their rows."""
+    rows = {
+        "pairs": pd.DataFrame({"group": "A", "mouse": [*range(9)] * 2, "time": ["0"] * 9 + ["1"] * 9}),
+        "across": pd.DataFrame({"group": ["A", "B"] * 6, "litter": np.repeat([f"L{i}" for i in range(6)], 2)}),
+        "within": pd.DataFrame({"group": ["A"] * 9 + ["B"] * 9, "litter": np.repeat([f"L{i}" for i in range(6)], 3)}),
+        "reviewed": pd.DataFrame({"group": (["A"] * 4 + ["B"] * 4) * 2, "mouse": [*range(8)] * 2,
+                                  "sex": [*"fmfm", *"mfmf"] * 2, "litter": [*"KLMN"] * 4,
+                                  "time": ["before"] * 8 + ["after"] * 8}),
+    }[table]  # fmt: skip
+    found = layout(design, rows)
+    left = {one.what: degrees_left(found, design.blocks, one) for one in found.contrasts}
+    assert left == freedom
+    rng = np.random.default_rng(4)
+    y = rng.normal(size=len(rows))
+    random = {"all": np.eye(len(rows))}
+    for column, size in (("mouse", 3.0), ("litter", 30.0)):
+        if column in rows:
+            names, which = np.unique(rows[column], return_inverse=True)
+            y += size * rng.normal(size=len(names))[which]
+            random[column] = np.equal.outer(which, which).astype(float)
+    fit = fitted(replace(found, random=random), y)
+    assert min(fit.components) > 0
+    for one in found.contrasts:
+        assert fit.effect((one.second - one.first) @ found.means).freedom == pytest.approx(freedom[one.what], rel=1e-3)
 
 
 _SCRIPT = """
@@ -396,6 +448,10 @@ def test_a_cohort_of_a_design_has_the_rows_of_its_effects_and_names_who_is_left_
     np.testing.assert_allclose(found.rows["mean other"] / found.rows["mean reference"], found.rows["ratio"])
     outside = (found.rows["low"] > 1) | (found.rows["high"] < 1)
     assert outside.tolist() == (found.rows["p"] < 0.05).tolist()
+    half = np.log(found.rows["high"] / found.rows["low"]) / 2
+    level = 2 * stats.t.sf(half / found.rows["standard error"], found.rows["df"])  # of each by itself
+    np.testing.assert_allclose(level, level[0])
+    assert level[0] < 0.05
     row = designed(blocks=("litter",))
     assert row.left_out["CTL 4"] == "its cell of 'litter' is empty"
     assert set(row.rows["n reference"]) == {5}

@@ -5,12 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from made_cohort import made_results
 from vasowave.animal.files import to_bytes
 from vasowave.cli.study import _first_word
 from vasowave.cohort import primary_comparison
 from vasowave.errors import InputError
+from vasowave.report.answer.groups import group_answers
 from vasowave.report.documents import report_of, supplement_of
 from vasowave.study.declaring import RECORD, declare
 from vasowave.study.loading import animal_key
@@ -313,6 +315,27 @@ def test_a_property_of_a_mouse_that_differs_between_its_rows_is_an_error_with_th
     study = make(tmp_path, results)
     with_cell(study, "litter", lambda row: "L1" if row["animal"] == "CTL 2" else row["litter"])
     assert "litter 'L0' in line 2 and litter 'L1' in line 3" in str(found(tmp_path)["design.varies-within"])
+
+
+def test_a_design_that_leaves_few_degrees_of_freedom_says_so_in_check_and_on_the_page(tmp_path, results):
+    assert "design.few-degrees" not in found((make(tmp_path, results)).folder)
+    study = make(tmp_path, results, DESIGN.replace("[sex]", "[sex, weight, born]"))
+    with_cell(study, "weight [g]", lambda row: str(20 + int(row["mouse"][1:]) ** 2 % 7))
+    values = dict(found(tmp_path)["design.few-degrees"].finding.values)
+    assert (values["effects"], values["freedom"]) == ("HPH against CTL", 10 - 2 - 3 - 2)
+    rows = 2 * 3  # quantities and comparisons
+    assert values["times"] == pytest.approx(stats.t.ppf(1 - 0.025 / rows, 3))
+    assert values["many"] == pytest.approx(stats.norm.ppf(1 - 0.025 / rows))
+    stored = run(read_study(tmp_path), results)
+    cohort = stored.gathered(stored.in_order(), "CTL")
+    primary = primary_comparison(cohort, stored.settings.report)
+    few = primary.rows[primary.rows["df"] < 4]
+    assert set(few["what"]) == {"groups"}
+    reach = stats.t.isf(stats.t.sf(np.log(few["high"] / few["ratio"]) / few["standard error"], few["df"]), few["df"])
+    least = np.exp(float((reach * few["standard error"]).iloc[0]))  # a ratio that would be shown
+    said = dict(group_answers(primary, str))["How sure is this?"]
+    assert f"HPH / CTL: {len(few)} of 6 ratios rest on" in said
+    assert f"must be {least:.2g} times" in said
 
 
 def test_what_may_differ_between_the_rows_of_a_mouse_is_no_error(tmp_path, results):

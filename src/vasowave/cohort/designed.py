@@ -148,7 +148,8 @@ def _row(one: Modeled, contrast: Contrast, p: float, critical: float) -> dict[st
         "quantity": one.values.name, "source": one.values.source, "n reference": _count(layout, contrast.first),
         "n other": _count(layout, contrast.second), "mean reference": means[0], "mean other": means[1],
         "unit": one.values.unit if contrast.of_values else "1", "ratio": value, "low": low, "high": high,
-        "p": np.nan if untested else p, "untested": "one image" if untested else "", "smallest p": np.nan,
+        "standard error": effect.error, "df": effect.freedom, "p": np.nan if untested else p,
+        "untested": "one image" if untested else "", "smallest p": np.nan,
         "apart": False, "estimates": one.values.known.origin, "what": contrast.what,
         "change": contrast.change, "within": contrast.within,
     }  # fmt: skip

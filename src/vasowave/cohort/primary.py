@@ -132,8 +132,9 @@ class Primary:
         The law whose quantities are primary; empty if no animal was calibrated.
     rows : DataFrame
         One per pair of groups and quantity: ``reference, other, question, quantity, source, n reference, n other``,
-        ``mean reference, mean other, unit, ratio, low, high, p, untested, smallest p, apart, without, ratio without``,
-        ``estimates``. The means are the groups' pooled geometric means, in the unit of the cohort's table; their ratio
+        ``mean reference, mean other, unit, ratio, low, high, standard error, df, p, untested, smallest p, apart``,
+        ``without, ratio without, estimates``. `standard error` is that of the ratio's logarithm, and `df` its degrees
+        of freedom. The means are the groups' pooled geometric means, in the unit of the cohort's table; their ratio
         is `ratio`. Intervals and `p` hold for all quantities and pairs at once and have one reference distribution
         (`simultaneous`): an interval excludes 1 exactly if p < 0.05. `p` is NaN where `untested`, an `Untested`, says
         why; the interval then is the same, but is without what `untested` names. `smallest p` is the smallest that a
@@ -353,7 +354,8 @@ def _row(reference: str, other: str, one: Compared, p: float, critical: float, p
         "reference": reference, "other": other, "question": question_of(one.name), "quantity": one.name,
         "source": one.source, "n reference": sizes[0], "n other": sizes[1], "mean reference": ratio.reference,
         "mean other": ratio.other, "unit": one.unit, "ratio": ratio.value, "low": ratio.low, "high": ratio.high,
-        "p": np.nan if untested else p, "untested": str(untested), "smallest p": smallest_p(sizes, pairs),
+        "standard error": ratio.error, "df": ratio.freedom, "p": np.nan if untested else p,
+        "untested": str(untested), "smallest p": smallest_p(sizes, pairs),
         "apart": _apart(one), "estimates": one.known.origin,
     }  # fmt: skip
     return row | _influence(one, ratio)

@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 
 from vasowave.cohort.design import Layout, laid_out
+from vasowave.cohort.freedom import FEW, degrees_left
 from vasowave.cohort.told import untold_findings
 from vasowave.cohort.variables import Variable
 from vasowave.errors import InputError
@@ -23,6 +24,11 @@ _LEAST_LEFT = 1 / 3  # of the animals
 FEW_LEFT = look_kind(
     "design.few-left", "of {animals} animals {left} are left to tell how animals scatter: intervals will be wide, and "
     "what differs may not be shown; {remedy}", "name fewer covariates and blocks, or add animals",
+)  # fmt: skip
+FEW_DEGREES = look_kind(
+    "design.few-degrees", "{effects}: the design leaves {freedom} degrees of freedom at most, so that with {rows} "
+    "comparisons an effect is shown only where it is about {times:.2g} times its standard error ({many:.2g} times with "
+    "many animals); {remedy}", "name fewer covariates, blocks, quantities or contrasts, or add animals",
 )  # fmt: skip
 ONE_OCCASION = look_kind(
     "design.one-occasion", "no {subject} was recorded at two levels of {occasion}, so that it is compared between "
@@ -118,6 +124,7 @@ def _odd_in(study: Study) -> Iterator[Finding]:
     left = layout.left_for_scatter(design.blocks)
     if left < _LEAST_LEFT * len(study.animals):
         yield FEW_LEFT(animals=len(layout.animals), left=left)
+    yield from _few_degrees(study, layout)
     if design.subject and design.occasion:
         known = {one.name: one for one in study.variables}[design.occasion].levels
         times = Counter(zip(layout.subject, (known[animal] for animal in layout.animals), strict=True))
@@ -125,6 +132,21 @@ def _odd_in(study: Study) -> Iterator[Finding]:
             yield ONE_OCCASION(subject=design.subject, occasion=design.occasion)
         if again := sorted({subject for (subject, _), count in times.items() if count > 1}):
             yield SAME_OCCASION(subject=design.subject, occasion=design.occasion, names=", ".join(again))
+
+
+def _few_degrees(study: Study, layout: Layout) -> Iterator[Finding]:
+    """Yield which comparisons few degrees of freedom are left for, and how large effects must then be."""
+    from scipy.special import ndtri, stdtrit
+
+    rows = len(study.settings.report.quantities) * len(layout.contrasts)
+    left: dict[int, list[str]] = {}
+    for contrast in layout.contrasts:
+        left.setdefault(degrees_left(layout, study.settings.design.blocks, contrast), []).append(contrast.text)
+    for freedom, effects in left.items():
+        if freedom < FEW and rows:
+            side = 1 - 0.025 / rows  # Bonferroni's bound: the rows are judged together
+            times, many = (float(one) for one in (stdtrit(max(freedom, 1), side), ndtri(side)))
+            yield FEW_DEGREES(effects="; ".join(effects), freedom=freedom, rows=rows, times=times, many=many)
 
 
 def read_study(path: Path) -> Study:

@@ -6,6 +6,7 @@ from math import comb
 import numpy as np
 import pandas as pd
 
+from vasowave.cohort.freedom import FEW
 from vasowave.cohort.primary import Primary
 from vasowave.figures.style import short
 from vasowave.report.wording import listed, number, probability, ratio_with_interval, unit
@@ -135,6 +136,7 @@ def _limits(rows: pd.DataFrame, pairs: int, called: Called) -> list[tuple[str, s
             f"Groups of {counts} animals cannot show whether logarithms are skewed; if they are, and the smaller group "
             "varies more, p < 0.05 comes without any effect in one of ten studies or more, not in one of twenty."
         )
+    said += _few_degrees(rows)
     untested = rows[rows["untested"] != ""]
     if len(untested):
         mixed = "posterior" in set(rows["estimates"])
@@ -144,6 +146,24 @@ def _limits(rows: pd.DataFrame, pairs: int, called: Called) -> list[tuple[str, s
             "exact, so that their intervals do not contain its error."
         )
     return [("How sure is this?", " ".join(said))] if said else []
+
+
+def _few_degrees(rows: pd.DataFrame) -> list[str]:
+    """Say which effects of a design rest on few degrees of freedom, and how large they must be to be shown."""
+    few = rows[rows["df"] < FEW] if "what" in rows else rows[:0]
+    if not len(few):
+        return []
+    effects = listed([*dict.fromkeys(effect_of(row) for _, row in few.iterrows())])
+    least = np.sqrt(few["high"].to_numpy(float) / few["low"].to_numpy(float))  # of ratios that would be shown
+    return [
+        f"{effects}: {len(few)} of {len(rows)} ratios rest on {_span(few['df'].to_numpy(float))} degrees of freedom. "
+        f"For all rows together one must be {_span(least)} times, or its inverse, to be shown; fewer covariates, "
+        "blocks, quantities or contrasts would leave more."
+    ]
+
+
+def _span(values: np.ndarray) -> str:
+    return " to ".join(dict.fromkeys(number(float(one), 2) for one in (values.min(), values.max())))
 
 
 def _separated(rows: pd.DataFrame, called: Called) -> str:
