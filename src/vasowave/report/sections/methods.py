@@ -241,9 +241,10 @@ def _declared(cohort: Cohort) -> str:
         if changed := after.changes(before):
             detail = {"animals": f" ({_of_rows(after.rows(before))})", "reference": _of_reference(before, after)}
             said += f" Changed on {after.time}{_when(after)}: {listed([one + detail.get(one, '') for one in changed])}."
+    said += "" if later else " They were not changed since."
     if "animals" not in cohort.declared[-1].content:
         said += " Which animals belonged to which group, and their cells of the design's columns, were not declared."
-    return said if later else f"{said} They were not changed since."
+    return said
 
 
 def _of_rows(rows: Rows) -> str:
