@@ -298,7 +298,7 @@ def test_an_occasion_that_a_group_lacks_is_named_and_the_page_compares_what_is_l
     ]
     said = dict(answers.items)
     assert (
-        "HPH against CTL in the change after/before: not compared, for nothing was recorded of CTL, after"
+        "HPH against CTL in the change after/before: not compared, for nothing is known of CTL, after"
         in (said["Not compared"])
     )
     assert "CTL at time before" in said["Pressure and flow"]

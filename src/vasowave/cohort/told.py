@@ -13,7 +13,7 @@ CONFOUNDED = look_kind(
     "the other{instead}; {remedy}", "take the column out of covariates, and write that it may be the reason",
 )  # fmt: skip
 NO_CELL = look_kind(
-    "design.no-cell", "{effect}: not compared, for nothing was recorded of {cells}{instead}; {remedy}",
+    "design.no-cell", "{effect}: not compared, for nothing is known of {cells}{instead}; {remedy}",
     "add animals there if there are any",
 )  # fmt: skip
 NOTHING_TOLD = error_kind(
@@ -74,7 +74,7 @@ class Untold(NamedTuple):
     columns : tuple of str
         The covariates that go with it; without them it would be told.
     cells : tuple of str
-        What nothing was recorded of.
+        Those of which nothing is known.
     instead : str
         What is compared in its place; empty if nothing is.
     """
